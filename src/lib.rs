@@ -1,0 +1,29 @@
+//! Contuse answers one question: *this projectile hits this tissue at this speed: what happens to the tissue?*
+//!
+//! The way of the data, and the order in which to read the crate:
+//!
+//! ```text
+//! scene document ──validate──▶ Scene ──compile──▶ Plan ──advance──▶ State ──frame──▶ Recorder
+//! ```
+//!
+//! 1. [`scene`]: what is asked, in the words of the user.
+//! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
+//! 3. [`step`]: the state, the explicit integrator, the energy ledger, the loop.
+//! 4. [`mechanics`]: the mathematics: laws, elements, contact.
+//! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top [`service`] and [`cli`].
+//!
+//! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < service < cli`.
+// Symbols of the field are what they are on paper: X reference position, F deformation gradient, J its determinant.
+#![allow(non_snake_case)]
+
+pub mod cli;
+pub mod measure;
+pub mod mechanics;
+pub mod mesh;
+pub mod plan;
+pub mod record;
+pub mod scene;
+#[cfg(feature = "service")]
+pub mod service;
+pub mod step;
+pub mod study;

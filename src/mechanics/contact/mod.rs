@@ -1,0 +1,76 @@
+//! Frictional contact by the bi-potential method: detection, local frames, exact local solve, Gauss–Seidel.
+//!
+//! The data: a list of [`Surface`]s and [`ContactPair`]s (constant), a [`detection::Detector`] that finds the [`Contact`]s of a
+//! step, and [`gauss_seidel::solve`], which changes the nodal velocities so that the law holds at the end of the step.
+
+pub mod detection;
+pub mod gauss_seidel;
+pub mod local;
+pub mod projection;
+
+use super::tensor::Vec3;
+
+/// The skin of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Global numbers of the nodes on the skin, sorted.
+    pub nodes: Vec<u32>,
+    /// Corner nodes (global) of each face, counter-clockwise seen from outside; a triangle repeats its last node.
+    pub faces: Vec<[u32; 4]>,
+}
+
+/// What the slave nodes of a pair must stay outside of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Master {
+    /// The faces of a surface, by index; the same as the slave's for self-contact.
+    Surface(usize),
+    /// A fixed half space: `normal · (x − point) ≥ 0` outside.
+    Plane {
+        /// A point on the plane [m].
+        point: Vec3,
+        /// Unit normal, out of the plane.
+        normal: Vec3,
+    },
+}
+
+/// Two sides that may touch, compiled: the slave's nodes against the master's faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactPair {
+    /// Name in reports, such as "ball–thigh".
+    pub name: String,
+    /// Surface whose nodes are the slaves.
+    pub slave: usize,
+    /// What they must not enter.
+    pub master: Master,
+    /// Coulomb friction μ [-]; infinite means that nothing slips.
+    pub mu: f64,
+}
+
+/// One candidate contact of a step: a slave node against a point of a face (or of a plane).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the pair.
+    pub pair: u32,
+    /// Slave node (global).
+    pub slave: u32,
+    /// Index of the master's face, `u32::MAX` for a plane.
+    pub face: u32,
+    /// The face's nodes (global); all equal to `slave` for a plane, with zero weights.
+    pub master: [u32; 4],
+    /// Shape functions of the face at the contact point; zero for a plane.
+    pub weights: [f64; 4],
+    /// Local frame: n (from the master towards the slave), t1, t2, right-handed orthonormal.
+    pub frame: [Vec3; 3],
+    /// Signed gap at the start of the step, along n [m], positive open.
+    pub gap: f64,
+    /// V_slave − V_master: the difference of the two bodies' flight velocities [m/s], since nodal velocities are relative
+    /// to them.
+    pub drift: Vec3,
+}
+
+/// What the solver found for one contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reaction {
+    /// Impulse of the step on the slave in the local frame (n, t1, t2) [N s], the master gets the opposite.
+    pub impulse: [f64; 3],
+}

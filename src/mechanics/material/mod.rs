@@ -1,0 +1,106 @@
+//! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file a law.
+//!
+//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent`]), exact to
+//! rounding, so that no second formula can disagree with the first.
+
+mod fibres;
+mod holzapfel_gasser_ogden;
+mod kinematics;
+mod mooney_rivlin;
+mod neo_hookean;
+mod tangent;
+mod volumetric;
+
+pub use fibres::{FibreFamilies, MAX_FAMILIES};
+pub use holzapfel_gasser_ogden::{HolzapfelGasserOgden, I4Form, MatrixForm};
+pub use kinematics::{Invariants, Kinematics};
+pub use mooney_rivlin::MooneyRivlin;
+pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
+pub use tangent::{assemble_tangent, tangent_along};
+pub use volumetric::Volumetric;
+
+use super::real::Real;
+use super::tensor::Tensor;
+
+/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point.
+#[derive(Clone, Copy, Debug)]
+pub struct Response<R> {
+    /// Strain energy per reference volume [J/m³].
+    pub psi: R,
+    /// First Piola–Kirchhoff stress [Pa].
+    pub P: Tensor<R>,
+}
+
+/// What a hyperelastic law gives at a point, *without* the volumetric energy `U(J)` of a split law.
+///
+/// A split law keeps `U` apart (see [`Law::volumetric`]), because the mean-dilatation element evaluates it once
+/// per element with `J̄`. A coupled law returns `None` there and puts everything into `eval`.
+pub trait Law: Copy + Send + Sync + 'static {
+    /// Number of fibre families that the law reads: 0 keeps every fibre array out of the block.
+    fn family_count(&self) -> usize {
+        0
+    }
+    /// ψ and P of all but `U(J)`. `fibres[a]` are the reference unit directions.
+    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R>;
+    /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F² of what [`Law::eval`] returns; exact (or nearly so)
+    /// at rest, where it decides the stable step of most scenes.
+    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R;
+    /// The volumetric energy `U(J)` of a split law, or `None` for a coupled one.
+    fn volumetric(&self) -> Option<Volumetric>;
+    /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
+    fn moduli_at_rest(&self) -> (f64, f64);
+}
+
+/// Any of the laws, by value: what a scene names and a plan keeps. Matched once per block of elements, outside the
+/// loops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Material {
+    /// See [`MooneyRivlin`].
+    MooneyRivlin(MooneyRivlin),
+    /// See [`NeoHookean`].
+    NeoHookean(NeoHookean),
+    /// See [`CoupledNeoHookean`].
+    CoupledNeoHookean(CoupledNeoHookean),
+    /// See [`HolzapfelGasserOgden`].
+    HolzapfelGasserOgden(HolzapfelGasserOgden),
+}
+
+/// Runs `$body` with `$law` bound to the concrete law: the one place where the enum is matched.
+#[macro_export]
+macro_rules! with_law {
+    ($material:expr, $law:ident => $body:expr) => {
+        match $material {
+            $crate::mechanics::material::Material::MooneyRivlin($law) => $body,
+            $crate::mechanics::material::Material::NeoHookean($law) => $body,
+            $crate::mechanics::material::Material::CoupledNeoHookean($law) => $body,
+            $crate::mechanics::material::Material::HolzapfelGasserOgden($law) => $body,
+        }
+    };
+}
+
+impl Material {
+    /// ψ and P with everything in, at a point with its own J (no element average). `H = F − I` [-].
+    pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> Response<R> {
+        with_law!(self, law => {
+            let k = Kinematics::new(H);
+            let mut r = law.eval(&k, fibres);
+            if let Some(U) = law.volumetric() {
+                r.psi += U.energy(k.j);
+                r.P = r.P.plus_scaled(U.pressure(k.j), &k.cof);
+            }
+            r
+        })
+    }
+    /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
+    pub fn moduli_at_rest(&self) -> (f64, f64) {
+        with_law!(self, law => law.moduli_at_rest())
+    }
+    /// Number of fibre families that the law reads.
+    pub fn family_count(&self) -> usize {
+        with_law!(self, law => law.family_count())
+    }
+    /// The volumetric energy of a split law, `None` for a coupled one.
+    pub fn volumetric(&self) -> Option<Volumetric> {
+        with_law!(self, law => law.volumetric())
+    }
+}

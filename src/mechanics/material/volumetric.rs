@@ -1,0 +1,54 @@
+//! The volumetric energy U(J) of a split law.
+
+use crate::mechanics::real::Real;
+
+/// U(J) with its bulk modulus K [Pa]; all three have U″(1) = K.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Volumetric {
+    /// U = K/2 (ln J)². Softens under tension and, in stress, beyond J = e; the default.
+    LnSquared(f64),
+    /// U = K/2 (J − 1)². Allows J → 0 at finite energy.
+    Quadratic(f64),
+    /// U = K/4 (J² − 1 − 2 ln J). Infinite at J → 0 and at J → ∞.
+    QuadraticLn(f64),
+}
+
+impl Volumetric {
+    /// K [Pa].
+    pub fn bulk_modulus(&self) -> f64 {
+        match *self {
+            Self::LnSquared(K) | Self::Quadratic(K) | Self::QuadraticLn(K) => K,
+        }
+    }
+    /// U [J/m³] at `j = J − 1`.
+    #[inline(always)]
+    pub fn energy<R: Real>(&self, j: R) -> R {
+        match *self {
+            Self::LnSquared(K) => {
+                let l = j.ln_1p();
+                l * l * (0.5 * K)
+            }
+            Self::Quadratic(K) => j * j * (0.5 * K),
+            Self::QuadraticLn(K) => (j * (j + 2.0) - j.ln_1p() * 2.0) * (0.25 * K),
+        }
+    }
+    /// p = U′(J) [Pa], positive in tension, at `j = J − 1`.
+    #[inline(always)]
+    pub fn pressure<R: Real>(&self, j: R) -> R {
+        match *self {
+            Self::LnSquared(K) => j.ln_1p() / (j + 1.0) * K,
+            Self::Quadratic(K) => j * K,
+            Self::QuadraticLn(K) => j * (j + 2.0) / (j + 1.0) * (0.5 * K),
+        }
+    }
+    /// U″(J) [Pa] at `j = J − 1`; negative where `LnSquared` softens (J > e).
+    #[inline(always)]
+    pub fn stiffness<R: Real>(&self, j: R) -> R {
+        let J = j + 1.0;
+        match *self {
+            Self::LnSquared(K) => (j.ln_1p() * -1.0 + 1.0) / (J * J) * K,
+            Self::Quadratic(K) => J.constant(K),
+            Self::QuadraticLn(K) => (J.constant(1.0) / (J * J) + 1.0) * (0.5 * K),
+        }
+    }
+}

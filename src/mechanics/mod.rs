@@ -1,0 +1,13 @@
+//! Mathematics only: no input or output, no serde, no clock, no logging, and no allocation in a step.
+//!
+//! Read `real` and `tensor` first, then `material` (one law a file), `element` and `force` (internal forces of
+//! blocks of elements), and `contact` (detection, the bi-potential law and its Gauss–Seidel solver).
+
+pub mod contact;
+pub mod dual;
+pub mod element;
+pub mod force;
+pub mod lanes;
+pub mod material;
+pub mod real;
+pub mod tensor;

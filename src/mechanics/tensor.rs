@@ -1,0 +1,181 @@
+//! Vectors and 3×3 tensors: nalgebra's for points and nodes, and [`Tensor`] / [`Sym`] over any [`Real`] for kernels.
+
+use super::real::Real;
+
+/// A vector in space, `f64`; laid out as three consecutive numbers.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A 3×3 matrix of `f64`.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// A general 3×3 tensor, `t.0[row][column]`; for F and P the row is spatial, the column referential.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tensor<R>(pub [[R; 3]; 3]);
+
+/// A symmetric 3×3 tensor, stored as xx, yy, zz, xy, yz, xz.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sym<R>(pub [R; 6]);
+
+/// Where the component (i, j) of a [`Sym`] is stored.
+const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
+impl<R: Real> Tensor<R> {
+    /// `c · I` in the lanes of `c`.
+    #[inline(always)]
+    pub fn diagonal(c: R) -> Self {
+        let o = c.zero();
+        Self([[c, o, o], [o, c, o], [o, o, c]])
+    }
+    /// Component by component.
+    #[inline(always)]
+    pub fn from_fn(mut f: impl FnMut(usize, usize) -> R) -> Self {
+        Self([[f(0, 0), f(0, 1), f(0, 2)], [f(1, 0), f(1, 1), f(1, 2)], [f(2, 0), f(2, 1), f(2, 2)]])
+    }
+    /// `self + other`.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::from_fn(|i, j| self.0[i][j] + other.0[i][j])
+    }
+    /// `c · self`.
+    #[inline(always)]
+    #[must_use]
+    pub fn scaled(&self, c: R) -> Self {
+        Self::from_fn(|i, j| self.0[i][j] * c)
+    }
+    /// `self + c · other`.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus_scaled(&self, c: R, other: &Self) -> Self {
+        Self::from_fn(|i, j| other.0[i][j].mul_add(c, self.0[i][j]))
+    }
+    /// Matrix product `self · other`.
+    #[inline(always)]
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> Self {
+        let (a, b) = (&self.0, &other.0);
+        Self::from_fn(|i, j| a[i][2].mul_add(b[2][j], a[i][1].mul_add(b[1][j], a[i][0] * b[0][j])))
+    }
+    /// Matrix product `self · otherᵀ`.
+    #[inline(always)]
+    #[must_use]
+    pub fn dot_transposed(&self, other: &Self) -> Self {
+        let (a, b) = (&self.0, &other.0);
+        Self::from_fn(|i, j| a[i][2].mul_add(b[j][2], a[i][1].mul_add(b[j][1], a[i][0] * b[j][0])))
+    }
+    /// Matrix product with a symmetric tensor, `self · s`.
+    #[inline(always)]
+    #[must_use]
+    pub fn dot_sym(&self, s: &Sym<R>) -> Self {
+        let a = &self.0;
+        Self::from_fn(|i, j| {
+            a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j)))
+        })
+    }
+    /// Matrix–vector product.
+    #[inline(always)]
+    pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
+        let row = |r: &[R; 3]| r[2].mul_add(a[2], r[1].mul_add(a[1], r[0] * a[0]));
+        [row(&self.0[0]), row(&self.0[1]), row(&self.0[2])]
+    }
+    /// Cofactor, `cof F = J F⁻ᵀ = ∂J/∂F`.
+    #[inline(always)]
+    #[must_use]
+    pub fn cofactor(&self) -> Self {
+        let f = &self.0;
+        Self::from_fn(|i, j| {
+            let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+            f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1]
+        })
+    }
+    /// Double contraction `self : other`.
+    #[inline(always)]
+    pub fn double_dot(&self, other: &Self) -> R {
+        let mut s = self.0[0][0] * other.0[0][0];
+        for (i, j) in [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)] {
+            s = self.0[i][j].mul_add(other.0[i][j], s);
+        }
+        s
+    }
+    /// Trace.
+    #[inline(always)]
+    pub fn trace(&self) -> R {
+        self.0[0][0] + self.0[1][1] + self.0[2][2]
+    }
+}
+
+impl<R: Real> Sym<R> {
+    /// Component (i, j).
+    #[inline(always)]
+    pub fn at(&self, i: usize, j: usize) -> R {
+        self.0[SYM[i][j]]
+    }
+    /// Trace.
+    #[inline(always)]
+    pub fn trace(&self) -> R {
+        self.0[0] + self.0[1] + self.0[2]
+    }
+    /// Deviator, `s − tr(s)/3 I`.
+    #[inline(always)]
+    #[must_use]
+    pub fn deviator(&self) -> Self {
+        let m = self.trace() * (1.0 / 3.0);
+        let s = &self.0;
+        Self([s[0] - m, s[1] - m, s[2] - m, s[3], s[4], s[5]])
+    }
+    /// `s : s`.
+    #[inline(always)]
+    pub fn norm_squared(&self) -> R {
+        let s = &self.0;
+        let off = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+        s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + off + off
+    }
+    /// `s · s`, symmetric.
+    #[inline(always)]
+    #[must_use]
+    pub fn squared(&self) -> Self {
+        let [a, b, c, d, e, f] = self.0;
+        Self([
+            a * a + d * d + f * f,
+            d * d + b * b + e * e,
+            f * f + e * e + c * c,
+            d * (a + b) + f * e,
+            d * f + e * (b + c),
+            f * (a + c) + d * e,
+        ])
+    }
+    /// Quadratic form `a · s a`.
+    #[inline(always)]
+    pub fn quadratic_form(&self, a: &[R; 3]) -> R {
+        let s = &self.0;
+        let off = s[3] * a[0] * a[1] + s[4] * a[1] * a[2] + s[5] * a[0] * a[2];
+        s[0] * a[0] * a[0] + s[1] * a[1] * a[1] + s[2] * a[2] * a[2] + off + off
+    }
+    /// `c · self`.
+    #[inline(always)]
+    #[must_use]
+    pub fn scaled(&self, c: R) -> Self {
+        Self(self.0.map(|x| x * c))
+    }
+    /// `self + c · other`.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus_scaled(&self, c: R, other: &Self) -> Self {
+        let mut out = *self;
+        for (o, x) in out.0.iter_mut().zip(other.0) {
+            *o = x.mul_add(c, *o);
+        }
+        out
+    }
+}
+
+impl From<&Mat3> for Tensor<f64> {
+    fn from(m: &Mat3) -> Self {
+        Self::from_fn(|i, j| m[(i, j)])
+    }
+}
+
+impl From<&Tensor<f64>> for Mat3 {
+    fn from(t: &Tensor<f64>) -> Self {
+        Mat3::from_fn(|i, j| t.0[i][j])
+    }
+}

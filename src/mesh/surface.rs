@@ -1,0 +1,1 @@
+//! The skin of a mesh: its outward quadrilateral faces.
