@@ -71,6 +71,11 @@ fn to_points<R: Real>(low: R, high: R) -> (R, R) {
 pub struct Hex8;
 
 impl Hex8 {
+    /// Local coordinates of point `q`.
+    pub fn point(q: usize) -> [f64; 3] {
+        [0, 1, 2].map(|k| if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS })
+    }
+
     /// ∂u_i/∂ξ_k at all points from nodal values `u[i][corner]`.
     #[inline(always)]
     pub fn local_gradients<R: Real>(u: &[[R; 8]; 3]) -> LocalGradients<R> {
@@ -160,7 +165,7 @@ impl ReferenceGeometry {
         let mean = volume.iter().sum::<f64>() / POINTS as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
         let shapes: [[f64; 8]; POINTS] = std::array::from_fn(|q| {
-            shape_at([0, 1, 2].map(|k| if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS }))
+            shape_at(Hex8::point(q))
         });
         let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| shapes[q][a] * volume[q]).sum());
         let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
@@ -179,7 +184,7 @@ impl ReferenceGeometry {
 fn gradient_bound(inverse: &[Mat3; POINTS], volume: &[f64; POINTS], corner_volume: &[f64; 8]) -> f64 {
     let mut G = nalgebra::SMatrix::<f64, 8, 8>::zeros();
     for q in 0..POINTS {
-        let local = [0, 1, 2].map(|k| if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS });
+        let local = Hex8::point(q);
         let gradients = CORNER.map(|c| {
             let factor = |i: usize| 0.5 * (1.0 + c[i] * local[i]);
             let d = Vec3::new(
