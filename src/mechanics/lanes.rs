@@ -254,7 +254,11 @@ mod tests {
                 self.1.eval(Lane::splat(simd, *x)).store(&mut out, 0);
                 let expected = self.1.eval(*x);
                 let error = (out[0] - expected).abs();
-                assert!(error <= self.2 * f64::EPSILON * expected.abs(), "at {x}: {} against {expected}", out[0]);
+                assert!(
+                    error <= self.2 * f64::EPSILON * expected.abs(),
+                    "at {x}: {} against {expected}",
+                    out[0]
+                );
             }
         }
     }
@@ -263,7 +267,8 @@ mod tests {
     fn lane_functions_agree_with_the_standard_library_within_a_few_ulp() {
         let spread: Vec<f64> = (-3000..3000).map(|i| f64::from(i) * 0.01).collect();
         let tiny: Vec<f64> = (0..40).map(|i| 10f64.powi(-i) * 0.7).flat_map(|x| [x, -x]).collect();
-        let above_minus_one: Vec<f64> = (1..4000).map(|i| f64::from(i) * 0.003 - 0.999).chain(tiny.clone()).collect();
+        let above_minus_one: Vec<f64> =
+            (1..4000).map(|i| f64::from(i) * 0.003 - 0.999).chain(tiny.clone()).collect();
         for arch in [pulp::Arch::Scalar, pulp::Arch::new()] {
             arch.dispatch(Compare(&spread, Exp, 3.0));
             arch.dispatch(Compare(&tiny, ExpM1, 3.0));

@@ -34,20 +34,8 @@ const EDGES_ALONG: [[[(usize, usize); 2]; 2]; 3] = [
 ];
 
 /// The 12 edges.
-pub const HEX8_EDGES: [(usize, usize); 12] = [
-    (0, 1),
-    (3, 2),
-    (4, 5),
-    (7, 6),
-    (0, 3),
-    (1, 2),
-    (4, 7),
-    (5, 6),
-    (0, 4),
-    (1, 5),
-    (3, 7),
-    (2, 6),
-];
+pub const HEX8_EDGES: [(usize, usize); 12] =
+    [(0, 1), (3, 2), (4, 5), (7, 6), (0, 3), (1, 2), (4, 7), (5, 6), (0, 4), (1, 5), (3, 7), (2, 6)];
 
 /// The 4 body diagonals.
 pub const HEX8_DIAGONALS: [(usize, usize); 4] = [(0, 6), (1, 7), (2, 4), (3, 5)];
@@ -172,8 +160,7 @@ impl ReferenceGeometry {
     pub fn new(corners: &[Vec3; 8]) -> Self {
         let X: [[f64; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| corners[a][i]));
         let g = Hex8::local_gradients(&X);
-        let jacobians: [Mat3; POINTS] =
-            std::array::from_fn(|q| Mat3::from(&Hex8::local_gradient_at(&g, q)));
+        let jacobians: [Mat3; POINTS] = std::array::from_fn(|q| Mat3::from(&Hex8::local_gradient_at(&g, q)));
         let volume = jacobians.map(|j| j.determinant());
         let mean = volume.iter().sum::<f64>() / POINTS as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
@@ -182,7 +169,8 @@ impl ReferenceGeometry {
         });
         let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| shapes[q][a] * volume[q]).sum());
         let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
-        let smallest_jacobian = volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
+        let smallest_jacobian =
+            volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
         Self { inverse_jacobian, volume, smallest_jacobian, corner_volume, gradient_bound }
     }
 
@@ -243,7 +231,8 @@ mod tests {
     #[test]
     fn nodal_forces_are_the_transpose_of_the_gradients() {
         // Σ f·u = Σ T : ∂u/∂ξ for arbitrary u and T.
-        let u: [[f64; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| ((3 * a + 7 * i) as f64).sin()));
+        let u: [[f64; 8]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|a| ((3 * a + 7 * i) as f64).sin()));
         let g = Hex8::local_gradients(&u);
         let mut sums = [[[[0.0; 2]; 2]; 3]; 3];
         let mut power = 0.0;

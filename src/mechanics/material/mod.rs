@@ -12,6 +12,8 @@ mod kinematics;
 mod mooney_rivlin;
 mod neo_hookean;
 mod tangent;
+#[cfg(test)]
+mod tests;
 mod volumetric;
 
 pub use fibres::{FibreFamilies, MAX_FAMILIES};
