@@ -1,4 +1,6 @@
 //! Vectors and 3×3 tensors: nalgebra's for points and nodes, and [`Tensor`] / [`Sym`] over any [`Real`] for kernels.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 use super::real::Real;
 
@@ -126,6 +128,12 @@ impl<R: Real> Sym<R> {
         let s = &self.0;
         let off = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
         s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + off + off
+    }
+    /// Determinant.
+    #[inline(always)]
+    pub fn determinant(&self) -> R {
+        let [a, b, c, d, e, f] = self.0;
+        a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f)
     }
     /// `s · s`, symmetric.
     #[inline(always)]
