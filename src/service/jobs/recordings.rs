@@ -1,0 +1,181 @@
+//! Files of the service: one folder that one process may use, recordings that never change under their final name.
+//!
+//! A run writes `<id>.partial`; when it has ended the file is flushed to the disk and renamed to `<id>.mcap`. What can be
+//! downloaded under one name is therefore always the same bytes, and a cut-off file is known by its name.
+
+use super::{FinalRecording, JobId, JobsError};
+use sha2::{Digest, Sha256};
+use std::fs::{File, TryLockError};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The data folder, locked for this process as long as this value lives.
+#[derive(Debug)]
+pub struct DataFolder {
+    root: PathBuf,
+    // Held for its lock, which the system releases however the process ends.
+    _lock: File,
+}
+
+impl DataFolder {
+    /// Takes a folder, and makes it and its rooms if need be.
+    ///
+    /// # Errors
+    /// `InUse` when another process has it; `File` when it cannot be made.
+    pub fn open(root: &Path) -> Result<Self, JobsError> {
+        for folder in [root.to_owned(), root.join("recordings"), root.join("meshes"), root.join("uploads")] {
+            std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
+        }
+        let lock_file = root.join("lock");
+        let lock = File::create(&lock_file).map_err(|e| JobsError::file(&lock_file, e))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(JobsError::InUse { path: root.to_owned() }),
+            Err(TryLockError::Error(e)) => return Err(JobsError::file(&lock_file, e)),
+        }
+        let folder = Self { root: root.to_owned(), _lock: lock };
+        folder.sweep_uploads()?;
+        Ok(folder)
+    }
+
+    /// The job store.
+    pub fn store_file(&self) -> PathBuf {
+        self.root.join("jobs.sqlite")
+    }
+
+    /// Meshes, named by their digest.
+    pub fn meshes(&self) -> PathBuf {
+        self.root.join("meshes")
+    }
+
+    /// Uploads that have not ended yet.
+    pub fn uploads(&self) -> PathBuf {
+        self.root.join("uploads")
+    }
+
+    /// The recording of a job that has ended.
+    pub fn recording(&self, id: JobId) -> PathBuf {
+        self.root.join("recordings").join(format!("{id}.mcap"))
+    }
+
+    /// The recording of a job that runs.
+    pub fn partial_recording(&self, id: JobId) -> PathBuf {
+        self.root.join("recordings").join(format!("{id}.partial"))
+    }
+
+    /// Removes whatever a job left.
+    ///
+    /// # Errors
+    /// When a file is there and stays.
+    pub fn remove_recordings(&self, id: JobId) -> Result<(), JobsError> {
+        remove(&self.recording(id))?;
+        self.remove_partial(id)
+    }
+
+    /// Removes the recording of a run that begins again.
+    ///
+    /// # Errors
+    /// When a file is there and stays.
+    pub fn remove_partial(&self, id: JobId) -> Result<(), JobsError> {
+        remove(&self.partial_recording(id))
+    }
+
+    /// Gives the recording of a run that has ended its final name, and computes its digest. `None` when the run wrote
+    /// none.
+    ///
+    /// # Errors
+    /// When the file cannot be read, flushed or renamed.
+    pub fn seal_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
+        let partial = self.partial_recording(id);
+        let mut file = match File::open(&partial) {
+            Ok(file) => file,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(JobsError::file(&partial, e)),
+        };
+        let (bytes, sha256) = digest(&mut file).map_err(|e| JobsError::file(&partial, e))?;
+        file.sync_all().map_err(|e| JobsError::file(&partial, e))?;
+        let sealed = self.recording(id);
+        std::fs::rename(&partial, &sealed).map_err(|e| JobsError::file(&partial, e))?;
+        sync_folder(&sealed)?;
+        Ok(Some(FinalRecording { bytes, sha256, complete }))
+    }
+
+    /// Uploads of the process before this one will never end.
+    fn sweep_uploads(&self) -> Result<(), JobsError> {
+        let folder = self.uploads();
+        for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
+            let path = entry.map_err(|e| JobsError::file(&folder, e))?.path();
+            remove(&path)?;
+        }
+        Ok(())
+    }
+}
+
+/// Size and SHA-256 of what a reader holds.
+fn digest(reader: &mut impl Read) -> std::io::Result<(u64, String)> {
+    let mut sha = Sha256::new();
+    let mut buffer = vec![0_u8; 1 << 20];
+    let mut bytes = 0;
+    loop {
+        let n = reader.read(&mut buffer)?;
+        if n == 0 {
+            return Ok((bytes, hexadecimal(&sha.finalize())));
+        }
+        sha.update(&buffer[..n]);
+        bytes += n as u64;
+    }
+}
+
+/// Lower-case hexadecimal digits of bytes.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// Makes the names in the folder of a file durable: a rename is one only then.
+pub fn sync_folder(file: &Path) -> Result<(), JobsError> {
+    let Some(folder) = file.parent() else { return Ok(()) };
+    File::open(folder).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(folder, e))
+}
+
+/// Removes a file that may be there.
+fn remove(path: &Path) -> Result<(), JobsError> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(JobsError::file(path, e)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_process_has_the_folder() {
+        let dir = tempfile::tempdir().unwrap();
+        let first = DataFolder::open(dir.path()).unwrap();
+        assert!(matches!(DataFolder::open(dir.path()), Err(JobsError::InUse { .. })));
+        drop(first);
+        DataFolder::open(dir.path()).unwrap();
+    }
+
+    #[test]
+    fn sealed_recording_has_its_digest_and_its_name() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = DataFolder::open(dir.path()).unwrap();
+        let id = JobId::now_v7();
+        assert_eq!(folder.seal_recording(id, true).unwrap(), None);
+        std::fs::write(folder.partial_recording(id), b"abc").unwrap();
+        let sealed = folder.seal_recording(id, true).unwrap().unwrap();
+        assert_eq!(sealed.bytes, 3);
+        // SHA-256 of "abc", FIPS 180-2, appendix B.1.
+        assert_eq!(sealed.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(std::fs::read(folder.recording(id)).unwrap(), b"abc");
+        folder.remove_recordings(id).unwrap();
+        folder.remove_recordings(id).unwrap();
+        assert!(!folder.recording(id).exists());
+    }
+}
