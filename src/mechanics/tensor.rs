@@ -1,4 +1,6 @@
 //! Vectors and 3×3 tensors: nalgebra's for points and nodes, and [`Tensor`] / [`Sym`] over any [`Real`] for kernels.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 use super::real::Real;
 
@@ -67,9 +69,7 @@ impl<R: Real> Tensor<R> {
     #[must_use]
     pub fn dot_sym(&self, s: &Sym<R>) -> Self {
         let a = &self.0;
-        Self::from_fn(|i, j| {
-            a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j)))
-        })
+        Self::from_fn(|i, j| a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j))))
     }
     /// Matrix–vector product.
     #[inline(always)]
@@ -128,6 +128,12 @@ impl<R: Real> Sym<R> {
         let s = &self.0;
         let off = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
         s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + off + off
+    }
+    /// Determinant.
+    #[inline(always)]
+    pub fn determinant(&self) -> R {
+        let [a, b, c, d, e, f] = self.0;
+        a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f)
     }
     /// `s · s`, symmetric.
     #[inline(always)]

@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use super::material_document::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
+pub use super::material_document::{
+    Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
+};
 pub use super::mesh_document::{
     Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument, RotationDocument,
 };
@@ -397,6 +399,10 @@ fn default_force_window() -> f64 {
 
 impl Default for MeasuresDocument {
     fn default() -> Self {
-        Self { stress_thresholds_pa: default_thresholds(), force_window_s: default_force_window(), skin_set: None }
+        Self {
+            stress_thresholds_pa: default_thresholds(),
+            force_window_s: default_force_window(),
+            skin_set: None,
+        }
     }
 }
