@@ -1,1 +1,1 @@
-//! SKELETON
+//! Mesh files read.
