@@ -11,7 +11,6 @@ pub mod measures;
 pub mod meshes;
 pub mod motion;
 pub mod names;
-pub mod overlap;
 pub mod timing;
 
 pub use findings::Findings;
