@@ -1,0 +1,8 @@
+//! The service over HTTP. Modules mirror the URLs; `life` is about what outlives a request.
+#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+
+mod edge;
+mod life;
+mod pages;
+mod support;
+mod v1;
