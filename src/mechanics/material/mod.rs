@@ -11,6 +11,7 @@ mod isochoric;
 mod kinematics;
 mod mooney_rivlin;
 mod neo_hookean;
+mod paths;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4F
 pub use kinematics::{Invariants, Kinematics};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
+pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use tangent::{assemble_tangent, tangent_along};
 pub use volumetric::Volumetric;
 
