@@ -183,8 +183,7 @@ impl<L: Law> ElementSweep<'_, L> {
         let mut H = [Tensor::diagonal(zero); POINTS];
         let (mut volume, mut change, mut smallest) = (zero, zero, zero.constant(f64::MAX));
         for q in 0..POINTS {
-            let inverse: Tensor<Lane<S>> =
-                Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
+            let inverse: Tensor<Lane<S>> = Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
             H[q] = Hex8::local_gradient_at(&local, q).dot(&inverse);
             let j = volume_change(&H[q]);
             let w = load(&self.batch.volume[q]);
@@ -219,8 +218,7 @@ impl<L: Law> ElementSweep<'_, L> {
                 (None, None) => Pressure { p: -viscous.0, stiffness: zero },
             };
             let P = response.P.plus_scaled(pressure.p, &k.cof);
-            let inverse: Tensor<Lane<S>> =
-                Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
+            let inverse: Tensor<Lane<S>> = Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
             Hex8::add_local_stress(&mut sums, q, &P.dot_transposed(&inverse).scaled(w));
 
             let invariants = Invariants::new(&k);

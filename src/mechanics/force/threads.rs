@@ -14,21 +14,14 @@ impl Threads {
     /// # Errors
     /// When the operating system gives no threads.
     pub fn new(count: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool =
-            if count > 1 { Some(rayon::ThreadPoolBuilder::new().num_threads(count).build()?) } else { None };
+        let pool = if count > 1 { Some(rayon::ThreadPoolBuilder::new().num_threads(count).build()?) } else { None };
         Ok(Self { pool })
     }
 
     /// Calls `work(index, item)` for every item.
-    pub fn for_each<T: Send>(
-        &self,
-        items: impl IndexedParallelIterator<Item = T> + Iterator<Item = T>,
-        work: impl Fn(usize, T) + Sync + Send,
-    ) {
+    pub fn for_each<T: Send>(&self, items: impl IndexedParallelIterator<Item = T> + Iterator<Item = T>, work: impl Fn(usize, T) + Sync + Send) {
         match &self.pool {
-            Some(pool) => {
-                pool.install(|| IndexedParallelIterator::enumerate(items).for_each(|(i, item)| work(i, item)))
-            }
+            Some(pool) => pool.install(|| IndexedParallelIterator::enumerate(items).for_each(|(i, item)| work(i, item))),
             None => Iterator::enumerate(items).for_each(|(i, item)| work(i, item)),
         }
     }

@@ -1,6 +1,6 @@
 //! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file a law.
 //!
-//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent`]), exact to
+//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent_along`]), exact to
 //! rounding, so that no second formula can disagree with the first.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 #![allow(clippy::inline_always)]
