@@ -130,7 +130,10 @@ mod tests {
         for j in [0.0, 1e-300, 1e-18, -1e-12, 1e-6, -0.3, 0.5, -0.99, 20.0, 1e3] {
             let expected = f64::exp_m1(-f64::ln_1p(j) / 3.0);
             let got = inverse_cbrt_m1(j);
-            assert!((got - expected).abs() <= 8.0 * f64::EPSILON * expected.abs(), "j = {j}: {got} against {expected}");
+            assert!(
+                (got - expected).abs() <= 8.0 * f64::EPSILON * expected.abs(),
+                "j = {j}: {got} against {expected}"
+            );
         }
     }
 }

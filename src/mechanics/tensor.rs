@@ -67,9 +67,7 @@ impl<R: Real> Tensor<R> {
     #[must_use]
     pub fn dot_sym(&self, s: &Sym<R>) -> Self {
         let a = &self.0;
-        Self::from_fn(|i, j| {
-            a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j)))
-        })
+        Self::from_fn(|i, j| a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j))))
     }
     /// Matrix–vector product.
     #[inline(always)]

@@ -6,7 +6,12 @@ use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Tensor;
 
 /// `A : dF`, the change of P along `dF` at `F = I + H`; exact to rounding.
-pub fn tangent_along<R: Real>(material: &Material, H: &Tensor<R>, fibres: &[[R; 3]], dF: &Tensor<R>) -> Tensor<R> {
+pub fn tangent_along<R: Real>(
+    material: &Material,
+    H: &Tensor<R>,
+    fibres: &[[R; 3]],
+    dF: &Tensor<R>,
+) -> Tensor<R> {
     let lifted = Tensor::from_fn(|i, j| Dual { value: H.0[i][j], slope: dF.0[i][j] });
     let zero = H.0[0][0].zero();
     let mut directions = [[Dual { value: zero, slope: zero }; 3]; super::MAX_FAMILIES];

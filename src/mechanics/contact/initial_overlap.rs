@@ -1,0 +1,115 @@
+//! Slave nodes that start inside the other body: found before a run, with place and depth.
+
+use super::closest_point::Patch;
+use super::detection::Detector;
+use super::narrow_phase::{DEPTH, eval_proximity};
+use super::skin::Skin;
+use crate::mechanics::tensor::Vec3;
+
+/// Depths below this share of the face's size are rounding.
+pub const TOLERANCE: f64 = 1e-6;
+
+/// A slave node inside its master.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// Index of the pair.
+    pub pair: usize,
+    /// Node (global).
+    pub node: u32,
+    /// Where it is [m].
+    pub place: Vec3,
+    /// How deep below the closest point of the master's surface [m].
+    pub depth: f64,
+}
+
+/// All slave nodes that are inside their master at the positions `x` [m], beyond rounding, by pair and node.
+///
+/// Inside is told by the pseudo-normal at the closest point of the whole surface (Bærentzen & Aanæs 2005), at any depth;
+/// for self-contact only down to the depth that contact would hold.
+pub fn initial_overlaps(detector: &Detector, x: &[Vec3]) -> Vec<Overlap> {
+    let mut overlaps = Vec::new();
+    for (pair, (slave, master)) in detector.sides().enumerate() {
+        for &node in &detector.skin(slave).nodes {
+            let place = x[node as usize];
+            let (depth, size) = match (detector.plane(pair), master) {
+                (Some((point, normal, size)), _) => (-normal.dot(&(place - point)), size),
+                (None, Some(master)) => {
+                    let skin = detector.skin(master);
+                    let allowed = |face: u32| !detector.excludes(pair, node, face);
+                    let Some((gap, size)) = signed_gap(skin, &place, allowed, x) else { continue };
+                    if slave == master && gap < -DEPTH * size {
+                        continue;
+                    }
+                    (-gap, size)
+                }
+                (None, None) => continue,
+            };
+            if depth > TOLERANCE * size {
+                overlaps.push(Overlap { pair, node, place, depth });
+            }
+        }
+    }
+    overlaps
+}
+
+/// Signed distance of a point from the closest face that speaks for it, with that face's size.
+fn signed_gap(skin: &Skin, s: &Vec3, allowed: impl Fn(u32) -> bool, x: &[Vec3]) -> Option<(f64, f64)> {
+    let mut best: Option<(f64, f64, f64)> = None;
+    for (i, face) in skin.faces.iter().enumerate() {
+        let patch = Patch::new(face, x);
+        let centre = patch.corners.iter().sum::<Vec3>() * 0.25;
+        let radius = patch.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+        if best.is_some_and(|(distance, ..)| (s - centre).norm() - radius > distance) || !allowed(i as u32) {
+            continue;
+        }
+        if let Some(p) = eval_proximity(skin, i as u32, s, x)
+            && best.is_none_or(|(distance, ..)| p.distance < distance)
+        {
+            best = Some((p.distance, p.gap, skin.sizes[i]));
+        }
+    }
+    best.map(|(_, gap, size)| (gap, size))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mechanics::contact::{ContactPair, Master, Surface};
+
+    fn cube(at: Vec3, size: f64, x: &mut Vec<Vec3>) -> Surface {
+        let base = x.len() as u32;
+        for [a, b, c] in
+            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+        {
+            x.push(at + Vec3::new(f64::from(a), f64::from(b), f64::from(c)) * size);
+        }
+        let faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+            .map(|f| f.map(|n| n + base));
+        Surface { nodes: (base..base + 8).collect(), faces: faces.to_vec() }
+    }
+
+    #[test]
+    fn overlap_is_found_with_place_and_depth_at_any_depth_and_touching_is_none() {
+        for (lower, depths) in [(0.0, vec![]), (-1e-8, vec![]), (0.1, vec![0.1; 4]), (0.4, vec![0.4; 4])] {
+            let mut x = Vec::new();
+            let below = cube(Vec3::zeros(), 1.0, &mut x);
+            let above = cube(Vec3::new(0.45, 0.45, 1.0 - lower), 0.1, &mut x);
+            let pairs = [
+                ContactPair { name: "a".into(), slave: 1, master: Master::Surface(0), mu: 0.0 },
+                ContactPair {
+                    name: "b".into(),
+                    slave: 0,
+                    master: Master::Plane { point: Vec3::zeros(), normal: Vec3::z() },
+                    mu: 0.0,
+                },
+            ];
+            let detector = Detector::new(&[below, above], &pairs, &x);
+            let found = initial_overlaps(&detector, &x);
+            // The upper cube is 0.1 high: sunk by 0.4 all its nodes are inside.
+            let lowest: Vec<f64> =
+                found.iter().filter(|o| o.node < 12).map(|o| (o.depth * 1e9).round() / 1e9).collect();
+            assert_eq!(lowest, depths, "sunk by {lower}");
+            assert!(found.iter().all(|o| o.pair == 0 && o.place == x[o.node as usize]));
+        }
+    }
+}
