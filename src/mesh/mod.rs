@@ -127,7 +127,9 @@ impl Mesh {
         self.hexes.iter_mut().flatten().for_each(|a| *a = new_index[*a as usize]);
         for set in self.node_sets.values_mut() {
             set.retain(|&a| used[a as usize]);
-            set.iter_mut().for_each(|a| *a = new_index[*a as usize]);
+            for a in set {
+                *a = new_index[*a as usize];
+            }
         }
         self.node_sets.retain(|_, set| !set.is_empty());
         dropped
@@ -158,6 +160,7 @@ impl Mesh {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::generate::block::Block;
     use super::*;

@@ -160,11 +160,14 @@ fn coincident_nodes(nodes: &[Vec3]) -> Offenders {
         sorted.chunk_by(|a, b| a.0 == b.0).flat_map(|run| run[1..].iter().map(|&(_, a)| a)).collect();
     again.sort_unstable();
     let mut out = Offenders::default();
-    again.into_iter().for_each(|a| out.push(a));
+    for a in again {
+        out.push(a);
+    }
     out
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
     use super::*;

@@ -236,6 +236,7 @@ fn duplicate_elements(hexes: &[[u32; 8]]) -> Vec<(u32, u32)> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
     use super::super::generate::hollow_ball::HollowBall;
