@@ -153,7 +153,8 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        self.with(self.simd.abs_f64s(self.v))
+        // pulp's own abs and neg are not always inlined, and a call in a kernel costs more than the kernel's arithmetic.
+        self.max(-self)
     }
     #[inline(always)]
     fn select_positive(self, yes: Self, no: Self) -> Self {
@@ -194,7 +195,7 @@ impl<S: Simd> Neg for Lane<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.with(self.simd.neg_f64s(self.v))
+        self.with(self.simd.sub_f64s(self.simd.splat_f64s(-0.0), self.v))
     }
 }
 impl<S: Simd> AddAssign for Lane<S> {
