@@ -133,7 +133,8 @@ impl<S: Simd> Real for Lane<S> {
         // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
         let k = u.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))
             - 6_755_399_441_055_744.0;
-        let f = (scale - 1.0).mul_add(self, self + (scale - 1.0));
+        // x − (u − 1) is what rounding 1 + x lost.
+        let f = scale.mul_add(self - (u - 1.0), scale * u - 1.0);
         let s = f / (f + 2.0);
         let s2 = s * s;
         let mut p = self.constant(LN_SERIES[0]);
