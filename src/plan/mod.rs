@@ -1,6 +1,7 @@
 //! The plan: a scene compiled to what it needs. Immutable while it runs; everything not needed is absent.
 
 mod compile;
+mod contact;
 mod report;
 
 pub use compile::{CompileError, compile};
@@ -134,6 +135,10 @@ impl Plan {
     /// Number of elements.
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
+    }
+    /// Number of slots of all blocks, padding included.
+    pub fn slot_count(&self) -> usize {
+        self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
     }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {

@@ -76,7 +76,7 @@ mod tests {
         };
         let frame = FibreFrameDocument::Cylindrical { origin_m: [0.0; 3], axis: [0.0, 2.0, 0.0] };
         let axes = element_axes(Some(&frame), &mesh, 0).unwrap();
-        assert_eq!(axes, Mat3::from_columns(&[Vec3::y(), -Vec3::z(), Vec3::x()]));
+        assert_eq!(axes, Mat3::from_columns(&[Vec3::y(), Vec3::z(), Vec3::x()]));
         mesh.nodes.iter_mut().for_each(|x| x.x -= 2.0);
         assert_eq!(element_axes(Some(&frame), &mesh, 0), Err(NoAxes::OnAxis { element: 0 }));
         assert_eq!(element_axes(Some(&FibreFrameDocument::Mesh {}), &mesh, 0), Err(NoAxes::MeshHasNone));

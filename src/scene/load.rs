@@ -55,7 +55,8 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
             return Err(Problems(checked.problems));
         }
     };
-    let (found, parts) = examine(&document, source, budget);
+    let whole = checked.placeholders.is_empty();
+    let (found, parts) = examine(&document, whole, source, budget);
     let problems = merged(checked, found);
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => Ok(Loaded {
@@ -64,7 +65,15 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
             estimate: parts.estimate,
             bodies: parts.summaries,
         }),
-        _ => Err(Problems(problems)),
+        parts => {
+            let mut problems = problems;
+            // A body is only left out with a reason; were there none, saying so is better than an empty list.
+            if parts.is_none() && problems.iter().all(|p| !p.is_error()) {
+                let message = "the scene could not be built, and no check says why";
+                problems.push(Problem::error("internal", &Pointer::root(), message).remedy("report this scene"));
+            }
+            Err(Problems(problems))
+        }
     }
 }
 
@@ -91,8 +100,14 @@ struct Parts {
     content_hash: String,
 }
 
-/// Checks the document, makes the meshes, checks them; the parts when all bodies could be made.
-fn examine(document: &SceneDocument, source: &dyn MeshSource, budget: &Budget) -> (Findings, Option<Parts>) {
+/// Checks the document, makes the meshes, checks them; the parts when all bodies could be made and the document is
+/// `whole`, without placeholders.
+fn examine(
+    document: &SceneDocument,
+    whole: bool,
+    source: &dyn MeshSource,
+    budget: &Budget,
+) -> (Findings, Option<Parts>) {
     let mut out = check_document(document, budget);
     let mut builder = Builder::new(source, budget);
     let made: Vec<Option<(SceneBody, BodySummary)>> = document
@@ -103,7 +118,7 @@ fn examine(document: &SceneDocument, source: &dyn MeshSource, budget: &Budget) -
         .collect();
     let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
     // What follows calculates with the numbers, so they must be sound.
-    if out.0.iter().any(Problem::is_error) {
+    if !whole || out.0.iter().any(Problem::is_error) {
         return (out, None);
     }
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
@@ -125,8 +140,9 @@ fn make_body(
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
+    let materials = body.parts.iter().map(|part| part.material.to_material()).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    Some((SceneBody { mesh, part_entry, axes }, summary))
+    Some((SceneBody { mesh, materials, part_entry, axes }, summary))
 }
 
 /// All problems: those of the structure, and those of the meaning unless they speak of a placeholder.

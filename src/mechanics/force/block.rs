@@ -3,7 +3,7 @@
 use super::sweep::{self, SweepInput, SweepOutput};
 use crate::mechanics::element::{POINTS, ReferenceGeometry};
 use crate::mechanics::lanes::BATCH;
-use crate::mechanics::material::{MAX_FAMILIES, Material};
+use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Law, density and viscosity of a block.
@@ -53,7 +53,8 @@ pub(super) struct Batch {
     pub volume: [[f64; BATCH]; POINTS],
     /// λ / ρ: largest ω² per tangent norm [1/(m² kg/m³)]; zero in padding.
     pub frequency_bound: [f64; BATCH],
-    /// Length L of the bulk viscosity, the cube root of the reference volume [m]; 1 in padding.
+    /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
+    /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: [f64; BATCH],
 }
 
@@ -93,6 +94,11 @@ impl ElementBlock {
         block
     }
 
+    /// Number of batches.
+    pub fn batch_count(&self) -> usize {
+        self.batches.len()
+    }
+
     /// Number of slots, padding included.
     pub fn slot_count(&self) -> usize {
         self.batches.len() * BATCH
@@ -116,9 +122,8 @@ impl ElementBlock {
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.
     fn pack_fibres(&mut self, chunk: &[BlockInput]) {
-        let mut directions = [[0.0; 3]; MAX_FAMILIES];
-        let count = self.parameters.material.copy_families(&mut directions);
-        for direction in &directions[..count] {
+        let material = self.parameters.material;
+        for direction in material.fibre_directions() {
             let mut lanes = [[0.0; BATCH]; 3];
             for lane in 0..BATCH {
                 let a = chunk[lane.min(chunk.len() - 1)].axes * Vec3::from(*direction);
@@ -158,7 +163,7 @@ fn pack(chunk: &[BlockInput], density: f64) -> Batch {
             batch.volume[q][lane] = input.geometry.volume[q];
         }
         batch.frequency_bound[lane] = input.geometry.gradient_bound / density;
-        batch.length[lane] = input.geometry.total_volume().cbrt();
+        batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
     }
     batch
 }

@@ -4,7 +4,7 @@ use super::Findings;
 use crate::mechanics::material::Material;
 use crate::mesh::hexahedron::EDGES;
 use crate::scene::budget::Budget;
-use crate::scene::document::{FieldName, IntegratorDocument, SceneDocument};
+use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::SceneBody;
 use schemars::JsonSchema;
@@ -80,12 +80,9 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], budget: &Budget, ou
 }
 
 /// The shortest time in which a wave crosses an edge of one element, and the time in which it crosses the body [s].
-fn crossing_times(written: &crate::scene::document::BodyDocument, body: &SceneBody) -> [f64; 2] {
-    let speeds: Vec<f64> = written
-        .parts
-        .iter()
-        .map(|p| p.material.to_material().map_or(0.0, |m| wave_speed(&m, p.density_kg_per_m3)))
-        .collect();
+fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
+    let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
+    let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
         let corners = body.mesh.corners(element);
