@@ -25,7 +25,14 @@ pub struct ContactPatch {
 
 impl Default for ContactPatch {
     fn default() -> Self {
-        Self { area: 0.0, axes: [0.0; 2], nodes: 0, nodes_across: 0, peak_pressure: 0.0, centre: Vec3::zeros() }
+        Self {
+            area: 0.0,
+            axes: [0.0; 2],
+            nodes: 0,
+            nodes_across: 0,
+            peak_pressure: 0.0,
+            centre: Vec3::zeros(),
+        }
     }
 }
 
@@ -136,7 +143,9 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
         axes: [axis(0), axis(1)],
         nodes: pressed.len() as u32,
         nodes_across: across.round() as u32,
-        peak_pressure: pressed.iter().fold(0.0, |peak, p| if p.area > 0.0 { f64::max(peak, p.normal_force / p.area) } else { peak }),
+        peak_pressure: pressed
+            .iter()
+            .fold(0.0, |peak, p| if p.area > 0.0 { f64::max(peak, p.normal_force / p.area) } else { peak }),
         centre,
     }
 }
@@ -183,9 +192,13 @@ mod tests {
     fn grid() -> (Surface, impl Fn(u32) -> Vec3) {
         let node = |i: u32, j: u32| j * 11 + i;
         let faces = (0..10)
-            .flat_map(|j| (0..10).map(move |i| [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]))
+            .flat_map(|j| {
+                (0..10).map(move |i| [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)])
+            })
             .collect();
-        (Surface { nodes: (0..121).collect(), faces }, |n| Vec3::new(f64::from(n % 11), f64::from(n / 11), 0.0))
+        (Surface { nodes: (0..121).collect(), faces }, |n| {
+            Vec3::new(f64::from(n % 11), f64::from(n / 11), 0.0)
+        })
     }
 
     #[test]
@@ -193,7 +206,9 @@ mod tests {
         let (surface, position) = grid();
         let geometry = PatchGeometry::new(&surface);
         let area = |n| geometry.tributary_area(n, &position);
-        assert!((area(0) - 0.25).abs() < 1e-14 && (area(5) - 0.5).abs() < 1e-14 && (area(60) - 1.0).abs() < 1e-14);
+        assert!(
+            (area(0) - 0.25).abs() < 1e-14 && (area(5) - 0.5).abs() < 1e-14 && (area(60) - 1.0).abs() < 1e-14
+        );
         let total: f64 = (0..121).map(area).sum();
         assert!((total - 100.0).abs() < 1e-12, "{total}");
     }
@@ -201,7 +216,8 @@ mod tests {
     #[test]
     fn a_triangle_gives_a_third_to_each_corner() {
         let surface = Surface { nodes: vec![0, 1, 2], faces: vec![[0, 1, 2, 2]] };
-        let position = |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
+        let position =
+            |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
         let geometry = PatchGeometry::new(&surface);
         for n in 0..3 {
             assert!((geometry.tributary_area(n, &position) - 1.0).abs() < 1e-14);
@@ -222,7 +238,9 @@ mod tests {
             }
         }
         let patch = patch_of(&pressed, spacing);
-        assert!((patch.axes[0] / (2.0 * a) - 1.0).abs() < 0.01 && (patch.axes[1] / (2.0 * b) - 1.0).abs() < 0.01);
+        assert!(
+            (patch.axes[0] / (2.0 * a) - 1.0).abs() < 0.01 && (patch.axes[1] / (2.0 * b) - 1.0).abs() < 0.01
+        );
         assert!((patch.area / (std::f64::consts::PI * a * b) - 1.0).abs() < 0.01);
         assert_eq!(patch.nodes_across, 61);
         assert!((patch.peak_pressure - 2.0 / (spacing * spacing)).abs() < 1e-9);

@@ -58,7 +58,11 @@ impl Fields {
             von_mises: room(FieldName::VonMises, nodes),
             pressure: room(FieldName::Pressure, nodes),
             principal_strain: room(FieldName::PrincipalStrain, nodes),
-            element_cauchy: if asked(FieldName::ElementCauchyStress) { vec![[0.0; 6]; plan.element_count()] } else { vec![] },
+            element_cauchy: if asked(FieldName::ElementCauchyStress) {
+                vec![[0.0; 6]; plan.element_count()]
+            } else {
+                vec![]
+            },
             ..Self::default()
         };
         if !fields.is_nodal() && fields.element_cauchy.is_empty() {

@@ -129,7 +129,11 @@ impl ImpactForce {
     /// Patch of the sample nearest to a time.
     fn patch_near(&self, time: f64) -> ContactPatch {
         let distance = |s: &&PairSample| (s.time - time).abs();
-        self.history.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|s| s.patch).unwrap_or_default()
+        self.history
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .map(|s| s.patch)
+            .unwrap_or_default()
     }
 }
 
@@ -157,7 +161,8 @@ mod tests {
             let force = (impulse(t + 0.5 * step) - impulse(t - 0.5 * step)) / step;
             let nodes = u32::from(force > 0.0);
             let patch = ContactPatch { area: force, nodes, ..ContactPatch::default() };
-            let sample = PairSample { time: t, impulse: Vec3::z() * impulse(t), force: Vec3::z() * force, patch };
+            let sample =
+                PairSample { time: t, impulse: Vec3::z() * impulse(t), force: Vec3::z() * force, patch };
             measure.accumulate(sample, step);
         }
         measure
@@ -180,7 +185,10 @@ mod tests {
         let exact = (0.1 * PI).sin() / (0.1 * PI);
         assert!((measure.peak.force - exact).abs() < 1e-6, "{} {exact}", measure.peak.force);
         assert!((measure.peak.time - 0.5).abs() < 2e-3);
-        assert!((measure.peak.patch.area - 1.0).abs() < 1e-5, "the patch is that of the middle of the window");
+        assert!(
+            (measure.peak.patch.area - 1.0).abs() < 1e-5,
+            "the patch is that of the middle of the window"
+        );
         assert!((measure.peak_step.0 - 1.0).abs() < 1e-5);
     }
 

@@ -39,8 +39,6 @@ pub struct Measures {
     pub fields: Option<Fields>,
     /// The ledger at the latest step.
     pub energy: Energy,
-    /// Largest total strain energy so far, for the scale of energies [J].
-    pub peak_strain: f64,
     /// Largest error of the balance so far [-].
     pub largest_balance_error: f64,
     /// Time and number of the latest step.
@@ -85,15 +83,6 @@ impl Measures {
         }
     }
 
-    /// Energy that errors are compared with: the largest of initial energy, peak strain energy, external work and
-    /// dissipation [J], as in the gate of the ledger.
-    pub fn energy_scale(&self) -> f64 {
-        let e = &self.energy;
-        let dissipation: f64 = e.bodies.iter().map(|b| b.viscous_j).sum::<f64>()
-            + e.pairs.iter().map(|p| p.friction_j + p.numerical_j).sum::<f64>();
-        e.initial_total_j.max(self.peak_strain).max(e.external_work_j.abs()).max(dissipation)
-    }
-
     /// The summary of the run so far.
     pub fn running_summary(&self, plan: &Plan) -> Summary {
         Summary::compose(self, plan, None)
@@ -133,7 +122,6 @@ impl Recorder for Measures {
         }
         self.deflection.accumulate(frame);
         self.energy.clone_from(frame.energy);
-        self.peak_strain = self.peak_strain.max(frame.energy.bodies.iter().map(|b| b.strain_j).sum());
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.state.step);
         if frame.is_field_time {

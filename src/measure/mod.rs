@@ -13,8 +13,6 @@ pub mod impact_force;
 mod measures;
 pub mod stress_depth;
 pub mod summary;
-mod summary_table;
 
 pub use measures::Measures;
-pub use summary::Summary;
-pub use summary_table::render_table;
+pub use summary::{Summary, render_table};

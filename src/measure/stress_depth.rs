@@ -90,7 +90,8 @@ impl StressDepth {
 
     /// From its parts.
     fn of(skin: Option<DepthField>, elements: Vec<std::ops::Range<u32>>, thresholds: &[f64]) -> Self {
-        let exceedances = thresholds.iter().map(|&threshold| Exceedance { threshold, ..Exceedance::default() });
+        let exceedances =
+            thresholds.iter().map(|&threshold| Exceedance { threshold, ..Exceedance::default() });
         Self {
             skin,
             elements,
@@ -197,6 +198,10 @@ mod tests {
         measure.begin(0.0);
         measure.accumulate(0, &point(-1.0, 2.0));
         measure.end();
-        assert!(!measure.has_skin() && measure.exceedances[0].depth == 0.0 && measure.exceedances[0].volume == 2.0);
+        assert!(
+            !measure.has_skin()
+                && measure.exceedances[0].depth == 0.0
+                && measure.exceedances[0].volume == 2.0
+        );
     }
 }
