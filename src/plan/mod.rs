@@ -135,6 +135,10 @@ impl Plan {
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
+    /// Number of slots of all blocks, padding included.
+    pub fn slot_count(&self) -> usize {
+        self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
+    }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {
         self.bodies.partition_point(|b| b.nodes.end <= node)
