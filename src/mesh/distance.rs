@@ -54,6 +54,7 @@ impl DepthField {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
     use super::super::surface::skin;

@@ -122,6 +122,7 @@ fn child(lattice: &[u32; 27], octant: usize) -> [u32; 8] {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
     use super::super::generate::limb_segment::LimbSegment;

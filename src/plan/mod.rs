@@ -1,6 +1,7 @@
 //! The plan: a scene compiled to what it needs. Immutable while it runs; everything not needed is absent.
 
 mod compile;
+mod contact;
 mod report;
 
 pub use compile::{CompileError, compile};

@@ -27,6 +27,8 @@ pub struct Scene {
 pub struct SceneBody {
     /// Its mesh, placed.
     pub mesh: Mesh,
+    /// The law of each entry of the body's `parts`.
+    pub materials: Vec<crate::mechanics::material::Material>,
     /// For every element the index of its entry in the body's `parts`.
     pub part_entry: Vec<u32>,
     /// Material axes of every element (columns e1, e2, e3 in reference axes); empty when no law of the body has fibres.

@@ -1,5 +1,8 @@
 //! Why a run went wrong, where, when, and what to do about it.
 
+use super::state::State;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
 use serde::Serialize;
 
 /// The cause, as a code that programs can match.
@@ -54,4 +57,48 @@ pub struct Failure {
     /// Where, when it is about an element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<ElementPlace>,
+}
+
+impl FailureCause {
+    /// What a user can do about it, in plain words.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::ElementInverted => {
+                "Refine the mesh there, make the layer softer to crush (a volumetric law that grows without bound, \
+                 `quadratic_ln`), lower the speed, or end the run before this time."
+            }
+            Self::StepCollapsed => {
+                "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there or \
+                 lower the speed."
+            }
+            Self::FibreOverstretched => {
+                "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
+            }
+            Self::ContactNotConverged => {
+                "Raise `contact.tolerance`, lower the friction, or avoid bodies that touch over many redundant nodes."
+            }
+            Self::EnergyGate => {
+                "Lower `integrator.safety_factor` (0.5 is a good trial) or refine the mesh where the energy changes most."
+            }
+            Self::NotFinite => "This is a defect of the scene or of the engine; keep the scene and report it.",
+            Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
+            Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
+        }
+    }
+}
+
+/// An element in the words of the user.
+pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> ElementPlace {
+    let b = plan.body_of_element(element);
+    let body = &plan.bodies[b];
+    let local = element - body.elements.start;
+    let nodes = &body.hexes[local as usize];
+    let center: Vec3 =
+        nodes.iter().map(|node| state.position(plan, b, *node as usize)).sum::<Vec3>() / nodes.len() as f64;
+    ElementPlace {
+        body: body.name.clone(),
+        part: body.parts[body.part_of[local as usize] as usize].clone(),
+        element: local,
+        position_m: center.into(),
+    }
 }

@@ -3,6 +3,7 @@
 //! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see [`explicit`]):
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
 
+mod contact;
 mod explicit;
 mod failure;
 mod frame;
@@ -12,6 +13,8 @@ mod state;
 
 pub use failure::{ElementPlace, Failure, FailureCause};
 pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
-pub use ledger::{BodyEnergy, Energy, PairLedger};
-pub use run::{Interrupt, RunOptions, run};
+pub use ledger::{BodyEnergy, Energy, Ledger, PairLedger};
+pub use run::{Interrupt, RunOptions, run, run_from};
 pub use state::State;
+#[cfg(test)]
+mod tests;

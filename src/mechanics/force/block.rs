@@ -3,7 +3,7 @@
 use super::sweep::{self, SweepInput, SweepOutput};
 use crate::mechanics::element::{POINTS, ReferenceGeometry};
 use crate::mechanics::lanes::BATCH;
-use crate::mechanics::material::{MAX_FAMILIES, Material};
+use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Law, density and viscosity of a block.
@@ -93,6 +93,11 @@ impl ElementBlock {
         block
     }
 
+    /// Number of batches.
+    pub fn batch_count(&self) -> usize {
+        self.batches.len()
+    }
+
     /// Number of slots, padding included.
     pub fn slot_count(&self) -> usize {
         self.batches.len() * BATCH
@@ -116,9 +121,8 @@ impl ElementBlock {
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.
     fn pack_fibres(&mut self, chunk: &[BlockInput]) {
-        let mut directions = [[0.0; 3]; MAX_FAMILIES];
-        let count = self.parameters.material.copy_families(&mut directions);
-        for direction in &directions[..count] {
+        let material = self.parameters.material;
+        for direction in material.fibre_directions() {
             let mut lanes = [[0.0; BATCH]; 3];
             for lane in 0..BATCH {
                 let a = chunk[lane.min(chunk.len() - 1)].axes * Vec3::from(*direction);

@@ -17,6 +17,6 @@ pub use block::{BlockInput, BlockParameters, ElementBlock};
 pub use points::PointField;
 pub use rate::largest_stretch_rate;
 pub use sweep::{BatchTotals, SweepInput, SweepOutput};
-pub use threads::Threads;
+pub use threads::{BlockTotals, Threads};
 
 pub use super::lanes::BATCH;

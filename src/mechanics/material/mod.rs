@@ -1,6 +1,6 @@
 //! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file a law.
 //!
-//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent`]), exact to
+//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent_along`]), exact to
 //! rounding, so that no second formula can disagree with the first.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 #![allow(clippy::inline_always)]
@@ -11,6 +11,7 @@ mod isochoric;
 mod kinematics;
 mod mooney_rivlin;
 mod neo_hookean;
+mod paths;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4F
 pub use kinematics::{Invariants, Kinematics};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
+pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use tangent::{assemble_tangent, tangent_along};
 pub use volumetric::Volumetric;
 

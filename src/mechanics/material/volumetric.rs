@@ -5,7 +5,7 @@ use crate::mechanics::real::{Real, ln_1p_defect};
 /// U(J) with its bulk modulus K [Pa]; all three have U″(1) = K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Volumetric {
-    /// U = K/2 (ln J)². Softens under tension and, in stress, beyond J = e; the default.
+    /// U = K/2 (ln J)². Softens in tension; U′ falls beyond J = e. The default.
     LnSquared(f64),
     /// U = K/2 (J − 1)². Allows J → 0 at finite energy.
     Quadratic(f64),

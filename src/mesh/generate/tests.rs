@@ -1,4 +1,5 @@
 //! What all generators must hold: positive Jacobians, closed outward skins, true volumes with order 2, node sets.
+#![allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic; exactly is what is meant
 
 use super::block::{Block, Cuts};
 use super::cylinder::Cylinder;

@@ -3,6 +3,8 @@
 // A law must be *exactly* free of stress at rest: equality of floats is what is meant.
 #![allow(clippy::float_cmp, clippy::unwrap_used)]
 
+mod lanes;
+mod paths;
 mod response;
 mod stiffness_bound;
 

@@ -1,0 +1,129 @@
+//! One slave node against the faces near it: distance, sign, and the choice of one face.
+
+use super::closest_point::{Feature, Patch};
+use super::skin::{NONE, Skin};
+use crate::mechanics::tensor::Vec3;
+use std::cell::OnceCell;
+
+/// A node this share of the face's size outside a face is a candidate: it may close within the step, also when the
+/// reaction of another contact pushes it.
+pub const NEAR: f64 = 0.05;
+/// A node this share of the face's size behind a face is still held by it; deeper ones belong to another side.
+pub const DEPTH: f64 = 0.25;
+/// A face reaches this share of its size beyond its border, so that nodes that lie on the edge of a body stay in
+/// contact while rounding (or the difference of two lateral strains) moves them across.
+pub const BAND: f64 = 0.01;
+/// Faces whose distances differ by less than this share of the size are equally close: the one that faces the slave
+/// best is taken.
+const TIE: f64 = 1e-6;
+/// Largest cosine between the slave's normal and the face's: they must face each other.
+const OPPOSED: f64 = -0.02;
+
+/// A node and a face, seen from the closest point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Proximity {
+    /// Index of the face.
+    pub face: u32,
+    /// Shape functions of the closest point.
+    pub weights: [f64; 4],
+    /// Unit normal of the contact, out of the master.
+    pub normal: Vec3,
+    /// Signed gap along the normal [m].
+    pub gap: f64,
+    /// Distance of the node from the face [m].
+    pub distance: f64,
+}
+
+/// Distance and sign of `s` [m] against one face, or `None` where the face does not speak for the point: beyond the
+/// border of an open surface, or on the far side of an edge, where its neighbour does.
+pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+    let patch = Patch::new(&skin.faces[face as usize], x);
+    let size = skin.sizes[face as usize];
+    let closest = patch.closest(s);
+    let offset = s - closest.point;
+    let distance = offset.norm();
+    let normal = patch.normal(&closest.weights);
+    if normal == Vec3::zeros() {
+        return None;
+    }
+    let along = normal.dot(&offset);
+    let found = |normal, gap| Some(Proximity { face, weights: closest.weights, normal, gap, distance });
+    let (pseudo_normal, border) = match closest.feature {
+        Feature::Interior => return found(normal, along),
+        Feature::Edge(k) => match skin.neighbours[face as usize][k] {
+            NONE => (normal, true),
+            other => (normal + normal_nearest(skin, other, &closest.point, x), false),
+        },
+        Feature::Corner(k) => {
+            let node = skin.faces[face as usize][k];
+            (skin.vertex_normal(node, x), skin.on_border(node))
+        }
+    };
+    // Within the band the face's own plane continues: no jump for a node that slides across its edge.
+    if (offset - normal * along).norm() <= BAND * size {
+        let outside = pseudo_normal.dot(&offset) >= 0.0;
+        // Past a sharp edge this plane would give the wrong sign: the neighbour gives the right one.
+        let on_plane = along.abs() <= TIE * size;
+        return if border || on_plane || (along >= 0.0) == outside { found(normal, along) } else { None };
+    }
+    if border || distance == 0.0 {
+        return None;
+    }
+    let sign = if pseudo_normal.dot(&offset) >= 0.0 { 1.0 } else { -1.0 };
+    found(offset * (sign / distance), sign * distance)
+}
+
+/// Normal of a face at the point of it nearest to `p`.
+fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
+    let patch = Patch::new(&skin.faces[face as usize], x);
+    patch.normal(&patch.closest(p).weights)
+}
+
+/// The face that holds the node, of those given in ascending order: the closest one within reach and opposed to the
+/// slave's own normal (zero: any), and of equally close ones the most opposed. The normal is asked for only if needed.
+pub(super) fn choose_face(
+    skin: &Skin,
+    faces: impl Iterator<Item = u32>,
+    s: &Vec3,
+    slave_normal: impl Fn() -> Vec3,
+    x: &[Vec3],
+) -> Option<Proximity> {
+    let normal = OnceCell::new();
+    let mut best: Option<Proximity> = None;
+    for found in faces.filter_map(|face| eval_within_reach(skin, face, s, x)) {
+        let normal = normal.get_or_init(&slave_normal);
+        let opposed = *normal == Vec3::zeros() || normal.dot(&found.normal) < OPPOSED;
+        if opposed && best.is_none_or(|b| is_better(skin, &found, &b, normal)) {
+            best = Some(found);
+        }
+    }
+    best
+}
+
+/// The proximity of a face that may hold the node.
+fn eval_within_reach(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+    let size = skin.sizes[face as usize];
+    // A sphere around the face, before anything costly.
+    let corners = skin.faces[face as usize].map(|node| x[node as usize]);
+    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
+    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
+    let reach = radius + NEAR.max(DEPTH) * size;
+    if (s - centre).norm_squared() > reach * reach {
+        return None;
+    }
+    let found = eval_proximity(skin, face, s, x)?;
+    let within = found.gap <= NEAR * size && found.gap >= -DEPTH * size && found.distance <= DEPTH * size;
+    within.then_some(found)
+}
+
+/// Closer, or as close and more opposed; faces come in ascending order, so equals keep the first.
+fn is_better(skin: &Skin, a: &Proximity, b: &Proximity, slave_normal: &Vec3) -> bool {
+    let tie = TIE * skin.sizes[a.face as usize].max(skin.sizes[b.face as usize]);
+    if (a.distance - b.distance).abs() > tie {
+        return a.distance < b.distance;
+    }
+    if *slave_normal == Vec3::zeros() {
+        return a.gap > b.gap;
+    }
+    slave_normal.dot(&a.normal) < slave_normal.dot(&b.normal)
+}
