@@ -78,7 +78,9 @@ fn impact_pressure(plan: &Plan) -> f64 {
 fn initial_stress(plan: &Plan) -> f64 {
     let mut largest = 0.0;
     if !plan.initial_u.is_empty() {
-        for_each_point(plan, &plan.initial_u, &mut |_, _, point| largest = f64::max(largest, von_mises(&point.cauchy)));
+        for_each_point(plan, &plan.initial_u, &mut |_, _, point| {
+            largest = f64::max(largest, von_mises(&point.cauchy))
+        });
     }
     largest
 }

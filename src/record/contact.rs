@@ -46,7 +46,9 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
     let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
     let mu = contact.pairs[pair as usize].mu;
-    let active = || frame.contacts.iter().zip(frame.reactions).filter(move |(c, r)| c.pair == pair && r.impulse[0] > 0.0);
+    let active = || {
+        frame.contacts.iter().zip(frame.reactions).filter(move |(c, r)| c.pair == pair && r.impulse[0] > 0.0)
+    };
     let force = |impulse: f64| impulse / frame.mean_step;
     let tangential = |(c, r): (&Contact, &Reaction)| -> Vec3 {
         c.frame[1] * force(r.impulse[1]) + c.frame[2] * force(r.impulse[2])

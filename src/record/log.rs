@@ -9,5 +9,10 @@ pub const SCHEMA: &str = "foxglove.Log";
 
 /// A line at a simulated time [s].
 pub fn message(time: f64, level: Level, text: &str) -> Log {
-    Log { timestamp: Some(timestamp(time)), level: level.into(), message: text.into(), name: "contuse".into() }
+    Log {
+        timestamp: Some(timestamp(time)),
+        level: level.into(),
+        message: text.into(),
+        name: "contuse".into(),
+    }
 }

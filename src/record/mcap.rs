@@ -10,7 +10,9 @@
 //! It carries the [`Measures`], so that what is recorded and what is summed up are the same numbers.
 
 use super::writer::{RecordingWriter, TimeScale};
-use super::{RecordError, colour, contact, energy, log, point_cloud, reference, scene_update, stress, summary};
+use super::{
+    RecordError, colour, contact, energy, log, point_cloud, reference, scene_update, stress, summary,
+};
 use crate::measure::{Measures, Summary};
 use crate::plan::{Plan, PlanBody};
 use crate::record::proto::foxglove::Level;
@@ -87,8 +89,11 @@ impl McapRecorder {
         writer.write_metadata(RUN_METADATA, self.run_metadata(plan, scale, colour_top)?)?;
         writer.attach("scene.json", &self.info.document_json)?;
         writer.attach("plan_report.json", &serde_json::to_vec_pretty(&plan.report)?)?;
-        let contact =
-            if plan.contact.is_some() { Some(writer.add_channel(contact::TOPIC, contact::SCHEMA)?) } else { None };
+        let contact = if plan.contact.is_some() {
+            Some(writer.add_channel(contact::TOPIC, contact::SCHEMA)?)
+        } else {
+            None
+        };
         let energy = writer.add_channel(energy::TOPIC, energy::SCHEMA)?;
         let summary = writer.add_channel(summary::TOPIC, summary::SCHEMA)?;
         let log = writer.add_channel(log::TOPIC, log::SCHEMA)?;
@@ -122,7 +127,12 @@ impl McapRecorder {
         })
     }
 
-    fn run_metadata(&self, plan: &Plan, scale: TimeScale, top: f64) -> Result<BTreeMap<String, String>, RecordError> {
+    fn run_metadata(
+        &self,
+        plan: &Plan,
+        scale: TimeScale,
+        top: f64,
+    ) -> Result<BTreeMap<String, String>, RecordError> {
         let mut metadata: BTreeMap<String, String> = [
             ("engine", "contuse".to_owned()),
             ("engine_version", env!("CARGO_PKG_VERSION").to_owned()),
@@ -144,7 +154,8 @@ impl McapRecorder {
         ]
         .map(|(key, value)| (key.to_owned(), value))
         .into();
-        let hashes = self.info.mesh_hashes.iter().map(|(body, hash)| (format!("mesh_hash/{body}"), hash.clone()));
+        let hashes =
+            self.info.mesh_hashes.iter().map(|(body, hash)| (format!("mesh_hash/{body}"), hash.clone()));
         metadata.extend(hashes);
         Ok(metadata)
     }
@@ -177,7 +188,13 @@ impl McapRecorder {
     }
 
     /// Writes what belongs at the end, and closes.
-    fn close(mut open: Open, measures: &Measures, plan: &Plan, outcome: &Outcome, end: &Summary) -> Result<(), RecordError> {
+    fn close(
+        mut open: Open,
+        measures: &Measures,
+        plan: &Plan,
+        outcome: &Outcome,
+        end: &Summary,
+    ) -> Result<(), RecordError> {
         let time = measures.time;
         if !open.is_latest_written {
             open.writer.write(open.energy, time, &energy::message(plan, measures))?;
@@ -194,13 +211,20 @@ impl McapRecorder {
             Ending::Cancelled => (false, "cancelled"),
             Ending::Failed { .. } => (false, "failed"),
         };
-        open.writer.write_metadata(ENDING_METADATA, ending_metadata(complete, ending, &text, time, measures.step))?;
+        open.writer
+            .write_metadata(ENDING_METADATA, ending_metadata(complete, ending, &text, time, measures.step))?;
         open.writer.finish()
     }
 }
 
 /// The metadata record about the end of a run.
-pub(super) fn ending_metadata(complete: bool, ending: &str, why: &str, time: f64, step: u64) -> BTreeMap<String, String> {
+pub(super) fn ending_metadata(
+    complete: bool,
+    ending: &str,
+    why: &str,
+    time: f64,
+    step: u64,
+) -> BTreeMap<String, String> {
     [
         ("complete", complete.to_string()),
         ("ending", ending.to_owned()),
@@ -215,8 +239,12 @@ pub(super) fn ending_metadata(complete: bool, ending: &str, why: &str, time: f64
 /// How the run ended, for the log.
 fn last_words(outcome: &Outcome) -> (Level, String) {
     match &outcome.ending {
-        Ending::Finished => (Level::Info, format!("finished at {} s after {} steps", outcome.time_s, outcome.steps)),
-        Ending::Cancelled => (Level::Warning, format!("cancelled at {} s after {} steps", outcome.time_s, outcome.steps)),
+        Ending::Finished => {
+            (Level::Info, format!("finished at {} s after {} steps", outcome.time_s, outcome.steps))
+        }
+        Ending::Cancelled => {
+            (Level::Warning, format!("cancelled at {} s after {} steps", outcome.time_s, outcome.steps))
+        }
         Ending::Failed { failure } => (Level::Error, failure.to_string()),
     }
 }
@@ -263,8 +291,10 @@ impl Drop for McapRecorder {
     fn drop(&mut self) {
         let Some(mut open) = self.open.take() else { return };
         let (time, step) = (self.measures.time, self.measures.step);
-        let metadata = ending_metadata(false, "interrupted", "the run was dropped before its end", time, step);
-        let closed = open.writer.write_metadata(ENDING_METADATA, metadata).and_then(|()| open.writer.finish());
+        let metadata =
+            ending_metadata(false, "interrupted", "the run was dropped before its end", time, step);
+        let closed =
+            open.writer.write_metadata(ENDING_METADATA, metadata).and_then(|()| open.writer.finish());
         if let Err(error) = closed {
             tracing::error!(path = %self.path.display(), %error, "a dropped recording could not be closed");
         }

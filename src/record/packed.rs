@@ -16,12 +16,20 @@ pub fn vectors(name: &str, unit: &str, values: impl IntoIterator<Item = Vec3>) -
 }
 
 /// Packs entries of N numbers as f32. The precision is that of a picture, 7 digits; sums and energies go as doubles.
-pub fn f32s<const N: usize>(name: &str, unit: &str, entries: impl IntoIterator<Item = [f64; N]>) -> PackedArray {
+pub fn f32s<const N: usize>(
+    name: &str,
+    unit: &str,
+    entries: impl IntoIterator<Item = [f64; N]>,
+) -> PackedArray {
     pack(name, unit, "f32", entries, |v, data| data.extend((v as f32).to_le_bytes()))
 }
 
 /// Packs entries of N numbers as f64.
-pub fn f64s<const N: usize>(name: &str, unit: &str, entries: impl IntoIterator<Item = [f64; N]>) -> PackedArray {
+pub fn f64s<const N: usize>(
+    name: &str,
+    unit: &str,
+    entries: impl IntoIterator<Item = [f64; N]>,
+) -> PackedArray {
     pack(name, unit, "f64", entries, |v, data| data.extend(v.to_le_bytes()))
 }
 
@@ -47,7 +55,14 @@ fn pack<T, const N: usize>(
         count += 1;
         entry.into_iter().for_each(|value| put(value, &mut data));
     }
-    PackedArray { name: name.into(), dtype: dtype.into(), count, components: N as u32, unit: unit.into(), data }
+    PackedArray {
+        name: name.into(),
+        dtype: dtype.into(),
+        count,
+        components: N as u32,
+        unit: unit.into(),
+        data,
+    }
 }
 
 #[cfg(test)]

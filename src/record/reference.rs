@@ -24,7 +24,11 @@ pub fn message(plan: &Plan, body: usize) -> ReferenceMesh {
         body: body.name.clone(),
         role: role.into(),
         parts: body.parts.clone(),
-        positions: Some(packed::f64s("position_m", "m", plan.X[first as usize..last].iter().map(|x| [x.x, x.y, x.z]))),
+        positions: Some(packed::f64s(
+            "position_m",
+            "m",
+            plan.X[first as usize..last].iter().map(|x| [x.x, x.y, x.z]),
+        )),
         hexes: Some(packed::u32s("hexes", body.hexes.iter().map(|hex| hex.map(|node| node - first)))),
         part_of: Some(packed::u32s("part_of", body.part_of.iter().map(|&part| [part]))),
         flight_velocity_m_per_s: Some(body.flight_velocity.into()),

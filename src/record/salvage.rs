@@ -51,7 +51,12 @@ pub fn snapshot(path: &Path, target: &Path) -> Result<Salvaged, RecordError> {
 }
 
 /// Copies every whole record of `source` to `target`.
-fn copy_whole_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result<Salvaged, RecordError> {
+fn copy_whole_records(
+    source: &Path,
+    target: &Path,
+    ending: &str,
+    why: &str,
+) -> Result<Salvaged, RecordError> {
     let at = |path: &Path| {
         let path = path.to_owned();
         move |source| RecordError::File { path, source }
@@ -100,7 +105,13 @@ impl Copy {
                 self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data)?;
             }
             Record::Channel(c) => {
-                self.writer.add_channel_with_id(c.id, c.schema_id, &c.topic, &c.message_encoding, &c.metadata)?;
+                self.writer.add_channel_with_id(
+                    c.id,
+                    c.schema_id,
+                    &c.topic,
+                    &c.message_encoding,
+                    &c.metadata,
+                )?;
             }
             Record::Message { header, data } => {
                 self.writer.write_to_known_channel(&header, &data)?;
@@ -115,7 +126,9 @@ impl Copy {
                 data: Cow::Borrowed(&data),
             })?,
             // A run that was killed after its last words has them already; ours would contradict them.
-            Record::Metadata(metadata) if metadata.name != ENDING_METADATA => self.writer.write_metadata(&metadata)?,
+            Record::Metadata(metadata) if metadata.name != ENDING_METADATA => {
+                self.writer.write_metadata(&metadata)?
+            }
             _ => {}
         }
         Ok(())

@@ -1,7 +1,9 @@
 //! `/mesh/{body}`: the skin as a coloured triangle mesh, a `foxglove.SceneUpdate`.
 
 use super::colour::viridis;
-use super::proto::foxglove::{Color, KeyValuePair, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp};
+use super::proto::foxglove::{
+    Color, KeyValuePair, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp,
+};
 use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
 use crate::step::Frame;
@@ -31,7 +33,13 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
 
 /// The message of one body at a field time; `indices` are its [`triangles`], colours go from 0 to `top` [Pa] of von Mises
 /// stress.
-pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>, indices: &[u32], top: f64) -> SceneUpdate {
+pub fn message(
+    frame: &Frame,
+    body: usize,
+    fields: Option<&Fields>,
+    indices: &[u32],
+    top: f64,
+) -> SceneUpdate {
     let plan_body = &frame.plan.bodies[body];
     let nodes = &plan_body.skin.nodes;
     let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
@@ -44,7 +52,9 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>, indices: &[u
         pose: Some(Pose::identity()),
         points: nodes.iter().map(|&node| frame.position(node).into()).collect(),
         color: stress.is_none().then_some(PLAIN),
-        colors: stress.map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect()).unwrap_or_default(),
+        colors: stress
+            .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
+            .unwrap_or_default(),
         indices: indices.to_vec(),
     };
     let entity = SceneEntity {

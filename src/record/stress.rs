@@ -50,9 +50,12 @@ pub fn nodal_vectors(frame: &Frame, body: usize) -> Vec<(&'static str, &'static 
 pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> Stress {
     let plan_body = &frame.plan.bodies[body];
     let scalars = nodal_scalars(fields, &plan_body.nodes);
-    let mut nodal: Vec<PackedArray> =
-        scalars.into_iter().map(|(name, unit, values)| packed::scalars(name, unit, values.iter().copied())).collect();
-    nodal.extend(nodal_vectors(frame, body).into_iter().map(|(name, unit, v)| packed::vectors(name, unit, v)));
+    let mut nodal: Vec<PackedArray> = scalars
+        .into_iter()
+        .map(|(name, unit, values)| packed::scalars(name, unit, values.iter().copied()))
+        .collect();
+    nodal
+        .extend(nodal_vectors(frame, body).into_iter().map(|(name, unit, v)| packed::vectors(name, unit, v)));
     let range = plan_body.elements.start as usize..plan_body.elements.end as usize;
     let cauchy = fields.and_then(|f| f.element_cauchy.get(range));
     let element = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));

@@ -99,7 +99,12 @@ impl RecordingWriter {
 
     /// Writes a message at a simulated time [s]. Log times of a file are strictly increasing: messages of one step follow
     /// each other by a nanosecond.
-    pub fn write(&mut self, channel: u16, time: f64, message: &impl prost::Message) -> Result<(), RecordError> {
+    pub fn write(
+        &mut self,
+        channel: u16,
+        time: f64,
+        message: &impl prost::Message,
+    ) -> Result<(), RecordError> {
         let data = message.encode_to_vec();
         let earliest = self.last_log_time.map_or(0, |last| last + 1);
         let log_time = self.scale.log_time(time).max(earliest);
@@ -123,7 +128,11 @@ impl RecordingWriter {
     }
 
     /// Writes a metadata record.
-    pub fn write_metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), RecordError> {
+    pub fn write_metadata(
+        &mut self,
+        name: &str,
+        metadata: BTreeMap<String, String>,
+    ) -> Result<(), RecordError> {
         Ok(self.writer.write_metadata(&Metadata { name: name.into(), metadata })?)
     }
 
@@ -170,9 +179,16 @@ mod tests {
 
     #[test]
     fn runs_last_one_to_ten_seconds() {
-        for (end, factor) in
-            [(1e-4, 1e4), (5e-3, 1e3), (9.99e-5, 1e5), (1.0, 1.0), (10.0, 0.1), (2.5, 1.0), (1e-6, 1e6), (0.001, 1e3)]
-        {
+        for (end, factor) in [
+            (1e-4, 1e4),
+            (5e-3, 1e3),
+            (9.99e-5, 1e5),
+            (1.0, 1.0),
+            (10.0, 0.1),
+            (2.5, 1.0),
+            (1e-6, 1e6),
+            (0.001, 1e3),
+        ] {
             let scale = TimeScale::for_run(end);
             assert!((scale.factor / factor - 1.0).abs() < 1e-12, "{end}: {}", scale.factor);
             let played = end * scale.factor;

@@ -31,7 +31,8 @@ pub fn schema_of(message: &str) -> Result<Vec<u8>, RecordError> {
         let new: Vec<_> = file.dependency.iter().filter(|d| !needed.contains(d)).cloned().collect();
         needed.extend(new);
     }
-    let file = all.file.iter().filter(|file| needed.iter().any(|name| name == file.name())).cloned().collect();
+    let file =
+        all.file.iter().filter(|file| needed.iter().any(|name| name == file.name())).cloned().collect();
     Ok(FileDescriptorSet { file }.encode_to_vec())
 }
 
