@@ -15,7 +15,7 @@ pub struct ContactPatch {
     pub axes: [f64; 2],
     /// Number of slave nodes with r_n > 0.
     pub nodes: u32,
-    /// Nodes across the short axis, about: 1 + extent / mean spacing [-].
+    /// Nodes across the short axis, about: 1 + extent / mean spacing, rounded [-].
     pub nodes_across: u32,
     /// Largest nodal pressure r_n / (h̄ · tributary area) [Pa].
     pub peak_pressure: f64,
@@ -142,12 +142,18 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
         area,
         axes: [axis(0), axis(1)],
         nodes: pressed.len() as u32,
-        nodes_across: across.round() as u32,
+        nodes_across: rounded(across),
         peak_pressure: pressed
             .iter()
             .fold(0.0, |peak, p| if p.area > 0.0 { f64::max(peak, p.normal_force / p.area) } else { peak }),
         centre,
     }
+}
+
+/// To the nearest whole number.
+#[allow(clippy::cast_sign_loss)] // never negative
+fn rounded(count: f64) -> u32 {
+    count.round() as u32
 }
 
 /// Corners without the repetition that marks a triangle.
@@ -160,6 +166,9 @@ fn face_area(face: &[u32; 4], position: &dyn Fn(u32) -> Vec3) -> f64 {
     distinct(face).iter().map(|&node| tributary_share(face, node, position)).sum()
 }
 
+/// Corners of the bilinear quadrilateral.
+const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
 /// ∫ N_a dA over one face for its corner `node` [m²]: 2×2 Gauss points on a bilinear quadrilateral, a third of a triangle.
 fn tributary_share(face: &[u32; 4], node: u32, position: &dyn Fn(u32) -> Vec3) -> f64 {
     let Some(corner) = face.iter().position(|&n| n == node) else { return 0.0 };
@@ -167,7 +176,6 @@ fn tributary_share(face: &[u32; 4], node: u32, position: &dyn Fn(u32) -> Vec3) -
     if face[2] == face[3] {
         return (x[1] - x[0]).cross(&(x[2] - x[0])).norm() / 6.0;
     }
-    const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
     let g = 1.0 / 3f64.sqrt();
     SIGNS
         .iter()

@@ -133,7 +133,7 @@ impl Fields {
         }
         for (mean, &volume) in self.element_cauchy.iter_mut().zip(&self.element_volume) {
             if volume > 0.0 {
-                mean.iter_mut().for_each(|m| *m /= volume);
+                *mean = mean.map(|m| m / volume);
             }
         }
     }

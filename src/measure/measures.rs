@@ -1,6 +1,7 @@
 //! All measures of a run together.
 
 use super::absorbed_energy::AbsorbedEnergy;
+use super::artificial_end::ArtificialEnds;
 use super::contact_patch::PatchGeometry;
 use super::deflection::Deflection;
 use super::fields::{Fields, for_each_point};
@@ -45,6 +46,8 @@ pub struct Measures {
     pub time: f64,
     /// Steps so far.
     pub step: u64,
+    /// Ends of the model that send waves back; `None` when none is known.
+    pub artificial_ends: Option<ArtificialEnds>,
     /// The final summary, once the run has ended.
     pub summary: Option<Summary>,
 }
@@ -53,6 +56,12 @@ impl Measures {
     /// Not started.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Warns when a wave may have come back from such an end.
+    #[must_use]
+    pub fn with_artificial_ends(self, artificial_ends: Option<ArtificialEnds>) -> Self {
+        Self { artificial_ends, ..self }
     }
 
     /// Takes in a frame's stresses.
@@ -98,6 +107,7 @@ impl Recorder for Measures {
             stress: StressDepth::new(plan).map_err(boxed)?,
             deflection: Deflection::new(plan),
             fields: Fields::new(plan),
+            artificial_ends: self.artificial_ends.take(),
             ..Self::default()
         };
         Ok(())

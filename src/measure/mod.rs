@@ -6,6 +6,7 @@
 //! at the field times only, because the stepper does not keep stresses; everything else at every step.
 
 pub mod absorbed_energy;
+pub mod artificial_end;
 pub mod contact_patch;
 pub mod deflection;
 pub mod fields;

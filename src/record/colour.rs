@@ -31,6 +31,7 @@ const VIRIDIS: [[f64; 3]; 17] = [
 ];
 
 /// The colour of a value between 0 and `top`; beyond the ends it is that of the end.
+#[allow(clippy::cast_sign_loss)] // s is clamped
 pub fn viridis(value: f64, top: f64) -> Color {
     let last = VIRIDIS.len() - 1;
     let s = (value / top).clamp(0.0, 1.0) * last as f64;
@@ -79,7 +80,7 @@ fn initial_stress(plan: &Plan) -> f64 {
     let mut largest = 0.0;
     if !plan.initial_u.is_empty() {
         for_each_point(plan, &plan.initial_u, &mut |_, _, point| {
-            largest = f64::max(largest, von_mises(&point.cauchy))
+            largest = f64::max(largest, von_mises(&point.cauchy));
         });
     }
     largest

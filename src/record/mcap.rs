@@ -72,8 +72,8 @@ pub struct McapRecorder {
 
 impl McapRecorder {
     /// To `path`; nothing is written before the run starts.
-    pub fn new(path: &Path, info: RecordingInfo) -> Self {
-        Self { path: path.to_owned(), info, measures: Measures::new(), open: None }
+    pub fn new(path: &Path, info: RecordingInfo, measures: Measures) -> Self {
+        Self { path: path.to_owned(), info, measures, open: None }
     }
 
     /// What has been measured.

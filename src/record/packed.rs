@@ -53,7 +53,9 @@ fn pack<T, const N: usize>(
     let (mut data, mut count) = (Vec::new(), 0);
     for entry in entries {
         count += 1;
-        entry.into_iter().for_each(|value| put(value, &mut data));
+        for value in entry {
+            put(value, &mut data);
+        }
     }
     PackedArray {
         name: name.into(),

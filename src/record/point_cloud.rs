@@ -32,8 +32,12 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
     let mut put = |value: f64| data.extend((value as f32).to_le_bytes());
     for (i, node) in nodes.clone().enumerate() {
         frame.position(node).iter().for_each(|&x| put(x));
-        scalars.iter().for_each(|(.., values)| put(values[i]));
-        vectors.iter().for_each(|(.., values)| put(values[i].norm()));
+        for (.., values) in &scalars {
+            put(values[i]);
+        }
+        for (.., values) in &vectors {
+            put(values[i].norm());
+        }
     }
     PointCloud {
         timestamp: Some(timestamp(frame.time())),

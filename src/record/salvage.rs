@@ -127,7 +127,7 @@ impl Copy {
             })?,
             // A run that was killed after its last words has them already; ours would contradict them.
             Record::Metadata(metadata) if metadata.name != ENDING_METADATA => {
-                self.writer.write_metadata(&metadata)?
+                self.writer.write_metadata(&metadata)?;
             }
             _ => {}
         }

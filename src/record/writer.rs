@@ -47,8 +47,14 @@ impl TimeScale {
 
     /// Log time of a simulated time [s], in nanoseconds.
     pub fn log_time(&self, time: f64) -> u64 {
-        (time.max(0.0) * self.factor * 1e9).round() as u64
+        nanoseconds(time * self.factor)
     }
+}
+
+/// Whole nanoseconds of a time [s]; before the start it is 0.
+#[allow(clippy::cast_sign_loss)] // never negative
+fn nanoseconds(time: f64) -> u64 {
+    (time.max(0.0) * 1e9).round() as u64
 }
 
 /// Options of every file that Contuse writes.
@@ -110,7 +116,7 @@ impl RecordingWriter {
         let log_time = self.scale.log_time(time).max(earliest);
         self.last_log_time = Some(log_time);
         let sequence = self.sequences.entry(channel).or_insert(0);
-        let publish_time = (time.max(0.0) * 1e9).round() as u64;
+        let publish_time = nanoseconds(time);
         let header = MessageHeader { channel_id: channel, sequence: *sequence, log_time, publish_time };
         *sequence += 1;
         self.pending_bytes += data.len();

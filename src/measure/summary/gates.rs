@@ -1,6 +1,6 @@
 //! Gates and warnings: whether the numbers may be shown, and what must be said with them.
 
-use super::super::measures::Measures;
+use super::super::measures::{Measures, PairMeasures};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
 use crate::step::{FailureCause, Outcome};
@@ -79,7 +79,8 @@ pub(super) fn withholding_reason(gates: &[Gate], state: &RunState) -> Option<Str
 pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: bool) -> Vec<String> {
     let mut warnings = Vec::new();
     let share = numerics.numerical_contact_dissipation_share;
-    if share > CONTACT_DISSIPATION_WARNING {
+    // At the end the stepper itself says so.
+    if share > CONTACT_DISSIPATION_WARNING && !has_ended {
         warnings.push(format!(
             "Numerical contact dissipation is {:.1} % of the initial energy (above {:.0} %): refine the contact surfaces.",
             100.0 * share,
@@ -95,10 +96,27 @@ pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: 
                 patch.nodes_across, pair.name
             ));
         }
+        if let Some(time) = wave_return(measures, pair)
+            && time < measures.time
+        {
+            warnings.push(format!(
+                "A wave from the contact of {} may have come back from an artificial end of the model from {:.1} µs on: make \
+                 the model longer, or end the run earlier.",
+                pair.name,
+                1e6 * time
+            ));
+        }
         if has_ended && pair.on_tissue && pair.force.is_touching() {
             warnings
                 .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }
     }
     warnings
+}
+
+/// When a wave from a pair's first contact is back from an artificial end, at the earliest [s].
+fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
+    let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
+    let place = pair.force.first_contact.filter(|_| pair.on_tissue)?;
+    Some(ends.earliest_return(place, first))
 }

@@ -148,15 +148,22 @@ pub struct Numerics {
     pub absorbed_energy_disagreement: f64,
 }
 
+impl RunState {
+    /// Of a run that has ended, or goes on (`None`).
+    pub fn of(outcome: Option<&Outcome>) -> Self {
+        match outcome.map(|o| &o.ending) {
+            None => Self::Running,
+            Some(Ending::Finished) => Self::Finished,
+            Some(Ending::Cancelled) => Self::Cancelled,
+            Some(Ending::Failed { failure }) => Self::Failed { failure: failure.clone() },
+        }
+    }
+}
+
 impl Summary {
     /// Of what was measured; `outcome` is `None` while the run goes on.
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
-        let state = match outcome.map(|o| &o.ending) {
-            None => RunState::Running,
-            Some(Ending::Finished) => RunState::Finished,
-            Some(Ending::Cancelled) => RunState::Cancelled,
-            Some(Ending::Failed { failure }) => RunState::Failed { failure: failure.clone() },
-        };
+        let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
         let gates = gates(&numerics, plan);
         let mut reason = withholding_reason(&gates, &state);
@@ -190,6 +197,11 @@ impl Summary {
             gates,
             warnings,
         }
+    }
+
+    /// Whether it sums up a run with this ending.
+    pub fn is_of(&self, outcome: &Outcome) -> bool {
+        self.state == RunState::of(Some(outcome))
     }
 
     /// The numbers, whether withheld or not.

@@ -162,7 +162,7 @@ fn number(value: f64) -> String {
         return format!("{value:.3e}");
     }
     let digits = if magnitude == 0.0 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) };
-    format!("{value:.*}", digits as usize)
+    format!("{value:.*}", digits.unsigned_abs() as usize)
 }
 
 /// A time in the unit that fits.

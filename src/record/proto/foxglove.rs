@@ -223,8 +223,8 @@ pub enum Level {
 
 /// A simulated time [s] as a timestamp; before the start it is 0.
 pub fn timestamp(time: f64) -> Timestamp {
-    let nanoseconds = (time.max(0.0) * 1e9).round() as u64;
-    Timestamp { seconds: (nanoseconds / 1_000_000_000) as i64, nanos: (nanoseconds % 1_000_000_000) as i32 }
+    let nanoseconds = (time.max(0.0) * 1e9).round() as i64;
+    Timestamp { seconds: nanoseconds / 1_000_000_000, nanos: (nanoseconds % 1_000_000_000) as i32 }
 }
 
 impl From<[f64; 3]> for Vector3 {
