@@ -280,10 +280,13 @@ impl LimbSegment {
         axis + ray * self.bone().radius_along(&ray)
     }
 
-    /// Muscle \[m\] along the column at τ; negative where the bone sticks out.
+    /// Muscle \[m\] along the column at τ; negative where the bone sticks out, or its axis does already.
     fn muscle_thickness(&self, tau: f64) -> f64 {
         let axis = Vector2::from(self.bone_offset_m);
-        (self.muscle_outer(tau) - axis).norm() - (self.bone_surface(tau) - axis).norm()
+        let ray = self.muscle_outer(tau) - axis;
+        let thickness = ray.norm() - (self.bone_surface(tau) - axis).norm();
+        // The muscle is convex: the axis is inside it when it lies behind every tangent.
+        thickness.min(ray.dot(&self.outer().normal(tau)))
     }
 
     /// The ellipse of the bone, about its own axis.
