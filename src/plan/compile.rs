@@ -129,10 +129,10 @@ fn add_body(
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
-    parts.inverse_mass.extend(inverse_masses(document, body, &mass));
+    let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
-    let velocities = spin_velocities(document, body, &mass);
-    parts.v.extend(velocities);
+    parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
+    parts.inverse_mass.extend(inverse_mass);
 
     let (_, viscosity) = integrator(integrator_document);
     let globals = Globals { first_node, first_element, body: parts.bodies.len() };
@@ -207,12 +207,14 @@ fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
     }
 }
 
-/// ω × (x − c) about the centre of mass, without the axes that are held; what is left of the flight stays in V_b.
-fn spin_velocities(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
+/// ω × (x − c) about the centre of mass, zero along the axes that are held.
+fn spin_velocities(document: &BodyDocument, body: &SceneBody, mass: &[f64], inverse_mass: &[Vec3]) -> Vec<Vec3> {
     let spin = Vec3::from(document.spin_rad_per_s);
-    let position = |(X, m): (&Vec3, &f64)| (X + initial_displacement(document, X)) * *m;
-    let center = body.mesh.nodes.iter().zip(mass).map(position).sum::<Vec3>() / mass.iter().sum::<f64>();
-    body.mesh.nodes.iter().map(|X| spin.cross(&(X + initial_displacement(document, X) - center))).collect()
+    let placed: Vec<Vec3> = body.mesh.nodes.iter().map(|X| X + initial_displacement(document, X)).collect();
+    let center = placed.iter().zip(mass).map(|(x, m)| x * *m).sum::<Vec3>() / mass.iter().sum::<f64>();
+    let free = |m: f64| if m > 0.0 { 1.0 } else { 0.0 };
+    let velocity = |(x, m): (&Vec3, &Vec3)| spin.cross(&(x - center)).component_mul(&m.map(free));
+    placed.iter().zip(inverse_mass).map(velocity).collect()
 }
 
 struct Globals {

@@ -27,6 +27,9 @@ const LARGEST_GROWTH: f64 = 1.1;
 /// A step this much smaller than the stable step at the start is a collapse.
 const COLLAPSE: f64 = 1e-6;
 
+/// A step may be longer than asked by this share, so that rounding does not cost a whole step.
+const ROUNDING: f64 = 1e-9;
+
 /// Whether the clock has started.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
@@ -99,7 +102,7 @@ impl<'p> Stepper<'p> {
         let mut target = self.choose_step(state, stable)?;
         loop {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
-            let count = (longest / target).ceil().max(1.0);
+            let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;

@@ -25,6 +25,8 @@ pub enum FailureCause {
     Deadline,
     /// The recording could not be written.
     RecordingFailed,
+    /// The machine or the engine failed, not the scene.
+    Internal,
 }
 
 /// An element of the scene, in the words of the user.
@@ -82,6 +84,7 @@ impl FailureCause {
             }
             Self::NotFinite => "This is a defect of the scene or of the engine; keep the scene and report it.",
             Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
+            Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
         }
     }

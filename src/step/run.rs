@@ -69,9 +69,9 @@ fn start<'p>(
         recorder.start(plan).map_err(|e| recording_failed(&e, 0.0, 0))?;
     }
     let threads = Threads::new(options.threads.max(1)).map_err(|e| Failure {
-        cause: FailureCause::NotFinite,
+        cause: FailureCause::Internal,
         message: format!("The operating system gave no worker threads: {e}."),
-        remedy: "Run with fewer threads.".into(),
+        remedy: FailureCause::Internal.remedy().into(),
         time_s: 0.0,
         step: 0,
         element: None,

@@ -67,3 +67,46 @@ fn sweep_speed() {
     println!("rate {:.1} us", best * 1e6);
     }
 }
+
+use crate::mesh::generate::block::Block;
+fn scene_of(doc: serde_json::Value, bodies: Vec<(Mesh, Material)>) -> Scene {
+    let document = serde_json::from_value(doc).unwrap();
+    let bodies = bodies.into_iter().map(|(mesh, m)| { let n = mesh.hexes.len(); SceneBody { mesh, materials: vec![m], part_entry: vec![0; n], axes: vec![] } }).collect();
+    Scene { document, bodies, content_hash: String::new() }
+}
+fn go(scene: &Scene, every: usize) -> (Outcome, State, Vec<(f64, Energy)>) {
+    let plan = compile(scene).unwrap();
+    let mut trace = Trace(vec![]);
+    let t0 = std::time::Instant::now();
+    let (outcome, state) = run(&plan, &RunOptions { threads: 1, interrupt: &|| None }, &mut [&mut trace]);
+    let dt = t0.elapsed().as_secs_f64();
+    println!("{outcome:?} {dt} s, {} M element-steps/s", outcome.element_steps as f64 / dt / 1e6);
+    let k = (trace.0.len() / every).max(1);
+    for (t, e) in trace.0.iter().step_by(k) {
+        let p = e.pairs[0];
+        println!("{t:.4e} E {:.5e} K {:.4e} U {:.4e} visc {:.3e} I {:.4e} {:.4e} {:.4e} fric {:.3e} num {:.3e} err {:.2e}", e.total_j, e.bodies.iter().map(|b| b.kinetic_j).sum::<f64>(), e.bodies.iter().map(|b| b.strain_j).sum::<f64>(), e.bodies.iter().map(|b| b.viscous_j).sum::<f64>(), p.impulse_n_s[0], p.impulse_n_s[1], p.impulse_n_s[2], p.friction_j, p.numerical_j, e.balance_error);
+    }
+    (outcome, state, trace.0)
+}
+#[test]
+fn bar() {
+    let mesh = Block::uniform(Vec3::new(0.005, 0.0, 0.0), Vec3::new(10.0, 1.0, 1.0), [100, 1, 1], "block").generate().unwrap();
+    let scene = scene_of(serde_json::json!({"name": "bar", "end_time_s": 1.5, "bodies": [{"name": "bar", "mesh": {"file": {"name": "x"}}, "velocity_m_per_s": [-0.01, 0, 0], "parts": [{"part": "block", "density_kg_per_m3": 1.0, "material": {"law": "coupled_neo_hookean", "mu_pa": 450.0, "lambda_pa": 0.0}}]}],
+       "planes": [{"name": "wall", "point_m": [0,0,0], "normal": [1,0,0]}], "integrator": {"kind": "explicit", "safety_factor": 0.9, "linear_bulk_viscosity": 0.0, "quadratic_bulk_viscosity": 0.0}}),
+       vec![(mesh, Material::CoupledNeoHookean(CoupledNeoHookean { mu: 450.0, lambda: 0.0 }))]);
+    let (_, state, _) = go(&scene, 40);
+    println!("v end {:?}", state.v[0]);
+}
+#[test]
+fn ball_block() {
+    let ball = HollowBall { center: Vec3::new(0.0, 0.0, 0.06501), outer_radius_m: 0.015, inner_radius_m: 0.012, elements_around: 8, elements_through: 2, part: "ball".into() }.generate().unwrap();
+    let block = Block::uniform(Vec3::new(-0.05, -0.05, 0.0), Vec3::new(0.1, 0.1, 0.05), [20, 20, 10], "block").generate().unwrap();
+    for mu in [0.0, 0.3] {
+    let scene = scene_of(serde_json::json!({"name": "bb", "end_time_s": 1e-4, "bodies": [
+      {"name": "ball", "mesh": {"file": {"name": "x"}}, "velocity_m_per_s": [0, 0, -100], "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "material": {"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7}}]},
+      {"name": "block", "mesh": {"file": {"name": "x"}}, "fixed": [{"set": "z_min"}], "parts": [{"part": "block", "density_kg_per_m3": 1060.0, "material": {"law": "mooney_rivlin", "c10_pa": 2e4, "c01_pa": 5e3, "bulk_modulus_pa": 2e7}}]}],
+       "contact": {"friction": mu}}),
+       vec![(ball.clone(), Material::MooneyRivlin(MooneyRivlin { c10: 5e5, c01: 1e5, volumetric: Volumetric::Quadratic(5e7) })), (block.clone(), Material::MooneyRivlin(MooneyRivlin { c10: 2e4, c01: 5e3, volumetric: Volumetric::Quadratic(2e7) }))]);
+    go(&scene, 20);
+    }
+}

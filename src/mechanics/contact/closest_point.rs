@@ -128,8 +128,8 @@ impl Patch {
         for _ in 0..MAX_ITERATIONS {
             let (x_a, x_b) = (e_a + e_ab * b, e_b + e_ab * a);
             let (g_a, g_b) = (o.dot(&x_a), o.dot(&x_b));
-            let held_a = (a == 0.0 && g_a > 0.0) || (a == 1.0 && g_a < 0.0);
-            let held_b = (b == 0.0 && g_b > 0.0) || (b == 1.0 && g_b < 0.0);
+            let held_a = (a <= 0.0 && g_a > 0.0) || (a >= 1.0 && g_a < 0.0);
+            let held_b = (b <= 0.0 && g_b > 0.0) || (b >= 1.0 && g_b < 0.0);
             let (h_aa, h_bb) = (x_a.norm_squared(), x_b.norm_squared());
             let (d_a, d_b) = match (held_a, held_b) {
                 (true, true) => break,
@@ -163,7 +163,7 @@ impl Patch {
     }
 
     fn quad_point(&self, a: f64, b: f64) -> FacePoint {
-        let (low_a, high_a, low_b, high_b) = (a == 0.0, a == 1.0, b == 0.0, b == 1.0);
+        let (low_a, high_a, low_b, high_b) = (a <= 0.0, a >= 1.0, b <= 0.0, b >= 1.0);
         let feature = match (low_a, high_a, low_b, high_b) {
             (true, _, true, _) => Feature::Corner(0),
             (_, true, true, _) => Feature::Corner(1),

@@ -1,1 +1,418 @@
-//! SKELETON
+//! Which nodes may touch what within a step: the list of [`Contact`]s, from positions at both of its ends.
+//!
+//! The rules, for each slave node and each master:
+//! - *One face per node and master surface.* In a concave corner of one surface a node is held by its closest face; it
+//!   may enter the other one by less than it moves in a step, and is held by that one in the next.
+//! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
+//!   faces the slave, as the geometry is at the start of the step. A node that is deeper inside has come through
+//!   another side, or was there from the start ([`super::initial_overlap`]), and is no contact.
+//! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
+//!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
+//!   along that normal. So no node tunnels, whatever the speed.
+//! - Self-contact never pairs a node with faces that touch it, with their neighbours, or with the far side of its own
+//!   wall as it was at the start of the run, and only with faces opposed to the node's own normal.
+//! - Only nodes against faces: **edge against edge is not detected**. Two meshes that cross with no node of the slave
+//!   inside the master pass through each other by less than a face; a finer slave makes that smaller.
+//!
+//! What is found depends on the positions alone, never on how old the list of the broad phase is.
+
+use super::broad_phase::{Candidates, FaceTree, Motion, reach};
+use super::closest_point::Patch;
+pub use super::narrow_phase::{BAND, DEPTH, NEAR};
+use super::narrow_phase::{Proximity, choose_face};
+use super::self_contact::Exclusions;
+use super::skin::Skin;
+use super::time_of_impact::{Impact, Search};
+use super::{Contact, ContactPair, Master, Surface};
+use crate::mechanics::tensor::Vec3;
+use thiserror::Error;
+
+/// A list is made for this many steps of the present motion, within the bounds below.
+const STEPS_PER_LIST: f64 = 12.0;
+/// Least and most slack of a list, in shares of the mean face size.
+const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
+/// A gap below this share of the face's size is a touch.
+const TOUCH: f64 = 1e-6;
+
+/// Why detection cannot answer.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum DetectionError {
+    /// A position is NaN or infinite.
+    #[error("the position of a node on surface {surface} is not finite")]
+    NotFinite {
+        /// Index of the surface.
+        surface: usize,
+    },
+}
+
+/// What a detection did, for telemetry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DetectionReport {
+    /// The list of the broad phase was made anew.
+    pub rebuilt: bool,
+    /// Contacts found by their time of impact.
+    pub impacts: usize,
+}
+
+/// Finds contacts; holds the topology of the surfaces and a list of candidates.
+#[derive(Clone, Debug)]
+pub struct Detector {
+    skins: Vec<Skin>,
+    pairs: Vec<PairState>,
+    /// Positions of each surface's nodes when the lists were made.
+    snapshots: Vec<Vec<Vec3>>,
+    search: Search,
+}
+
+#[derive(Clone, Debug)]
+struct PairState {
+    slave: usize,
+    side: Side,
+    candidates: Candidates,
+}
+
+#[derive(Clone, Debug)]
+enum Side {
+    Surface { master: usize, tree: FaceTree, exclusions: Exclusions },
+    Plane { point: Vec3, frame: [Vec3; 3], size: f64 },
+}
+
+/// How far the nodes of a surface have moved.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moved {
+    /// From where they were when the lists were made, to either end of the step [m].
+    since_list: f64,
+    /// Within the step [m].
+    in_step: f64,
+}
+
+impl Detector {
+    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart).
+    pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
+        let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
+        let pairs = pairs.iter().map(|p| PairState::new(p, &skins, x)).collect();
+        Self { skins, pairs, snapshots: Vec::new(), search: Search::default() }
+    }
+
+    /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
+    ///
+    /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end if nothing
+    /// touched, `drifts` [m/s] each pair's difference of flight velocities, slave less master, copied into the contacts.
+    ///
+    /// # Errors
+    /// [`DetectionError::NotFinite`]; `contacts` is empty then.
+    pub fn detect(
+        &mut self,
+        x: &[Vec3],
+        x_end: &[Vec3],
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<DetectionReport, DetectionError> {
+        contacts.clear();
+        let motion = Motion { x, x_end };
+        let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
+        for i in 0..self.pairs.len() {
+            let master_moved = match self.pairs[i].side {
+                Side::Surface { master, .. } => self.moved(master, &motion)?,
+                Side::Plane { .. } => Moved::default(),
+            };
+            let Self { skins, pairs, snapshots, search } = self;
+            let pair = &pairs[i];
+            let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
+            report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
+        }
+        Ok(report)
+    }
+
+    /// Makes the lists anew if any pair's no longer covers this step; whether it did.
+    fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
+        if !self.snapshots.is_empty() {
+            let mut covered = true;
+            for pair in &self.pairs {
+                let slave = self.moved(pair.slave, motion)?.since_list;
+                let master = match pair.side {
+                    Side::Surface { master, .. } => self.moved(master, motion)?.since_list,
+                    Side::Plane { .. } => 0.0,
+                };
+                covered &= pair.candidates.cover(slave, master);
+            }
+            if covered {
+                return Ok(false);
+            }
+        }
+        self.snapshots.resize_with(self.skins.len(), Vec::new);
+        for (skin, snapshot) in self.skins.iter().zip(&mut self.snapshots) {
+            snapshot.clear();
+            snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
+        }
+        for i in 0..self.pairs.len() {
+            let slave = self.pairs[i].slave;
+            let mut in_step = self.moved(slave, motion)?.in_step;
+            if let Side::Surface { master, .. } = self.pairs[i].side {
+                in_step += self.moved(master, motion)?.in_step;
+            }
+            self.pairs[i].rebuild(&self.skins, motion, in_step);
+        }
+        Ok(true)
+    }
+
+    fn moved(&self, surface: usize, motion: &Motion) -> Result<Moved, DetectionError> {
+        let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
+        let mut check = 0.0;
+        for (&node, old) in self.skins[surface].nodes.iter().zip(&self.snapshots[surface]) {
+            let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
+            let (a, b, c) =
+                ((x - old).norm_squared(), (x_end - old).norm_squared(), (x_end - x).norm_squared());
+            since_list = since_list.max(a).max(b);
+            in_step = in_step.max(c);
+            // `max` drops NaN, a sum does not.
+            check += a + b;
+        }
+        if check.is_finite() {
+            Ok(Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() })
+        } else {
+            Err(DetectionError::NotFinite { surface })
+        }
+    }
+
+    /// Topology of a surface.
+    pub(super) fn skin(&self, surface: usize) -> &Skin {
+        &self.skins[surface]
+    }
+
+    /// The master's skin of a pair, `None` for a plane.
+    pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
+        match self.pairs[pair].side {
+            Side::Surface { master, .. } => Some(&self.skins[master]),
+            Side::Plane { .. } => None,
+        }
+    }
+
+    /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.
+    pub(super) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
+        match self.pairs[pair].side {
+            Side::Plane { point, frame, size } => Some((point, frame[0], size)),
+            Side::Surface { .. } => None,
+        }
+    }
+
+    /// Whether self-contact leaves out this face for this node.
+    pub(super) fn excludes(&self, pair: usize, node: u32, face: u32) -> bool {
+        matches!(&self.pairs[pair].side, Side::Surface { exclusions, .. } if exclusions.contain(node, face))
+    }
+
+    /// Slave surface, and master surface unless it is a plane, of each pair.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
+        self.pairs.iter().map(|p| match p.side {
+            Side::Surface { master, .. } => (p.slave, Some(master)),
+            Side::Plane { .. } => (p.slave, None),
+        })
+    }
+}
+
+impl PairState {
+    fn new(pair: &ContactPair, skins: &[Skin], x: &[Vec3]) -> Self {
+        let side = match pair.master {
+            Master::Surface(master) => Side::Surface {
+                master,
+                tree: FaceTree::new(&skins[master], x),
+                exclusions: if master == pair.slave {
+                    Exclusions::new(&skins[master], x)
+                } else {
+                    Exclusions::none()
+                },
+            },
+            Master::Plane { point, normal } => Side::Plane {
+                point,
+                frame: local_frame(&normal, &Vec3::zeros()),
+                size: skins[pair.slave].mean_size(),
+            },
+        };
+        Self { slave: pair.slave, side, candidates: Candidates::default() }
+    }
+
+    /// `in_step` [m]: how far the two sides move against each other in this step, at most.
+    fn rebuild(&mut self, skins: &[Skin], motion: &Motion, in_step: f64) {
+        let slave = &skins[self.slave];
+        let slack =
+            |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
+        match &mut self.side {
+            Side::Surface { master, tree, exclusions } => {
+                let master = &skins[*master];
+                let slack = slack(master.mean_size());
+                self.candidates
+                    .rebuild(slave, master, tree, motion, slack, |node, face| exclusions.contain(node, face));
+            }
+            Side::Plane { point, frame, size } => {
+                self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));
+            }
+        }
+    }
+}
+
+/// One pair in one step.
+struct Finder<'a> {
+    pair: &'a PairState,
+    index: u32,
+    skins: &'a [Skin],
+    motion: Motion<'a>,
+    master_moved: Moved,
+    drift: Vec3,
+}
+
+impl Finder<'_> {
+    /// Appends the pair's contacts; returns how many were found by their time of impact.
+    fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
+        let moved = |place: usize, node: u32| {
+            let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
+            let old = snapshot[place];
+            (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
+        };
+        let mut impacts = 0;
+        match self.pair.side {
+            Side::Plane { point, frame, size } => {
+                for (node, _) in self.pair.candidates.within_reach(moved, 0.0) {
+                    contacts.extend(self.against_plane(node, &point, &frame, size));
+                }
+            }
+            Side::Surface { master, .. } => {
+                let master = &self.skins[master];
+                for (node, faces) in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
+                    let found = self.against_surface(master, node, faces, search);
+                    impacts += usize::from(matches!(found, Some((_, true))));
+                    contacts.extend(found.map(|(contact, _)| contact));
+                }
+            }
+        }
+        impacts
+    }
+
+    fn against_plane(&self, node: u32, point: &Vec3, frame: &[Vec3; 3], size: f64) -> Option<Contact> {
+        let gap = |x: &[Vec3]| frame[0].dot(&(x[node as usize] - point));
+        let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
+        (start.min(end) <= NEAR * size).then_some(Contact {
+            pair: self.index,
+            slave: node,
+            face: u32::MAX,
+            master: [node; 4],
+            weights: [0.0; 4],
+            frame: *frame,
+            gap: start,
+            drift: self.drift,
+        })
+    }
+
+    /// The contact of a slave node with one of `faces`, and whether it is by its time of impact.
+    fn against_surface(
+        &self,
+        master: &Skin,
+        node: u32,
+        faces: impl Iterator<Item = u32> + Clone,
+        search: &mut Search,
+    ) -> Option<(Contact, bool)> {
+        let Motion { x, x_end } = self.motion;
+        let (s, s_end) = (x[node as usize], x_end[node as usize]);
+        let slave = &self.skins[self.pair.slave];
+        let near = choose_face(master, faces.clone(), &s, || slave.node_normal(node, x), x);
+        // The usual step: nobody moves far.
+        let fast =
+            |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
+        let bound = (s_end - s).norm() + self.master_moved.in_step;
+        let mut quick =
+            faces.filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9)).filter(fast).peekable();
+        if quick.peek().is_none() {
+            return near.map(|p| (self.near_contact(master, node, &p), false));
+        }
+        let same_surface = std::ptr::eq(slave, master);
+        let mut first: Option<(Impact, u32)> = None;
+        for face in quick {
+            let (start, end) = (
+                Patch::new(&master.faces[face as usize], x),
+                Patch::new(&master.faces[face as usize], x_end),
+            );
+            let Some(hit) = search.first_impact(&start, &end, &s, &s_end) else { continue };
+            if same_surface && self.faces_away(master, face, &hit, node) {
+                continue;
+            }
+            if first.is_none_or(|(best, _)| hit.tau < best.tau) {
+                first = Some((hit, face));
+            }
+        }
+        let near = near.filter(|p| self.holds_when_fast(master, p, node, first.map(|(hit, _)| hit.tau)));
+        match (near, first) {
+            (Some(p), _) => Some((self.near_contact(master, node, &p), false)),
+            (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
+            (None, None) => None,
+        }
+    }
+
+    /// How far node and face move against each other in the step [m].
+    fn relative_motion(&self, master: &Skin, face: u32, node: u32) -> f64 {
+        let step = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
+        let own = step(node);
+        let corners = master.faces[face as usize].iter();
+        corners.map(|&corner| (own - step(corner)).norm_squared()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Whether the face at the start of a fast step still holds the node: it touches and closes, or it stays open
+    /// and no impact comes. A plane continued beyond its face must not stop a node that flies past.
+    fn holds_when_fast(&self, master: &Skin, p: &Proximity, node: u32, impact: Option<f64>) -> bool {
+        let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
+        let face = &master.faces[p.face as usize];
+        let point: Vec3 = face.iter().zip(&p.weights).map(|(&n, &w)| change(n) * w).sum();
+        let closing = p.normal.dot(&(change(node) - point));
+        if p.gap <= TOUCH * master.sizes[p.face as usize] && closing < 0.0 {
+            return true;
+        }
+        impact.is_none() && p.gap + closing >= 0.0
+    }
+
+    fn faces_away(&self, master: &Skin, face: u32, hit: &Impact, node: u32) -> bool {
+        let patch = Patch::between(&master.faces[face as usize], self.motion.x, self.motion.x_end, hit.tau);
+        master.node_normal(node, self.motion.x).dot(&patch.normal(&patch.weights(hit.a, hit.b))) >= 0.0
+    }
+
+    fn near_contact(&self, master: &Skin, node: u32, p: &Proximity) -> Contact {
+        let nodes = master.faces[p.face as usize];
+        let (along, _) = Patch::new(&nodes, self.motion.x).tangents(&p.weights);
+        self.contact(node, p.face, nodes, p.weights, local_frame(&p.normal, &along), p.gap)
+    }
+
+    fn impact_contact(&self, master: &Skin, node: u32, face: u32, hit: &Impact) -> Contact {
+        let Motion { x, x_end } = self.motion;
+        let nodes = master.faces[face as usize];
+        let then = Patch::between(&nodes, x, x_end, hit.tau);
+        let weights = then.weights(hit.a, hit.b);
+        let normal = then.normal(&weights);
+        let gap = normal.dot(&(x[node as usize] - Patch::new(&nodes, x).point(&weights)));
+        let (along, _) = then.tangents(&weights);
+        self.contact(node, face, nodes, weights, local_frame(&normal, &along), gap)
+    }
+
+    fn contact(
+        &self,
+        slave: u32,
+        face: u32,
+        master: [u32; 4],
+        weights: [f64; 4],
+        frame: [Vec3; 3],
+        gap: f64,
+    ) -> Contact {
+        Contact { pair: self.index, slave, face, master, weights, frame, gap, drift: self.drift }
+    }
+}
+
+/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as can be; any if that is along the normal or zero.
+fn local_frame(normal: &Vec3, along: &Vec3) -> [Vec3; 3] {
+    let flat = |v: &Vec3| v - normal * normal.dot(v);
+    let mut t1 = flat(along);
+    if t1.norm_squared() <= 1e-12 * along.norm_squared() {
+        let axis = Vec3::ith(normal.iamin(), 1.0);
+        t1 = flat(&axis);
+    }
+    let t1 = t1.normalize();
+    [*normal, t1, normal.cross(&t1)]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,1 +1,363 @@
-//! SKELETON
+//! Block Gauss–Seidel over the contacts of a step, on nodal velocities: the Delassus operator is never formed.
+//!
+//! Unknowns are the impulses `p = (p_n, p_t1, p_t2)` [N s] of each contact. With M lumped, C the local relative
+//! velocity `v_slave − Σ w_a v_a + drift` and `h` the step,
+//!
+//! ```text
+//! v⁺ = v* + M⁻¹ Cᵀ p,     u = C v⁺ + drift + (max(gap, 0)/h) n,     K_μ ∋ p ⊥ u + μ ‖u_t‖ n ∈ K_μ*
+//! ```
+//!
+//! so that `u_n ≥ 0` is the end-of-step gap over h (Stewart & Trinkle; Moreau). A negative gap enters as zero: it is
+//! removed by [`super::projection`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
+//! adds what changed to the velocities of its nodes at once. The order is that of the list, so results are
+//! reproducible.
+//!
+//! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
+//! solution, and then the sweeps do not converge and say so; a large finite μ has one.
+//!
+//! A pair without friction runs a sweep with one unknown per contact; the law is chosen once a pair.
+
+use super::local::{Local, LocalOperator, natural_map, solve_contact, solve_frictionless, solve_isotropic};
+use super::{Contact, Reaction};
+use crate::mechanics::tensor::Vec3;
+use std::ops::Range;
+
+/// Two numbers of a diagonal closer than this are equal: the operator is a multiple of the identity.
+const ISOTROPY: f64 = 1e-14;
+/// Residuals below this many roundings of the velocities they come from cannot be lowered.
+const ROUNDINGS: f64 = 16.0;
+/// Normal compliance below this share of the trace: nothing can move along n.
+const IMMOVABLE: f64 = 1e-12;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Largest scaled residual [-] of a converged solution.
+    pub tolerance: f64,
+    /// Most sweeps over all contacts.
+    pub max_sweeps: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_sweeps: 1000 }
+    }
+}
+
+/// How the solution ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Sweeps over all contacts.
+    pub sweeps: usize,
+    /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` a contact, F at
+    /// `ρ = 1/D`, and q the free relative velocities of the contacts that close.
+    pub residual: f64,
+    /// The residual is within the tolerance, or at the rounding of the velocities.
+    pub converged: bool,
+}
+
+/// Memory of the solver, kept by the caller between steps so that nothing is allocated.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    rows: Vec<Row>,
+    blocks: Vec<Block>,
+}
+
+/// One contact, ready for sweeps.
+#[derive(Clone, Debug)]
+struct Row {
+    /// Its nodes and their signed weights: the slave (+1), then the master's with a weight (−w).
+    nodes: [u32; 5],
+    weights: [f64; 5],
+    node_count: usize,
+    frame: [Vec3; 3],
+    /// Local drift + (max(gap, 0)/h) n.
+    bias: Local,
+    /// `W_nn`, 0 for a contact between immovable sides, which is skipped.
+    w_nn: f64,
+    /// `tr W / 3`.
+    d: f64,
+    /// `W = d I`.
+    isotropic: bool,
+    W: LocalOperator,
+}
+
+/// The law of a run of contacts of one pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Law {
+    Frictionless,
+    Coulomb(f64),
+}
+
+#[derive(Clone, Debug)]
+struct Block {
+    rows: Range<usize>,
+    law: Law,
+}
+
+/// Squared sums over contacts, for the scaled residual.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    /// `D |F|²`, or D |change|² in a sweep.
+    change: f64,
+    /// `D |p|²`.
+    impulse: f64,
+    /// `D⁻¹ (roundable velocities)²`.
+    rounding: f64,
+}
+
+/// Finds impulses and end velocities so that every contact obeys its law.
+///
+/// `contacts` sorted by pair; `mu` per pair [-] (0: one unknown a contact, ∞: nothing slips); `inverse_mass` per node
+/// and axis [1/kg], 0 where fixed; `h` [s] the step over which the end velocities act; `v` [m/s] per node, v* in, v⁺
+/// out; `reactions` is resized to the contacts. Nodes without a reaction keep their bits.
+///
+/// Contacts whose both sides are immovable along n get no reaction. Does not allocate once `workspace` has grown.
+#[allow(clippy::too_many_arguments)] // each is an array of its own owner; a struct of borrows would only rename them
+pub fn solve(
+    contacts: &[Contact],
+    mu: &[f64],
+    inverse_mass: &[Vec3],
+    h: f64,
+    v: &mut [Vec3],
+    reactions: &mut Vec<Reaction>,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> SolveReport {
+    reactions.clear();
+    reactions.resize(contacts.len(), Reaction::default());
+    workspace.prepare(contacts, mu, inverse_mass, h);
+
+    // What the contacts that close ask for; if none does, p = 0 is the solution.
+    let mut closing = 0.0;
+    for row in workspace.rows.iter().filter(|row| row.w_nn > 0.0) {
+        let q = row.relative_velocity(v);
+        if q[0] < 0.0 {
+            closing += squared(q) / row.d;
+        }
+    }
+    if closing == 0.0 {
+        return SolveReport { sweeps: 0, residual: 0.0, converged: true };
+    }
+
+    let mut residual = f64::INFINITY;
+    for sweep in 1..=options.max_sweeps {
+        let sums = workspace.sweep(inverse_mass, v, reactions);
+        let hint = (sums.change / closing.max(sums.impulse)).sqrt();
+        // The change of a sweep only hints at the residual, at no cost; a look at all contacts decides.
+        if sweep == 1 || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
+            let sums = workspace.measure(v, reactions);
+            residual = (sums.change / closing.max(sums.impulse)).sqrt();
+            let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
+            if residual <= options.tolerance || sums.change.sqrt() <= rounding {
+                return SolveReport { sweeps: sweep, residual, converged: true };
+            }
+        }
+    }
+    SolveReport { sweeps: options.max_sweeps, residual, converged: false }
+}
+
+impl Workspace {
+    fn prepare(&mut self, contacts: &[Contact], mu: &[f64], inverse_mass: &[Vec3], h: f64) {
+        self.rows.clear();
+        self.rows.extend(contacts.iter().map(|c| Row::new(c, inverse_mass, h)));
+        self.blocks.clear();
+        let mut start = 0;
+        for run in contacts.chunk_by(|a, b| a.pair == b.pair) {
+            let mu = mu[run[0].pair as usize];
+            let law = if mu == 0.0 { Law::Frictionless } else { Law::Coulomb(mu) };
+            self.blocks.push(Block { rows: start..start + run.len(), law });
+            start += run.len();
+        }
+    }
+
+    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) -> Sums {
+        let mut sums = Sums::default();
+        for block in &self.blocks {
+            let (rows, reactions) = (&self.rows[block.rows.clone()], &mut reactions[block.rows.clone()]);
+            match block.law {
+                Law::Frictionless => sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums),
+                Law::Coulomb(mu) => sweep_coulomb(rows, mu, inverse_mass, v, reactions, &mut sums),
+            }
+        }
+        sums
+    }
+
+    /// The natural map of all contacts at the present velocities.
+    fn measure(&self, v: &[Vec3], reactions: &[Reaction]) -> Sums {
+        let mut sums = Sums::default();
+        for block in &self.blocks {
+            let mu = match block.law {
+                Law::Frictionless => 0.0,
+                Law::Coulomb(mu) => mu,
+            };
+            for (row, reaction) in self.rows[block.rows.clone()].iter().zip(&reactions[block.rows.clone()]) {
+                if row.w_nn == 0.0 {
+                    continue;
+                }
+                let (p, mut u) = (reaction.impulse, row.relative_velocity(v));
+                if block.law == Law::Frictionless {
+                    (u[1], u[2]) = (0.0, 0.0);
+                }
+                let f = natural_map(p, u, mu, 1.0 / row.d);
+                sums.change += row.d * squared(f);
+                sums.impulse += row.d * squared(p);
+                if p[0] > 0.0 || u[0] < 0.0 {
+                    sums.rounding += row.roundable(v).powi(2) / row.d;
+                }
+            }
+        }
+        sums
+    }
+}
+
+fn sweep_frictionless(
+    rows: &[Row],
+    inverse_mass: &[Vec3],
+    v: &mut [Vec3],
+    reactions: &mut [Reaction],
+    sums: &mut Sums,
+) {
+    for (row, reaction) in rows.iter().zip(reactions) {
+        if row.w_nn == 0.0 {
+            continue;
+        }
+        let old = reaction.impulse[0];
+        let new = solve_frictionless(row.w_nn, row.normal_velocity(v) - row.w_nn * old);
+        let change = new - old;
+        if change.abs() > 0.0 {
+            row.push(row.frame[0] * change, inverse_mass, v);
+            reaction.impulse[0] = new;
+        }
+        sums.change += row.d * change * change;
+        sums.impulse += row.d * new * new;
+    }
+}
+
+fn sweep_coulomb(
+    rows: &[Row],
+    mu: f64,
+    inverse_mass: &[Vec3],
+    v: &mut [Vec3],
+    reactions: &mut [Reaction],
+    sums: &mut Sums,
+) {
+    for (row, reaction) in rows.iter().zip(reactions) {
+        if row.w_nn == 0.0 {
+            continue;
+        }
+        let (old, u) = (reaction.impulse, row.relative_velocity(v));
+        let new = if row.isotropic {
+            solve_isotropic(row.d, [0, 1, 2].map(|i| u[i] - row.d * old[i]), mu)
+        } else {
+            let W = &row.W;
+            let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
+            solve_contact(W, q, mu)
+        };
+        let change = [0, 1, 2].map(|i| new[i] - old[i]);
+        if squared(change) > 0.0 {
+            let f = &row.frame;
+            row.push(f[0] * change[0] + f[1] * change[1] + f[2] * change[2], inverse_mass, v);
+            reaction.impulse = new;
+        }
+        sums.change += row.d * squared(change);
+        sums.impulse += row.d * squared(new);
+    }
+}
+
+fn squared(a: Local) -> f64 {
+    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+}
+
+impl Row {
+    fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
+        let (nodes, weights, node_count) = signed_weights(contact);
+        // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
+        let mut diagonal = Vec3::zeros();
+        for i in 0..node_count {
+            diagonal += inverse_mass[nodes[i] as usize] * (weights[i] * weights[i]);
+        }
+        let (least, most) = (diagonal.min(), diagonal.max());
+        let isotropic = most - least <= ISOTROPY * most;
+        let frame = contact.frame;
+        let mut W = [[0.0; 3]; 3];
+        for (row, a) in W.iter_mut().zip(&frame) {
+            for (x, b) in row.iter_mut().zip(&frame) {
+                *x = a.component_mul(&diagonal).dot(b);
+            }
+        }
+        let trace = diagonal.sum();
+        let d = if isotropic { diagonal.x } else { trace / 3.0 };
+        let n_n = if isotropic { d } else { W[0][0] };
+        let w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
+        let opening = contact.gap.max(0.0) / h;
+        let bias = [
+            frame[0].dot(&contact.drift) + opening,
+            frame[1].dot(&contact.drift),
+            frame[2].dot(&contact.drift),
+        ];
+        Self { nodes, weights, node_count, frame, bias, w_nn, d, isotropic, W }
+    }
+
+    /// `v_slave − Σ w_a v_a`, in space.
+    #[inline]
+    fn difference(&self, v: &[Vec3]) -> Vec3 {
+        let mut sum = v[self.nodes[0] as usize];
+        for i in 1..self.node_count {
+            sum += v[self.nodes[i] as usize] * self.weights[i];
+        }
+        sum
+    }
+
+    /// `u` in the local frame.
+    #[inline]
+    fn relative_velocity(&self, v: &[Vec3]) -> Local {
+        let w = self.difference(v);
+        [0, 1, 2].map(|i| self.frame[i].dot(&w) + self.bias[i])
+    }
+
+    /// `u_n` alone.
+    #[inline]
+    fn normal_velocity(&self, v: &[Vec3]) -> f64 {
+        self.frame[0].dot(&self.difference(v)) + self.bias[0]
+    }
+
+    /// Adds `M⁻¹ Cᵀ` of an impulse in space.
+    #[inline]
+    fn push(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
+        for i in 0..self.node_count {
+            let node = self.nodes[i] as usize;
+            v[node] += inverse_mass[node].component_mul(&impulse) * self.weights[i];
+        }
+    }
+
+    /// The size of the velocities that add up to `u`.
+    fn roundable(&self, v: &[Vec3]) -> f64 {
+        let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());
+        nodes.sum::<f64>() + squared(self.bias).sqrt()
+    }
+}
+
+/// The nodes of a contact with signed weights: the slave first, then the master's nodes of non-zero weight, each once.
+fn signed_weights(contact: &Contact) -> ([u32; 5], [f64; 5], usize) {
+    let mut nodes = [contact.slave; 5];
+    let mut weights = [0.0; 5];
+    weights[0] = 1.0;
+    let mut count = 1;
+    for (&node, &w) in contact.master.iter().zip(&contact.weights) {
+        if w == 0.0 {
+            continue;
+        }
+        if let Some(i) = nodes[..count].iter().position(|&n| n == node) {
+            weights[i] -= w;
+        } else {
+            nodes[count] = node;
+            weights[count] = -w;
+            count += 1;
+        }
+    }
+    (nodes, weights, count)
+}
+
+#[cfg(test)]
+mod tests;

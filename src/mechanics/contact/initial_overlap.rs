@@ -70,3 +70,46 @@ fn signed_gap(skin: &Skin, s: &Vec3, allowed: impl Fn(u32) -> bool, x: &[Vec3]) 
     }
     best.map(|(_, gap, size)| (gap, size))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mechanics::contact::{ContactPair, Master, Surface};
+
+    fn cube(at: Vec3, size: f64, x: &mut Vec<Vec3>) -> Surface {
+        let base = x.len() as u32;
+        for [a, b, c] in
+            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+        {
+            x.push(at + Vec3::new(f64::from(a), f64::from(b), f64::from(c)) * size);
+        }
+        let faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+            .map(|f| f.map(|n| n + base));
+        Surface { nodes: (base..base + 8).collect(), faces: faces.to_vec() }
+    }
+
+    #[test]
+    fn overlap_is_found_with_place_and_depth_at_any_depth_and_touching_is_none() {
+        for (lower, depths) in [(0.0, vec![]), (-1e-8, vec![]), (0.1, vec![0.1; 4]), (0.4, vec![0.4; 4])] {
+            let mut x = Vec::new();
+            let below = cube(Vec3::zeros(), 1.0, &mut x);
+            let above = cube(Vec3::new(0.45, 0.45, 1.0 - lower), 0.1, &mut x);
+            let pairs = [
+                ContactPair { name: "a".into(), slave: 1, master: Master::Surface(0), mu: 0.0 },
+                ContactPair {
+                    name: "b".into(),
+                    slave: 0,
+                    master: Master::Plane { point: Vec3::zeros(), normal: Vec3::z() },
+                    mu: 0.0,
+                },
+            ];
+            let detector = Detector::new(&[below, above], &pairs, &x);
+            let found = initial_overlaps(&detector, &x);
+            // The upper cube is 0.1 high: sunk by 0.4 all its nodes are inside.
+            let lowest: Vec<f64> =
+                found.iter().filter(|o| o.node < 12).map(|o| (o.depth * 1e9).round() / 1e9).collect();
+            assert_eq!(lowest, depths, "sunk by {lower}");
+            assert!(found.iter().all(|o| o.pair == 0 && o.place == x[o.node as usize]));
+        }
+    }
+}

@@ -1,1 +1,101 @@
-//! SKELETON
+//! The law of one contact: projection on the Coulomb cone, natural map, and the exact solution of one contact alone.
+//!
+//! Everything here is in the local frame (n, t1, t2) and in one pair of dual quantities: an impulse `r` [N s] and a
+//! relative velocity `u` [m/s] with `u = W r + q`, or a force and a gap: the law does not care.
+//!
+//! Signorini with Coulomb, in the bi-potential form of De Saxcé & Feng (1998): with `ũ = u + μ ‖u_t‖ n`,
+//! `K_μ ∋ r ⊥ ũ ∈ K_μ*`, which is `r = Proj_Kμ(r − ρ ũ)` for any ρ > 0.
+
+use super::slip::solve_slip;
+
+/// A vector in the local frame: normal, first tangent, second tangent.
+pub type Local = [f64; 3];
+/// A symmetric 3×3 operator in the local frame, row by row.
+pub type LocalOperator = [[f64; 3]; 3];
+
+/// A normal compliance below this share of the trace of W is none: nothing on either side can move along n.
+const IMMOVABLE: f64 = 1e-12;
+
+/// Orthogonal projection of `r` on `K_μ = { ‖r_t‖ ≤ μ r_n }`, 0 ≤ μ < ∞.
+///
+/// `r` itself in the cone (stick), 0 in the polar cone `μ ‖r_t‖ ≤ −r_n` (open), and else
+/// `r − (‖r_t‖ − μ r_n)/(1 + μ²) (r_t/‖r_t‖ − μ n)` (slip).
+pub fn proj_coulomb_cone(r: Local, mu: f64) -> Local {
+    let [n, t1, t2] = r;
+    let t = t1.hypot(t2);
+    if n >= 0.0 && t <= mu * n {
+        return r;
+    }
+    if mu * t <= -n {
+        return [0.0; 3];
+    }
+    let excess = (t - mu * n) / (1.0 + mu * mu);
+    let shrink = 1.0 - excess / t;
+    [n + mu * excess, t1 * shrink, t2 * shrink]
+}
+
+/// Residual of the law, `F = r − Proj_Kμ(r − ρ (u + μ ‖u_t‖ n))`, zero exactly at a solution.
+///
+/// `mu = ∞` stands for full stick: then `F_n = r_n − ⟨r_n − ρ u_n⟩`, and `F_t` is `ρ u_t` where the contact presses
+/// and `r_t` where it does not.
+pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
+    if mu.is_infinite() {
+        let pressed = (r[0] - rho * u[0]).max(0.0);
+        let t = if pressed > 0.0 { [rho * u[1], rho * u[2]] } else { [r[1], r[2]] };
+        return [r[0] - pressed, t[0], t[1]];
+    }
+    let slip = u[1].hypot(u[2]);
+    let p = proj_coulomb_cone([r[0] - rho * (u[0] + mu * slip), r[1] - rho * u[1], r[2] - rho * u[2]], mu);
+    [r[0] - p[0], r[1] - p[1], r[2] - p[2]]
+}
+
+/// Solution of one contact without friction: `r_n = ⟨−q_n⟩ / W_nn`; one unknown.
+#[inline]
+pub fn solve_frictionless(w_nn: f64, q_n: f64) -> f64 {
+    if q_n < 0.0 { -q_n / w_nn } else { 0.0 }
+}
+
+/// Solution of one contact with `W = w I`, `w > 0`, the usual case (lumped mass, no axis fixed); closed form.
+#[inline]
+pub fn solve_isotropic(w: f64, q: Local, mu: f64) -> Local {
+    if q[0] >= 0.0 {
+        return [0.0; 3];
+    }
+    let r = [-q[0] / w, -q[1] / w, -q[2] / w];
+    let limit = mu * r[0];
+    let t2 = r[1] * r[1] + r[2] * r[2];
+    // With μ = ∞ the limit is ∞, and everything sticks.
+    if t2 <= limit * limit {
+        return r;
+    }
+    let scale = limit / t2.sqrt();
+    [r[0], r[1] * scale, r[2] * scale]
+}
+
+/// Exact solution `r` of one contact: `u = W r + q`, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`, for 0 ≤ μ ≤ ∞.
+///
+/// `W` is symmetric positive semi-definite. Tries open (`q_n ≥ 0`), stick (`u = 0`) and slip in this order; slip is
+/// solved by a safeguarded Newton iteration on one scalar and takes the root of strongest drag where there are
+/// several (μ large against the coupling of W; Bonnefon & Daviet 2011).
+///
+/// Where nothing can move along n (`W_nn` none) the result is 0. In a tangential direction in which nothing can move
+/// the reaction is the limit of ever smaller compliance: on the cone if that direction slides, for μ = ∞ nothing.
+pub fn solve_contact(W: &LocalOperator, q: Local, mu: f64) -> Local {
+    let trace = W[0][0] + W[1][1] + W[2][2];
+    let w_nn = W[0][0];
+    if q[0] >= 0.0 || w_nn.is_nan() || w_nn <= IMMOVABLE * trace {
+        return [0.0; 3];
+    }
+    if mu == 0.0 {
+        return [solve_frictionless(w_nn, q[0]), 0.0, 0.0];
+    }
+    // The same problem with numbers of order one.
+    let w_scale = trace / 3.0;
+    let q_scale = q[0].abs().max(q[1].abs()).max(q[2].abs());
+    let scaled_w = W.map(|row| row.map(|x| x / w_scale));
+    let r = solve_slip(&scaled_w, q.map(|x| x / q_scale), mu);
+    r.map(|x| x * q_scale / w_scale)
+}
+
+#[cfg(test)]
+mod tests;

@@ -62,8 +62,8 @@ pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Op
     // Within the band the face's own plane continues: no jump for a node that slides across its edge.
     if (offset - normal * along).norm() <= BAND * size {
         let outside = pseudo_normal.dot(&offset) >= 0.0;
-        // Past a sharp edge this plane would give the wrong sign: the neighbour gives the right one.
-        let on_plane = along.abs() <= TIE * size;
+        // Farther past a sharp edge this plane would give the wrong sign: the neighbour gives the right one.
+        let on_plane = along.abs() <= BAND * size;
         return if border || on_plane || (along >= 0.0) == outside { found(normal, along) } else { None };
     }
     if border || distance == 0.0 {

@@ -1,1 +1,119 @@
-//! SKELETON
+//! Removes what linearisation left of negative gaps, by moving nodes: outside the velocities, capped.
+//!
+//! The end-of-step law is linear in the velocities, so after the step the true gap may be negative by O(h²). To ask
+//! velocities for it (`v⁺ = −g/h`) would throw the node off. Instead the nodes of the contact are moved apart along
+//! its normal, each by its share of the inverse masses, so that the centre of mass stays; fixed axes do not move.
+
+use super::Contact;
+use super::detection::Detector;
+use super::narrow_phase::{DEPTH, eval_proximity};
+use crate::mechanics::tensor::Vec3;
+
+/// At most this share of the face's size is removed from a contact in a step.
+pub const CAP: f64 = 0.05;
+/// Gaps above minus this share of the face's size are left alone.
+pub const TOLERANCE: f64 = 1e-8;
+/// Passes over the contacts, which share nodes.
+const PASSES: usize = 4;
+
+/// What a projection did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProjectionReport {
+    /// Contacts that were moved apart.
+    pub corrected: usize,
+    /// The deepest penetration before [m], zero if none.
+    pub deepest: f64,
+    /// The deepest penetration left after the last pass that looked [m].
+    pub left: f64,
+}
+
+/// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
+///
+/// Gaps are measured anew for the same node and face; a node that has slid off its face is left to the next detection.
+/// `inverse_mass` [1/kg] per node and axis. `moved` is cleared and receives each displacement (node, Δx [m]) that was
+/// applied, a node possibly more than once, so that its work against the internal forces can be counted.
+pub fn project_positions(
+    contacts: &[Contact],
+    detector: &Detector,
+    inverse_mass: &[Vec3],
+    x: &mut [Vec3],
+    moved: &mut Vec<(u32, Vec3)>,
+) -> ProjectionReport {
+    moved.clear();
+    let mut report = ProjectionReport::default();
+    for pass in 0..PASSES {
+        report.left = 0.0;
+        let mut corrected = 0;
+        for contact in contacts {
+            let Some(found) = penetration(contact, detector, x) else { continue };
+            report.left = report.left.max(found.depth);
+            let cap = CAP / PASSES as f64 * found.size;
+            if separate(contact, &found, found.depth.min(cap), inverse_mass, x, moved) {
+                corrected += 1;
+            }
+        }
+        if pass == 0 {
+            report.deepest = report.left;
+            report.corrected = corrected;
+        }
+        if corrected == 0 {
+            break;
+        }
+    }
+    report
+}
+
+/// A negative gap.
+struct Penetration {
+    depth: f64,
+    normal: Vec3,
+    weights: [f64; 4],
+    size: f64,
+}
+
+fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
+    let s = &x[contact.slave as usize];
+    let found = if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
+        Penetration { depth: -normal.dot(&(s - point)), normal, weights: [0.0; 4], size }
+    } else {
+        let skin = detector.master_skin(contact.pair as usize)?;
+        let size = skin.sizes[contact.face as usize];
+        let p = eval_proximity(skin, contact.face, s, x)?;
+        if p.gap < -DEPTH * size {
+            return None;
+        }
+        Penetration { depth: -p.gap, normal: p.normal, weights: p.weights, size }
+    };
+    (found.depth > TOLERANCE * found.size).then_some(found)
+}
+
+/// Opens the gap by `distance`; whether anything could move.
+fn separate(
+    contact: &Contact,
+    found: &Penetration,
+    distance: f64,
+    inverse_mass: &[Vec3],
+    x: &mut [Vec3],
+    moved: &mut Vec<(u32, Vec3)>,
+) -> bool {
+    let n = &found.normal;
+    let master = || contact.master.into_iter().zip(found.weights).filter(|(_, w)| *w != 0.0);
+    let nodes = || std::iter::once((contact.slave, 1.0)).chain(master().map(|(node, w)| (node, -w)));
+    let compliance: f64 =
+        nodes().map(|(node, w)| w * w * inverse_mass[node as usize].component_mul(n).dot(n)).sum();
+    let impulse = distance / compliance;
+    if !impulse.is_finite() {
+        return false;
+    }
+    for (node, w) in nodes() {
+        let step = inverse_mass[node as usize].component_mul(n) * (w * impulse);
+        if step != Vec3::zeros() {
+            x[node as usize] += step;
+            moved.push((node, step));
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests;

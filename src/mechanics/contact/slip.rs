@@ -95,10 +95,10 @@ impl Reduced {
     /// The reaction with `u = 0`, if it exists and lies in the cone.
     fn stick(&self) -> Option<Local> {
         let mut t = [0.0; 2];
-        for i in 0..2 {
-            if self.s[i] > 0.0 {
-                t[i] = self.b[i] / self.s[i];
-            } else if self.b[i] != 0.0 {
+        for (t, (s, b)) in t.iter_mut().zip(self.s.into_iter().zip(self.b)) {
+            if s > 0.0 {
+                *t = b / s;
+            } else if b != 0.0 {
                 return None;
             }
         }

@@ -81,7 +81,7 @@ impl Search {
                 }
                 continue;
             }
-            let axis = if extents[2] == largest { 2 } else { usize::from(extents[1] == largest) };
+            let axis = if extents[2] >= largest { 2 } else { usize::from(extents[1] >= largest) };
             let (first, second) = part.halves(axis);
             self.stack.push(second);
             self.stack.push(first);

@@ -8,7 +8,7 @@
 //! stored gradients take 1 152, and 640 bytes where they take 1 536.
 
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::mechanics::tensor::{Mat3, Tensor, Vec3, tensor};
 
 /// Number of quadrature points.
 pub const POINTS: usize = 8;
@@ -79,23 +79,22 @@ impl Hex8 {
     /// ∂u_i/∂ξ_k at all points from nodal values `u[i][corner]`.
     #[inline(always)]
     pub fn local_gradients<R: Real>(u: &[[R; 8]; 3]) -> LocalGradients<R> {
-        let axis = |u: &[R; 8], edges: &[[(usize, usize); 2]; 2]| {
-            let difference = |(a, b): (usize, usize)| (u[b] - u[a]) * 0.5;
-            let (d00, d01) = to_points(difference(edges[0][0]), difference(edges[0][1]));
-            let (d10, d11) = to_points(difference(edges[1][0]), difference(edges[1][1]));
-            let (e00, e10) = to_points(d00, d10);
-            let (e01, e11) = to_points(d01, d11);
-            [[e00, e01], [e10, e11]]
-        };
-        let component =
-            |u: &[R; 8]| [axis(u, &EDGES_ALONG[0]), axis(u, &EDGES_ALONG[1]), axis(u, &EDGES_ALONG[2])];
-        [component(&u[0]), component(&u[1]), component(&u[2])]
+        let mut out = [[[[u[0][0]; 2]; 2]; 3]; 3];
+        for (out, u) in out.iter_mut().zip(u) {
+            for (out, edges) in out.iter_mut().zip(&EDGES_ALONG) {
+                let (d00, d01) = to_points(along(u, edges[0][0]), along(u, edges[0][1]));
+                let (d10, d11) = to_points(along(u, edges[1][0]), along(u, edges[1][1]));
+                (out[0][0], out[1][0]) = to_points(d00, d10);
+                (out[0][1], out[1][1]) = to_points(d01, d11);
+            }
+        }
+        out
     }
 
     /// ∂u_i/∂ξ_k at point `q`, rows i.
     #[inline(always)]
     pub fn local_gradient_at<R: Real>(g: &LocalGradients<R>, q: usize) -> Tensor<R> {
-        Tensor::from_fn(|i, k| {
+        tensor!(i, k => {
             let (q2, q1) = entry(q, k);
             g[i][k][q2][q1]
         })
@@ -105,9 +104,9 @@ impl Hex8 {
     #[inline(always)]
     pub fn add_local_stress<R: Real>(sums: &mut LocalGradients<R>, q: usize, T: &Tensor<R>) {
         for (sum, row) in sums.iter_mut().zip(&T.0) {
-            for (k, t) in row.iter().enumerate() {
+            for k in 0..3 {
                 let (q2, q1) = entry(q, k);
-                sum[k][q2][q1] += *t;
+                sum[k][q2][q1] += row[k];
             }
         }
     }
@@ -115,23 +114,35 @@ impl Hex8 {
     /// The transpose of [`Hex8::local_gradients`]: nodal forces `f[i][corner]` from summed local stresses.
     #[inline(always)]
     pub fn nodal_forces<R: Real>(sums: &LocalGradients<R>) -> [[R; 8]; 3] {
-        let component = |sums: &[[[R; 2]; 2]; 3]| {
-            let mut f = [sums[0][0][0].zero(); 8];
+        let mut forces = [[sums[0][0][0][0].zero(); 8]; 3];
+        for (f, sums) in forces.iter_mut().zip(sums) {
             for (s, edges) in sums.iter().zip(&EDGES_ALONG) {
                 let (d00, d10) = to_points(s[0][0], s[1][0]);
                 let (d01, d11) = to_points(s[0][1], s[1][1]);
                 let (e00, e01) = to_points(d00, d01);
                 let (e10, e11) = to_points(d10, d11);
-                for ((a, b), e) in edges.iter().flatten().zip([e00, e01, e10, e11]) {
-                    let half = e * 0.5;
-                    f[*a] -= half;
-                    f[*b] += half;
-                }
+                add_along(f, edges[0][0], e00);
+                add_along(f, edges[0][1], e01);
+                add_along(f, edges[1][0], e10);
+                add_along(f, edges[1][1], e11);
             }
-            f
-        };
-        [component(&sums[0]), component(&sums[1]), component(&sums[2])]
+        }
+        forces
     }
+}
+
+/// Half the difference along an edge.
+#[inline(always)]
+fn along<R: Real>(u: &[R; 8], (a, b): (usize, usize)) -> R {
+    (u[b] - u[a]) * 0.5
+}
+
+/// The transpose of [`along`].
+#[inline(always)]
+fn add_along<R: Real>(f: &mut [R; 8], (a, b): (usize, usize), e: R) {
+    let half = e * 0.5;
+    f[a] -= half;
+    f[b] += half;
 }
 
 /// Shape functions of the corners at local coordinates.

@@ -5,7 +5,7 @@ use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{BATCH, Lane};
 use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Volumetric};
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::mechanics::tensor::{Tensor, Vec3, tensor};
 use crate::with_law;
 use pulp::{Simd, WithSimd};
 
@@ -174,37 +174,50 @@ impl<L: Law> ElementSweep<'_, L> {
         after: &mut [[f64; BATCH]; 2],
         totals: &mut BatchTotals,
     ) {
-        let load = |x: &[f64; BATCH]| Lane::load(simd, x, part);
+        // A macro, not a closure: that would be compiled without the instruction set of this function.
+        macro_rules! load {
+            ($x:expr) => {
+                Lane::load(simd, $x, part)
+            };
+        }
         let zero = Lane::splat(simd, 0.0);
-        let u: [[Lane<S>; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| load(&buffer[i][a])));
+        let mut u = [[zero; 8]; 3];
+        for (u, buffer) in u.iter_mut().zip(buffer.iter()) {
+            for (u, buffer) in u.iter_mut().zip(buffer) {
+                *u = load!(buffer);
+            }
+        }
         let local = Hex8::local_gradients(&u);
 
         // First pass: displacement gradients and the element's volume.
         let mut H = [Tensor::diagonal(zero); POINTS];
         let (mut volume, mut change, mut smallest) = (zero, zero, zero.constant(f64::MAX));
         for q in 0..POINTS {
-            let inverse: Tensor<Lane<S>> = Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
+            let inverse: Tensor<Lane<S>> = tensor!(k, j => load!(&self.batch.inverse_jacobian[q][3 * k + j]));
             H[q] = Hex8::local_gradient_at(&local, q).dot(&inverse);
             let j = volume_change(&H[q]);
-            let w = load(&self.batch.volume[q]);
+            let w = load!(&self.batch.volume[q]);
             volume += w;
             change = w.mul_add(j, change);
             smallest = smallest.min(j);
         }
         let mean = change / volume.max(zero.constant(f64::MIN_POSITIVE));
-        let viscous = self.viscous_pressure(load(&self.batch.length), mean, load(&before[0]));
+        let viscous = self.viscous_pressure(load!(&self.batch.length), mean, load!(&before[0]));
 
         // Second pass: stresses.
         let U = self.law.volumetric();
-        let element_pressure = U.filter(|_| MEAN).map(|U| pressure_at(U, mean, viscous.0));
+        let element_pressure = match U {
+            Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
+            _ => None,
+        };
         let mut sums: LocalGradients<Lane<S>> = [[[[zero; 2]; 2]; 3]; 3];
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
         for q in 0..POINTS {
             let k = Kinematics::new(&H[q]);
-            let w = load(&self.batch.volume[q]);
+            let w = load!(&self.batch.volume[q]);
             let mut fibres = [[zero; 3]; MAX_FAMILIES];
             for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
-                *a = [load(&lanes[0]), load(&lanes[1]), load(&lanes[2])];
+                *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
             }
             let fibres = &fibres[..self.fibres.len()];
             let response = self.law.eval(&k, fibres);
@@ -218,7 +231,7 @@ impl<L: Law> ElementSweep<'_, L> {
                 (None, None) => Pressure { p: -viscous.0, stiffness: zero },
             };
             let P = response.P.plus_scaled(pressure.p, &k.cof);
-            let inverse: Tensor<Lane<S>> = Tensor::from_fn(|k, j| load(&self.batch.inverse_jacobian[q][3 * k + j]));
+            let inverse: Tensor<Lane<S>> = tensor!(k, j => load!(&self.batch.inverse_jacobian[q][3 * k + j]));
             Hex8::add_local_stress(&mut sums, q, &P.dot_transposed(&inverse).scaled(w));
 
             let invariants = Invariants::new(&k);
@@ -235,7 +248,7 @@ impl<L: Law> ElementSweep<'_, L> {
         }
 
         let forces = Hex8::nodal_forces(&sums);
-        for (rows, forces) in buffer.iter_mut().zip(forces) {
+        for (rows, forces) in buffer.iter_mut().zip(&forces) {
             for (row, force) in rows.iter_mut().zip(forces) {
                 force.store(row, part);
             }
@@ -243,9 +256,9 @@ impl<L: Law> ElementSweep<'_, L> {
         mean.store(&mut after[0], part);
         viscous.0.store(&mut after[1], part);
         strain.store(&mut totals.strain, part);
-        let dissipated = (viscous.0 + load(&before[1])) * (load(&before[0]) - mean) * volume * 0.5;
+        let dissipated = (viscous.0 + load!(&before[1])) * (load!(&before[0]) - mean) * volume * 0.5;
         dissipated.store(&mut totals.viscous, part);
-        let bound = load(&self.batch.frequency_bound);
+        let bound = load!(&self.batch.frequency_bound);
         stable_step(bound * tangent, bound * cofactor * viscous.1).store(&mut totals.stable_step, part);
         smallest.store(&mut totals.smallest_j, part);
         exponent.store(&mut totals.fibre_exponent, part);

@@ -160,7 +160,7 @@ impl Law for HolzapfelGasserOgden {
             psi += energy.W;
             let aligned = energy.dW * (2.0 - 6.0 * self.kappa);
             let spread = energy.dW * (2.0 * self.kappa);
-            let along = a.map(|x| x * aligned);
+            let along = [a[0] * aligned, a[1] * aligned, a[2] * aligned];
             S.0[0] += along[0].mul_add(a[0], spread);
             S.0[1] += along[1].mul_add(a[1], spread);
             S.0[2] += along[2].mul_add(a[2], spread);
@@ -181,19 +181,24 @@ impl Law for HolzapfelGasserOgden {
 
     #[inline(always)]
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R {
-        let matrix = match self.matrix {
+        let mut bound = match self.matrix {
             MatrixForm::Isochoric => bound_first_invariant(0.5 * self.c, k, inv),
             MatrixForm::Coupled => (inv.max_C_inverse + 1.0) * self.c,
         };
-        fibres.iter().fold(matrix, |sum, a| sum + self.bound_fibre_term(k, inv, a))
+        for a in fibres {
+            bound += self.bound_fibre_term(k, inv, a);
+        }
+        bound
     }
 
     #[inline(always)]
     fn eval_fibre_exponent<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> R {
-        fibres.iter().fold(k.J.zero(), |largest, a| {
+        let mut largest = k.J.zero();
+        for a in fibres {
             let E = self.eval_fibre_strain(k, a);
-            largest.max(E * E * self.k2)
-        })
+            largest = largest.max(E * E * self.k2);
+        }
+        largest
     }
 
     #[inline(always)]

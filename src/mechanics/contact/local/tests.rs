@@ -54,6 +54,7 @@ fn projection_matches_the_worked_example_and_the_three_cases() {
     assert_eq!(proj_coulomb_cone([0.0; 3], 0.5), [0.0; 3]);
     // Without friction the cone is the half line of normal reactions.
     assert_eq!(proj_coulomb_cone([2.0, 3.0, 4.0], 0.0), [2.0, 0.0, 0.0]);
+    assert_eq!(proj_coulomb_cone([-2.0, 0.0, 0.0], 0.0), [0.0; 3]);
 }
 
 #[test]

@@ -1,1 +1,59 @@
+use super::*;
+use crate::mechanics::contact::{ContactPair, Master, Surface};
 
+/// A unit face of masses 2 under a node of mass 1 that is `depth` inside, and the contact between them.
+fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, Detector, Vec<Contact>) {
+    let mut x: Vec<Vec3> =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+    x.push(Vec3::new(0.5, 0.25, -depth));
+    let mut masses = vec![Vec3::repeat(inverse_mass[0]); 4];
+    masses.push(Vec3::repeat(inverse_mass[1]));
+    let master = Surface { nodes: vec![0, 1, 2, 3], faces: vec![[0, 1, 2, 3]] };
+    let slave = Surface { nodes: vec![4], faces: Vec::new() };
+    let pair = ContactPair { name: "test".into(), slave: 1, master: Master::Surface(0), mu: 0.0 };
+    let mut detector = Detector::new(&[master, slave], &[pair], &x);
+    let mut contacts = Vec::new();
+    detector.detect(&x, &x, &[Vec3::zeros()], &mut contacts).unwrap();
+    (x, masses, detector, contacts)
+}
+
+#[test]
+fn a_small_penetration_is_removed_about_the_centre_of_mass() {
+    let (before, masses, detector, contacts) = pressed(0.01, [0.5, 1.0]);
+    let mut x = before.clone();
+    let mut moved = Vec::new();
+    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    assert_eq!(report.corrected, 1);
+    assert!((report.deepest - 0.01).abs() < 1e-15 && report.left <= 1e-8);
+    let centre = |x: &[Vec3]| x.iter().zip(&masses).map(|(x, m)| x.component_div(m)).sum::<Vec3>();
+    assert!((centre(&x) - centre(&before)).norm() < 1e-15);
+    // What is recorded is what was done.
+    let mut replayed = before;
+    for (node, step) in moved {
+        replayed[node as usize] += step;
+    }
+    assert_eq!(replayed, x);
+}
+
+#[test]
+fn the_cap_holds_and_fixed_sides_stay() {
+    let (before, masses, detector, contacts) = pressed(0.2, [0.0, 1.0]);
+    let mut x = before.clone();
+    let mut moved = Vec::new();
+    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    assert!((x[4].z + 0.2 - CAP).abs() < 1e-14 && report.left > 0.1);
+    assert_eq!(x[..4], before[..4]);
+    // Nothing moves where nothing can, and no number breaks.
+    let mut x = before.clone();
+    let report = project_positions(&contacts, &detector, &[Vec3::zeros(); 5], &mut x, &mut moved);
+    assert_eq!((report.corrected, x, moved.len()), (0, before, 0));
+}
+
+#[test]
+fn open_contacts_stay() {
+    let (before, masses, detector, contacts) = pressed(-0.01, [0.5, 1.0]);
+    let mut x = before.clone();
+    let mut moved = vec![(0, Vec3::zeros())];
+    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    assert_eq!((contacts.len(), report, x, moved.len()), (1, ProjectionReport::default(), before, 0));
+}
