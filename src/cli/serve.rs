@@ -1,16 +1,18 @@
 //! `contuse serve`, `contuse openapi`, `contuse health`: the service and what belongs to it.
 
-use crate::service::config::{Budget, ServiceConfig, Tokens};
+use super::{CliError, Exit};
+use crate::scene::Budget;
+use crate::service::config::{ServiceConfig, Tokens};
 use crate::service::jobs::simulator::Simulator;
 use crate::service::{Service, http};
-use anyhow::{Context, bail};
 use clap::Args;
-use std::io::{Read, Write};
+use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
 
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
@@ -28,20 +30,23 @@ pub struct ServeArgs {
     #[arg(long, env = "CONTUSE_THREADS_PER_JOB", default_value_t = 1)]
     threads_per_job: usize,
     /// Largest scene document in bytes; k, M, G are understood.
-    #[arg(long, env = "CONTUSE_MAX_BODY", default_value = "4M", value_parser = size)]
+    #[arg(long, env = "CONTUSE_MAX_BODY", default_value_t = Budget::SERVICE.document_bytes, value_parser = size)]
     max_body: u64,
     /// Largest mesh in bytes.
-    #[arg(long, env = "CONTUSE_MAX_MESH", default_value = "256M", value_parser = size)]
+    #[arg(long, env = "CONTUSE_MAX_MESH", default_value_t = Budget::SERVICE.mesh_bytes, value_parser = size)]
     max_mesh: u64,
     /// Most elements of a scene.
-    #[arg(long, env = "CONTUSE_MAX_ELEMENTS", default_value_t = 1_000_000)]
+    #[arg(long, env = "CONTUSE_MAX_ELEMENTS", default_value_t = Budget::SERVICE.elements)]
     max_elements: u64,
     /// Most time steps of a scene.
-    #[arg(long, env = "CONTUSE_MAX_STEPS", default_value_t = 20_000_000)]
+    #[arg(long, env = "CONTUSE_MAX_STEPS", default_value_t = Budget::SERVICE.steps)]
     max_steps: u64,
     /// Most memory of a run in bytes.
-    #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value = "4G", value_parser = size)]
+    #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
     max_memory: u64,
+    /// Most bytes of the fields of a recording, before compression.
+    #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
+    max_recording: u64,
     /// Most jobs that wait.
     #[arg(long, env = "CONTUSE_MAX_QUEUED", default_value_t = 1000)]
     max_queued: u64,
@@ -67,38 +72,31 @@ impl ServeArgs {
     ///
     /// # Errors
     /// When the tokens cannot be read, or a number makes no sense.
-    pub fn config(self) -> anyhow::Result<ServiceConfig> {
-        let tokens = match &self.tokens_file {
-            None => Tokens::default(),
-            Some(file) => {
-                let text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
-                let tokens = Tokens::parse(&text).with_context(|| file.display().to_string())?;
-                if tokens.is_open() {
-                    bail!("{} holds no token: nobody could use the service", file.display());
-                }
-                tokens
-            }
-        };
+    pub fn config(self) -> Result<ServiceConfig, CliError> {
+        let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
         let defaults = ServiceConfig::default();
         let workers = self.workers.unwrap_or(defaults.workers);
         if workers == 0 || self.threads_per_job == 0 || self.max_connections == 0 {
-            bail!("--workers, --threads-per-job and --max-connections must be at least 1");
+            let message = "--workers, --threads-per-job and --max-connections must be at least 1";
+            return Err(CliError::Usage(message.into()));
         }
         Ok(ServiceConfig {
             listen: self.listen,
             data: self.data,
             workers,
             threads_per_job: self.threads_per_job,
-            max_scene_bytes: usize::try_from(self.max_body)?,
-            max_mesh_bytes: self.max_mesh,
             max_queued: self.max_queued,
             max_connections: self.max_connections,
             deadline: Duration::from_secs(self.deadline_s),
             grace: Duration::from_secs(self.grace_s),
             budget: Budget {
-                max_elements: self.max_elements,
-                max_steps: self.max_steps,
-                max_memory_bytes: self.max_memory,
+                document_bytes: self.max_body,
+                mesh_bytes: self.max_mesh,
+                elements: self.max_elements,
+                steps: self.max_steps,
+                memory_bytes: self.max_memory,
+                recording_bytes: self.max_recording,
+                ..Budget::SERVICE
             },
             tokens,
             cors_origins: self.cors_origins,
@@ -107,55 +105,66 @@ impl ServeArgs {
     }
 }
 
+/// The tokens of a file.
+fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
+    let input = |source| CliError::Input { path: file.to_owned(), source };
+    let text = std::fs::read_to_string(file).map_err(input)?;
+    let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
+    if tokens.is_open() {
+        return Err(CliError::Usage(format!("{} holds no token: nobody could use the service", file.display())));
+    }
+    Ok(tokens)
+}
+
 /// Serves until SIGTERM or SIGINT; a second one hurries.
 ///
 /// # Errors
 /// When the service cannot start.
-pub fn serve(args: ServeArgs) -> anyhow::Result<()> {
+pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
-    let engine = Arc::new(Simulator::new(config.budget));
+    let engine = Arc::new(Simulator::new(config.budget.clone()));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
-        let mut terminate = signal(SignalKind::terminate())?;
-        let mut interrupt = signal(SignalKind::interrupt())?;
-        let service = Service::start(config, engine).await?;
-        announce(service.address())?;
-        // Both futures wait for either signal: the first one stops, the second one hurries.
-        let (stopped, mut hurried) = tokio::sync::watch::channel(0_u32);
-        tokio::spawn(async move {
-            loop {
-                tokio::select! {
-                    _ = terminate.recv() => {}
-                    _ = interrupt.recv() => {}
-                }
-                stopped.send_modify(|count| *count += 1);
-            }
-        });
-        let mut stop = hurried.clone();
-        let stop = async move {
-            let _ = stop.wait_for(|count| *count >= 1).await;
-        };
-        let hurry = async move {
-            let _ = hurried.wait_for(|count| *count >= 2).await;
-        };
-        service.run_until(stop, hurry).await;
-        anyhow::Ok(())
+        let signals = count_signals()?;
+        let service = Service::start(config, engine).await.map_err(|e| CliError::Other(Box::new(e)))?;
+        // With port 0 nobody knows otherwise where it listens.
+        writeln!(out, "listening on http://{}", service.address())?;
+        out.flush()?;
+        service.run_until(signalled(signals.clone(), 1), signalled(signals, 2)).await;
+        Ok(Exit::Success)
     })
 }
 
-/// Says on one line of standard output where the service listens: with port 0 nobody knows otherwise.
-fn announce(address: SocketAddr) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "listening on http://{address}")?;
-    out.flush()
+/// Counts SIGTERM and SIGINT from here on.
+fn count_signals() -> io::Result<watch::Receiver<u32>> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let (count, counted) = watch::channel(0);
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = terminate.recv() => {}
+                _ = interrupt.recv() => {}
+            }
+            count.send_modify(|n| *n += 1);
+        }
+    });
+    Ok(counted)
+}
+
+/// Waits for the `n`th signal.
+async fn signalled(mut count: watch::Receiver<u32>, n: u32) {
+    // The counter lives as long as the runtime.
+    let _ = count.wait_for(|counted| *counted >= n).await;
 }
 
 /// Prints the OpenAPI document of the service.
 ///
 /// # Errors
-/// When standard output is closed.
-pub fn print_openapi() -> anyhow::Result<()> {
-    Ok(std::io::stdout().lock().write_all(http::openapi_text().as_bytes())?)
+/// When it cannot be written.
+pub fn print_openapi(out: &mut dyn Write) -> Result<Exit, CliError> {
+    out.write_all(http::openapi_text().as_bytes())?;
+    Ok(Exit::Success)
 }
 
 /// Flags of `contuse health`.
@@ -170,21 +179,27 @@ pub struct HealthArgs {
 ///
 /// # Errors
 /// When it is not.
-pub fn health(args: &HealthArgs) -> anyhow::Result<()> {
-    let limit = Duration::from_secs(3);
-    // A service that listens on every address is asked on its own.
+pub fn health(args: &HealthArgs) -> Result<Exit, CliError> {
+    // A service that listens on every address is asked on this machine's own.
     let address = args.address.replace("0.0.0.0:", "127.0.0.1:").replace("[::]:", "[::1]:");
-    let socket = address.to_socket_addrs()?.next().context("the address names no host")?;
+    let status = ask(&address).map_err(|e| CliError::Other(format!("{address} does not answer: {e}").into()))?;
+    if status.split(' ').nth(1) == Some("200") {
+        Ok(Exit::Success)
+    } else {
+        Err(CliError::Other(format!("{address} is not ready: {status}").into()))
+    }
+}
+
+/// The status line of `/readyz`.
+fn ask(address: &str) -> io::Result<String> {
+    let limit = Duration::from_secs(3);
+    let socket = address.to_socket_addrs()?.next().ok_or(io::ErrorKind::NotFound)?;
     let mut stream = TcpStream::connect_timeout(&socket, limit)?;
     stream.set_read_timeout(Some(limit))?;
     write!(stream, "GET /readyz HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n")?;
     let mut answer = String::new();
     stream.take(4096).read_to_string(&mut answer)?;
-    let status = answer.lines().next().unwrap_or_default();
-    if status.split(' ').nth(1) != Some("200") {
-        bail!("not ready: {status}");
-    }
-    Ok(())
+    Ok(answer.lines().next().unwrap_or_default().to_owned())
 }
 
 /// A number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).

@@ -1,5 +1,6 @@
 //! What the service may use, and where it listens. Every limit has a default; nothing is unlimited.
 
+use crate::scene::Budget;
 use sha2::{Digest, Sha256};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -16,10 +17,6 @@ pub struct ServiceConfig {
     pub workers: usize,
     /// Threads of each run.
     pub threads_per_job: usize,
-    /// Largest scene document [bytes].
-    pub max_scene_bytes: usize,
-    /// Largest mesh [bytes].
-    pub max_mesh_bytes: u64,
     /// Jobs that may wait at the same time.
     pub max_queued: u64,
     /// Connections at the same time; more wait in the listen queue of the system.
@@ -34,7 +31,7 @@ pub struct ServiceConfig {
     pub grace: Duration,
     /// How often a job is taken up before it counts as the one that kills its worker.
     pub max_attempts: u32,
-    /// What a scene may ask for.
+    /// What a scene may ask for; also the largest document and the largest mesh.
     pub budget: Budget,
     /// Who may use the service; everybody when empty.
     pub tokens: Tokens,
@@ -44,17 +41,6 @@ pub struct ServiceConfig {
     pub heartbeat: Duration,
 }
 
-/// What one scene may ask for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Budget {
-    /// Elements of all bodies.
-    pub max_elements: u64,
-    /// Time steps.
-    pub max_steps: u64,
-    /// Memory of the plan and its state [bytes].
-    pub max_memory_bytes: u64,
-}
-
 impl Default for ServiceConfig {
     fn default() -> Self {
         Self {
@@ -62,8 +48,6 @@ impl Default for ServiceConfig {
             data: PathBuf::from("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             threads_per_job: 1,
-            max_scene_bytes: 4 << 20,
-            max_mesh_bytes: 256 << 20,
             max_queued: 1000,
             max_connections: 512,
             request_timeout: Duration::from_secs(30),
@@ -71,7 +55,7 @@ impl Default for ServiceConfig {
             deadline: Duration::from_secs(3600),
             grace: Duration::from_secs(20),
             max_attempts: 3,
-            budget: Budget { max_elements: 1_000_000, max_steps: 20_000_000, max_memory_bytes: 4 << 30 },
+            budget: Budget::SERVICE,
             tokens: Tokens::default(),
             cors_origins: Vec::new(),
             heartbeat: Duration::from_secs(15),

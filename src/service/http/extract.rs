@@ -72,14 +72,14 @@ impl FromRequest<Arc<App>> for JsonText {
         if !is_json(request.headers()) {
             return Err(Problem::unsupported_media_type("application/json"));
         }
-        let limit = app.config.max_scene_bytes;
-        if declared_length(request.headers()).is_some_and(|n| n > limit as u64) {
-            return Err(Problem::too_large(limit as u64));
+        let limit = app.config.budget.document_bytes;
+        if declared_length(request.headers()).is_some_and(|n| n > limit) {
+            return Err(Problem::too_large(limit));
         }
-        let reading = axum::body::to_bytes(request.into_body(), limit);
+        let reading = axum::body::to_bytes(request.into_body(), usize::try_from(limit).unwrap_or(usize::MAX));
         let bytes = match tokio::time::timeout(app.config.request_timeout, reading).await {
             Err(_) => return Err(Problem::too_slow()),
-            Ok(Err(error)) if is_over_limit(&error) => return Err(Problem::too_large(limit as u64)),
+            Ok(Err(error)) if is_over_limit(&error) => return Err(Problem::too_large(limit)),
             Ok(Err(_)) => return Err(Problem::broken_body()),
             Ok(Ok(bytes)) => bytes,
         };

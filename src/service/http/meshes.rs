@@ -53,7 +53,7 @@ pub async fn upload(
     if media_type(request.headers()).is_some_and(|m| m.starts_with("multipart/") || m == "application/json") {
         return Err(Problem::unsupported_media_type("application/octet-stream"));
     }
-    let limit = app.config.max_mesh_bytes;
+    let limit = app.config.budget.mesh_bytes;
     if declared_length(request.headers()).is_some_and(|n| n > limit) {
         return Err(Problem::too_large(limit));
     }

@@ -1,6 +1,7 @@
 //! The contract: OpenAPI 3.1, made from the handlers, so that it cannot say anything else than they do.
 
 use super::routes;
+use crate::scene::scene_schema;
 use std::sync::LazyLock;
 use utoipa::OpenApi;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
@@ -45,7 +46,9 @@ pub fn text() -> &'static str {
     &TEXT
 }
 
+static SCENE_SCHEMA: LazyLock<String> = LazyLock::new(|| format!("{:#}\n", scene_schema()));
+
 /// The JSON Schema of a scene document as text.
 pub fn scene_schema_text() -> &'static str {
-    "{}"
+    &SCENE_SCHEMA
 }

@@ -30,6 +30,21 @@ pub struct SceneProblem {
     pub remedy: String,
 }
 
+impl SceneProblem {
+    /// An error about the document as a whole.
+    pub fn of_document(message: &str) -> Self {
+        Self {
+            severity: "error".into(),
+            code: "not_compilable".into(),
+            pointer: String::new(),
+            message: message.to_owned(),
+            value: serde_json::Value::Null,
+            limit: String::new(),
+            remedy: String::new(),
+        }
+    }
+}
+
 /// What is known of a scene that may run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedScene {
@@ -59,8 +74,39 @@ pub struct ScenePreview {
 pub struct BodyPreview {
     /// Its name.
     pub name: String,
-    /// Its mesh.
-    pub mesh: MeshReport,
+    /// Nodes.
+    pub nodes: u64,
+    /// Elements.
+    pub elements: u64,
+    /// Volume of the mesh [m³].
+    pub volume_m3: f64,
+    /// Mass of the mesh [kg].
+    pub mass_kg: f64,
+    /// Lower and upper corner of the box around it [m].
+    pub bounding_box_m: [[f64; 3]; 2],
+    /// Smallest scaled Jacobian of all corners and quadrature points, 1 for a brick [-].
+    pub min_scaled_jacobian: f64,
+    /// The element where that is.
+    pub worst_element: u32,
+    /// Largest ratio of longest to shortest edge in one element [-].
+    pub max_aspect_ratio: f64,
+    /// Shortest edge [m].
+    pub min_edge_m: f64,
+    /// Its parts.
+    pub parts: Vec<PartPreview>,
+    /// What the mesh says of itself.
+    pub notes: Vec<String>,
+}
+
+/// A part of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct PartPreview {
+    /// Its name.
+    pub name: String,
+    /// Elements.
+    pub elements: u64,
+    /// Mass [kg].
+    pub mass_kg: f64,
 }
 
 /// One run that a worker asks for.
@@ -69,7 +115,7 @@ pub struct RunOrder<'a> {
     pub scene: &'a [u8],
     /// The meshes that it may name.
     pub meshes: &'a MeshShelf,
-    /// Where the recording goes.
+    /// Where the recording goes when it is whole; until then it is [`crate::record::partial_path`] of that.
     pub recording: &'a Path,
     /// Threads of the run.
     pub threads: usize,
@@ -84,12 +130,10 @@ pub struct RunOrder<'a> {
 pub struct RunReport {
     /// How it ended.
     pub ending: RunEnding,
-    /// Its summary.
-    pub summary: Option<serde_json::Value>,
+    /// Its summary, as JSON text.
+    pub summary: Option<String>,
     /// How far it came.
     pub progress: RunProgress,
-    /// Sentences that the user should read.
-    pub warnings: Vec<String>,
 }
 
 /// The ways a run ends.
@@ -123,11 +167,17 @@ pub trait Engine: Send + Sync + 'static {
     /// The diagnosis of a run that could not begin.
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure>;
 
-    /// Closes a recording that was cut off by the loss of its writer, and marks it incomplete.
+    /// Makes a whole recording of the partial one that a lost writer left, and marks it incomplete.
     ///
     /// # Errors
     /// A sentence that says why nothing of it can be read.
     fn mend_recording(&self, recording: &Path) -> Result<(), String>;
+
+    /// Writes what a recording has so far to `target`, a whole file of its own.
+    ///
+    /// # Errors
+    /// A sentence that says why there is nothing yet.
+    fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String>;
 
     /// Reads and judges an uploaded mesh, of the format given or of the one that it looks like.
     ///

@@ -12,7 +12,7 @@ pub mod engine;
 mod error;
 pub mod queue;
 pub mod recordings;
-//pub mod simulator;
+pub mod simulator;
 pub mod store;
 pub mod worker;
 
@@ -155,6 +155,20 @@ pub struct JobFailure {
     pub element: Option<FailedElement>,
 }
 
+impl JobFailure {
+    /// The diagnosis of a fault of the program. What it was is in the log and not for the world.
+    pub fn internal() -> Self {
+        Self {
+            cause: JobFailureCause::Internal,
+            message: "A fault of the program stopped the run.".into(),
+            remedy: "Report it with the id of the job and the log of the service around its end.".into(),
+            time_s: None,
+            step: None,
+            element: None,
+        }
+    }
+}
+
 /// The element that a failure is about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FailedElement {
@@ -164,8 +178,9 @@ pub struct FailedElement {
     pub part: String,
     /// Index of the element in the body, from 0.
     pub element: u32,
-    /// Its centre at that time [m].
-    pub position_m: [f64; 3],
+    /// Its centre at that time [m]; absent when that is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
 }
 
 /// How far a run has come.
@@ -183,6 +198,20 @@ pub struct RunProgress {
     pub simulated_time_s: f64,
     /// Expected time to the end on the wall clock [s].
     pub eta_s: Option<f64>,
+}
+
+impl RunProgress {
+    /// A run that has only begun.
+    pub fn loading() -> Self {
+        Self {
+            phase: Phase::Loading,
+            progress: 0.0,
+            step: 0,
+            expected_steps: None,
+            simulated_time_s: 0.0,
+            eta_s: None,
+        }
+    }
 }
 
 /// A recording that will not change any more.

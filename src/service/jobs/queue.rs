@@ -4,7 +4,8 @@ use super::control::{RunControl, StopReason};
 use super::engine::Engine;
 use super::recordings::DataFolder;
 use super::store::{CancelAnswer, ClaimedJob, DeleteAnswer, NewJob, Recovered, Store, Submitted};
-use super::{JobId, JobsError};
+use super::{FinalRecording, JobId, JobsError};
+use crate::record::partial_path;
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
@@ -64,11 +65,11 @@ impl Queue {
             tracing::warn!(job = %id, attempt, ?fate, "found a job without its worker");
             match fate {
                 Recovered::Requeue => {
-                    self.folder.remove_partial(id)?;
+                    self.folder.remove_recordings(id)?;
                     self.store.requeue_orphan(seq).await?;
                 }
                 Recovered::Cancel | Recovered::GiveUp => {
-                    let recording = self.mend(id)?;
+                    let recording = self.keep_recording(id, false)?;
                     self.store.end_orphan(seq, attempt, fate == Recovered::Cancel, recording).await?;
                 }
                 Recovered::Erase => {
@@ -80,18 +81,18 @@ impl Queue {
         Ok(())
     }
 
-    /// Saves what can be read of a recording that was cut off; nothing when nothing can.
-    fn mend(&self, id: JobId) -> Result<Option<super::FinalRecording>, JobsError> {
-        let partial = self.folder.partial_recording(id);
-        if !partial.exists() {
-            return Ok(None);
-        }
-        if let Err(reason) = self.engine.mend_recording(&partial) {
+    /// The recording that an ended run left, with its digest. One that its writer did not close is mended first; nothing
+    /// when nothing of it can be read.
+    pub(super) fn keep_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
+        let recording = self.folder.recording(id);
+        if !recording.exists()
+            && partial_path(&recording).exists()
+            && let Err(reason) = self.engine.mend_recording(&recording)
+        {
             tracing::warn!(job = %id, reason, "nothing of the recording can be read");
-            self.folder.remove_partial(id)?;
-            return Ok(None);
+            self.folder.remove_recordings(id)?;
         }
-        self.folder.seal_recording(id, false)
+        self.folder.seal_recording(id, complete)
     }
 
     /// Keeps a new job; it is durable when this returns.

@@ -1,7 +1,7 @@
 //! Files of the service: one folder that one process may use, recordings that never change under their final name.
 //!
-//! A run writes `<id>.partial`; when it has ended the file is flushed to the disk and renamed to `<id>.mcap`. What can be
-//! downloaded under one name is therefore always the same bytes, and a cut-off file is known by its name.
+//! A run writes `<id>.mcap.partial`, and its recorder gives the file its name when it is whole. Everything else that a job
+//! has begins with `<id>.` too, so that it can be found when the job goes.
 
 use super::{FinalRecording, JobId, JobsError};
 use sha2::{Digest, Sha256};
@@ -58,45 +58,41 @@ impl DataFolder {
         self.root.join("recordings").join(format!("{id}.mcap"))
     }
 
-    /// The recording of a job that runs.
-    pub fn partial_recording(&self, id: JobId) -> PathBuf {
-        self.root.join("recordings").join(format!("{id}.partial"))
-    }
-
     /// Removes whatever a job left.
     ///
     /// # Errors
     /// When a file is there and stays.
     pub fn remove_recordings(&self, id: JobId) -> Result<(), JobsError> {
-        remove(&self.recording(id))?;
-        self.remove_partial(id)
+        self.remove_files(id, "")
     }
 
-    /// Removes the recording of a run that begins again.
-    ///
-    /// # Errors
-    /// When a file is there and stays.
-    pub fn remove_partial(&self, id: JobId) -> Result<(), JobsError> {
-        remove(&self.partial_recording(id))
+    /// Removes the files of a job whose name goes on like this after the id and a point.
+    fn remove_files(&self, id: JobId, rest: &str) -> Result<(), JobsError> {
+        let folder = self.root.join("recordings");
+        let beginning = format!("{id}.{rest}");
+        for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
+            let entry = entry.map_err(|e| JobsError::file(&folder, e))?;
+            if entry.file_name().to_str().is_some_and(|name| name.starts_with(&beginning)) {
+                remove(&entry.path())?;
+            }
+        }
+        Ok(())
     }
 
-    /// Gives the recording of a run that has ended its final name, and computes its digest. `None` when the run wrote
-    /// none.
+    /// Size and digest of the recording of a run that has ended. `None` when the run left none.
     ///
     /// # Errors
-    /// When the file cannot be read, flushed or renamed.
+    /// When the file cannot be read or made durable.
     pub fn seal_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
-        let partial = self.partial_recording(id);
-        let mut file = match File::open(&partial) {
+        let path = self.recording(id);
+        let mut file = match File::open(&path) {
             Ok(file) => file,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(JobsError::file(&partial, e)),
+            Err(e) => return Err(JobsError::file(&path, e)),
         };
-        let (bytes, sha256) = digest(&mut file).map_err(|e| JobsError::file(&partial, e))?;
-        file.sync_all().map_err(|e| JobsError::file(&partial, e))?;
-        let sealed = self.recording(id);
-        std::fs::rename(&partial, &sealed).map_err(|e| JobsError::file(&partial, e))?;
-        sync_folder(&sealed)?;
+        let (bytes, sha256) = digest(&mut file).map_err(|e| JobsError::file(&path, e))?;
+        file.sync_all().map_err(|e| JobsError::file(&path, e))?;
+        sync_folder(&path)?;
         Ok(Some(FinalRecording { bytes, sha256, complete }))
     }
 
@@ -168,14 +164,16 @@ mod tests {
         let folder = DataFolder::open(dir.path()).unwrap();
         let id = JobId::now_v7();
         assert_eq!(folder.seal_recording(id, true).unwrap(), None);
-        std::fs::write(folder.partial_recording(id), b"abc").unwrap();
+        std::fs::write(folder.recording(id), b"abc").unwrap();
         let sealed = folder.seal_recording(id, true).unwrap().unwrap();
         assert_eq!(sealed.bytes, 3);
         // SHA-256 of "abc", FIPS 180-2, appendix B.1.
         assert_eq!(sealed.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
         assert_eq!(std::fs::read(folder.recording(id)).unwrap(), b"abc");
+        let other = JobId::now_v7();
+        std::fs::write(folder.recording(other), b"abc").unwrap();
         folder.remove_recordings(id).unwrap();
         folder.remove_recordings(id).unwrap();
-        assert!(!folder.recording(id).exists());
+        assert!(!folder.recording(id).exists() && folder.recording(other).exists());
     }
 }

@@ -7,7 +7,7 @@ use super::control::{RunControl, StopReason};
 use super::engine::{RunEnding, RunOrder, RunReport};
 use super::queue::Queue;
 use super::store::{ClaimedJob, JobEnd};
-use super::{FinalRecording, JobFailure, JobFailureCause, JobState, JobsError, Phase, RunProgress};
+use super::{JobFailure, JobFailureCause, JobState, JobsError, Phase, RunProgress};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -79,8 +79,9 @@ impl Worker {
     /// Calls the engine. A panic in it is a fault of the program, and of this job alone.
     fn simulate(&self, job: &ClaimedJob, control: &RunControl) -> Result<RunReport, JobFailure> {
         let _runtime = self.runtime.enter();
-        let recording = self.queue.folder.partial_recording(job.id);
-        self.queue.folder.remove_partial(job.id).map_err(|e| recording_failed(&e))?;
+        let recording = self.queue.folder.recording(job.id);
+        // What an earlier attempt left.
+        self.queue.folder.remove_recordings(job.id).map_err(|e| recording_failed(&e))?;
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: RunProgress| reporter.report(p);
@@ -97,7 +98,7 @@ impl Worker {
             let words = panic_words(payload.as_ref());
             tracing::error!(job = %job.id, panic = words, "a run panicked");
             self.queue.metrics.run_panicked();
-            Err(internal())
+            Err(JobFailure::internal())
         })
     }
 
@@ -121,15 +122,15 @@ impl Worker {
         let mut end = JobEnd {
             state,
             failure,
-            summary: report.as_ref().and_then(|r| r.summary.as_ref()).map(ToString::to_string),
+            summary: report.as_ref().and_then(|r| r.summary.clone()),
             recording: None,
             progress: report.as_ref().map(|r| r.progress),
         };
-        match self.seal(job, report.is_some(), end.state == JobState::Succeeded) {
+        match self.queue.keep_recording(job.id, end.state == JobState::Succeeded) {
             Ok(recording) => end.recording = recording,
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
-                tracing::error!(job = %job.id, %error, "the recording could not be sealed");
+                tracing::error!(job = %job.id, %error, "the recording could not be kept");
                 if end.state != JobState::Failed {
                     end.state = JobState::Failed;
                     end.failure = Some(recording_failed(&error));
@@ -137,17 +138,6 @@ impl Worker {
             }
         }
         self.write_end(job, &end)
-    }
-
-    /// Seals the recording. One that the engine did not close (it panicked, or failed before it could) is mended first.
-    fn seal(&self, job: &ClaimedJob, closed: bool, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
-        let partial = self.queue.folder.partial_recording(job.id);
-        if !closed && partial.exists() && let Err(reason) = self.queue.engine.mend_recording(&partial) {
-            tracing::warn!(job = %job.id, reason, "nothing of the recording can be read");
-            self.queue.folder.remove_partial(job.id)?;
-            return Ok(None);
-        }
-        self.queue.folder.seal_recording(job.id, complete)
     }
 
     /// Writes how a job ended, again and again for a while if the store does not take it.
@@ -173,7 +163,7 @@ impl Worker {
 
     fn put_back(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "put back into the queue");
-        self.queue.folder.remove_partial(job.id)?;
+        self.queue.folder.remove_recordings(job.id)?;
         self.runtime.block_on(self.queue.store.put_back(job.seq, job.attempt, "the service was shut down"))
     }
 
@@ -223,18 +213,6 @@ impl<'a> Reporter<'a> {
             // The run is worth more than the report of it.
             Err(error) => tracing::warn!(job = %self.job.id, %error, "could not write its progress"),
         }
-    }
-}
-
-/// The diagnosis of a panic. What it said is in the log and not for the world.
-fn internal() -> JobFailure {
-    JobFailure {
-        cause: JobFailureCause::Internal,
-        message: "A fault of the program stopped the run.".into(),
-        remedy: "Report it with the id of the job and the log of the service around its end.".into(),
-        time_s: None,
-        step: None,
-        element: None,
     }
 }
 

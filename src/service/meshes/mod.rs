@@ -65,6 +65,12 @@ pub struct MeshQualityReport {
     pub negative_elements: u64,
     /// The first of them.
     pub first_negative_elements: Vec<u32>,
+    /// Elements that are sound inside but folded at a corner: they can run, with poor accuracy.
+    pub folded_elements: u64,
+    /// Largest ratio of longest to shortest edge in one element [-].
+    pub max_aspect_ratio: f64,
+    /// Nodes at exactly the position of an earlier one.
+    pub coincident_nodes: u64,
     /// Shortest edge, in the unit of the file.
     pub min_edge: f64,
     /// Longest edge.

@@ -43,16 +43,6 @@ impl MeshShelf {
         let mesh = self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)?;
         Ok((file(&self.folder, &mesh.id, mesh.format), mesh.format))
     }
-
-    /// The bytes of an uploaded mesh.
-    ///
-    /// # Errors
-    /// `Unknown` when the owner has no such mesh; `Jobs` when its file cannot be read.
-    pub fn read(&self, id: &str) -> Result<(Vec<u8>, MeshFormat), ShelfError> {
-        let (path, format) = self.find(id)?;
-        let bytes = std::fs::read(&path).map_err(|e| JobsError::file(path, e))?;
-        Ok((bytes, format))
-    }
 }
 
 /// Whether a name has the form of an id: 64 lower-case hexadecimal digits.

@@ -1,6 +1,7 @@
 //! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
 
 use contuse::plan::PlanReport;
+use contuse::record::partial_path;
 use contuse::service::jobs::engine::{
     BodyPreview, CheckedScene, Engine, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
 };
@@ -55,6 +56,9 @@ fn report() -> MeshReport {
         worst_element: 0,
         negative_elements: 0,
         first_negative_elements: vec![],
+        folded_elements: 0,
+        max_aspect_ratio: 1.0,
+        coincident_nodes: 0,
         min_edge: 1.0,
         max_edge: 1.0,
         volume: 1.0,
@@ -86,7 +90,7 @@ impl Engine for ScriptedEngine {
             }
         }
         if let Some(name) = document["mesh"].as_str()
-            && meshes.read(name).is_err()
+            && meshes.find(name).is_err()
         {
             problems.push(problem("/mesh", "no such mesh", &document["mesh"]));
         }
@@ -103,13 +107,27 @@ impl Engine for ScriptedEngine {
 
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
         let checked = self.check(scene, meshes)?;
-        let body = BodyPreview { name: "cube".into(), mesh: report() };
+        let body = BodyPreview {
+            name: "cube".into(),
+            nodes: 8,
+            elements: 1,
+            volume_m3: 1.0,
+            mass_kg: 1.0,
+            bounding_box_m: [[0.0; 3], [1.0; 3]],
+            min_scaled_jacobian: 1.0,
+            worst_element: 0,
+            max_aspect_ratio: 1.0,
+            min_edge_m: 1.0,
+            parts: vec![],
+            notes: vec![],
+        };
         Ok(ScenePreview { checked, bodies: vec![body], plan: PlanReport { nodes: 8, ..PlanReport::default() } })
     }
 
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
         let script: Script = serde_json::from_slice(order.scene).unwrap();
-        std::fs::write(order.recording, recording(script.recording_bytes.unwrap_or(1000))).unwrap();
+        let partial = partial_path(order.recording);
+        std::fs::write(&partial, recording(script.recording_bytes.unwrap_or(1000))).unwrap();
         match script.ending.as_deref() {
             Some("panic") => panic!("as the script says, at /secret/path"),
             Some("abort") => std::process::abort(),
@@ -143,14 +161,20 @@ impl Engine for ScriptedEngine {
             progress.simulated_time_s = script.end_time_s * progress.progress;
             (order.progress)(progress);
         }
-        let summary = Some(json!({ "peak_force_n": 42.0, "steps": progress.step }));
-        Ok(RunReport { ending, summary, progress, warnings: vec![] })
+        std::fs::rename(&partial, order.recording).unwrap();
+        let summary = Some(json!({ "peak_force_n": 42.0, "steps": progress.step }).to_string());
+        Ok(RunReport { ending, summary, progress })
     }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {
-        let mut bytes = std::fs::read(recording).map_err(|e| e.to_string())?;
+        let mut bytes = std::fs::read(partial_path(recording)).map_err(|e| e.to_string())?;
         bytes.extend_from_slice(b"mended");
-        std::fs::write(recording, bytes).map_err(|e| e.to_string())
+        std::fs::write(recording, bytes).map_err(|e| e.to_string())?;
+        std::fs::remove_file(partial_path(recording)).map_err(|e| e.to_string())
+    }
+
+    fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String> {
+        std::fs::copy(partial_path(recording), target).map(|_| ()).map_err(|e| e.to_string())
     }
 
     fn inspect_mesh(

@@ -10,7 +10,7 @@ fn valid_scene_is_described_and_not_kept() {
     assert_eq!(answer.status, 200, "{answer:?}");
     let body = answer.json();
     assert_eq!(body["valid"], true);
-    assert_eq!(body["bodies"][0]["mesh"]["nodes"], 8);
+    assert_eq!(body["bodies"][0]["nodes"], 8);
     assert_eq!(body["plan"]["nodes"], 8);
     assert_eq!(server.client().get("/v1/jobs").json()["jobs"], json!([]));
 }
