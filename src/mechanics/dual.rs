@@ -1,6 +1,8 @@
 //! Dual numbers `value + ε slope`, ε² = 0: the exact derivative of any law along one direction.
 //!
 //! With them `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 use super::real::Real;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

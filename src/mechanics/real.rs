@@ -2,6 +2,8 @@
 //!
 //! A law is written once, over `R: Real`, and serves as plain `f64` (evaluation at a point), as SIMD lanes (the
 //! force sweep) and as a dual number (the exact tangent). So there is no second copy of any formula.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -22,29 +24,41 @@ pub trait Real:
     + SubAssign
 {
     /// The constant `c` in the same lanes as `self`.
+    #[must_use]
     fn constant(self, c: f64) -> Self;
     /// `self * b + c`, fused where the machine can.
+    #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// `√self`.
+    #[must_use]
     fn sqrt(self) -> Self;
     /// `exp(self)`.
+    #[must_use]
     fn exp(self) -> Self;
     /// `exp(self) − 1`, accurate near 0.
+    #[must_use]
     fn exp_m1(self) -> Self;
     /// `ln(1 + self)`, accurate near 0.
+    #[must_use]
     fn ln_1p(self) -> Self;
     /// The larger of two.
+    #[must_use]
     fn max(self, other: Self) -> Self;
     /// The smaller of two.
+    #[must_use]
     fn min(self, other: Self) -> Self;
     /// `|self|`.
+    #[must_use]
     fn abs(self) -> Self;
     /// `if self > 0 { yes } else { no }`, lane by lane.
+    #[must_use]
     fn select_positive(self, yes: Self, no: Self) -> Self;
     /// A rough `(1 + self)^(−1/3)` (within 5 %), the seed of [`inverse_cbrt_m1`].
+    #[must_use]
     fn seed_inverse_cbrt_1p(self) -> Self;
 
     /// Zero in the same lanes as `self`.
+    #[must_use]
     #[inline(always)]
     fn zero(self) -> Self {
         self.constant(0.0)
@@ -98,21 +112,36 @@ impl Real for f64 {
     }
 }
 
-/// `(1 + j)^(−1/3) − 1` to full *relative* accuracy also for tiny `j`; `j > −1`.
+/// `(1 + j)^(−1/3) − 1` to full *relative* accuracy also for tiny `j`, and exactly 0 at `j = 0`; `j > −1`.
 ///
-/// Halley's iteration on `ρ(δ) = (1+j)(1+δ)³ − 1 = j + (1+j) δ (3 + 3δ + δ²)`, in which nothing cancels when
-/// j and δ are small, so that `J^(−2/3) − 1` is exactly 0 at rest.
+/// First y = J^(−1/3): from a seed within 5 %, two steps `y ← y (1 + r)^(−1/3)` with `r = J y³ − 1` and the power
+/// expanded to r⁴ (order 5, no division), which leaves rounding only. Then `J (y³ − 1) = −j` is solved for y − 1.
+/// Iterating on y − 1 itself would leave at j = 0 the last error of the iteration instead of 0.
 #[inline(always)]
 pub fn inverse_cbrt_m1<R: Real>(j: R) -> R {
     let J = j + 1.0;
-    let mut delta = j.seed_inverse_cbrt_1p() - 1.0;
-    for _ in 0..3 {
-        let residual = j + J * delta * ((delta + 3.0) * delta + 3.0);
-        // Halley for y⁻³ = J in the variable δ = y − 1, with J y³ = 1 + residual:
-        // y ← y (1 − residual · 1 / (3 + 2 residual)).
-        delta = delta - (delta + 1.0) * residual / (residual * 2.0 + 3.0);
+    let mut y = j.seed_inverse_cbrt_1p();
+    for _ in 0..2 {
+        let r = J * y * y * y - 1.0;
+        // (1 + r)^(−1/3) − 1 = −r/3 + 2 r²/9 − 14 r³/81 + 35 r⁴/243 − …
+        let series = (((r * (35.0 / 243.0) - 14.0 / 81.0) * r + 2.0 / 9.0) * r - 1.0 / 3.0) * r;
+        y = y.mul_add(series, y);
     }
-    delta
+    -j / (J * ((y + 1.0) * y + 1.0))
+}
+
+/// `x − ln(1 + x)` to nearly full relative accuracy also for tiny `x`; `x > −1`.
+///
+/// For |x| < 0.1 from `ln(1 + x) = 2 artanh u`, u = x/(2 + x), whose first term is taken off by hand; the plain
+/// difference would keep only the digits of x² that fit beside x.
+#[inline(always)]
+pub fn ln_1p_defect<R: Real>(x: R) -> R {
+    let u = x / (x + 2.0);
+    let v = u * u;
+    let tail = v.constant(1.0 / 13.0);
+    let tail = [11.0, 9.0, 7.0, 5.0, 3.0].iter().fold(tail, |sum, n| sum * v + 1.0 / n);
+    let near_zero = u * (x - v * tail * 2.0);
+    (x.abs() - 0.1).select_positive(x - x.ln_1p(), near_zero)
 }
 
 /// `J^(−1/3)` within 4 % for a positive, normal `J`, by dividing its exponent (and mantissa) by −3.
@@ -124,6 +153,36 @@ pub fn seed_inverse_cbrt(J: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seed_of_the_inverse_cube_root_is_within_five_percent() {
+        for i in -4000..4000 {
+            let J = f64::exp(f64::from(i) * 0.01);
+            let relative = seed_inverse_cbrt(J) * J.cbrt() - 1.0;
+            assert!(relative.abs() < 0.05, "J = {J}: {relative}");
+        }
+    }
+
+    #[test]
+    #[allow(clippy::float_cmp)] // exactly is what is meant
+    fn inverse_cube_root_is_exactly_one_at_rest() {
+        assert!(inverse_cbrt_m1(0.0) == 0.0);
+    }
+
+    #[test]
+    fn ln_1p_defect_keeps_relative_accuracy_down_to_rest() {
+        // x²/2 − x³/3 + x⁴/4 − … summed for tiny x, the plain difference for large x.
+        for x in [1e-150, 1e-9, -1e-6, 3e-4, -2e-3] {
+            let series: f64 = (2..12).rev().map(|n| f64::powi(-x, n) / f64::from(n)).sum();
+            let got = ln_1p_defect(x);
+            assert!((got - series).abs() <= 8.0 * f64::EPSILON * series, "x = {x}: {got} against {series}");
+        }
+        for x in [0.05, -0.0999, 0.0999, 0.11, -0.11, 0.7, -0.9, 30.0] {
+            let plain = x - f64::ln_1p(x);
+            assert!((ln_1p_defect(x) - plain).abs() <= 1e-14 * plain.max(x.abs()), "x = {x}");
+        }
+        assert!(ln_1p_defect(0.0) == 0.0);
+    }
 
     #[test]
     fn inverse_cube_root_keeps_relative_accuracy_down_to_rest() {

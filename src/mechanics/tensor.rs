@@ -1,4 +1,6 @@
 //! Vectors and 3×3 tensors: nalgebra's for points and nodes, and [`Tensor`] / [`Sym`] over any [`Real`] for kernels.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 use super::real::Real;
 
@@ -14,6 +16,23 @@ pub struct Tensor<R>(pub [[R; 3]; 3]);
 /// A symmetric 3×3 tensor, stored as xx, yy, zz, xy, yz, xz.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sym<R>(pub [R; 6]);
+
+/// A [`Tensor`] component by component, without a closure: a closure would be compiled without the instruction set of the
+/// kernel that it is called in.
+macro_rules! tensor {
+    ($i:ident, $j:ident => $e:expr) => {
+        Tensor([tensor!(@row $i = 0, $j => $e), tensor!(@row $i = 1, $j => $e), tensor!(@row $i = 2, $j => $e)])
+    };
+    (@row $i:ident = $row:literal, $j:ident => $e:expr) => {{
+        let $i: usize = $row;
+        [tensor!(@at $j = 0 => $e), tensor!(@at $j = 1 => $e), tensor!(@at $j = 2 => $e)]
+    }};
+    (@at $j:ident = $column:literal => $e:expr) => {{
+        let $j: usize = $column;
+        $e
+    }};
+}
+pub(crate) use tensor;
 
 /// Where the component (i, j) of a [`Sym`] is stored.
 const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
@@ -34,53 +53,57 @@ impl<R: Real> Tensor<R> {
     #[inline(always)]
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
-        Self::from_fn(|i, j| self.0[i][j] + other.0[i][j])
+        tensor!(i, j => self.0[i][j] + other.0[i][j])
     }
     /// `c · self`.
     #[inline(always)]
     #[must_use]
     pub fn scaled(&self, c: R) -> Self {
-        Self::from_fn(|i, j| self.0[i][j] * c)
+        tensor!(i, j => self.0[i][j] * c)
     }
     /// `self + c · other`.
     #[inline(always)]
     #[must_use]
     pub fn plus_scaled(&self, c: R, other: &Self) -> Self {
-        Self::from_fn(|i, j| other.0[i][j].mul_add(c, self.0[i][j]))
+        tensor!(i, j => other.0[i][j].mul_add(c, self.0[i][j]))
     }
     /// Matrix product `self · other`.
     #[inline(always)]
     #[must_use]
     pub fn dot(&self, other: &Self) -> Self {
         let (a, b) = (&self.0, &other.0);
-        Self::from_fn(|i, j| a[i][2].mul_add(b[2][j], a[i][1].mul_add(b[1][j], a[i][0] * b[0][j])))
+        tensor!(i, j => a[i][2].mul_add(b[2][j], a[i][1].mul_add(b[1][j], a[i][0] * b[0][j])))
     }
     /// Matrix product `self · otherᵀ`.
     #[inline(always)]
     #[must_use]
     pub fn dot_transposed(&self, other: &Self) -> Self {
         let (a, b) = (&self.0, &other.0);
-        Self::from_fn(|i, j| a[i][2].mul_add(b[j][2], a[i][1].mul_add(b[j][1], a[i][0] * b[j][0])))
+        tensor!(i, j => a[i][2].mul_add(b[j][2], a[i][1].mul_add(b[j][1], a[i][0] * b[j][0])))
     }
     /// Matrix product with a symmetric tensor, `self · s`.
     #[inline(always)]
     #[must_use]
     pub fn dot_sym(&self, s: &Sym<R>) -> Self {
         let a = &self.0;
-        Self::from_fn(|i, j| a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j))))
+        tensor!(i, j => a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j))))
     }
     /// Matrix–vector product.
     #[inline(always)]
     pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
-        let row = |r: &[R; 3]| r[2].mul_add(a[2], r[1].mul_add(a[1], r[0] * a[0]));
-        [row(&self.0[0]), row(&self.0[1]), row(&self.0[2])]
+        let t = &self.0;
+        let mut out = *a;
+        for i in 0..3 {
+            out[i] = t[i][2].mul_add(a[2], t[i][1].mul_add(a[1], t[i][0] * a[0]));
+        }
+        out
     }
     /// Cofactor, `cof F = J F⁻ᵀ = ∂J/∂F`.
     #[inline(always)]
     #[must_use]
     pub fn cofactor(&self) -> Self {
         let f = &self.0;
-        Self::from_fn(|i, j| {
+        tensor!(i, j => {
             let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
             f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1]
         })
@@ -127,6 +150,12 @@ impl<R: Real> Sym<R> {
         let off = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
         s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + off + off
     }
+    /// Determinant.
+    #[inline(always)]
+    pub fn determinant(&self) -> R {
+        let [a, b, c, d, e, f] = self.0;
+        a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f)
+    }
     /// `s · s`, symmetric.
     #[inline(always)]
     #[must_use]
@@ -152,14 +181,18 @@ impl<R: Real> Sym<R> {
     #[inline(always)]
     #[must_use]
     pub fn scaled(&self, c: R) -> Self {
-        Self(self.0.map(|x| x * c))
+        let mut out = *self;
+        for x in &mut out.0 {
+            *x = *x * c;
+        }
+        out
     }
     /// `self + c · other`.
     #[inline(always)]
     #[must_use]
     pub fn plus_scaled(&self, c: R, other: &Self) -> Self {
         let mut out = *self;
-        for (o, x) in out.0.iter_mut().zip(other.0) {
+        for (o, x) in out.0.iter_mut().zip(&other.0) {
             *o = x.mul_add(c, *o);
         }
         out
@@ -168,7 +201,7 @@ impl<R: Real> Sym<R> {
 
 impl From<&Mat3> for Tensor<f64> {
     fn from(m: &Mat3) -> Self {
-        Self::from_fn(|i, j| m[(i, j)])
+        tensor!(i, j => m[(i, j)])
     }
 }
 

@@ -1,14 +1,22 @@
 //! Meshes: read, write, generate, surface, quality.
 //!
 //! A [`Mesh`] is plain data in metres. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
-//! finds its skin; `quality` judges it.
+//! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin.
 
+pub mod distance;
+pub mod error;
 pub mod generate;
+pub mod hexahedron;
 pub mod quality;
 pub mod read;
+pub mod refine;
 pub mod surface;
+pub mod write;
+
+pub use error::{MeshError, ParameterProblem, Place};
 
 use crate::mechanics::tensor::Vec3;
+use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
 /// A mesh of eight-node hexahedra in named parts, with named node sets.
@@ -30,4 +38,171 @@ pub struct Mesh {
     pub axes: Vec<[Vec3; 3]>,
     /// What the surface approximates, for the notes of the report ("faceted ball: 1.7 % below the exact volume").
     pub notes: Vec<String>,
+}
+
+impl Mesh {
+    /// Corner positions [m] of one element.
+    ///
+    /// # Panics
+    /// When `element` is out of range.
+    pub fn corners(&self, element: usize) -> [Vec3; 8] {
+        self.hexes[element].map(|a| self.nodes[a as usize])
+    }
+
+    /// Volume of the mesh [m³], the sum of its trilinear elements.
+    pub fn volume_m3(&self) -> f64 {
+        (0..self.hexes.len()).map(|e| hexahedron::volume_m3(&self.corners(e))).sum()
+    }
+
+    /// Volume of one part [m³]; zero when the mesh has no such part.
+    pub fn part_volume_m3(&self, name: &str) -> f64 {
+        let Some(part) = self.parts.iter().position(|p| p == name) else { return 0.0 };
+        (0..self.hexes.len())
+            .filter(|&e| self.part_of[e] as usize == part)
+            .map(|e| hexahedron::volume_m3(&self.corners(e)))
+            .sum()
+    }
+
+    /// The smallest box that holds all nodes: lower and upper corner [m]. `None` without nodes.
+    pub fn bounding_box(&self) -> Option<[Vec3; 2]> {
+        let first = *self.nodes.first()?;
+        Some(self.nodes.iter().fold([first, first], |[low, high], x| [low.inf(x), high.sup(x)]))
+    }
+
+    /// The elements of the named parts alone, with the nodes that they use; node sets are cut down to these nodes, and
+    /// sets left empty go. Nodes and elements keep their order; parts come in the order of `names`.
+    ///
+    /// # Errors
+    /// `UnknownPart` when the mesh has no part of such a name.
+    pub fn select_parts(&self, names: &[&str]) -> Result<Mesh, MeshError> {
+        let mut kept_parts: Vec<String> = Vec::new();
+        let mut new_part: Vec<Option<u32>> = vec![None; self.parts.len()];
+        for name in names {
+            let index = self.parts.iter().position(|p| p == name).ok_or_else(|| MeshError::UnknownPart {
+                name: (*name).to_owned(),
+                known: self.parts.clone(),
+            })?;
+            if new_part[index].is_none() {
+                new_part[index] = Some(kept_parts.len() as u32);
+                kept_parts.push((*name).to_owned());
+            }
+        }
+        let mut out = Mesh {
+            nodes: self.nodes.clone(),
+            parts: kept_parts,
+            node_sets: self.node_sets.clone(),
+            notes: self.notes.clone(),
+            ..Mesh::default()
+        };
+        for (e, hex) in self.hexes.iter().enumerate() {
+            if let Some(part) = new_part[self.part_of[e] as usize] {
+                out.hexes.push(*hex);
+                out.part_of.push(part);
+                out.axes.extend(self.axes.get(e));
+            }
+        }
+        out.drop_unused_nodes();
+        Ok(out)
+    }
+
+    /// Removes the nodes that no element uses (they would have no mass) and returns how many went. The others keep
+    /// their order; node sets follow, and sets left empty go.
+    pub fn drop_unused_nodes(&mut self) -> usize {
+        let mut used = vec![false; self.nodes.len()];
+        self.hexes.iter().flatten().for_each(|&a| used[a as usize] = true);
+
+        let mut new_index = vec![u32::MAX; self.nodes.len()];
+        let mut kept = Vec::with_capacity(self.nodes.len());
+        for (a, x) in self.nodes.iter().enumerate() {
+            if used[a] {
+                new_index[a] = kept.len() as u32;
+                kept.push(*x);
+            }
+        }
+        let dropped = self.nodes.len() - kept.len();
+        if dropped == 0 {
+            return 0;
+        }
+        self.nodes = kept;
+        self.hexes.iter_mut().flatten().for_each(|a| *a = new_index[*a as usize]);
+        for set in self.node_sets.values_mut() {
+            set.retain(|&a| used[a as usize]);
+            for a in set {
+                *a = new_index[*a as usize];
+            }
+        }
+        self.node_sets.retain(|_, set| !set.is_empty());
+        dropped
+    }
+
+    /// The mesh scaled, then turned about the origin, then moved: x' = R (s x) + t.
+    ///
+    /// `scale` [-] turns the unit of a file into metres (0.001 for millimetres); `translation` [m]. Material axes turn
+    /// along.
+    ///
+    /// # Errors
+    /// `Transform` when the scale is not positive or a number is not finite: the elements would turn inside out.
+    pub fn transformed(
+        &self,
+        rotation: &Rotation3<f64>,
+        translation: &Vec3,
+        scale: f64,
+    ) -> Result<Mesh, MeshError> {
+        let finite = rotation.matrix().iter().chain(translation.iter()).all(|x| x.is_finite());
+        if !(scale > 0.0 && scale.is_finite() && finite) {
+            return Err(MeshError::Transform { scale });
+        }
+        let mut out = self.clone();
+        out.nodes.iter_mut().for_each(|x| *x = rotation * (*x * scale) + translation);
+        out.axes.iter_mut().flatten().for_each(|e| *e = rotation * *e);
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::generate::block::Block;
+    use super::*;
+
+    /// Two stacked unit cubes, parts "low" and "high".
+    fn two_cubes() -> Mesh {
+        let mut mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 2.0), [1, 1, 2], "low").generate().unwrap();
+        mesh.parts.push("high".into());
+        mesh.part_of = vec![0, 1];
+        mesh.axes = vec![[Vec3::x(), Vec3::y(), Vec3::z()], [Vec3::y(), Vec3::z(), Vec3::x()]];
+        mesh
+    }
+
+    #[test]
+    fn selected_part_keeps_only_its_nodes_sets_and_axes() {
+        let high = two_cubes().select_parts(&["high"]).unwrap();
+        assert_eq!((high.nodes.len(), high.hexes.len()), (8, 1));
+        assert_eq!(high.parts, ["high"]);
+        assert_eq!(high.part_of, [0]);
+        assert_eq!(high.axes, [[Vec3::y(), Vec3::z(), Vec3::x()]]);
+        assert!(!high.node_sets.contains_key("z_min"), "a set without nodes goes");
+        assert_eq!(high.node_sets["z_max"], [4, 5, 6, 7]);
+        assert_eq!(high.node_sets["x_min"].len(), 4);
+        assert_eq!(high.bounding_box().unwrap()[0], Vec3::new(0.0, 0.0, 1.0));
+    }
+
+    #[test]
+    fn unknown_part_is_an_error_that_names_the_known_ones() {
+        let error = two_cubes().select_parts(&["ball"]).unwrap_err();
+        assert!(error.to_string().contains("low, high"), "{error}");
+    }
+
+    #[test]
+    fn transformed_mesh_is_scaled_turned_and_moved() {
+        let quarter_turn = Rotation3::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let mesh = two_cubes().transformed(&quarter_turn, &Vec3::new(0.0, 0.0, 5.0), 0.5).unwrap();
+        assert!((mesh.volume_m3() - 2.0 / 8.0).abs() < 1e-14);
+        let [low, high] = mesh.bounding_box().unwrap();
+        assert!((low - Vec3::new(-0.5, 0.0, 5.0)).norm() < 1e-14);
+        assert!((high - Vec3::new(0.0, 0.5, 6.0)).norm() < 1e-14);
+        assert!((mesh.axes[0][0] - Vec3::y()).norm() < 1e-14);
+        assert!(two_cubes().transformed(&quarter_turn, &Vec3::zeros(), -1.0).is_err());
+    }
 }

@@ -1,1 +1,222 @@
-//! SKELETON
+//! How good the elements of a mesh are: scaled Jacobians, sizes, and what is left over.
+
+use super::Mesh;
+use super::hexahedron::{CORNERS, EDGES, gauss_points, jacobian, scaled_determinant, volume_m3};
+use crate::mechanics::tensor::Vec3;
+
+/// How many element ids a list in [`Quality`] names at most; the counts are of all.
+pub const LISTED: usize = 100;
+
+/// How good one element is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ElementQuality {
+    /// Smallest scaled Jacobian at the 2×2×2 Gauss points [-], in [−1, 1].
+    pub gauss_scaled_jacobian: f64,
+    /// Smallest scaled Jacobian at the eight corners [-], in [−1, 1]; 1 for a brick.
+    pub corner_scaled_jacobian: f64,
+    /// Volume [m³].
+    pub volume_m3: f64,
+    /// Shortest edge [m].
+    pub min_edge_m: f64,
+    /// Longest edge [m].
+    pub max_edge_m: f64,
+}
+
+impl ElementQuality {
+    /// Smaller of the scaled Jacobians at the corners and at the Gauss points [-].
+    pub fn min_scaled_jacobian(&self) -> f64 {
+        self.gauss_scaled_jacobian.min(self.corner_scaled_jacobian)
+    }
+    /// Longest edge over the shortest [-]; infinite when an edge has no length.
+    pub fn aspect_ratio(&self) -> f64 {
+        self.max_edge_m / self.min_edge_m
+    }
+}
+
+/// Judges one element by its corner positions [m].
+pub fn element_quality(corners: &[Vec3; 8]) -> ElementQuality {
+    let smallest = |points: &[[f64; 3]; 8]| {
+        points.iter().map(|&xi| scaled_determinant(&jacobian(corners, xi))).fold(f64::INFINITY, f64::min)
+    };
+    let edges = EDGES.map(|[a, b]| (corners[a] - corners[b]).norm());
+    ElementQuality {
+        gauss_scaled_jacobian: smallest(&gauss_points()),
+        corner_scaled_jacobian: smallest(&CORNERS),
+        volume_m3: volume_m3(corners),
+        min_edge_m: edges.iter().copied().fold(f64::INFINITY, f64::min),
+        max_edge_m: edges.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// Elements that share a fault: how many, and the first of them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Offenders {
+    /// How many there are.
+    pub count: usize,
+    /// The first [`LISTED`] of them, ascending.
+    pub first: Vec<u32>,
+}
+
+impl Offenders {
+    fn push(&mut self, id: u32) {
+        self.count += 1;
+        if self.first.len() < LISTED {
+            self.first.push(id);
+        }
+    }
+}
+
+/// How good a mesh is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quality {
+    /// Smallest scaled Jacobian of all corners and Gauss points [-].
+    pub min_scaled_jacobian: f64,
+    /// The element where that is.
+    pub worst_element: u32,
+    /// Elements whose Jacobian is not positive at some Gauss point: no element formulation can start from them.
+    pub negative: Offenders,
+    /// Elements that are sound at the Gauss points but not positive at a corner (wedges written as hexahedra, folded
+    /// corners): they can be computed, with poor accuracy.
+    pub folded_corners: Offenders,
+    /// Largest ratio of longest to shortest edge in one element [-].
+    pub max_aspect_ratio: f64,
+    /// The element where that is.
+    pub slenderest_element: u32,
+    /// Shortest edge [m].
+    pub min_edge_m: f64,
+    /// Longest edge [m].
+    pub max_edge_m: f64,
+    /// Volume of the mesh [m³].
+    pub volume_m3: f64,
+    /// Lower and upper corner of the box around all nodes [m].
+    pub bounding_box_m: [Vec3; 2],
+    /// Nodes that no element uses: they have no mass.
+    pub unused_nodes: Offenders,
+    /// Nodes at exactly the position of an earlier one. Wanted where two bodies touch; a crack where one body was
+    /// meant to hang together.
+    pub coincident_nodes: Offenders,
+}
+
+/// Judges all elements of a mesh. `None` for a mesh without elements.
+pub fn quality(mesh: &Mesh) -> Option<Quality> {
+    let bounding_box_m = mesh.bounding_box()?;
+    let mut out = Quality {
+        min_scaled_jacobian: f64::INFINITY,
+        worst_element: 0,
+        negative: Offenders::default(),
+        folded_corners: Offenders::default(),
+        max_aspect_ratio: 0.0,
+        slenderest_element: 0,
+        min_edge_m: f64::INFINITY,
+        max_edge_m: 0.0,
+        volume_m3: 0.0,
+        bounding_box_m,
+        unused_nodes: unused_nodes(mesh),
+        coincident_nodes: coincident_nodes(&mesh.nodes),
+    };
+    if mesh.hexes.is_empty() {
+        return None;
+    }
+    for e in 0..mesh.hexes.len() {
+        let element = element_quality(&mesh.corners(e));
+        let e = e as u32;
+        if element.min_scaled_jacobian() < out.min_scaled_jacobian {
+            out.min_scaled_jacobian = element.min_scaled_jacobian();
+            out.worst_element = e;
+        }
+        if element.gauss_scaled_jacobian <= 0.0 {
+            out.negative.push(e);
+        } else if element.corner_scaled_jacobian <= 0.0 {
+            out.folded_corners.push(e);
+        }
+        if element.aspect_ratio() > out.max_aspect_ratio {
+            out.max_aspect_ratio = element.aspect_ratio();
+            out.slenderest_element = e;
+        }
+        out.min_edge_m = out.min_edge_m.min(element.min_edge_m);
+        out.max_edge_m = out.max_edge_m.max(element.max_edge_m);
+        out.volume_m3 += element.volume_m3;
+    }
+    Some(out)
+}
+
+/// Nodes that no element names.
+fn unused_nodes(mesh: &Mesh) -> Offenders {
+    let mut used = vec![false; mesh.nodes.len()];
+    mesh.hexes.iter().flatten().for_each(|&a| used[a as usize] = true);
+    let mut out = Offenders::default();
+    (0..mesh.nodes.len()).filter(|&a| !used[a]).for_each(|a| out.push(a as u32));
+    out
+}
+
+/// Nodes at the position of an earlier node, to the last bit.
+fn coincident_nodes(nodes: &[Vec3]) -> Offenders {
+    // Adding zero makes −0 and 0 the same position.
+    let key = |x: &Vec3| x.map(|c| (c + 0.0).to_bits()).into();
+    let mut sorted: Vec<([u64; 3], u32)> =
+        nodes.iter().enumerate().map(|(a, x)| (key(x), a as u32)).collect();
+    sorted.sort_unstable();
+    let mut again: Vec<u32> =
+        sorted.chunk_by(|a, b| a.0 == b.0).flat_map(|run| run[1..].iter().map(|&(_, a)| a)).collect();
+    again.sort_unstable();
+    let mut out = Offenders::default();
+    for a in again {
+        out.push(a);
+    }
+    out
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::*;
+
+    fn block() -> Mesh {
+        Block::uniform(Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0), [1, 1, 3], "b").generate().unwrap()
+    }
+
+    #[test]
+    fn bricks_are_perfect() {
+        let quality = quality(&block()).unwrap();
+        assert!((quality.min_scaled_jacobian - 1.0).abs() < 1e-14);
+        assert!((quality.volume_m3 - 6.0).abs() < 1e-13);
+        assert_eq!((quality.min_edge_m, quality.max_edge_m), (1.0, 2.0));
+        assert!((quality.max_aspect_ratio - 2.0).abs() < 1e-14);
+        assert_eq!(quality.negative, Offenders::default());
+        assert_eq!(quality.bounding_box_m, [Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0)]);
+    }
+
+    #[test]
+    fn an_element_inside_out_is_named() {
+        let mut mesh = block();
+        mesh.hexes[1].rotate_left(4);
+        let quality = quality(&mesh).unwrap();
+        assert_eq!(quality.negative, Offenders { count: 1, first: vec![1] });
+        assert_eq!(quality.worst_element, 1);
+        assert!((quality.min_scaled_jacobian + 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_wedge_is_poor_but_not_negative() {
+        let mut mesh = block();
+        let hex = mesh.hexes[2];
+        // Corner 6 falls on corner 7.
+        mesh.nodes[hex[6] as usize] = mesh.nodes[hex[7] as usize];
+        let quality = quality(&mesh).unwrap();
+        assert_eq!(quality.negative.count, 0);
+        assert_eq!(quality.folded_corners, Offenders { count: 1, first: vec![2] });
+        assert!(quality.max_aspect_ratio.is_infinite());
+        assert_eq!(quality.coincident_nodes.count, 1);
+    }
+
+    #[test]
+    fn unused_nodes_are_counted_and_capped() {
+        let mut mesh = block();
+        let used = mesh.nodes.len() as u32;
+        mesh.nodes.extend((0..150).map(|i| Vec3::new(f64::from(i), 9.0, 9.0)));
+        let unused = quality(&mesh).unwrap().unused_nodes;
+        assert_eq!((unused.count, unused.first.len(), unused.first[0]), (150, LISTED, used));
+        assert!(super::quality(&Mesh::default()).is_none());
+    }
+}

@@ -1,1 +1,151 @@
-//! SKELETON
+//! The plan: a scene compiled to what it needs. Immutable while it runs; everything not needed is absent.
+
+mod compile;
+mod contact;
+mod report;
+
+pub use compile::{CompileError, compile};
+pub use report::{LeftOut, PlanReport};
+
+use crate::mechanics::contact::{ContactPair, Surface};
+use crate::mechanics::force::ElementBlock;
+use crate::mechanics::tensor::Vec3;
+use crate::scene::document::{FieldName, Role};
+use std::ops::Range;
+
+/// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body.
+#[derive(Debug)]
+pub struct Plan {
+    /// Name of the scene.
+    pub name: String,
+    /// The bodies.
+    pub bodies: Vec<PlanBody>,
+    /// Reference positions X [m], nodes × 3.
+    pub X: Vec<Vec3>,
+    /// Lumped (row sum) mass [kg], nodes.
+    pub mass: Vec<f64>,
+    /// 1/m along each axis [1/kg], 0 where the node is held fixed; nodes × 3.
+    pub inverse_mass: Vec<Vec3>,
+    /// Elements, in blocks of one kernel each.
+    pub blocks: Vec<ElementBlock>,
+    /// Which force contributions each node sums, in which order.
+    pub assembly: crate::mechanics::force::Assembly,
+    /// Contact, when anything may touch.
+    pub contact: Option<ContactPlan>,
+    /// Acceleration of gravity [m/s²].
+    pub gravity: Option<Vec3>,
+    /// Settling before the clock starts.
+    pub settle: Option<Settle>,
+    /// Displacement at the start [m], nodes × 3; empty when all are zero.
+    pub initial_u: Vec<Vec3>,
+    /// Velocity at the start relative to the body's flight [m/s], nodes × 3; empty when all are zero.
+    pub initial_v: Vec<Vec3>,
+    /// Options of the explicit integrator.
+    pub explicit: Explicit,
+    /// Simulated time to the end [s].
+    pub end_time: f64,
+    /// Times [s] that the run hits exactly and records fields at, ascending; the first is 0, the last the end.
+    pub field_times: Vec<f64>,
+    /// Fields asked for.
+    pub fields: Vec<FieldName>,
+    /// Contact and energy are recorded every so many steps.
+    pub every_steps: u32,
+    /// What the measures need.
+    pub measures: MeasurePlan,
+    /// What was kept, what was left out, and why.
+    pub report: PlanReport,
+}
+
+/// One body of a plan.
+#[derive(Debug)]
+pub struct PlanBody {
+    /// Name.
+    pub name: String,
+    /// Role in the story.
+    pub role: Role,
+    /// Its nodes.
+    pub nodes: Range<u32>,
+    /// Its elements.
+    pub elements: Range<u32>,
+    /// Velocity V_b of its frame [m/s]: x = X + V_b t + u.
+    pub flight_velocity: Vec3,
+    /// Corner nodes (global) of its hex8, in the order of the elements.
+    pub hexes: Vec<[u32; 8]>,
+    /// Part of each of its elements, an index into `parts`.
+    pub part_of: Vec<u32>,
+    /// Names of its parts.
+    pub parts: Vec<String>,
+    /// Its skin: outward faces with global nodes.
+    pub skin: Surface,
+    /// Mass [kg].
+    pub mass: f64,
+}
+
+/// What may touch what.
+#[derive(Debug)]
+pub struct ContactPlan {
+    /// One surface a body that takes part, in the order of the bodies.
+    pub surfaces: Vec<Surface>,
+    /// Body of each surface.
+    pub surface_body: Vec<usize>,
+    /// The pairs.
+    pub pairs: Vec<ContactPair>,
+    /// For each pair the bodies of slave and master (`None` for a plane).
+    pub pair_bodies: Vec<(usize, Option<usize>)>,
+    /// Largest scaled residual of the solver [-].
+    pub tolerance: f64,
+}
+
+/// Settling before the clock starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settle {
+    /// How long [s].
+    pub duration: f64,
+    /// Mass-proportional damping α [1/s].
+    pub damping: f64,
+}
+
+/// Options of the explicit integrator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Explicit {
+    /// Share of the stable step [-].
+    pub safety: f64,
+    /// Largest step [s]; infinite when none was given.
+    pub max_step: f64,
+    /// Largest error of the energy balance [-].
+    pub energy_gate: f64,
+}
+
+/// What the measures need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasurePlan {
+    /// Thresholds of von Mises stress [Pa], ascending.
+    pub stress_thresholds: Vec<f64>,
+    /// Window τ of the peak force [s].
+    pub force_window: f64,
+    /// Skin of the tissue from which depth is measured: faces with global nodes; empty when there is no tissue.
+    pub tissue_skin: Vec<[u32; 4]>,
+}
+
+impl Plan {
+    /// Number of nodes.
+    pub fn node_count(&self) -> usize {
+        self.X.len()
+    }
+    /// Number of elements.
+    pub fn element_count(&self) -> usize {
+        self.bodies.last().map_or(0, |b| b.elements.end as usize)
+    }
+    /// Number of slots of all blocks, padding included.
+    pub fn slot_count(&self) -> usize {
+        self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
+    }
+    /// The body that owns a node.
+    pub fn body_of_node(&self, node: u32) -> usize {
+        self.bodies.partition_point(|b| b.nodes.end <= node)
+    }
+    /// The body that owns an element.
+    pub fn body_of_element(&self, element: u32) -> usize {
+        self.bodies.partition_point(|b| b.elements.end <= element)
+    }
+}

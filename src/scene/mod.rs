@@ -1,1 +1,36 @@
-//! SKELETON
+//! The scene: what is asked, in the words of the user.
+//!
+//! `document` is what is written (JSON), [`Scene`] what is left when every problem has been found and none was there:
+//! the document with its meshes, placed.
+
+pub mod document;
+pub mod material_document;
+pub mod mesh_document;
+
+use crate::mechanics::tensor::Mat3;
+use crate::mesh::Mesh;
+use document::SceneDocument;
+
+/// A validated scene: the document, and each body's mesh in its place (metres, placement applied).
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The document that it came from.
+    pub document: SceneDocument,
+    /// One for each body of the document.
+    pub bodies: Vec<SceneBody>,
+    /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.
+    pub content_hash: String,
+}
+
+/// A body of a validated scene.
+#[derive(Clone, Debug)]
+pub struct SceneBody {
+    /// Its mesh, placed.
+    pub mesh: Mesh,
+    /// The law of each entry of the body's `parts`.
+    pub materials: Vec<crate::mechanics::material::Material>,
+    /// For every element the index of its entry in the body's `parts`.
+    pub part_entry: Vec<u32>,
+    /// Material axes of every element (columns e1, e2, e3 in reference axes); empty when no law of the body has fibres.
+    pub axes: Vec<Mat3>,
+}

@@ -1,1 +1,20 @@
-//! SKELETON
+//! State, the explicit integrator, the energy ledger, the loop, and the trait [`Recorder`].
+//!
+//! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see [`explicit`]):
+//! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
+
+mod contact;
+mod explicit;
+mod failure;
+mod frame;
+mod ledger;
+mod run;
+mod state;
+
+pub use failure::{ElementPlace, Failure, FailureCause};
+pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
+pub use ledger::{BodyEnergy, Energy, Ledger, PairLedger};
+pub use run::{Interrupt, RunOptions, run, run_from};
+pub use state::State;
+#[cfg(test)]
+mod tests;

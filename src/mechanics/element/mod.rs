@@ -1,1 +1,5 @@
-//! SKELETON
+//! Elements: shape functions, quadrature and reference geometry.
+
+mod hex8;
+
+pub use hex8::{HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry, shape_at};

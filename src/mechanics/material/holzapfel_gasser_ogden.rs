@@ -1,8 +1,17 @@
 //! Holzapfel–Gasser–Ogden tissue, with dispersed fibre families.
 
-use super::mooney_rivlin::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
+use super::isochoric::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
+use super::neo_hookean::eval_coupled_matrix;
 use super::{FibreFamilies, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
+use crate::mechanics::tensor::Sym;
+
+/// The largest exponent k2 E_a² [-] up to which a fibre term is the exponential one.
+///
+/// Beyond it the energy goes on linearly in the exponent (so quadratically in E_a, with the stress continuous):
+/// nothing overflows, whatever a lane holds. e²⁰⁰ ≈ 7·10⁸⁶ is far beyond any tissue: a point that gets there has
+/// failed, and [`Law::eval_fibre_exponent`] tells.
+pub const FIBRE_EXPONENT_LIMIT: f64 = 200.0;
 
 /// Which invariants the fibre term takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,14 +33,18 @@ pub enum MatrixForm {
 
 /// ψ = c/2 (Ī1 − 3) + Σ_a k1/(2 k2) (exp[k2 ⟨E_a⟩²] − 1) + U(J),  E_a = κ (I1 − 3) + (1 − 3κ)(I4a − 1)
 ///
-/// (Holzapfel, Gasser & Ogden 2000; Gasser, Ogden & Holzapfel 2006.)
+/// (Holzapfel, Gasser & Ogden 2000; Gasser, Ogden & Holzapfel 2006.) The whole term of a family is off while its
+/// E_a < 0; ψ and P are continuous there, the tangent is not.
+///
+/// FEBio's "Holzapfel-Gasser-Ogden" is [`MatrixForm::Isochoric`] with [`I4Form::Isochoric`], its "HGO
+/// unconstrained" is [`MatrixForm::Coupled`] with [`I4Form::Full`], both with [`Volumetric::QuadraticLn`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HolzapfelGasserOgden {
-    /// Matrix shear modulus c [Pa].
+    /// Matrix shear modulus c [Pa], ≥ 0.
     pub c: f64,
-    /// Fibre stiffness k1 [Pa].
+    /// Fibre stiffness k1 [Pa], ≥ 0.
     pub k1: f64,
-    /// Fibre exponent k2 [-].
+    /// Fibre exponent k2 [-], ≥ 0; at 0 the fibre energy is its limit k1/2 ⟨E_a⟩².
     pub k2: f64,
     /// Dispersion κ, 0 (aligned) … 1/3 (isotropic) [-].
     pub kappa: f64,
@@ -45,24 +58,160 @@ pub struct HolzapfelGasserOgden {
     pub volumetric: Volumetric,
 }
 
+/// The energy W(E) of one family and its derivatives, at E ≥ 0.
+struct FibreEnergy<R> {
+    /// W = k1/(2 k2) (exp(k2 E²) − 1) [J/m³].
+    W: R,
+    /// W′ = k1 E exp(k2 E²) [Pa].
+    dW: R,
+    /// W″ = k1 (1 + 2 k2 E²) exp(k2 E²) [Pa], from above at E = 0, from below at the limit and beyond.
+    ddW: R,
+}
+
+impl HolzapfelGasserOgden {
+    /// k2, and in place of 0 a number so small that `exp_m1(k2 E²) / k2` is E² to the last bit.
+    #[inline(always)]
+    fn exponent(&self) -> f64 {
+        self.k2.max(1e-100)
+    }
+
+    /// ⟨E_a⟩ [-] of the family `a`, in the invariants of the law; exactly 0 at rest.
+    ///
+    /// With `θ = κ I1 + (1 − 3κ) I4 = 1 + E_a` of the full invariants, the isochoric ones give `J^(−2/3) θ − 1`.
+    #[inline(always)]
+    fn eval_fibre_strain<R: Real>(&self, k: &Kinematics<R>, a: &[R; 3]) -> R {
+        let aligned = 2.0 - 6.0 * self.kappa;
+        let full = k.E.trace() * (2.0 * self.kappa) + k.E.quadratic_form(a) * aligned;
+        let strain = match self.i4 {
+            I4Form::Full => full,
+            I4Form::Isochoric => k.j23_m1() * (full + 1.0) + full,
+        };
+        strain.max(strain.zero())
+    }
+
+    /// W, W′ and W″ at the fibre strain `E` ≥ 0, continued beyond [`FIBRE_EXPONENT_LIMIT`].
+    #[inline(always)]
+    fn eval_fibre_energy<R: Real>(&self, E: R) -> FibreEnergy<R> {
+        let k2 = self.exponent();
+        let q = E * E * k2;
+        let bounded = q.min(q.constant(FIBRE_EXPONENT_LIMIT));
+        let e_m1 = bounded.exp_m1();
+        let e = e_m1 + 1.0;
+        FibreEnergy {
+            W: (e * (q - bounded) + e_m1) * (0.5 * self.k1 / k2),
+            dW: E * e * self.k1,
+            ddW: (bounded * 2.0 + 1.0) * e * self.k1,
+        }
+    }
+
+    /// Bound [Pa] of the Hessian of one family's term: `W″ |∂E_a/∂F|² + W′ max(∂²E_a/∂F²)`.
+    ///
+    /// A family that is off counts with W″(0⁺) = k1: it is the one-sided value at rest, and the stable step must
+    /// hold when the family switches on within it.
+    ///
+    /// With `B = κ F + (1 − 3κ) F a⊗a`, `|B|² = κ² I1 + (1 − 3κ)(1 − κ) I4`, `θ = κ I1 + (1 − 3κ) I4`:
+    /// full: ∂E = 2B, ∂²E ≤ 2 (1 − 2κ); isochoric: ∂E = 2 J^(−2/3) (B − θ/3 F⁻ᵀ) and, by completing the square,
+    /// `∂²E ≤ J^(−2/3) [4/9 θ |F⁻ᵀ − 3B/θ|² + 2 (1 − 2κ) + ⅔ θ y²]`, y² the largest eigenvalue of C⁻¹.
+    #[inline(always)]
+    fn bound_fibre_term<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, a: &[R; 3]) -> R {
+        let kappa = self.kappa;
+        let aligned = 1.0 - 3.0 * kappa;
+        let energy = self.eval_fibre_energy(self.eval_fibre_strain(k, a));
+        let I4 = k.E.quadratic_form(a) * 2.0 + 1.0;
+        let B2 = inv.I1 * (kappa * kappa) + I4 * (aligned * (1.0 - kappa));
+        let curvature = 2.0 * (1.0 - 2.0 * kappa);
+        match self.i4 {
+            I4Form::Full => energy.ddW * B2 * 4.0 + energy.dW * curvature,
+            I4Form::Isochoric => {
+                let j23 = k.j23_m1() + 1.0;
+                let theta = inv.I1 * kappa + I4 * aligned;
+                let Y = inv.trace_C_inverse;
+                let slope = (B2 - theta * (2.0 / 3.0) + theta * theta * Y * (1.0 / 9.0)) * 4.0;
+                let square = theta * Y - 6.0 + B2 * 9.0 / theta;
+                let bend = square * (4.0 / 9.0) + theta * inv.max_C_inverse * (2.0 / 3.0) + curvature;
+                (energy.ddW * slope.max(Y.zero()) * j23 + energy.dW * bend) * j23
+            }
+        }
+    }
+}
+
 impl Law for HolzapfelGasserOgden {
+    #[inline(always)]
     fn family_count(&self) -> usize {
         self.families.directions().len()
     }
+
+    /// P = F⁻ᵀ M + F S: M the matrix (and, of isochoric invariants, −⅓ tr(C S) I), S = Σ 2 W′ [κ I + (1 − 3κ) a⊗a].
     #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
-        // SKELETON: the fibre term is still to be written.
-        let (psi, M) = eval_first_invariant(0.5 * self.c, k);
-        Response { psi, P: stress_from_mandel(k, &M) }
+    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
+        let (mut psi, mut M) = match self.matrix {
+            MatrixForm::Isochoric => eval_first_invariant(0.5 * self.c, k),
+            MatrixForm::Coupled => eval_coupled_matrix(self.c, k),
+        };
+        if fibres.is_empty() {
+            return Response { psi, P: stress_from_mandel(k, &M) };
+        }
+        let zero = psi.zero();
+        let mut S = Sym([zero; 6]);
+        let mut trace_CS = zero;
+        for a in fibres {
+            let E = self.eval_fibre_strain(k, a);
+            let energy = self.eval_fibre_energy(E);
+            psi += energy.W;
+            let aligned = energy.dW * (2.0 - 6.0 * self.kappa);
+            let spread = energy.dW * (2.0 * self.kappa);
+            let along = [a[0] * aligned, a[1] * aligned, a[2] * aligned];
+            S.0[0] += along[0].mul_add(a[0], spread);
+            S.0[1] += along[1].mul_add(a[1], spread);
+            S.0[2] += along[2].mul_add(a[2], spread);
+            S.0[3] += along[0] * a[1];
+            S.0[4] += along[1] * a[2];
+            S.0[5] += along[0] * a[2];
+            trace_CS += energy.dW * (E + 1.0) * 2.0;
+        }
+        if self.i4 == I4Form::Isochoric {
+            // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is on
+            S = S.scaled(k.j23_m1() + 1.0);
+            for d in &mut M.0[..3] {
+                *d -= trace_CS * (1.0 / 3.0);
+            }
+        }
+        Response { psi, P: stress_from_mandel(k, &M).plus(&k.F.dot_sym(&S)) }
     }
+
     #[inline(always)]
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
-        bound_first_invariant(0.5 * self.c, k, inv)
+    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R {
+        let mut bound = match self.matrix {
+            MatrixForm::Isochoric => bound_first_invariant(0.5 * self.c, k, inv),
+            MatrixForm::Coupled => (inv.max_C_inverse + 1.0) * self.c,
+        };
+        for a in fibres {
+            bound += self.bound_fibre_term(k, inv, a);
+        }
+        bound
     }
+
+    #[inline(always)]
+    fn eval_fibre_exponent<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> R {
+        let mut largest = k.J.zero();
+        for a in fibres {
+            let E = self.eval_fibre_strain(k, a);
+            largest = largest.max(E * E * self.k2);
+        }
+        largest
+    }
+
+    #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {
         Some(self.volumetric)
     }
+
+    #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
-        (self.c, self.volumetric.bulk_modulus())
+        let K = self.volumetric.bulk_modulus();
+        match self.matrix {
+            MatrixForm::Isochoric => (self.c, K),
+            MatrixForm::Coupled => (self.c, K + 2.0 / 3.0 * self.c),
+        }
     }
 }

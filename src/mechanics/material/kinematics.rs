@@ -32,11 +32,11 @@ impl<R: Real> Kinematics<R> {
         // det(I + H) − 1 = tr H + tr cof H + det H
         let det_h = h[0][2].mul_add(cof_h.0[0][2], h[0][1].mul_add(cof_h.0[0][1], h[0][0] * cof_h.0[0][0]));
         let j = H.trace() + cof_h.trace() + det_h;
-        let column = |a: usize, b: usize| {
-            h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a] * h[0][b])) + h[a][b] + h[b][a]
-        };
-        let E = Sym([column(0, 0), column(1, 1), column(2, 2), column(0, 1), column(1, 2), column(0, 2)])
-            .scaled(one * 0.5);
+        let mut E = Sym([one; 6]);
+        for (e, (a, b)) in E.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
+            let quadratic = h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a] * h[0][b]));
+            *e = (quadratic + h[a][b] + h[b][a]) * 0.5;
+        }
         Self { F, cof, j, J: j + 1.0, E, a: inverse_cbrt_m1(j) }
     }
 
@@ -82,9 +82,6 @@ impl<R: Real> Invariants<R> {
         let I2 = t * 4.0 + 3.0 + (t * t - E2.trace()) * 2.0;
         let J2 = k.J * k.J;
         let trace_C_inverse = I2 / J2;
-        let bound = |mean: R, deviator_squared: R| {
-            mean + (deviator_squared.max(mean.zero()) * (1.0 / 6.0)).sqrt() * 2.0
-        };
         let dev_C = k.E.deviator().norm_squared() * 4.0;
         // cof C = C² − I1 C + I2 I, so its deviator is that of 4E² + 2(2 − I1) E.
         let four = I1.constant(4.0);
@@ -94,8 +91,15 @@ impl<R: Real> Invariants<R> {
             I1,
             I2,
             trace_C_inverse,
-            max_C: bound(I1 * (1.0 / 3.0), dev_C),
-            max_C_inverse: bound(trace_C_inverse * (1.0 / 3.0), dev_C_inverse),
+            max_C: bound_largest(I1 * (1.0 / 3.0), dev_C),
+            max_C_inverse: bound_largest(trace_C_inverse * (1.0 / 3.0), dev_C_inverse),
         }
     }
+}
+
+/// Upper bound of the largest eigenvalue of a symmetric 3×3 matrix with mean m and deviator s: `m + 2 √(s:s/6)`, the cosine
+/// of the closed-form solution set to 1.
+#[inline(always)]
+fn bound_largest<R: Real>(mean: R, deviator_squared: R) -> R {
+    mean + (deviator_squared.max(mean.zero()) * (1.0 / 6.0)).sqrt() * 2.0
 }

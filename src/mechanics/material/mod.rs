@@ -1,21 +1,28 @@
 //! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file a law.
 //!
-//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent`]), exact to
+//! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent_along`]), exact to
 //! rounding, so that no second formula can disagree with the first.
+// Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
+#![allow(clippy::inline_always)]
 
 mod fibres;
 mod holzapfel_gasser_ogden;
+mod isochoric;
 mod kinematics;
 mod mooney_rivlin;
 mod neo_hookean;
+mod paths;
 mod tangent;
+#[cfg(test)]
+mod tests;
 mod volumetric;
 
 pub use fibres::{FibreFamilies, MAX_FAMILIES};
-pub use holzapfel_gasser_ogden::{HolzapfelGasserOgden, I4Form, MatrixForm};
+pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4Form, MatrixForm};
 pub use kinematics::{Invariants, Kinematics};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
+pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use tangent::{assemble_tangent, tangent_along};
 pub use volumetric::Volumetric;
 
@@ -45,6 +52,13 @@ pub trait Law: Copy + Send + Sync + 'static {
     /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F² of what [`Law::eval`] returns; exact (or nearly so)
     /// at rest, where it decides the stable step of most scenes.
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R;
+    /// The largest exponent k2 ⟨E_a⟩² [-] of the fibre families, 0 for a law without fibres. Beyond
+    /// [`FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports `FibreOverstretched`, with
+    /// the stretch from [`Material::overstretched_fibre`].
+    #[inline(always)]
+    fn eval_fibre_exponent<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> R {
+        k.J.zero()
+    }
     /// The volumetric energy `U(J)` of a split law, or `None` for a coupled one.
     fn volumetric(&self) -> Option<Volumetric>;
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
@@ -98,6 +112,25 @@ impl Material {
     /// Number of fibre families that the law reads.
     pub fn family_count(&self) -> usize {
         with_law!(self, law => law.family_count())
+    }
+    /// The directions of the law's own fibre families, in the material axes.
+    pub fn fibre_directions(&self) -> &[[f64; 3]] {
+        match self {
+            Self::HolzapfelGasserOgden(law) => law.families.directions(),
+            Self::MooneyRivlin(_) | Self::NeoHookean(_) | Self::CoupledNeoHookean(_) => &[],
+        }
+    }
+    /// The stretch `|F a|` [-] of the most stretched family when a fibre exponent has passed
+    /// [`FIBRE_EXPONENT_LIMIT`], else `None`. `H = F − I` [-].
+    pub fn overstretched_fibre(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
+        let k = Kinematics::new(H);
+        let exponent = with_law!(self, law => law.eval_fibre_exponent(&k, fibres));
+        // Not `>`: an exponent that is not a number has passed the limit too.
+        if exponent <= FIBRE_EXPONENT_LIMIT {
+            return None;
+        }
+        let stretch = |a: &[f64; 3]| k.F.apply(a).iter().map(|x| x * x).sum::<f64>().sqrt();
+        fibres.iter().map(stretch).reduce(f64::max)
     }
     /// The volumetric energy of a split law, `None` for a coupled one.
     pub fn volumetric(&self) -> Option<Volumetric> {

@@ -1,13 +1,14 @@
 //! Neo-Hookean solids: the isochoric split and the coupled compressible form.
 
-use super::mooney_rivlin::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
+use super::isochoric::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
 use super::{Invariants, Kinematics, Law, Response, Volumetric};
-use crate::mechanics::real::Real;
+use crate::mechanics::real::{Real, ln_1p_defect};
+use crate::mechanics::tensor::Sym;
 
 /// ψ = C10 (Ī1 − 3) + U(J). Shear modulus at rest 2 C10.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeoHookean {
-    /// C10 [Pa].
+    /// C10 [Pa], ≥ 0.
     pub c10: f64,
     /// The volumetric energy, with its bulk modulus K [Pa].
     pub volumetric: Volumetric,
@@ -23,9 +24,11 @@ impl Law for NeoHookean {
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
         bound_first_invariant(self.c10, k, inv)
     }
+    #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {
         Some(self.volumetric)
     }
+    #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (2.0 * self.c10, self.volumetric.bulk_modulus())
     }
@@ -36,34 +39,49 @@ impl Law for NeoHookean {
 /// P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ. Coupled: it has no separate U(J), so its elements use full integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoupledNeoHookean {
-    /// Shear modulus μ [Pa].
+    /// Shear modulus μ [Pa], ≥ 0.
     pub mu: f64,
     /// First Lamé parameter λ [Pa].
     pub lambda: f64,
+}
+
+/// `μ/2 (I1 − 3) − μ ln J` [J/m³] and its Mandel stress `2 μ E` [Pa].
+///
+/// `½ (I1 − 3) − ln J` is formed as `½ J^(2/3) (Ī1 − 3) + 3/2 (z − ln(1 + z))`, z = J^(2/3) − 1, because tr E and
+/// ln J agree to first order.
+#[inline(always)]
+pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sym<R>) {
+    let (half_excess, _) = eval_first_invariant(0.5, k);
+    let j23_m1 = k.j23_m1();
+    let J23 = k.J.constant(1.0) / (j23_m1 + 1.0);
+    let psi = (J23 * half_excess + ln_1p_defect(-(j23_m1 * J23)) * 1.5) * mu;
+    (psi, k.E.scaled(k.J.constant(2.0 * mu)))
 }
 
 impl Law for CoupledNeoHookean {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
         let ln_J = k.j.ln_1p();
-        let psi = (k.E.trace() - ln_J) * self.mu + ln_J * ln_J * (0.5 * self.lambda);
-        // F⁻ᵀ (2 μ E + λ ln J I): exactly zero at rest
-        let mut M = k.E.scaled(ln_J.constant(2.0 * self.mu));
+        let (psi, mut M) = eval_coupled_matrix(self.mu, k);
         for d in &mut M.0[..3] {
             *d += ln_J * self.lambda;
         }
-        Response { psi, P: stress_from_mandel(k, &M) }
+        Response { psi: psi + ln_J * ln_J * (0.5 * self.lambda), P: stress_from_mandel(k, &M) }
     }
-    /// `μ + |μ − λ ln J| y² + λ⁺ tr C⁻¹`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
+    /// `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
+    ///
+    /// In principal stretches the 3×3 block is `μ I + g diag(y²) + λ y⊗y`, and the rotation modes `μ ± g yᵢ yⱼ`.
     #[inline(always)]
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
-        let ln_J = k.j.ln_1p();
-        let skew = (ln_J * -self.lambda + self.mu).abs() * inv.max_C_inverse;
-        skew + inv.trace_C_inverse * self.lambda.max(0.0) + self.mu
+        let skew = (k.j.ln_1p() * -self.lambda + self.mu) * inv.max_C_inverse;
+        let block = skew.max(skew.zero()) + inv.trace_C_inverse * self.lambda.max(0.0);
+        block.max(-skew) + self.mu
     }
+    #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {
         None
     }
+    #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (self.mu, self.lambda + 2.0 / 3.0 * self.mu)
     }

@@ -5,7 +5,10 @@ use crate::mechanics::dual::Dual;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Tensor;
 
-/// `A : dF`, the change of P along `dF` at `F = I + H`; exact to rounding.
+/// `A : dF` [Pa], the change of P along `dF` at `F = I + H`; exact to rounding.
+///
+/// # Panics
+/// With more fibres than [`super::MAX_FAMILIES`].
 pub fn tangent_along<R: Real>(
     material: &Material,
     H: &Tensor<R>,
@@ -22,7 +25,10 @@ pub fn tangent_along<R: Real>(
     Tensor::from_fn(|i, j| P.0[i][j].slope)
 }
 
-/// A as a 9×9 matrix, row and column 3 i + J for the component (i, J) of P and F.
+/// A [Pa] as a 9×9 matrix, row and column 3 i + J for the component (i, J) of P and F.
+///
+/// # Panics
+/// With more fibres than [`super::MAX_FAMILIES`].
 pub fn assemble_tangent(material: &Material, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> [[f64; 9]; 9] {
     let mut A = [[0.0; 9]; 9];
     for column in 0..9 {

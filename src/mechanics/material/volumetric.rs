@@ -1,11 +1,11 @@
 //! The volumetric energy U(J) of a split law.
 
-use crate::mechanics::real::Real;
+use crate::mechanics::real::{Real, ln_1p_defect};
 
 /// U(J) with its bulk modulus K [Pa]; all three have U″(1) = K.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Volumetric {
-    /// U = K/2 (ln J)². Softens under tension and, in stress, beyond J = e; the default.
+    /// U = K/2 (ln J)². Softens in tension; U′ falls beyond J = e. The default.
     LnSquared(f64),
     /// U = K/2 (J − 1)². Allows J → 0 at finite energy.
     Quadratic(f64),
@@ -29,7 +29,8 @@ impl Volumetric {
                 l * l * (0.5 * K)
             }
             Self::Quadratic(K) => j * j * (0.5 * K),
-            Self::QuadraticLn(K) => (j * (j + 2.0) - j.ln_1p() * 2.0) * (0.25 * K),
+            // J² − 1 − 2 ln J = j² + 2 (j − ln(1 + j))
+            Self::QuadraticLn(K) => (j * j + ln_1p_defect(j) * 2.0) * (0.25 * K),
         }
     }
     /// p = U′(J) [Pa], positive in tension, at `j = J − 1`.

@@ -1,0 +1,268 @@
+//! The eight-node hexahedron with 2×2×2 Gauss points.
+//!
+//! Corner signs (ξ, η, ζ) in the order of the mesh: (−−−) (+−−) (++−) (−+−) (−−+) (+−+) (+++) (−++). Point q has the
+//! signs of its bits: ξ bit 0, η bit 1, ζ bit 2.
+//!
+//! Derivatives in local coordinates use the tensor product: ∂u/∂ξ at a point depends on (η, ζ) only, so a component has
+//! 3 × 4 of them, not 3 × 8, each an interpolation of four edge differences. That takes 180 operations an element where
+//! stored gradients take 1 152, and 640 bytes where they take 1 536.
+
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Mat3, Tensor, Vec3, tensor};
+
+/// Number of quadrature points.
+pub const POINTS: usize = 8;
+
+/// Signs of the corners.
+const CORNER: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+/// Edges along each local axis `k`, as `[axis][b2][b1]` with b1, b2 the sides (0 low, 1 high) in the two other axes, in
+/// the order ξ → (η, ζ), η → (ξ, ζ), ζ → (ξ, η): (low corner, high corner).
+const EDGES_ALONG: [[[(usize, usize); 2]; 2]; 3] = [
+    [[(0, 1), (3, 2)], [(4, 5), (7, 6)]],
+    [[(0, 3), (1, 2)], [(4, 7), (5, 6)]],
+    [[(0, 4), (1, 5)], [(3, 7), (2, 6)]],
+];
+
+/// The 12 edges.
+pub const HEX8_EDGES: [(usize, usize); 12] =
+    [(0, 1), (3, 2), (4, 5), (7, 6), (0, 3), (1, 2), (4, 7), (5, 6), (0, 4), (1, 5), (3, 7), (2, 6)];
+
+/// The 4 body diagonals.
+pub const HEX8_DIAGONALS: [(usize, usize); 4] = [(0, 6), (1, 7), (2, 4), (3, 5)];
+
+/// The Gauss coordinate 1/√3.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+/// Linear shape functions at a Gauss point: of the near and of the far end.
+const NEAR: f64 = 0.5 * (1.0 + GAUSS);
+const FAR: f64 = 0.5 * (1.0 - GAUSS);
+
+/// ∂u_i/∂ξ_k at all points: `[component i][axis k][q2][q1]`, q1, q2 the point's sides in the two other axes.
+pub type LocalGradients<R> = [[[[R; 2]; 2]; 3]; 3];
+
+/// Where point `q` finds its entry of axis `k`: (q2, q1).
+#[inline(always)]
+const fn entry(q: usize, k: usize) -> (usize, usize) {
+    let bits = [q & 1, (q >> 1) & 1, (q >> 2) & 1];
+    match k {
+        0 => (bits[2], bits[1]),
+        1 => (bits[2], bits[0]),
+        _ => (bits[1], bits[0]),
+    }
+}
+
+/// Interpolates two ends to the two Gauss points between them.
+#[inline(always)]
+fn to_points<R: Real>(low: R, high: R) -> (R, R) {
+    let (near, far) = (low.constant(NEAR), low.constant(FAR));
+    (low.mul_add(near, high * far), low.mul_add(far, high * near))
+}
+
+/// Operations of the element in local coordinates, for any number type.
+pub struct Hex8;
+
+impl Hex8 {
+    /// Local coordinates of point `q`.
+    pub fn point(q: usize) -> [f64; 3] {
+        [0, 1, 2].map(|k| if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS })
+    }
+
+    /// ∂u_i/∂ξ_k at all points from nodal values `u[i][corner]`.
+    #[inline(always)]
+    pub fn local_gradients<R: Real>(u: &[[R; 8]; 3]) -> LocalGradients<R> {
+        let mut out = [[[[u[0][0]; 2]; 2]; 3]; 3];
+        for (out, u) in out.iter_mut().zip(u) {
+            for (out, edges) in out.iter_mut().zip(&EDGES_ALONG) {
+                let (d00, d01) = to_points(along(u, edges[0][0]), along(u, edges[0][1]));
+                let (d10, d11) = to_points(along(u, edges[1][0]), along(u, edges[1][1]));
+                (out[0][0], out[1][0]) = to_points(d00, d10);
+                (out[0][1], out[1][1]) = to_points(d01, d11);
+            }
+        }
+        out
+    }
+
+    /// ∂u_i/∂ξ_k at point `q`, rows i.
+    #[inline(always)]
+    pub fn local_gradient_at<R: Real>(g: &LocalGradients<R>, q: usize) -> Tensor<R> {
+        tensor!(i, k => {
+            let (q2, q1) = entry(q, k);
+            g[i][k][q2][q1]
+        })
+    }
+
+    /// Adds a stress `T[i][k]` (work-conjugate to ∂u_i/∂ξ_k, weight included) at point `q`.
+    #[inline(always)]
+    pub fn add_local_stress<R: Real>(sums: &mut LocalGradients<R>, q: usize, T: &Tensor<R>) {
+        for (sum, row) in sums.iter_mut().zip(&T.0) {
+            for k in 0..3 {
+                let (q2, q1) = entry(q, k);
+                sum[k][q2][q1] += row[k];
+            }
+        }
+    }
+
+    /// The transpose of [`Hex8::local_gradients`]: nodal forces `f[i][corner]` from summed local stresses.
+    #[inline(always)]
+    pub fn nodal_forces<R: Real>(sums: &LocalGradients<R>) -> [[R; 8]; 3] {
+        let mut forces = [[sums[0][0][0][0].zero(); 8]; 3];
+        for (f, sums) in forces.iter_mut().zip(sums) {
+            for (s, edges) in sums.iter().zip(&EDGES_ALONG) {
+                let (d00, d10) = to_points(s[0][0], s[1][0]);
+                let (d01, d11) = to_points(s[0][1], s[1][1]);
+                let (e00, e01) = to_points(d00, d01);
+                let (e10, e11) = to_points(d10, d11);
+                add_along(f, edges[0][0], e00);
+                add_along(f, edges[0][1], e01);
+                add_along(f, edges[1][0], e10);
+                add_along(f, edges[1][1], e11);
+            }
+        }
+        forces
+    }
+}
+
+/// Half the difference along an edge.
+#[inline(always)]
+fn along<R: Real>(u: &[R; 8], (a, b): (usize, usize)) -> R {
+    (u[b] - u[a]) * 0.5
+}
+
+/// The transpose of [`along`].
+#[inline(always)]
+fn add_along<R: Real>(f: &mut [R; 8], (a, b): (usize, usize), e: R) {
+    let half = e * 0.5;
+    f[a] -= half;
+    f[b] += half;
+}
+
+/// Shape functions of the corners at local coordinates.
+pub fn shape_at(local: [f64; 3]) -> [f64; 8] {
+    CORNER.map(|c| (0..3).map(|i| 0.5 * (1.0 + c[i] * local[i])).product())
+}
+
+/// Reference geometry of one element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceGeometry {
+    /// ∂ξ_k/∂X_j at each point [1/m], row k.
+    pub inverse_jacobian: [Mat3; POINTS],
+    /// Reference volume of each point [m³].
+    pub volume: [f64; POINTS],
+    /// Smallest Jacobian determinant over the points, relative to the mean: ≤ 0 for an inverted element.
+    pub smallest_jacobian: f64,
+    /// Row-sum share of the element's volume at each corner [m³].
+    pub corner_volume: [f64; 8],
+    /// Largest eigenvalue λ of `Σ_q V_q ∇N_a·∇N_b` against the corner volumes [1/m²]: with a tangent of norm α and density
+    /// ρ, `ω² ≤ α λ / ρ`.
+    pub gradient_bound: f64,
+}
+
+impl ReferenceGeometry {
+    /// From the corner positions X [m].
+    pub fn new(corners: &[Vec3; 8]) -> Self {
+        let X: [[f64; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| corners[a][i]));
+        let g = Hex8::local_gradients(&X);
+        let jacobians: [Mat3; POINTS] = std::array::from_fn(|q| Mat3::from(&Hex8::local_gradient_at(&g, q)));
+        let volume = jacobians.map(|j| j.determinant());
+        let mean = volume.iter().sum::<f64>() / POINTS as f64;
+        let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
+        let shapes: [[f64; 8]; POINTS] = std::array::from_fn(|q| {
+            shape_at(Hex8::point(q))
+        });
+        let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| shapes[q][a] * volume[q]).sum());
+        let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
+        let smallest_jacobian =
+            volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
+        Self { inverse_jacobian, volume, smallest_jacobian, corner_volume, gradient_bound }
+    }
+
+    /// Volume of the element [m³].
+    pub fn total_volume(&self) -> f64 {
+        self.volume.iter().sum()
+    }
+}
+
+/// The largest eigenvalue of the 8×8 matrix `D^(−½) (Σ_q V_q ∇N·∇Nᵀ) D^(−½)`, D the corner volumes.
+fn gradient_bound(inverse: &[Mat3; POINTS], volume: &[f64; POINTS], corner_volume: &[f64; 8]) -> f64 {
+    let mut G = nalgebra::SMatrix::<f64, 8, 8>::zeros();
+    for q in 0..POINTS {
+        let local = Hex8::point(q);
+        let gradients = CORNER.map(|c| {
+            let factor = |i: usize| 0.5 * (1.0 + c[i] * local[i]);
+            let d = Vec3::new(
+                0.5 * c[0] * factor(1) * factor(2),
+                0.5 * c[1] * factor(0) * factor(2),
+                0.5 * c[2] * factor(0) * factor(1),
+            );
+            inverse[q].tr_mul(&d)
+        });
+        for a in 0..8 {
+            for b in 0..8 {
+                let scale = (corner_volume[a] * corner_volume[b]).abs().sqrt().max(f64::MIN_POSITIVE);
+                G[(a, b)] += volume[q] * gradients[a].dot(&gradients[b]) / scale;
+            }
+        }
+    }
+    G.symmetric_eigenvalues().max()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distorted() -> [Vec3; 8] {
+        std::array::from_fn(|a| {
+            let c = CORNER[a];
+            Vec3::new(c[0] * 1.0 + 0.1 * c[1] * c[2], c[1] * 1.5 + 0.2 * c[0], c[2] * 0.7 + 0.1 * c[0] * c[1])
+        })
+    }
+
+    #[test]
+    fn gradients_of_a_linear_field_are_exact_on_a_distorted_element() {
+        let corners = distorted();
+        let A = Mat3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9);
+        let u = std::array::from_fn(|i| std::array::from_fn(|a| (A * corners[a])[i]));
+        let g = Hex8::local_gradients(&u);
+        let geometry = ReferenceGeometry::new(&corners);
+        for q in 0..POINTS {
+            let H = Mat3::from(&Hex8::local_gradient_at(&g, q)) * geometry.inverse_jacobian[q];
+            assert!((H - A).norm() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn nodal_forces_are_the_transpose_of_the_gradients() {
+        // Σ f·u = Σ T : ∂u/∂ξ for arbitrary u and T.
+        let u: [[f64; 8]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|a| ((3 * a + 7 * i) as f64).sin()));
+        let g = Hex8::local_gradients(&u);
+        let mut sums = [[[[0.0; 2]; 2]; 3]; 3];
+        let mut power = 0.0;
+        for q in 0..POINTS {
+            let T = Tensor::from_fn(|i, k| ((q * 5 + i * 2 + k) as f64).cos());
+            power += T.double_dot(&Hex8::local_gradient_at(&g, q));
+            Hex8::add_local_stress(&mut sums, q, &T);
+        }
+        let f = Hex8::nodal_forces(&sums);
+        let virtual_work: f64 = (0..3).map(|i| (0..8).map(|a| f[i][a] * u[i][a]).sum::<f64>()).sum();
+        assert!((power - virtual_work).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_cube_has_the_textbook_bound() {
+        // A unit cube: corner volume 1/8, highest mode of the Laplacian 4/L².
+        let corners = CORNER.map(|c| Vec3::new(c[0], c[1], c[2]) * 0.5);
+        let geometry = ReferenceGeometry::new(&corners);
+        assert!((geometry.gradient_bound - 4.0).abs() < 1e-12);
+        assert!((geometry.total_volume() - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,85 @@
+//! Tests that hold for every law: what is shared here is the list of laws and the deformations.
+
+// A law must be *exactly* free of stress at rest: equality of floats is what is meant.
+#![allow(clippy::float_cmp, clippy::unwrap_used)]
+
+mod lanes;
+mod paths;
+mod response;
+mod stiffness_bound;
+
+use super::*;
+use crate::mechanics::tensor::{Mat3, Tensor};
+use nalgebra::Rotation3;
+
+/// Two families in the x, y plane at ±40° to x.
+pub(super) const FIBRES: [[f64; 3]; 2] = [
+    [0.766_044_443_118_978, 0.642_787_609_686_539_3, 0.0],
+    [0.766_044_443_118_978, -0.642_787_609_686_539_3, 0.0],
+];
+
+/// Every law in every form, with its volumetric energy of bulk modulus `K` [Pa] where it has one.
+pub(super) fn all_laws(K: f64) -> Vec<Material> {
+    let volumetric = [Volumetric::LnSquared(K), Volumetric::Quadratic(K), Volumetric::QuadraticLn(K)];
+    let mut laws = vec![
+        Material::MooneyRivlin(MooneyRivlin { c10: 3.0, c01: 0.0, volumetric: volumetric[0] }),
+        Material::MooneyRivlin(MooneyRivlin { c10: 0.0, c01: 2.0, volumetric: volumetric[1] }),
+        Material::MooneyRivlin(MooneyRivlin { c10: 3.0, c01: 2.0, volumetric: volumetric[2] }),
+        Material::NeoHookean(NeoHookean { c10: 5.0, volumetric: volumetric[0] }),
+        Material::CoupledNeoHookean(CoupledNeoHookean { mu: 4.0, lambda: 30.0 }),
+        Material::CoupledNeoHookean(CoupledNeoHookean { mu: 4.0, lambda: -1.0 }),
+    ];
+    for i4 in [I4Form::Full, I4Form::Isochoric] {
+        for matrix in [MatrixForm::Isochoric, MatrixForm::Coupled] {
+            for (kappa, volumetric) in [0.0, 0.2, 1.0 / 3.0].into_iter().zip(volumetric) {
+                laws.push(hgo(kappa, i4, matrix, volumetric));
+            }
+        }
+    }
+    laws
+}
+
+/// A tissue of c = 3, k1 = 7, k2 = 0.8 with the families [`FIBRES`].
+pub(super) fn hgo(kappa: f64, i4: I4Form, matrix: MatrixForm, volumetric: Volumetric) -> Material {
+    let families = FibreFamilies::new(&FIBRES).unwrap();
+    let law = HolzapfelGasserOgden { c: 3.0, k1: 7.0, k2: 0.8, kappa, families, i4, matrix, volumetric };
+    Material::HolzapfelGasserOgden(law)
+}
+
+/// Reproducible numbers (splitmix64), uniform in [−1, 1).
+pub(super) struct Uniform(pub u64);
+
+impl Uniform {
+    /// The next number.
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+    /// A rotation about a random axis by up to ±3 rad.
+    pub fn rotation(&mut self) -> Mat3 {
+        let axis = nalgebra::Vector3::new(self.next(), self.next(), self.next());
+        *Rotation3::new(axis.normalize() * (3.0 * self.next())).matrix()
+    }
+    /// A deformation gradient with J in 0.2 … 3 and principal stretches apart by a factor of up to e^(2 spread).
+    pub fn deformation(&mut self, spread: f64) -> Mat3 {
+        let logs = [spread * self.next(), spread * self.next(), spread * self.next()];
+        let J = f64::exp(0.5 * (0.2_f64.ln() + 3.0_f64.ln()) + 0.5 * 15.0_f64.ln() * self.next());
+        let mean = (logs.iter().sum::<f64>() - J.ln()) / 3.0;
+        let stretches = logs.map(|l| f64::exp(l - mean));
+        self.rotation() * Mat3::from_diagonal(&stretches.into()) * self.rotation()
+    }
+}
+
+/// H = F − I.
+pub(super) fn gradient(F: &Mat3) -> Tensor<f64> {
+    Tensor::from(&(F - Mat3::identity()))
+}
+
+/// (ψ, P) with everything in, at F with the families [`FIBRES`].
+pub(super) fn eval(law: &Material, F: &Mat3) -> (f64, Mat3) {
+    let r = law.eval_total(&gradient(F), &FIBRES);
+    (r.psi, Mat3::from(&r.P))
+}

@@ -1,0 +1,97 @@
+//! How deep a point lies below a surface: the distance to its nearest face.
+
+use super::MeshError;
+use crate::mechanics::tensor::Vec3;
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::TriMesh;
+
+/// The distance to a fixed set of quadrilateral faces, found by a tree of boxes.
+///
+/// Each face is taken as four triangles about its centre: that keeps the distance symmetric where the face is, and
+/// stays within a quarter of the warp of a face from the bilinear surface.
+pub struct DepthField {
+    triangles: TriMesh,
+}
+
+impl DepthField {
+    /// Takes in the faces at the positions [m] of their nodes.
+    ///
+    /// # Errors
+    /// `Surface` when there is no face, a position is not finite, or a face names a node that is not there.
+    pub fn new(faces: &[[u32; 4]], positions: &[Vec3]) -> Result<Self, MeshError> {
+        let refuse = |reason: String| MeshError::Surface { reason };
+        if faces.is_empty() {
+            return Err(refuse("it has no faces".into()));
+        }
+        let mut vertices = Vec::with_capacity(faces.len() * 5);
+        let mut triangles = Vec::with_capacity(faces.len() * 4);
+        for face in faces {
+            let base = vertices.len() as u32;
+            let mut centre = Vec3::zeros();
+            for &a in face {
+                let x = positions.get(a as usize).ok_or_else(|| refuse(format!("there is no node {a}")))?;
+                if !x.iter().all(|c| c.is_finite()) {
+                    return Err(refuse(format!("node {a} is at {x:?}")));
+                }
+                centre += x * 0.25;
+                vertices.push(Vector::new(x.x, x.y, x.z));
+            }
+            vertices.push(Vector::new(centre.x, centre.y, centre.z));
+            triangles.extend((0..4).map(|i| [base + i, base + (i + 1) % 4, base + 4]));
+        }
+        let triangles = TriMesh::new(vertices, triangles).map_err(|error| refuse(error.to_string()))?;
+        Ok(Self { triangles })
+    }
+
+    /// Distance [m] from a point [m] to the nearest face, never negative; NaN for a point that is not finite.
+    pub fn depth(&self, point: &Vec3) -> f64 {
+        if !point.iter().all(|c| c.is_finite()) {
+            return f64::NAN;
+        }
+        self.triangles.distance_to_local_point(Vector::new(point.x, point.y, point.z), true)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::super::surface::skin;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn depth_inside_a_box_is_the_distance_to_its_nearest_side(
+            x in 0.0..3.0_f64, y in 0.0..2.0_f64, z in 0.0..1.0_f64,
+        ) {
+            let mesh = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
+            let field = DepthField::new(&skin(&mesh.hexes), &mesh.nodes).unwrap();
+            let exact = [x, 3.0 - x, y, 2.0 - y, z, 1.0 - z].into_iter().fold(f64::INFINITY, f64::min);
+            prop_assert!((field.depth(&Vec3::new(x, y, z)) - exact).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn depth_from_the_top_alone_is_the_height_below_it() {
+        let mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0), [3, 3, 3], "b").generate().unwrap();
+        let top = &mesh.node_sets["z_max"];
+        let faces: Vec<[u32; 4]> = skin(&mesh.hexes)
+            .into_iter()
+            .filter(|face| face.iter().all(|a| top.binary_search(a).is_ok()))
+            .collect();
+        let field = DepthField::new(&faces, &mesh.nodes).unwrap();
+        assert!((field.depth(&Vec3::new(0.3, 0.9, 0.2)) - 0.8).abs() < 1e-12);
+        assert!((field.depth(&Vec3::new(0.5, 0.5, 1.25)) - 0.25).abs() < 1e-12, "outside counts the same");
+        assert!(field.depth(&Vec3::new(f64::NAN, 0.0, 0.0)).is_nan());
+    }
+
+    #[test]
+    fn a_surface_without_sound_faces_is_refused() {
+        assert!(DepthField::new(&[], &[]).is_err());
+        assert!(DepthField::new(&[[0, 1, 2, 3]], &[Vec3::zeros(); 3]).is_err());
+        assert!(DepthField::new(&[[0, 1, 2, 3]], &[Vec3::repeat(f64::NAN); 4]).is_err());
+    }
+}

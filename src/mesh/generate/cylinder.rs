@@ -1,0 +1,171 @@
+//! A cylinder, such as a baton: an O-grid disc drawn along its axis.
+
+use super::cubed_sphere::equiangular;
+use super::o_grid::{core_fraction, core_point, ring_point};
+use super::parameters::{Checks, refuse};
+use super::{faceting_note, node_set};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use std::f64::consts::PI;
+
+/// A solid cylinder of one part, node sets `side`, `bottom` (where the axis comes from), `top` (where it points to) and
+/// `ends` (both).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cylinder {
+    /// Centre of the cylinder, half way along its axis [m].
+    pub center: Vec3,
+    /// Direction of the axis, of any length but zero.
+    pub axis: Vec3,
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Length along the axis [m].
+    pub length_m: f64,
+    /// Elements along a quarter of the circumference, which are also those across the square core: n² in the core.
+    pub elements_around: u32,
+    /// Rings of elements between the core and the side: 4 n elements each.
+    pub elements_through: u32,
+    /// Elements along the axis.
+    pub elements_along: u32,
+    /// Name of the part.
+    pub part: String,
+}
+
+impl Cylinder {
+    /// Every number out of range.
+    pub fn problems(&self) -> Vec<ParameterProblem> {
+        let mut checks = Checks::default();
+        checks.finite("center", &self.center);
+        checks.finite("axis", &self.axis);
+        let length = self.axis.norm();
+        checks.require(length > 0.0, "axis", length, "longer than 0", "give the axis a direction");
+        checks.positive_length("radius_m", self.radius_m);
+        checks.positive_length("length_m", self.length_m);
+        checks.count("elements_around", self.elements_around, 1);
+        checks.count("elements_through", self.elements_through, 1);
+        checks.count("elements_along", self.elements_along, 1);
+        checks.budget(self.element_count());
+        checks.into_problems()
+    }
+
+    /// Number of elements of the mesh, n² + 4 n m a slice.
+    pub fn element_count(&self) -> u64 {
+        let (n, m) = (u64::from(self.elements_around), u64::from(self.elements_through));
+        let slice = n.saturating_mul(n.saturating_add(m.saturating_mul(4)));
+        slice.saturating_mul(u64::from(self.elements_along))
+    }
+
+    /// The same cylinder with all element counts multiplied by `factor`.
+    #[must_use]
+    pub fn refined(&self, factor: u32) -> Self {
+        Self {
+            elements_around: self.elements_around.saturating_mul(factor),
+            elements_through: self.elements_through.saturating_mul(factor),
+            elements_along: self.elements_along.saturating_mul(factor),
+            ..self.clone()
+        }
+    }
+
+    /// The mesh, slice by slice along the axis.
+    ///
+    /// # Errors
+    /// `Parameters` with all that [`Self::problems`] finds.
+    pub fn generate(&self) -> Result<Mesh, MeshError> {
+        refuse("cylinder", self.problems())?;
+        let disc = Disc::new(self.elements_around, self.elements_through);
+        let [e1, e2, e3] = frame(&self.axis);
+        let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
+        for slice in 0..=self.elements_along {
+            let along = self.length_m * (f64::from(slice) / f64::from(self.elements_along) - 0.5);
+            mesh.nodes.extend(
+                disc.points.iter().map(|p| self.center + (e1 * p.x + e2 * p.y) * self.radius_m + e3 * along),
+            );
+        }
+        let a_slice = disc.points.len() as u32;
+        for slice in 0..self.elements_along {
+            mesh.hexes.extend(disc.quads.iter().map(|quad| {
+                let [a, b, c, d] = quad.map(|p| slice * a_slice + p);
+                [a, b, c, d, a + a_slice, b + a_slice, c + a_slice, d + a_slice]
+            }));
+        }
+        mesh.part_of = vec![0; mesh.hexes.len()];
+
+        let (bottom, top) = (0..a_slice, self.elements_along * a_slice..(self.elements_along + 1) * a_slice);
+        let side = (0..=self.elements_along).flat_map(|s| disc.rim.clone().map(move |p| s * a_slice + p));
+        mesh.node_sets.insert("side".into(), node_set(side));
+        mesh.node_sets.insert("ends".into(), node_set(bottom.clone().chain(top.clone())));
+        mesh.node_sets.insert("bottom".into(), node_set(bottom));
+        mesh.node_sets.insert("top".into(), node_set(top));
+        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));
+        Ok(mesh)
+    }
+
+    /// Volume of the true cylinder [m³], π R² L.
+    pub fn exact_volume_m3(&self) -> f64 {
+        PI * self.radius_m * self.radius_m * self.length_m
+    }
+}
+
+/// A disc of radius one in the plane z = 0.
+struct Disc {
+    points: Vec<Vec3>,
+    /// Indices into `points`, counter-clockwise seen from +z.
+    quads: Vec<[u32; 4]>,
+    /// The points on the rim.
+    rim: std::ops::Range<u32>,
+}
+
+impl Disc {
+    /// A core of n × n, then `rings` rings of 4 n, from the inside.
+    fn new(n: u32, rings: u32) -> Self {
+        let core_size = core_fraction(n, rings);
+        let square = |i: u32, j: u32| {
+            let u = equiangular([i, j, 0], n);
+            Vec3::new(u.x, u.y, 0.0)
+        };
+        let core_point_at = |i: u32, j: u32| i + (n + 1) * j;
+        let mut points: Vec<Vec3> = (0..=n)
+            .flat_map(|j| (0..=n).map(move |i| (i, j)))
+            .map(|(i, j)| core_point(&square(i, j)) * core_size)
+            .collect();
+        let mut quads: Vec<[u32; 4]> = (0..n)
+            .flat_map(|j| (0..n).map(move |i| (i, j)))
+            .map(|(i, j)| [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| core_point_at(i, j)))
+            .collect();
+
+        // The boundary of the square, counter-clockwise from its lower left corner.
+        let boundary: Vec<(u32, u32)> = (0..n)
+            .map(|i| (i, 0))
+            .chain((0..n).map(|j| (n, j)))
+            .chain((0..n).map(|i| (n - i, n)))
+            .chain((0..n).map(|j| (0, n - j)))
+            .collect();
+        let (core_points, around) = (points.len() as u32, boundary.len() as u32);
+        for ring in 1..=rings {
+            let fraction = f64::from(ring) / f64::from(rings);
+            points.extend(boundary.iter().map(|&(i, j)| ring_point(&square(i, j), core_size, fraction)));
+        }
+        let node = |ring: u32, step: u32| match ring {
+            0 => {
+                let (i, j) = boundary[(step % around) as usize];
+                core_point_at(i, j)
+            }
+            ring => core_points + (ring - 1) * around + step % around,
+        };
+        for ring in 0..rings {
+            quads.extend((0..around).map(|step| {
+                [node(ring, step), node(ring + 1, step), node(ring + 1, step + 1), node(ring, step + 1)]
+            }));
+        }
+        let rim = core_points + (rings - 1) * around..core_points + rings * around;
+        Self { points, quads, rim }
+    }
+}
+
+/// A right-handed frame whose third vector lies along `axis`; the first two are as near to coordinate axes as can be.
+fn frame(axis: &Vec3) -> [Vec3; 3] {
+    let e3 = axis.normalize();
+    // The coordinate axis most square to e3 gives e2; for an axis along z the frame is x, y, z.
+    let helper = if e3.y.abs() < 0.9 { Vec3::y() } else { Vec3::z() };
+    let e1 = helper.cross(&e3).normalize();
+    [e1, e3.cross(&e1), e3]
+}

@@ -1,0 +1,102 @@
+//! A hollow ball: a spherical shell on a cubed sphere.
+
+use super::cubed_sphere::{CubeSurface, equiangular};
+use super::parameters::{Checks, refuse};
+use super::{faceting_note, node_set};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use std::f64::consts::PI;
+
+/// A spherical shell of one part, node sets `outer` and `inner`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HollowBall {
+    /// Centre [m].
+    pub center: Vec3,
+    /// Outer radius [m].
+    pub outer_radius_m: f64,
+    /// Inner radius [m], between zero and the outer one.
+    pub inner_radius_m: f64,
+    /// Elements along an edge of the cube, a quarter of a great circle: 6 n² elements a layer.
+    pub elements_around: u32,
+    /// Layers of elements through the wall.
+    pub elements_through: u32,
+    /// Name of the part.
+    pub part: String,
+}
+
+impl HollowBall {
+    /// Every number out of range.
+    pub fn problems(&self) -> Vec<ParameterProblem> {
+        let mut checks = Checks::default();
+        checks.finite("center", &self.center);
+        checks.positive_length("outer_radius_m", self.outer_radius_m);
+        checks.positive_length("inner_radius_m", self.inner_radius_m);
+        checks.require(
+            self.inner_radius_m < self.outer_radius_m,
+            "inner_radius_m",
+            self.inner_radius_m,
+            format!("< outer_radius_m = {}", self.outer_radius_m),
+            "make the wall thicker than zero",
+        );
+        checks.count("elements_around", self.elements_around, 1);
+        checks.count("elements_through", self.elements_through, 1);
+        checks.budget(self.element_count());
+        checks.into_problems()
+    }
+
+    /// Number of elements of the mesh, 6 n² a layer.
+    pub fn element_count(&self) -> u64 {
+        let n = u64::from(self.elements_around);
+        n.saturating_mul(n).saturating_mul(6).saturating_mul(u64::from(self.elements_through))
+    }
+
+    /// The same ball with all element counts multiplied by `factor`.
+    #[must_use]
+    pub fn refined(&self, factor: u32) -> Self {
+        Self {
+            elements_around: self.elements_around.saturating_mul(factor),
+            elements_through: self.elements_through.saturating_mul(factor),
+            ..self.clone()
+        }
+    }
+
+    /// The mesh; nodes lie on spheres, equiangular on the six faces of the cubed sphere.
+    ///
+    /// # Errors
+    /// `Parameters` with all that [`Self::problems`] finds.
+    pub fn generate(&self) -> Result<Mesh, MeshError> {
+        refuse("hollow_ball", self.problems())?;
+        let surface = CubeSurface::new(self.elements_around);
+        let directions: Vec<Vec3> =
+            surface.points.iter().map(|&p| equiangular(p, self.elements_around).normalize()).collect();
+        let (a_layer, layers) = (directions.len() as u32, self.elements_through);
+
+        // Nodes layer by layer from the inside; elements the same, their bottom faces inwards.
+        let wall = self.outer_radius_m - self.inner_radius_m;
+        let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
+        for layer in 0..=layers {
+            let radius = if layer == layers {
+                self.outer_radius_m
+            } else {
+                self.inner_radius_m + wall * f64::from(layer) / f64::from(layers)
+            };
+            mesh.nodes.extend(directions.iter().map(|d| self.center + d * radius));
+        }
+        for layer in 0..layers {
+            mesh.hexes.extend(surface.quads.iter().map(|quad| {
+                let [a, b, c, d] = quad.map(|i| layer * a_layer + i);
+                [a, b, c, d, a + a_layer, b + a_layer, c + a_layer, d + a_layer]
+            }));
+        }
+        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.node_sets.insert("inner".into(), node_set(0..a_layer));
+        mesh.node_sets.insert("outer".into(), node_set(layers * a_layer..(layers + 1) * a_layer));
+        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));
+        Ok(mesh)
+    }
+
+    /// Volume of the true shell [m³], 4/3 π (R³ − r³).
+    pub fn exact_volume_m3(&self) -> f64 {
+        4.0 / 3.0 * PI * (self.outer_radius_m.powi(3) - self.inner_radius_m.powi(3))
+    }
+}

@@ -1,0 +1,323 @@
+//! A segment of a limb: muscle around a bone hole, under fat and skin.
+
+use super::ellipse::Ellipse;
+use super::grading::graded;
+use super::parameters::{Checks, refuse};
+use super::{faceting_note, node_set};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use nalgebra::Vector2;
+use std::f64::consts::PI;
+
+/// The parts, from the inside.
+const PARTS: [&str; 3] = ["muscle", "fat", "skin"];
+
+/// Largest turn of the surface normal across one element around the limb [°].
+const MAX_TURN_DEG: f64 = 75.0;
+
+/// A limb along y with an elliptic section: bone hole, muscle, fat, skin from the inside, finer towards the impact.
+///
+/// Fat and skin have the same thickness everywhere; muscle fills what is left around the bone. The bone is a hole, its
+/// surface the node set `bone`. Parts `muscle`, `fat` and `skin`; node sets `bone`, `skin_outer`, `end_low` (lower y) and
+/// `end_high`. Material axes: e1 along the limb (+y), e2 around it, e3 outwards.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LimbSegment {
+    /// Middle of the segment, on the axis of the outer ellipse [m].
+    pub center: Vec3,
+    /// Outer semi-axis along x, skin included [m].
+    pub semi_axis_x_m: f64,
+    /// Outer semi-axis along z, skin included [m].
+    pub semi_axis_z_m: f64,
+    /// Length along y [m].
+    pub length_m: f64,
+    /// Semi-axis of the bone along x [m].
+    pub bone_semi_axis_x_m: f64,
+    /// Semi-axis of the bone along z [m]; a round bone has both the same.
+    pub bone_semi_axis_z_m: f64,
+    /// Where the axis of the bone lies in the section, (x, z) from the axis of the limb [m].
+    pub bone_offset_m: [f64; 2],
+    /// Thickness of the fat [m].
+    pub fat_thickness_m: f64,
+    /// Thickness of the skin [m].
+    pub skin_thickness_m: f64,
+    /// Elements around the limb.
+    pub elements_around: u32,
+    /// Elements along the limb.
+    pub elements_along: u32,
+    /// Layers of elements through the muscle.
+    pub muscle_elements: u32,
+    /// Layers of elements through the fat.
+    pub fat_elements: u32,
+    /// Layers of elements through the skin.
+    pub skin_elements: u32,
+    /// Where on the section the impact is, seen from the axis: from +z towards +x [°].
+    pub impact_angle_deg: f64,
+    /// Where along the limb the impact is: y from `center` [m].
+    pub impact_along_m: f64,
+    /// Largest over smallest element around the limb [-], smallest at the impact.
+    pub grading_around: f64,
+    /// Largest over smallest element along the limb [-], smallest at the impact.
+    pub grading_along: f64,
+    /// Innermost over outermost layer of the muscle [-].
+    pub grading_muscle: f64,
+}
+
+impl Default for LimbSegment {
+    /// About a thigh in 1 680 elements, struck from above (+z).
+    fn default() -> Self {
+        Self {
+            center: Vec3::zeros(),
+            semi_axis_x_m: 0.075,
+            semi_axis_z_m: 0.070,
+            length_m: 0.2,
+            bone_semi_axis_x_m: 0.014,
+            bone_semi_axis_z_m: 0.014,
+            bone_offset_m: [0.0, 0.0],
+            fat_thickness_m: 0.008,
+            skin_thickness_m: 0.002,
+            elements_around: 24,
+            elements_along: 14,
+            muscle_elements: 3,
+            fat_elements: 1,
+            skin_elements: 1,
+            impact_angle_deg: 0.0,
+            impact_along_m: 0.0,
+            grading_around: 12.0,
+            grading_along: 8.0,
+            grading_muscle: 2.0,
+        }
+    }
+}
+
+impl LimbSegment {
+    /// Every number out of range.
+    pub fn problems(&self) -> Vec<ParameterProblem> {
+        let mut checks = Checks::default();
+        checks.finite("center", &self.center);
+        for (field, length) in [
+            ("semi_axis_x_m", self.semi_axis_x_m),
+            ("semi_axis_z_m", self.semi_axis_z_m),
+            ("length_m", self.length_m),
+            ("bone_semi_axis_x_m", self.bone_semi_axis_x_m),
+            ("bone_semi_axis_z_m", self.bone_semi_axis_z_m),
+            ("fat_thickness_m", self.fat_thickness_m),
+            ("skin_thickness_m", self.skin_thickness_m),
+        ] {
+            checks.positive_length(field, length);
+        }
+        checks.count("elements_around", self.elements_around, 6);
+        checks.count("elements_along", self.elements_along, 1);
+        checks.count("muscle_elements", self.muscle_elements, 1);
+        checks.count("fat_elements", self.fat_elements, 1);
+        checks.count("skin_elements", self.skin_elements, 1);
+        checks.grading("grading_around", self.grading_around);
+        checks.grading("grading_along", self.grading_along);
+        checks.grading("grading_muscle", self.grading_muscle);
+        checks.budget(self.element_count());
+        for (i, offset) in self.bone_offset_m.into_iter().enumerate() {
+            let remedy = "give a distance in metres";
+            checks.require(offset.is_finite(), format!("bone_offset_m[{i}]"), offset, "finite", remedy);
+        }
+        let (angle, along, half) = (self.impact_angle_deg, self.impact_along_m, self.length_m / 2.0);
+        checks.require(angle.is_finite(), "impact_angle_deg", angle, "finite", "give an angle in degrees");
+        let limit = format!("between {} and {half}", -half);
+        checks.require(
+            along.abs() <= half,
+            "impact_along_m",
+            along,
+            limit,
+            "strike the limb between its ends",
+        );
+        // The shape of the section can only be judged when its numbers make sense.
+        if checks.none() {
+            self.check_section(&mut checks);
+        }
+        checks.into_problems()
+    }
+
+    /// Checks that fat and skin do not fold, that the bone lies inside the muscle, and that elements turn little enough.
+    fn check_section(&self, checks: &mut Checks) {
+        let (outer, cover) = (self.outer(), self.fat_thickness_m + self.skin_thickness_m);
+        checks.require(
+            cover < outer.min_curvature_radius(),
+            "fat_thickness_m",
+            self.fat_thickness_m,
+            format!("< {}", outer.min_curvature_radius() - self.skin_thickness_m),
+            "fat and skin together must be thinner than the smallest radius of curvature of the section",
+        );
+        if !checks.none() {
+            return;
+        }
+        // Least muscle between bone and fat, on the rays of a fine section.
+        let least =
+            (0..720).map(|i| self.muscle_thickness(PI * f64::from(i) / 360.0)).fold(f64::INFINITY, f64::min);
+        checks.require(
+            least > 0.0,
+            "bone_semi_axis_x_m",
+            self.bone_semi_axis_x_m,
+            format!("small enough to stay inside the muscle, which it leaves by {} m", -least),
+            "make the bone thinner, or move it by bone_offset_m",
+        );
+        let normals: Vec<_> = self.stations().iter().map(|&tau| outer.normal(tau)).collect();
+        let turn = (0..normals.len())
+            .map(|i| normals[i].dot(&normals[(i + 1) % normals.len()]).clamp(-1.0, 1.0).acos().to_degrees())
+            .fold(0.0, f64::max);
+        checks.require(
+            turn <= MAX_TURN_DEG,
+            "elements_around",
+            f64::from(self.elements_around),
+            format!("enough that no element turns by more than {MAX_TURN_DEG}° (one turns by {turn:.0}°)"),
+            "give more elements around, or lower grading_around",
+        );
+    }
+
+    /// Number of elements of the mesh.
+    pub fn element_count(&self) -> u64 {
+        let layers =
+            u64::from(self.muscle_elements) + u64::from(self.fat_elements) + u64::from(self.skin_elements);
+        layers.saturating_mul(u64::from(self.elements_around)).saturating_mul(u64::from(self.elements_along))
+    }
+
+    /// The same segment with all element counts multiplied by `factor`.
+    #[must_use]
+    pub fn refined(&self, factor: u32) -> Self {
+        Self {
+            elements_around: self.elements_around.saturating_mul(factor),
+            elements_along: self.elements_along.saturating_mul(factor),
+            muscle_elements: self.muscle_elements.saturating_mul(factor),
+            fat_elements: self.fat_elements.saturating_mul(factor),
+            skin_elements: self.skin_elements.saturating_mul(factor),
+            ..self.clone()
+        }
+    }
+
+    /// The point of the true skin where the impact is [m], and the outward normal there.
+    pub fn impact_point(&self) -> (Vec3, Vec3) {
+        let tau = self.outer().parameter_at(self.impact_angle_deg.to_radians());
+        let (p, n) = (self.outer().point(tau), self.outer().normal(tau));
+        (self.center + Vec3::new(p.x, self.impact_along_m, p.y), Vec3::new(n.x, 0.0, n.y))
+    }
+
+    /// Exact volumes of muscle, fat and skin [m³]: offset areas of the ellipse times the length.
+    pub fn exact_volumes_m3(&self) -> [f64; 3] {
+        let outer = self.outer();
+        let bone = PI * self.bone_semi_axis_x_m * self.bone_semi_axis_z_m;
+        let under_skin = outer.offset_area(self.skin_thickness_m);
+        let under_fat = outer.offset_area(self.skin_thickness_m + self.fat_thickness_m);
+        [under_fat - bone, under_skin - under_fat, outer.offset_area(0.0) - under_skin]
+            .map(|a| a * self.length_m)
+    }
+
+    /// The mesh, section by section along y; in each, column by column around, from the bone outwards.
+    ///
+    /// # Errors
+    /// `Parameters` with all that [`Self::problems`] finds.
+    pub fn generate(&self) -> Result<Mesh, MeshError> {
+        refuse("limb_segment", self.problems())?;
+        let section: Vec<Vec<Vector2<f64>>> = self.stations().iter().map(|&tau| self.column(tau)).collect();
+        let half = self.length_m / 2.0;
+        let sections = graded(-half, half, self.impact_along_m, self.grading_along, self.elements_along);
+        let layers = self.muscle_elements + self.fat_elements + self.skin_elements;
+        let around = self.elements_around;
+
+        let mut mesh = Mesh { parts: PARTS.map(String::from).to_vec(), ..Mesh::default() };
+        for &y in &sections {
+            let place = |p: &Vector2<f64>| self.center + Vec3::new(p.x, y, p.y);
+            mesh.nodes.extend(section.iter().flatten().map(place));
+        }
+        let node = |j: u32, i: u32, k: u32| (j * around + i % around) * (layers + 1) + k;
+        for j in 0..self.elements_along {
+            for i in 0..around {
+                for k in 0..layers {
+                    // ξ along the limb, η around it, ζ outwards: the same right-handed triad as the material axes.
+                    let face =
+                        |k| [node(j, i, k), node(j + 1, i, k), node(j + 1, i + 1, k), node(j, i + 1, k)];
+                    let ([a, b, c, d], [e, f, g, h]) = (face(k), face(k + 1));
+                    mesh.hexes.push([a, b, c, d, e, f, g, h]);
+                    mesh.part_of.push(self.part_of_layer(k));
+                }
+            }
+        }
+        mesh.axes = (0..mesh.hexes.len()).map(|e| material_axes(&mesh.corners(e))).collect();
+
+        let last = self.elements_along;
+        let through = |k: u32| (0..=last).flat_map(move |j| (0..around).map(move |i| node(j, i, k)));
+        let across = |j: u32| (0..around).flat_map(move |i| (0..=layers).map(move |k| node(j, i, k)));
+        mesh.node_sets.insert("bone".into(), node_set(through(0)));
+        mesh.node_sets.insert("skin_outer".into(), node_set(through(layers)));
+        mesh.node_sets.insert("end_low".into(), node_set(across(0)));
+        mesh.node_sets.insert("end_high".into(), node_set(across(last)));
+        for (part, exact) in PARTS.into_iter().zip(self.exact_volumes_m3()) {
+            mesh.notes.push(faceting_note(part, mesh.part_volume_m3(part), exact));
+        }
+        Ok(mesh)
+    }
+
+    /// The outer ellipse of the section.
+    fn outer(&self) -> Ellipse {
+        Ellipse { x: self.semi_axis_x_m, z: self.semi_axis_z_m }
+    }
+
+    /// Parameters τ of the columns around the section, starting opposite the impact and falling: from +z over −x, the
+    /// sense of e2.
+    fn stations(&self) -> Vec<f64> {
+        let impact = self.outer().parameter_at(self.impact_angle_deg.to_radians());
+        let mut turns = graded(-PI, PI, 0.0, self.grading_around, self.elements_around);
+        turns.pop();
+        turns.iter().map(|turn| impact - turn).collect()
+    }
+
+    /// Where the column at τ leaves the muscle: on the normal of the outer ellipse, below fat and skin.
+    fn muscle_outer(&self, tau: f64) -> Vector2<f64> {
+        self.outer().point(tau) - self.outer().normal(tau) * (self.fat_thickness_m + self.skin_thickness_m)
+    }
+
+    /// Where the column at τ leaves the bone: on the ray from the axis of the bone to [`Self::muscle_outer`]. Rays from
+    /// one point never cross, so that the muscle cannot fold wherever the bone lies.
+    fn bone_surface(&self, tau: f64) -> Vector2<f64> {
+        let axis = Vector2::from(self.bone_offset_m);
+        let ray = (self.muscle_outer(tau) - axis).normalize();
+        axis + ray * self.bone().radius_along(&ray)
+    }
+
+    /// Muscle [m] along the column at τ; negative where the bone sticks out.
+    fn muscle_thickness(&self, tau: f64) -> f64 {
+        let axis = Vector2::from(self.bone_offset_m);
+        (self.muscle_outer(tau) - axis).norm() - (self.bone_surface(tau) - axis).norm()
+    }
+
+    /// The ellipse of the bone, about its own axis.
+    fn bone(&self) -> Ellipse {
+        Ellipse { x: self.bone_semi_axis_x_m, z: self.bone_semi_axis_z_m }
+    }
+
+    /// The points (x, z) of the column at τ from the bone outwards.
+    fn column(&self, tau: f64) -> Vec<Vector2<f64>> {
+        let (bone, muscle) = (self.bone_surface(tau), self.muscle_outer(tau));
+        let (skin, normal) = (self.outer().point(tau), self.outer().normal(tau));
+        let under_skin = skin - normal * self.skin_thickness_m;
+        let fractions = graded(0.0, 1.0, 1.0, self.grading_muscle, self.muscle_elements);
+        let mut column: Vec<_> = fractions.iter().map(|f| bone.lerp(&muscle, *f)).collect();
+        let even = |from: Vector2<f64>, to: Vector2<f64>, count: u32| {
+            (1..=count).map(move |i| from.lerp(&to, f64::from(i) / f64::from(count)))
+        };
+        column.extend(even(muscle, under_skin, self.fat_elements));
+        column.extend(even(under_skin, skin, self.skin_elements));
+        column
+    }
+
+    /// Index into [`PARTS`] of the layer `k` from the bone.
+    fn part_of_layer(&self, k: u32) -> u32 {
+        u32::from(k >= self.muscle_elements) + u32::from(k >= self.muscle_elements + self.fat_elements)
+    }
+}
+
+/// The axes of one element: e1 = +y along the limb, e2 along the middle line of the element around the limb, e3 = e1 × e2
+/// outwards.
+fn material_axes(corners: &[Vec3; 8]) -> [Vec3; 3] {
+    let middle = |ids: [usize; 4]| ids.iter().map(|&i| corners[i]).sum::<Vec3>() / 4.0;
+    let around = middle([2, 3, 6, 7]) - middle([0, 1, 4, 5]);
+    let e1 = Vec3::y();
+    let e2 = (around - e1 * around.dot(&e1)).normalize();
+    [e1, e2, e1.cross(&e2)]
+}

@@ -1,0 +1,191 @@
+//! Data lines: nodes, elements, members of sets, faces of surfaces.
+
+use super::sets::{Numbers, Sets};
+use super::{Block, CardSet, Reader};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::MeshError;
+use crate::mesh::read::cursor::shown;
+use std::borrow::Cow;
+
+impl Reader<'_> {
+    /// Takes in one data line.
+    pub(super) fn data(
+        &mut self,
+        fields: &[Cow<str>],
+        continues: bool,
+        offset: usize,
+    ) -> Result<(), MeshError> {
+        // The block is taken out while its line is read, so that the rest of the reader may change.
+        let mut block = std::mem::replace(&mut self.block, Block::Skipped);
+        match &mut block {
+            Block::Skipped => {}
+            Block::Nodes { set } => self.node(fields, set.as_deref(), offset)?,
+            Block::Hexes { set, pending, start } => {
+                if pending.is_empty() {
+                    *start = offset;
+                }
+                for field in fields {
+                    pending.push(self.number(field, offset)?);
+                }
+                if pending.len() >= 9 {
+                    self.hex(pending, set.as_ref(), *start)?;
+                    pending.clear();
+                }
+            }
+            Block::Others { set, kind, volume, fresh } => {
+                let skip = if *fresh {
+                    self.other_element(fields, set.as_deref(), kind, *volume, offset)?
+                } else {
+                    0
+                };
+                if let (Some(set), false) = (set, *volume) {
+                    for field in &fields[skip..] {
+                        let node = self.number(field, offset)?;
+                        self.facets.add(set, Numbers::one(node, offset))?;
+                    }
+                }
+                *fresh = !continues;
+            }
+            Block::Set { name, of_nodes, generate: true } => {
+                let range = self.range(fields, offset)?;
+                self.sets(*of_nodes).add(name, range)?;
+            }
+            Block::Set { name, of_nodes, generate: false } => {
+                self.set_members(fields, name, *of_nodes, offset)?;
+            }
+            Block::Surface { name } => self.surface_face(fields, name, offset)?,
+            Block::Instance => {
+                let remedy = "write the nodes where they are";
+                return Err(self.refuse(offset, "an *INSTANCE that is moved or turned", remedy));
+            }
+        }
+        self.block = block;
+        Ok(())
+    }
+
+    fn sets(&mut self, of_nodes: bool) -> &mut Sets {
+        if of_nodes { &mut self.node_sets } else { &mut self.element_sets }
+    }
+
+    /// A node or element number.
+    fn number(&self, field: &str, offset: usize) -> Result<u64, MeshError> {
+        field.parse().map_err(|_| {
+            self.error(
+                offset,
+                format!("expected the number of a node or an element, found {}", shown(field.as_bytes())),
+            )
+        })
+    }
+
+    /// Number and coordinates; those left out are zero.
+    fn node(&mut self, fields: &[Cow<str>], set: Option<&str>, offset: usize) -> Result<(), MeshError> {
+        let tag = self.number(&fields[0], offset)?;
+        let mut position = Vec3::zeros();
+        for (x, field) in position.iter_mut().zip(&fields[1..]) {
+            if field.is_empty() {
+                continue;
+            }
+            // Fortran writes exponents with D.
+            let value = field.replace(['D', 'd'], "e").parse::<f64>().ok().filter(|value| value.is_finite());
+            *x = value.ok_or_else(|| {
+                self.error(offset, format!("expected a finite coordinate, found {}", shown(field.as_bytes())))
+            })?;
+        }
+        if !self.assembly.add_node(tag, position) {
+            return Err(self.error(offset, format!("node {tag} is there twice")));
+        }
+        match set {
+            Some(set) => self.node_sets.add(set, Numbers::one(tag, offset)),
+            None => Ok(()),
+        }
+    }
+
+    /// Number and eight nodes.
+    fn hex(&mut self, numbers: &[u64], set: Option<&CardSet>, offset: usize) -> Result<(), MeshError> {
+        let Ok(nodes) = <[u64; 8]>::try_from(&numbers[1..]) else {
+            return Err(self.error(offset, format!("an element of 8 nodes with {}", numbers.len() - 1)));
+        };
+        let index = self.assembly.hex_count() as u32;
+        self.assembly.add_hex(nodes, offset);
+        if let Some(set) = set {
+            self.element_sets.add(&set.name, Numbers::one(numbers[0], offset))?;
+        }
+        self.card_set_of.push(set.map(|set| set.index));
+        self.add_element(numbers[0], Some(index), offset)
+    }
+
+    /// The first line of an element that is not a hexahedron. Returns how many fields its number takes.
+    fn other_element(
+        &mut self,
+        fields: &[Cow<str>],
+        set: Option<&str>,
+        kind: &str,
+        volume: bool,
+        offset: usize,
+    ) -> Result<usize, MeshError> {
+        let number = self.number(&fields[0], offset)?;
+        self.add_element(number, None, offset)?;
+        if volume {
+            *self.assembly.unsupported.entry(kind.to_owned()).or_default() += 1;
+        }
+        if let Some(set) = set {
+            self.element_sets.add(set, Numbers::one(number, offset))?;
+        }
+        Ok(1)
+    }
+
+    fn add_element(&mut self, number: u64, hex: Option<u32>, offset: usize) -> Result<(), MeshError> {
+        if self.elements.insert(number, hex).is_some() {
+            return Err(self.error(offset, format!("element {number} is there twice")));
+        }
+        Ok(())
+    }
+
+    /// `first, last, step` of a generated set.
+    fn range(&self, fields: &[Cow<str>], offset: usize) -> Result<Numbers, MeshError> {
+        let numbers = fields.iter().map(|field| self.number(field, offset)).collect::<Result<Vec<_>, _>>()?;
+        let range = match numbers[..] {
+            [first, last] => Numbers { first, last, step: 1, offset },
+            [first, last, step] => Numbers { first, last, step, offset },
+            _ => return Err(self.error(offset, "expected first, last and step of a range")),
+        };
+        if range.step == 0 || range.last < range.first {
+            return Err(self.error(offset, "a range goes up by steps of at least one"));
+        }
+        Ok(range)
+    }
+
+    /// Numbers, or names of sets above.
+    fn set_members(
+        &mut self,
+        fields: &[Cow<str>],
+        name: &str,
+        of_nodes: bool,
+        offset: usize,
+    ) -> Result<(), MeshError> {
+        for field in fields.iter().filter(|field| !field.is_empty()) {
+            if let Ok(number) = field.parse::<u64>() {
+                self.sets(of_nodes).add(name, Numbers::one(number, offset))?;
+            } else if !self.sets(of_nodes).add_set(name, field.trim_matches('"'))? {
+                return Err(self.error(offset, format!("there is no set {field} above this line")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Element number or set, and a face S1–S6.
+    fn surface_face(&mut self, fields: &[Cow<str>], name: &str, offset: usize) -> Result<(), MeshError> {
+        let [element, face] = fields else {
+            return Err(self.error(offset, "expected an element or a set of them, and a face S1 to S6"));
+        };
+        let side = (1..=6).find(|i| face.eq_ignore_ascii_case(&format!("S{i}")));
+        let Some(side) = side else {
+            return Err(
+                self.error(offset, format!("expected a face S1 to S6, found {}", shown(face.as_bytes())))
+            );
+        };
+        let element = element.trim_matches('"').to_owned();
+        self.surfaces.entry(name.to_owned()).or_default().push((element, side - 1, offset));
+        Ok(())
+    }
+}

@@ -1,0 +1,131 @@
+//! When all lines are read: which part each hexahedron belongs to, and which nodes each set holds.
+
+use super::Reader;
+use super::sets::{Numbers, within_limit};
+use crate::mesh::MeshError;
+use crate::mesh::hexahedron::FACES;
+use crate::mesh::read::assembly::NodeTag;
+use std::collections::BTreeMap;
+
+impl Reader<'_> {
+    /// Gives each hexahedron a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
+    ///
+    /// # Errors
+    /// `Malformed` when a section or a set names what is not there, or an element has two sections.
+    pub(super) fn assign_parts(&mut self) -> Result<(), MeshError> {
+        let mut name_of: Vec<Option<String>> = vec![None; self.assembly.hex_count()];
+        self.sections.sort_by_key(|section| section.to_uppercase());
+        self.sections.dedup_by_key(|section| section.to_uppercase());
+        for section in &self.sections {
+            let ranges = self.element_sets.get(section).unwrap_or_default();
+            for (hex, offset) in self.hexes_in(ranges)? {
+                let name = &mut name_of[hex as usize];
+                if name.as_ref().is_some_and(|other| !other.eq_ignore_ascii_case(section)) {
+                    return Err(self.error(offset, "an element has two solid sections"));
+                }
+                *name = Some(section.clone());
+            }
+        }
+        for (name, card) in name_of.iter_mut().zip(&self.card_set_of) {
+            if let (None, Some(card)) = (&name, card) {
+                *name = Some(self.card_sets[*card as usize].clone());
+            }
+        }
+        if name_of.iter().any(Option::is_none) {
+            for (set, ranges) in self.element_sets.in_order() {
+                for (hex, _) in self.hexes_in(ranges)? {
+                    name_of[hex as usize].get_or_insert_with(|| set.to_owned());
+                }
+            }
+        }
+        let without = name_of.iter().filter(|name| name.is_none()).count();
+        if without > 0 {
+            let note = format!("{without} hexahedra are in no element set; their part is called unnamed");
+            self.assembly.notes.push(note);
+        }
+        for name in name_of {
+            let part = self.assembly.part(name.as_deref().unwrap_or("unnamed"));
+            self.assembly.part_of.push(part);
+        }
+        Ok(())
+    }
+
+    /// The element numbers that an entry of a surface names, one or a set.
+    ///
+    /// # Errors
+    /// `Malformed` when there is no such set.
+    fn elements_named(&self, element: &str, offset: usize) -> Result<Vec<Numbers>, MeshError> {
+        if let Ok(number) = element.parse::<u64>() {
+            return Ok(vec![Numbers::one(number, offset)]);
+        }
+        let set = self.element_sets.get(element).map(<[Numbers]>::to_vec);
+        set.ok_or_else(|| self.error(offset, format!("there is no element set {element}")))
+    }
+
+    /// The hexahedra among these elements, with where they are named.
+    ///
+    /// # Errors
+    /// `Malformed` when a single number is that of no element.
+    fn hexes_in(&self, ranges: &[Numbers]) -> Result<Vec<(u32, usize)>, MeshError> {
+        let mut hexes = Vec::new();
+        for range in ranges {
+            for number in range.each() {
+                match self.elements.get(&number) {
+                    Some(Some(hex)) => hexes.push((*hex, range.offset)),
+                    None if range.is_one() => {
+                        return Err(self.error(range.offset, format!("there is no element {number}")));
+                    }
+                    Some(None) | None => {}
+                }
+            }
+        }
+        Ok(hexes)
+    }
+
+    /// Node sets from sets of nodes, from elements that are no volumes, and from surfaces.
+    ///
+    /// # Errors
+    /// `Malformed` when a surface names what is not there; `Unsupported` when sets are too large.
+    pub(super) fn collect_node_sets(&mut self) -> Result<(), MeshError> {
+        for (name, ranges) in self.node_sets.in_order() {
+            let set = self.assembly_set(ranges);
+            self.assembly.node_sets.insert(name.to_owned(), set);
+        }
+        for (name, ranges) in self.facets.in_order() {
+            let set = self.assembly_set(ranges);
+            let name = free_name(&self.assembly.node_sets, name, "elements");
+            self.assembly.node_sets.insert(name, set);
+        }
+        let mut entries = 0_u64;
+        for (name, faces) in std::mem::take(&mut self.surfaces) {
+            let mut set = Vec::new();
+            for (element, side, offset) in faces {
+                let ranges = self.elements_named(&element, offset)?;
+                entries = ranges.iter().fold(entries, |sum, range| sum.saturating_add(range.count()));
+                within_limit(entries)?;
+                for (hex, _) in self.hexes_in(&ranges)? {
+                    let nodes = self.assembly.hex(hex);
+                    set.extend(FACES[side].map(|i| NodeTag { tag: nodes[i], offset }));
+                }
+            }
+            let name = free_name(&self.assembly.node_sets, &name, "surface");
+            self.assembly.node_sets.insert(name, set);
+        }
+        Ok(())
+    }
+
+    /// The nodes of a set. A single number stays even if there is no such node, which is an error later.
+    fn assembly_set(&self, ranges: &[Numbers]) -> Vec<NodeTag> {
+        ranges
+            .iter()
+            .flat_map(|range| range.each().map(move |tag| (tag, range)))
+            .filter(|(tag, range)| range.is_one() || self.assembly.has_node(*tag))
+            .map(|(tag, range)| NodeTag { tag, offset: range.offset })
+            .collect()
+    }
+}
+
+/// The name, or when a node set has it already, the name with what it comes from.
+fn free_name(taken: &BTreeMap<String, Vec<NodeTag>>, name: &str, origin: &str) -> String {
+    if taken.contains_key(name) { format!("{name}_{origin}") } else { name.to_owned() }
+}

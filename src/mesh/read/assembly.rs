@@ -1,0 +1,131 @@
+//! From what a file says, in its own numbers, to a [`Mesh`].
+
+use super::cursor::{Numbers, place_of};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{Mesh, MeshError};
+use std::collections::{BTreeMap, HashMap};
+
+/// A node named by the file's own number, and the byte offset where it is named.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodeTag {
+    /// The number.
+    pub(super) tag: u64,
+    /// Where.
+    pub(super) offset: usize,
+}
+
+/// The pieces of a mesh as they come out of a file, nodes still under the numbers of the file.
+#[derive(Default)]
+pub(super) struct Assembly {
+    nodes: Vec<Vec3>,
+    /// Place of each node number in `nodes`; only looked up, never iterated.
+    index: HashMap<u64, u32>,
+    /// Node numbers and byte offset of each hexahedron.
+    hexes: Vec<([u64; 8], usize)>,
+    /// Part of each hexahedron.
+    pub(super) part_of: Vec<u32>,
+    /// Names of the parts.
+    parts: Vec<String>,
+    /// Place of each name in `parts`; only looked up.
+    part_index: HashMap<String, u32>,
+    /// Node sets by name.
+    pub(super) node_sets: BTreeMap<String, Vec<NodeTag>>,
+    /// Volume elements that are not hexahedra of eight nodes: how many of each kind.
+    pub(super) unsupported: BTreeMap<String, usize>,
+    /// What a reader should be told.
+    pub(super) notes: Vec<String>,
+}
+
+impl Assembly {
+    /// Adds a node; `false` when its number is taken.
+    pub(super) fn add_node(&mut self, tag: u64, position: Vec3) -> bool {
+        let index = self.nodes.len() as u32;
+        self.nodes.push(position);
+        self.index.insert(tag, index).is_none()
+    }
+
+    /// Whether the file has such a node.
+    pub(super) fn has_node(&self, tag: u64) -> bool {
+        self.index.contains_key(&tag)
+    }
+
+    /// Adds a hexahedron; its part is added to `part_of` by the reader.
+    pub(super) fn add_hex(&mut self, nodes: [u64; 8], offset: usize) {
+        self.hexes.push((nodes, offset));
+    }
+
+    /// Node numbers of a hexahedron.
+    pub(super) fn hex(&self, index: u32) -> &[u64; 8] {
+        &self.hexes[index as usize].0
+    }
+
+    /// Number of hexahedra so far.
+    pub(super) fn hex_count(&self) -> usize {
+        self.hexes.len()
+    }
+
+    /// The part of that name, made when it is new.
+    pub(super) fn part(&mut self, name: &str) -> u32 {
+        if let Some(&part) = self.part_index.get(name) {
+            return part;
+        }
+        let part = self.parts.len() as u32;
+        self.parts.push(name.to_owned());
+        self.part_index.insert(name.to_owned(), part);
+        part
+    }
+
+    /// The mesh, with nodes in the order of the file.
+    ///
+    /// # Errors
+    /// `UnsupportedElements`, `Empty`, and `Malformed` where a node is named that the file does not have.
+    pub(super) fn into_mesh(self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
+        if !self.unsupported.is_empty() {
+            let kinds = self.unsupported.iter().map(|(kind, count)| format!("{kind} ({count})")).collect();
+            return Err(MeshError::UnsupportedElements { kinds });
+        }
+        if self.hexes.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        let resolve = |tag: u64, offset: usize| {
+            self.index.get(&tag).copied().ok_or_else(|| MeshError::Malformed {
+                place: place_of(bytes, offset, numbers),
+                message: format!("there is no node {tag}"),
+            })
+        };
+        let mut mesh =
+            Mesh { part_of: self.part_of, parts: self.parts, notes: self.notes, ..Mesh::default() };
+        mesh.hexes.reserve_exact(self.hexes.len());
+        for (tags, offset) in &self.hexes {
+            let mut hex = [0; 8];
+            for (node, &tag) in hex.iter_mut().zip(tags) {
+                *node = resolve(tag, *offset)?;
+            }
+            mesh.hexes.push(hex);
+        }
+        for (name, tags) in &self.node_sets {
+            let mut set = tags.iter().map(|t| resolve(t.tag, t.offset)).collect::<Result<Vec<u32>, _>>()?;
+            set.sort_unstable();
+            set.dedup();
+            mesh.node_sets.insert(name.clone(), set);
+        }
+        mesh.nodes = self.nodes;
+        note_what_is_dropped(&mut mesh);
+        Ok(mesh)
+    }
+}
+
+/// Leaves out nodes without elements, and says which sets went with them.
+fn note_what_is_dropped(mesh: &mut Mesh) {
+    let names: Vec<String> = mesh.node_sets.keys().cloned().collect();
+    let dropped = mesh.drop_unused_nodes();
+    if dropped > 0 {
+        mesh.notes.push(format!("{dropped} nodes that no hexahedron uses were left out"));
+    }
+    mesh.node_sets.retain(|_, set| !set.is_empty());
+    let gone: Vec<String> = names.into_iter().filter(|name| !mesh.node_sets.contains_key(name)).collect();
+    if !gone.is_empty() {
+        mesh.notes
+            .push(format!("node sets without any node of a hexahedron were left out: {}", gone.join(", ")));
+    }
+}

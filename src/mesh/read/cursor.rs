@@ -1,0 +1,198 @@
+//! A position in the bytes of a file, and how numbers are read there.
+
+use crate::mesh::{MeshError, Place};
+
+/// How the numbers of a file are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    /// As text, separated by white space.
+    Text,
+    /// As binary, least significant byte first.
+    LittleEndian,
+    /// As binary, most significant byte first.
+    BigEndian,
+}
+
+/// Reads a file from its beginning, and knows where it is when something is wrong.
+pub(super) struct Cursor<'a> {
+    bytes: &'a [u8],
+    offset: usize,
+    /// How numbers are read from here on.
+    pub(super) numbers: Numbers,
+}
+
+/// The place of a byte offset: its line in a text file.
+pub(super) fn place_of(bytes: &[u8], offset: usize, numbers: Numbers) -> Place {
+    match numbers {
+        Numbers::Text => Place::Line(bytes[..offset.min(bytes.len())].split(|&b| b == b'\n').count()),
+        _ => Place::Byte(offset),
+    }
+}
+
+/// What was found, short enough for a message.
+pub(super) fn shown(found: &[u8]) -> String {
+    let text = String::from_utf8_lossy(found);
+    let short: String = text.chars().take(40).collect();
+    if short.len() < text.len() { format!("{short:?}…") } else { format!("{short:?}") }
+}
+
+impl<'a> Cursor<'a> {
+    /// At the beginning of a file, numbers as text.
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, offset: 0, numbers: Numbers::Text }
+    }
+
+    /// Where the next item is, in bytes from the beginning: behind white space in a text file.
+    pub(super) fn offset(&mut self) -> usize {
+        if self.numbers == Numbers::Text {
+            self.skip_white_space();
+        }
+        self.offset
+    }
+
+    /// An error at a byte offset.
+    pub(super) fn error_at(&self, offset: usize, message: impl Into<String>) -> MeshError {
+        MeshError::Malformed { place: place_of(self.bytes, offset, self.numbers), message: message.into() }
+    }
+
+    /// An error here.
+    pub(super) fn error(&self, message: impl Into<String>) -> MeshError {
+        self.error_at(self.offset, message)
+    }
+
+    /// The bytes not read yet.
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.offset..]
+    }
+
+    /// Whether nothing but white space is left.
+    pub(super) fn at_end(&self) -> bool {
+        self.rest().trim_ascii_start().is_empty()
+    }
+
+    /// The rest of the line without surrounding white space; the cursor moves behind the line break.
+    pub(super) fn line(&mut self) -> &'a [u8] {
+        let rest = self.rest();
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.offset += (end + 1).min(rest.len());
+        rest[..end].trim_ascii()
+    }
+
+    /// The next line that is not blank.
+    pub(super) fn filled_line(&mut self) -> &'a [u8] {
+        self.skip_white_space();
+        self.line()
+    }
+
+    fn skip_white_space(&mut self) {
+        self.offset = self.bytes.len() - self.rest().trim_ascii_start().len();
+    }
+
+    /// The next word of text; empty at the end of the file.
+    pub(super) fn word(&mut self) -> &'a [u8] {
+        self.skip_white_space();
+        let rest = self.rest();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.offset += end;
+        &rest[..end]
+    }
+
+    /// The next word of text as a number.
+    pub(super) fn parsed<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, MeshError> {
+        self.skip_white_space();
+        let start = self.offset;
+        let word = self.word();
+        std::str::from_utf8(word)
+            .ok()
+            .and_then(|text| text.parse().ok())
+            .ok_or_else(|| self.error_at(start, format!("expected {what}, found {}", shown(word))))
+    }
+
+    /// The next `N` bytes, in the order of a little-endian number.
+    fn number_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MeshError> {
+        let Some(bytes) = self.rest().first_chunk::<N>() else {
+            return Err(self.error(format!("expected {what}, found the end of the file")));
+        };
+        self.offset += N;
+        let mut bytes = *bytes;
+        if self.numbers == Numbers::BigEndian {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    /// A signed number: a C `int` in binary.
+    pub(super) fn int(&mut self, what: &str) -> Result<i32, MeshError> {
+        match self.numbers {
+            Numbers::Text => self.parsed(what),
+            _ => self.number_bytes(what).map(i32::from_le_bytes),
+        }
+    }
+
+    /// A count or a tag: a C `size_t` of eight bytes in binary.
+    pub(super) fn size(&mut self, what: &str) -> Result<u64, MeshError> {
+        match self.numbers {
+            Numbers::Text => self.parsed(what),
+            _ => self.number_bytes(what).map(u64::from_le_bytes),
+        }
+    }
+
+    /// A real number: a C `double` in binary; it must be finite.
+    pub(super) fn double(&mut self, what: &str) -> Result<f64, MeshError> {
+        let start = self.offset;
+        let value: f64 = match self.numbers {
+            Numbers::Text => self.parsed(what)?,
+            _ => f64::from_le_bytes(self.number_bytes(what)?),
+        };
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.error_at(start, format!("{what} is {value}, not a finite number")))
+        }
+    }
+
+    /// Checks that `count` items can be left in the file, each at least `words` words of text or `bytes` bytes of binary,
+    /// so that memory for them may be asked for.
+    pub(super) fn counted(&self, count: u64, words: u64, bytes: u64, what: &str) -> Result<usize, MeshError> {
+        // A word takes a character and a separator, which the last one may lack.
+        let each = if self.numbers == Numbers::Text { 2 * words } else { bytes };
+        let left = self.rest().len() as u64 + 1;
+        match usize::try_from(count) {
+            Ok(fitting) if count.saturating_mul(each) <= left => Ok(fitting),
+            _ => {
+                Err(self.error(format!("{count} {what} are announced, but only {} bytes are left", left - 1)))
+            }
+        }
+    }
+
+    /// Requires the line `$End…` of a section, after white space.
+    pub(super) fn end_section(&mut self, name: &str) -> Result<(), MeshError> {
+        self.skip_white_space();
+        let start = self.offset;
+        let line = self.line();
+        if line.strip_prefix(b"$End") == Some(name.as_bytes()) {
+            Ok(())
+        } else {
+            Err(self.error_at(start, format!("expected $End{name}, found {}", shown(line))))
+        }
+    }
+
+    /// Moves behind the line `$End…` of a section whose contents are not wanted.
+    pub(super) fn skip_section(&mut self, name: &str) -> Result<(), MeshError> {
+        let start = self.offset;
+        let end = format!("$End{name}");
+        let found = self
+            .rest()
+            .windows(end.len())
+            .enumerate()
+            .position(|(i, window)| window == end.as_bytes() && (i == 0 || self.rest()[i - 1] == b'\n'));
+        match found {
+            Some(position) => {
+                self.offset += position;
+                self.line();
+                Ok(())
+            }
+            None => Err(self.error_at(start, format!("the section ${name} has no {end}"))),
+        }
+    }
+}

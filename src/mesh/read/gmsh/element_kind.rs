@@ -1,0 +1,68 @@
+//! The kinds of elements that Gmsh numbers.
+
+/// A kind of element.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct ElementKind {
+    /// Gmsh's number of the kind.
+    number: i32,
+    /// Dimension of the shape, 0 to 3.
+    pub(super) dimension: u8,
+    /// Number of nodes.
+    pub(super) nodes: u8,
+    /// What it is called in messages.
+    pub(super) name: &'static str,
+}
+
+/// The kinds up to second order, and those of higher order that Gmsh writes most (reference manual, "MSH file format").
+const KINDS: [ElementKind; 34] = [
+    kind(1, 1, 2, "line of 2 nodes"),
+    kind(2, 2, 3, "triangle of 3 nodes"),
+    kind(3, 2, 4, "quadrangle of 4 nodes"),
+    kind(4, 3, 4, "tetrahedron of 4 nodes"),
+    kind(5, 3, 8, "hexahedron of 8 nodes"),
+    kind(6, 3, 6, "prism of 6 nodes"),
+    kind(7, 3, 5, "pyramid of 5 nodes"),
+    kind(8, 1, 3, "line of 3 nodes"),
+    kind(9, 2, 6, "triangle of 6 nodes"),
+    kind(10, 2, 9, "quadrangle of 9 nodes"),
+    kind(11, 3, 10, "tetrahedron of 10 nodes"),
+    kind(12, 3, 27, "hexahedron of 27 nodes"),
+    kind(13, 3, 18, "prism of 18 nodes"),
+    kind(14, 3, 14, "pyramid of 14 nodes"),
+    kind(15, 0, 1, "point"),
+    kind(16, 2, 8, "quadrangle of 8 nodes"),
+    kind(17, 3, 20, "hexahedron of 20 nodes"),
+    kind(18, 3, 15, "prism of 15 nodes"),
+    kind(19, 3, 13, "pyramid of 13 nodes"),
+    kind(20, 2, 9, "triangle of 9 nodes"),
+    kind(21, 2, 10, "triangle of 10 nodes"),
+    kind(22, 2, 12, "triangle of 12 nodes"),
+    kind(23, 2, 15, "triangle of 15 nodes"),
+    kind(24, 2, 15, "triangle of 15 nodes"),
+    kind(25, 2, 21, "triangle of 21 nodes"),
+    kind(26, 1, 4, "line of 4 nodes"),
+    kind(27, 1, 5, "line of 5 nodes"),
+    kind(28, 1, 6, "line of 6 nodes"),
+    kind(29, 3, 20, "tetrahedron of 20 nodes"),
+    kind(30, 3, 35, "tetrahedron of 35 nodes"),
+    kind(31, 3, 56, "tetrahedron of 56 nodes"),
+    kind(36, 2, 16, "quadrangle of 16 nodes"),
+    kind(92, 3, 64, "hexahedron of 64 nodes"),
+    kind(93, 3, 125, "hexahedron of 125 nodes"),
+];
+
+const fn kind(number: i32, dimension: u8, nodes: u8, name: &'static str) -> ElementKind {
+    ElementKind { number, dimension, nodes, name }
+}
+
+impl ElementKind {
+    /// The kind of that number, if it is known.
+    pub(super) fn of(number: i32) -> Option<&'static Self> {
+        KINDS.iter().find(|kind| kind.number == number)
+    }
+
+    /// Whether it is the hexahedron of eight nodes.
+    pub(super) fn is_hex8(&self) -> bool {
+        self.number == 5
+    }
+}

@@ -1,0 +1,303 @@
+//! What the readers must hold: the same mesh from every format, errors with their place, no panic on any bytes.
+#![allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic; exactly is what is meant
+
+use super::*;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Place;
+use crate::mesh::generate::block::Block;
+use crate::mesh::generate::hollow_ball::HollowBall;
+use crate::mesh::generate::limb_segment::LimbSegment;
+use crate::mesh::quality::quality;
+use crate::mesh::surface::{skin, skin_nodes, topology_problems};
+use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
+use proptest::prelude::*;
+
+const MSH: &[u8] = include_bytes!("../../../tests/data/ball_on_block/scene_L0.msh");
+const INP: &[u8] = include_bytes!("../../../tests/data/ball_on_block/scene_L0.inp");
+
+const ALL: [(Version, Encoding); 6] = [
+    (Version::V2_2, Encoding::Ascii),
+    (Version::V2_2, Encoding::LittleEndian),
+    (Version::V2_2, Encoding::BigEndian),
+    (Version::V4_1, Encoding::Ascii),
+    (Version::V4_1, Encoding::LittleEndian),
+    (Version::V4_1, Encoding::BigEndian),
+];
+
+/// What a file can carry of a mesh: no axes, no notes.
+fn bare(mesh: Mesh) -> Mesh {
+    Mesh { axes: Vec::new(), notes: Vec::new(), ..mesh }
+}
+
+fn small() -> Mesh {
+    let mut mesh =
+        Block::uniform(Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0), [2, 1, 1], "left").generate().unwrap();
+    mesh.parts.push("right \"half\"".into());
+    mesh.part_of = vec![0, 1];
+    mesh
+}
+
+#[test]
+fn every_encoding_of_gmsh_gives_the_limb_back() {
+    let limb = bare(LimbSegment::default().generate().unwrap());
+    for (version, encoding) in ALL {
+        let bytes = write_gmsh(&limb, version, encoding);
+        assert_eq!(MeshFormat::sniff(&bytes), Some(MeshFormat::Gmsh));
+        let read = read_mesh(&bytes, MeshFormat::Gmsh).unwrap();
+        assert_eq!(read, limb, "{version:?} {encoding:?}");
+    }
+}
+
+#[test]
+fn names_that_would_break_the_format_are_cleaned() {
+    let read = read_mesh(&write_gmsh(&small(), Version::V4_1, Encoding::Ascii), MeshFormat::Gmsh).unwrap();
+    assert_eq!(read.parts, ["left", "right _half_"]);
+}
+
+#[test]
+fn ball_on_block_is_the_same_from_both_files() {
+    let msh = read_mesh(MSH, MeshFormat::Gmsh).unwrap();
+    let inp = read_mesh(INP, MeshFormat::Abaqus).unwrap();
+    assert_eq!((msh.nodes.len(), msh.hexes.len()), (3183, 2336));
+    assert_eq!(msh.nodes, inp.nodes);
+    assert_eq!(msh.hexes, inp.hexes);
+    assert_eq!(msh.part_of, inp.part_of);
+    assert_eq!(msh.parts, ["physical_1", "physical_2"]);
+    assert_eq!(inp.parts, ["BLOCK", "BALL"]);
+    assert_eq!(msh.node_sets.keys().collect::<Vec<_>>(), ["physical_3", "physical_4"]);
+    assert_eq!(msh.node_sets["physical_3"], inp.node_sets["NTOP"]);
+    assert_eq!(msh.node_sets["physical_4"], inp.node_sets["NOUT"]);
+    assert_eq!(
+        inp.node_sets["STOP"], inp.node_sets["NTOP"],
+        "the faces of a surface have the nodes of the set"
+    );
+    assert_eq!(inp.node_sets["SOUT"], inp.node_sets["NOUT"]);
+    assert_eq!(inp.node_sets["NALL"].len(), 3183);
+    assert!(msh.notes.is_empty() && inp.notes.is_empty(), "{:?} {:?}", msh.notes, inp.notes);
+    assert!(topology_problems(&msh.hexes).is_empty());
+    assert!(quality(&msh).unwrap().min_scaled_jacobian > 0.7);
+}
+
+#[test]
+fn the_ball_of_the_file_is_the_ball_of_the_generator() {
+    let ball = read_mesh(INP, MeshFormat::Abaqus).unwrap().select_parts(&["BALL"]).unwrap();
+    assert_eq!(ball.hexes.len(), 768);
+    let mut outer_and_inner = ball.node_sets["NOUT"].clone();
+    outer_and_inner
+        .extend(skin_nodes(&skin(&ball.hexes)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)));
+    let generated = HollowBall {
+        center: Vec3::new(0.0, 0.0, 0.05 + 1e-5 + 0.015),
+        outer_radius_m: 0.015,
+        inner_radius_m: 0.012,
+        elements_around: 8,
+        elements_through: 2,
+        part: "BALL".into(),
+    }
+    .generate()
+    .unwrap();
+    assert_eq!(ball.nodes.len(), generated.nodes.len());
+    for x in &ball.nodes {
+        let nearest = generated.nodes.iter().map(|y| (x - y).norm()).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-10, "no node of the generator at {x:?}, the nearest {nearest} m away");
+    }
+    assert!((ball.volume_m3() / generated.volume_m3() - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn formats_are_known_by_name_and_by_their_beginning() {
+    assert_eq!(MeshFormat::from_name("a/Scene.MSH"), Some(MeshFormat::Gmsh));
+    assert_eq!(MeshFormat::from_name("b.inp"), Some(MeshFormat::Abaqus));
+    assert_eq!(MeshFormat::from_name("c.vtu"), None);
+    assert_eq!(MeshFormat::from_name("msh"), None);
+    assert_eq!(MeshFormat::sniff(MSH), Some(MeshFormat::Gmsh));
+    assert_eq!(MeshFormat::sniff(INP), Some(MeshFormat::Abaqus));
+    assert_eq!(MeshFormat::sniff(b"{}"), None);
+}
+
+/// The line that an error of this text names, and its message.
+fn malformed(text: &str, format: MeshFormat) -> (usize, String) {
+    match read_mesh(text.as_bytes(), format) {
+        Err(MeshError::Malformed { place: Place::Line(line), message }) => (line, message),
+        other => panic!("{other:?}"),
+    }
+}
+
+const TWO_CUBES: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n13\n\
+    100 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n\
+    9 0 0 2\n10 1 0 2\n11 1 1 2\n12 0 1 2\n999999999 7 7 7\n$EndNodes\n\
+    $Elements\n3\n1 5 2 7 1 100 2 3 4 5 6 7 8\n2 5 2 7 1 5 6 7 8 9 10 11 12\n3 3 2 -9 1 100 2 3 4\n$EndElements\n";
+
+#[test]
+fn sparse_numbers_unused_nodes_and_unnamed_groups() {
+    let mesh = read_mesh(TWO_CUBES.as_bytes(), MeshFormat::Gmsh).unwrap();
+    assert_eq!(mesh.nodes.len(), 12);
+    assert_eq!(mesh.parts, ["physical_7"]);
+    assert_eq!(mesh.node_sets["physical_9"], [0, 1, 2, 3]);
+    assert_eq!(mesh.notes, ["1 nodes that no hexahedron uses were left out"]);
+    assert!((mesh.volume_m3() - 2.0).abs() < 1e-14);
+}
+
+#[test]
+fn gmsh_errors_name_the_line() {
+    let broken = |from: &str, to: &str| malformed(&TWO_CUBES.replacen(from, to, 1), MeshFormat::Gmsh);
+    assert_eq!(broken("3 1 1 0", "3 1 nan 0"), (8, "a coordinate is NaN, not a finite number".into()));
+    assert_eq!(broken("3 1 1 0", "3 1 x 0"), (8, "expected a coordinate, found \"x\"".into()));
+    assert_eq!(broken("3 1 1 0", "2 1 1 0"), (8, "node 2 is there twice".into()));
+    assert_eq!(broken("5 6 7 8 9", "5 6 7 8 77"), (23, "there is no node 77".into()));
+    assert_eq!(broken("1 5 2 7", "1 77 2 7"), (22, "elements of kind 77 are not known".into()));
+    assert_eq!(broken("2.2 0 8", "2.2 0").0, 2);
+    assert_eq!(broken("$EndNodes", "$EndNode").0, 19);
+    let (line, message) = broken("$Nodes\n13", "$Nodes\n4000000000000");
+    assert_eq!(line, 6);
+    assert!(message.starts_with("4000000000000 nodes are announced, but only"), "{message}");
+    let (_, message) = broken("$Elements\n3", "$Elements\n2");
+    assert!(message.starts_with("expected $EndElements, found"), "{message}");
+    assert_eq!(malformed("solid x", MeshFormat::Gmsh).0, 1);
+}
+
+#[test]
+fn gmsh_refuses_what_it_does_not_understand_by_name() {
+    let with = |from: &str, to: &str| read_mesh(TWO_CUBES.replacen(from, to, 1).as_bytes(), MeshFormat::Gmsh);
+    let error = with("2 5 2 7 1 5 6 7 8 9 10 11 12", "2 4 2 7 1 5 6 7 9").unwrap_err();
+    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["tetrahedron of 4 nodes (1)".into()] });
+    assert!(matches!(with("2.2 0 8", "4.0 0 8"), Err(MeshError::Unsupported { .. })));
+    assert!(matches!(with("2.2 0 8", "2.2 1 4"), Err(MeshError::Unsupported { .. })));
+    assert_eq!(read_mesh(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n", MeshFormat::Gmsh), Err(MeshError::Empty));
+}
+
+#[test]
+fn gmsh_names_make_parts_and_sets_and_other_sections_are_noted() {
+    let names = "$PhysicalNames\n2\n3 7 \"the tissue\"\n2 9 \"bottom\"\n$EndPhysicalNames\n";
+    let data = "$NodeData\n1\n\"T\"\n$EndNodeData\n";
+    let text = TWO_CUBES.replacen("$Nodes", &format!("{names}{data}$Nodes"), 1);
+    let mesh =
+        read_mesh(format!("$Comments\nhello\n$EndComments\n{text}").as_bytes(), MeshFormat::Gmsh).unwrap();
+    assert_eq!(mesh.parts, ["the tissue"]);
+    assert_eq!(mesh.node_sets["bottom"], [0, 1, 2, 3]);
+    assert_eq!(mesh.notes[0], "sections not used: NodeData");
+}
+
+const INPUT: &str = "*Heading\n a title, with commas\n** a comment\n*node, nset = All Nodes\n\
+    1, 0., 0., 0.\n2, 1.D0,\n 3, 1., 1.\n4, 0., 1., 0.\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n\
+    9,0,0,2\n10,1,0,2\n11,1,1,2\n12,0,1,2\n\
+    *Element, type=c3d8r,\n elset=Low\n 1, 1,2,3,4,\n 5,6,7,8\n\
+    *ELEMENT, TYPE=C3D8RH\n2, 5,6,7,8, 9,10,11,12\n\
+    *ELEMENT, TYPE=S4R, ELSET=shell\n31, 9,10,\n11,12\n\
+    *ELSET, ELSET=High, GENERATE\n2,2\n*Elset, elset=Both\nLOW, high\n\
+    *NSET, NSET=odd, GENERATE\n1, 11, 2\n*NSET, NSET=some\nodd, 2\n\
+    *SURFACE, NAME=top, TYPE=ELEMENT\nHigh, S2\n*SURFACE, NAME=odd\n1, s1\n\
+    *MATERIAL, NAME=rubber\n*DENSITY\n1000.\n";
+
+#[test]
+fn abaqus_sets_surfaces_continuations_and_spellings() {
+    let mesh = read_mesh(INPUT.as_bytes(), MeshFormat::Abaqus).unwrap();
+    assert_eq!((mesh.nodes.len(), mesh.hexes.len()), (12, 2));
+    assert!((mesh.volume_m3() - 2.0).abs() < 1e-14);
+    assert_eq!(mesh.parts, ["Low", "High"]);
+    assert_eq!(mesh.part_of, [0, 1]);
+    assert_eq!(mesh.node_sets["All Nodes"].len(), 12);
+    assert_eq!(mesh.node_sets["odd"], [0, 2, 4, 6, 8, 10]);
+    assert_eq!(mesh.node_sets["some"], [0, 1, 2, 4, 6, 8, 10]);
+    assert_eq!(mesh.node_sets["top"], [8, 9, 10, 11]);
+    assert_eq!(mesh.node_sets["shell"], [8, 9, 10, 11]);
+    assert_eq!(mesh.node_sets["odd_surface"], [0, 1, 2, 3], "a set and a surface of one name are kept apart");
+    assert_eq!(mesh.notes, ["keywords not used: *DENSITY (1), *MATERIAL (1)"]);
+}
+
+#[test]
+fn a_solid_section_decides_over_the_set_of_the_elements() {
+    let text = format!("{INPUT}*SOLID SECTION, ELSET=both, MATERIAL=rubber\n");
+    assert_eq!(read_mesh(text.as_bytes(), MeshFormat::Abaqus).unwrap().parts, ["both"]);
+    let text = format!("{text}*SOLID SECTION, ELSET=HIGH, MATERIAL=rubber\n");
+    assert!(malformed(&text, MeshFormat::Abaqus).1.contains("two solid sections"));
+}
+
+#[test]
+fn abaqus_errors_name_the_line() {
+    let broken = |from: &str, to: &str| malformed(&INPUT.replacen(from, to, 1), MeshFormat::Abaqus);
+    assert_eq!(broken("4, 0., 1., 0.", "4, 0., inf, 0.").0, 8);
+    assert_eq!(broken("4, 0., 1., 0.", "1, 0., 1., 0."), (8, "node 1 is there twice".into()));
+    assert_eq!(broken("9,10,11,12\n*ELEM", "9,10,11\n*ELEM"), (22, "an element of 8 nodes with 7".into()));
+    assert_eq!(broken("2, 5,6,7", "2, 5,6,77"), (22, "there is no node 77".into()));
+    assert_eq!(broken("2, 5,6,7", "1, 5,6,7"), (22, "element 1 is there twice".into()));
+    assert_eq!(broken("High, S2", "High, S7").0, 35);
+    assert_eq!(broken("High, S2", "Hihg, S2"), (35, "there is no element set Hihg".into()));
+    assert_eq!(broken("1, 11, 2", "1, 11, 0").0, 31);
+    assert_eq!(broken("odd, 2", "even, 2"), (33, "there is no set even above this line".into()));
+}
+
+#[test]
+fn abaqus_refuses_what_it_does_not_understand_by_name() {
+    let with = |from: &str, to: &str| read_mesh(INPUT.replacen(from, to, 1).as_bytes(), MeshFormat::Abaqus);
+    let error = with("2, 5,6,7", "*ELEMENT, TYPE=C3D10\n2, 5,6,7").unwrap_err();
+    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["C3D10 (1)".into()] });
+    for keyword in
+        ["*INCLUDE, INPUT=other.inp", "*NGEN", "*PART\n*PART", "*INSTANCE\n1., 0., 0.", "*NODE, SYSTEM=C"]
+    {
+        let error = with("*MATERIAL", &format!("{keyword}\n*MATERIAL")).unwrap_err();
+        assert!(matches!(error, MeshError::Unsupported { .. }), "{keyword}: {error}");
+    }
+    assert_eq!(read_mesh(b"*HEADING\n", MeshFormat::Abaqus), Err(MeshError::Empty));
+}
+
+#[test]
+fn short_files_cannot_ask_for_endless_work() {
+    let everything = format!("{INPUT}*NSET, NSET=all, GENERATE\n0, 18446744073709551615\n");
+    assert!(matches!(
+        read_mesh(everything.as_bytes(), MeshFormat::Abaqus),
+        Err(MeshError::Unsupported { .. })
+    ));
+    let mut doubling = format!("{INPUT}*NSET, NSET=s0\nodd, odd\n");
+    for i in 1..60 {
+        let before = i - 1;
+        doubling = format!("{doubling}*NSET, NSET=s{i}\ns{before}, s{before}\n");
+    }
+    assert!(matches!(read_mesh(doubling.as_bytes(), MeshFormat::Abaqus), Err(MeshError::Unsupported { .. })));
+}
+
+#[test]
+fn every_truncated_file_is_an_error_or_a_whole_mesh() {
+    for (version, encoding) in ALL {
+        let bytes = write_gmsh(&small(), version, encoding);
+        for end in 0..bytes.len() - 1 {
+            if let Ok(mesh) = read_mesh(&bytes[..end], MeshFormat::Gmsh) {
+                panic!(
+                    "{version:?} {encoding:?} cut at {end} of {} gives {} elements",
+                    bytes.len(),
+                    mesh.hexes.len()
+                );
+            }
+        }
+    }
+    for end in 0..INPUT.len() {
+        let _ = read_mesh(&INPUT.as_bytes()[..end], MeshFormat::Abaqus);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn damaged_files_never_panic(
+        which in 0_usize..7, damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let (mut bytes, format) = match ALL.get(which) {
+            Some(&(version, encoding)) => (write_gmsh(&small(), version, encoding), MeshFormat::Gmsh),
+            None => (INPUT.as_bytes().to_vec(), MeshFormat::Abaqus),
+        };
+        for (place, value) in damage {
+            let i = place.index(bytes.len());
+            bytes[i] = value;
+        }
+        let _ = read_mesh(&bytes, format);
+    }
+
+    #[test]
+    fn any_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        for start in [&b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Elements\n"[..], b"*NODE\n", b""] {
+            let bytes = [start, &bytes].concat();
+            let _ = read_mesh(&bytes, MeshFormat::Gmsh);
+            let _ = read_mesh(&bytes, MeshFormat::Abaqus);
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Uniform refinement: each hexahedron becomes eight.
+
+use super::Mesh;
+use super::hexahedron::{CORNERS, EDGES, FACES};
+use super::surface::{skin, skin_nodes};
+use std::collections::HashMap;
+
+/// Splits each element into eight at the middle of its edges, faces and volume.
+///
+/// New nodes lie on the trilinear element, so that the volume and the facets of a curved surface stay what they are (a
+/// generator with `refined` follows the true shape instead). Old nodes keep their numbers. Parts and material axes are
+/// inherited. A new node belongs to a node set when all corners of its edge, face or element do; where a set lies
+/// wholly on the skin, the new node must lie there too, lest an edge across a plate one element thick joins a set that
+/// holds both its sides.
+#[must_use]
+pub fn refined(mesh: &Mesh) -> Mesh {
+    let mut split = Split { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() };
+    let mut hexes = Vec::with_capacity(mesh.hexes.len() * 8);
+    for hex in &mesh.hexes {
+        let lattice = split.lattice(hex);
+        hexes.extend((0..8).map(|octant| child(&lattice, octant)));
+    }
+    let each_eight_times = |e: usize| e / 8;
+    let fine_skin = skin_nodes(&skin(&hexes));
+    let coarse_skin = skin_nodes(&skin(&mesh.hexes));
+    let node_sets = mesh
+        .node_sets
+        .iter()
+        .map(|(name, set)| (name.clone(), split.refined_set(set, &coarse_skin, &fine_skin)))
+        .collect();
+    Mesh {
+        part_of: (0..hexes.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
+        axes: (0..hexes.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
+        nodes: split.nodes,
+        hexes,
+        parts: mesh.parts.clone(),
+        node_sets,
+        notes: mesh.notes.clone(),
+    }
+}
+
+/// The nodes of a mesh that is being split.
+struct Split {
+    nodes: Vec<crate::mechanics::tensor::Vec3>,
+    /// Middle node of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
+    middles: HashMap<[u32; 8], u32>,
+    /// Corners of each new node, in the order of the new nodes.
+    parents: Vec<Vec<u32>>,
+}
+
+impl Split {
+    /// The node in the middle of these corners, made when first asked for.
+    fn middle(&mut self, corners: &[u32]) -> u32 {
+        let mut key = [u32::MAX; 8];
+        key[..corners.len()].copy_from_slice(corners);
+        key.sort_unstable();
+        *self.middles.entry(key).or_insert_with(|| {
+            let sum = key.iter().take(corners.len()).map(|&a| self.nodes[a as usize]);
+            let middle = sum.sum::<crate::mechanics::tensor::Vec3>() / corners.len() as f64;
+            self.nodes.push(middle);
+            self.parents.push(corners.to_vec());
+            (self.nodes.len() - 1) as u32
+        })
+    }
+
+    /// The 3×3×3 nodes of a split element, `[i + 3 j + 9 k]` with i along ξ, j along η, k along ζ.
+    fn lattice(&mut self, hex: &[u32; 8]) -> [u32; 27] {
+        let mut lattice = [0; 27];
+        for (c, &a) in hex.iter().enumerate() {
+            lattice[place(&[c])] = a;
+        }
+        for edge in EDGES {
+            lattice[place(&edge)] = self.middle(&edge.map(|i| hex[i]));
+        }
+        for face in FACES {
+            lattice[place(&face)] = self.middle(&face.map(|i| hex[i]));
+        }
+        lattice[13] = self.middle(hex);
+        lattice
+    }
+
+    /// A node set with the new nodes that belong to it.
+    fn refined_set(&self, set: &[u32], coarse_skin: &[u32], fine_skin: &[u32]) -> Vec<u32> {
+        let on_skin = set.iter().all(|a| coarse_skin.binary_search(a).is_ok());
+        let first_new = self.nodes.len() - self.parents.len();
+        let mut out = set.to_vec();
+        for (i, parents) in self.parents.iter().enumerate() {
+            let node = (first_new + i) as u32;
+            let inherits = parents.iter().all(|a| set.binary_search(a).is_ok());
+            if inherits && (!on_skin || fine_skin.binary_search(&node).is_ok()) {
+                out.push(node);
+            }
+        }
+        out
+    }
+}
+
+/// Where the middle of some corners lies in the 3×3×3 lattice.
+fn place(corners: &[usize]) -> usize {
+    let mut index = 0;
+    for (axis, stride) in [1, 3, 9].into_iter().enumerate() {
+        let sum: f64 = corners.iter().map(|&c| CORNERS[c][axis]).sum();
+        let step = if sum < -0.5 {
+            0
+        } else if sum > 0.5 {
+            2
+        } else {
+            1
+        };
+        index += stride * step;
+    }
+    index
+}
+
+/// The eighth of the lattice at corner `octant`, with its own corners in the order of a hexahedron.
+fn child(lattice: &[u32; 27], octant: usize) -> [u32; 8] {
+    let low = CORNERS[octant].map(|s| usize::from(s > 0.0));
+    CORNERS.map(|c| {
+        let [i, j, k] = std::array::from_fn(|axis| low[axis] + usize::from(c[axis] > 0.0));
+        lattice[i + 3 * j + 9 * k]
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::super::generate::limb_segment::LimbSegment;
+    use super::super::quality::quality;
+    use super::super::surface::topology_problems;
+    use super::*;
+    use crate::mechanics::tensor::Vec3;
+
+    #[test]
+    fn a_split_block_is_the_block_with_twice_the_counts() {
+        let coarse = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [3, 2, 1], "b");
+        let split = refined(&coarse.generate().unwrap());
+        let fine = coarse.refined(2).generate().unwrap();
+        assert_eq!((split.nodes.len(), split.hexes.len()), (fine.nodes.len(), fine.hexes.len()));
+        for (name, set) in &fine.node_sets {
+            let positions = |mesh: &Mesh, set: &[u32]| {
+                let mut x: Vec<[i64; 3]> = set
+                    .iter()
+                    .map(|&a| mesh.nodes[a as usize].map(|c| (c * 1e6).round() as i64).into())
+                    .collect();
+                x.sort_unstable();
+                x
+            };
+            assert_eq!(positions(&split, &split.node_sets[name]), positions(&fine, set), "{name}");
+            assert!(split.node_sets[name].is_sorted());
+        }
+        let quality = quality(&split).unwrap();
+        assert!((quality.min_scaled_jacobian - 1.0).abs() < 1e-12);
+        assert!((quality.volume_m3 - 6.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_edge_through_a_thin_plate_does_not_join_the_set_of_its_sides() {
+        let mut plate =
+            Block::uniform(Vec3::zeros(), Vec3::new(3.0, 3.0, 1.0), [3, 3, 1], "b").generate().unwrap();
+        let mut both = plate.node_sets["z_min"].clone();
+        both.extend(&plate.node_sets["z_max"]);
+        both.sort_unstable();
+        plate.node_sets.insert("both".into(), both);
+        let fine = refined(&plate);
+        let half_way = fine.node_sets["both"]
+            .iter()
+            .map(|&a| fine.nodes[a as usize])
+            .filter(|x| x.z == 0.5 && x.x > 0.1 && x.x < 2.9 && x.y > 0.1 && x.y < 2.9);
+        assert_eq!(half_way.count(), 0);
+    }
+
+    #[test]
+    fn a_split_limb_keeps_volume_parts_and_axes() {
+        let limb = LimbSegment { elements_around: 12, elements_along: 3, ..LimbSegment::default() };
+        let coarse = limb.generate().unwrap();
+        let fine = refined(&coarse);
+        assert_eq!(fine.axes.len(), fine.hexes.len());
+        assert!(topology_problems(&fine.hexes).is_empty());
+        for part in &coarse.parts {
+            let (a, b) = (coarse.part_volume_m3(part), fine.part_volume_m3(part));
+            assert!((a - b).abs() < 1e-12 * a, "{part}: {a} {b}");
+        }
+        assert_eq!(fine.node_sets["bone"].len(), 24 * 7);
+    }
+}

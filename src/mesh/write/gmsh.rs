@@ -1,0 +1,268 @@
+//! Gmsh `.msh` files: parts as physical volumes, node sets as physical groups of points.
+//!
+//! Reading such a file gives the same nodes (to the last bit), elements, parts and node sets back. Material axes and
+//! notes have no place in the format and are not written.
+
+use crate::mesh::Mesh;
+
+/// A version of the format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// 2.2, which most programs read.
+    V2_2,
+    /// 4.1, the current one.
+    V4_1,
+}
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// As text.
+    Ascii,
+    /// As binary, least significant byte first.
+    LittleEndian,
+    /// As binary, most significant byte first.
+    BigEndian,
+}
+
+/// The mesh as a `.msh` file.
+pub fn write_gmsh(mesh: &Mesh, version: Version, encoding: Encoding) -> Vec<u8> {
+    let mut out = Output { bytes: Vec::new(), encoding };
+    let number = match version {
+        Version::V2_2 => "2.2",
+        Version::V4_1 => "4.1",
+    };
+    out.text(&format!("$MeshFormat\n{number} {} 8\n", u8::from(encoding != Encoding::Ascii)));
+    if encoding != Encoding::Ascii {
+        out.int(1);
+        out.end_line();
+    }
+    out.text("$EndMeshFormat\n");
+    write_names(&mut out, mesh);
+    match version {
+        Version::V2_2 => write_version_2(&mut out, mesh),
+        Version::V4_1 => write_version_4(&mut out, mesh),
+    }
+    out.bytes
+}
+
+/// Names of the physical groups: parts count from 1, node sets on from there.
+fn write_names(out: &mut Output, mesh: &Mesh) {
+    let clean = |name: &str| name.replace(['"', '\n', '\r'], "_");
+    out.text(&format!("$PhysicalNames\n{}\n", mesh.parts.len() + mesh.node_sets.len()));
+    for (i, name) in mesh.node_sets.keys().enumerate() {
+        out.text(&format!("0 {} \"{}\"\n", mesh.parts.len() + 1 + i, clean(name)));
+    }
+    for (i, name) in mesh.parts.iter().enumerate() {
+        out.text(&format!("3 {} \"{}\"\n", i + 1, clean(name)));
+    }
+    out.text("$EndPhysicalNames\n");
+}
+
+/// Group and members of each node set.
+fn grouped_sets(mesh: &Mesh) -> impl Iterator<Item = (i32, &[u32])> {
+    (tag(mesh.parts.len() as u32)..).zip(mesh.node_sets.values().map(Vec::as_slice))
+}
+
+/// Gmsh counts from one, in a signed number. Meshes of more than 2³¹ nodes do not fit into any memory here.
+fn tag(index: u32) -> i32 {
+    index.cast_signed() + 1
+}
+
+/// Nodes and elements of version 2.2. Each element has two tags, its physical group and its geometrical entity.
+fn write_version_2(out: &mut Output, mesh: &Mesh) {
+    out.text(&format!("$Nodes\n{}\n", mesh.nodes.len()));
+    for (a, x) in (0..).zip(&mesh.nodes) {
+        out.int(tag(a));
+        out.doubles(x.as_slice());
+        out.end_item();
+    }
+    out.end_section("Nodes");
+
+    let points: usize = mesh.node_sets.values().map(Vec::len).sum();
+    out.text(&format!("$Elements\n{}\n", points + mesh.hexes.len()));
+    let mut number = 0;
+    let mut element = |kind: i32, group: i32, nodes: &[u32]| {
+        number += 1;
+        // In binary each element is a block of its own: kind, one element, two tags.
+        match out.encoding {
+            Encoding::Ascii => out.ints(&[number, kind, 2]),
+            _ => out.ints(&[kind, 1, 2, number]),
+        }
+        out.ints(&[group, group]);
+        for &a in nodes {
+            out.int(tag(a));
+        }
+        out.end_item();
+    };
+    for (group, set) in grouped_sets(mesh) {
+        for &a in set {
+            element(15, group, &[a]);
+        }
+    }
+    for (hex, &part) in mesh.hexes.iter().zip(&mesh.part_of) {
+        element(5, tag(part), hex);
+    }
+    out.end_section("Elements");
+}
+
+/// Entities, nodes and elements of version 4.1. Each part is a volume, each node set a point, of the same tag as its
+/// physical group; all nodes lie on the first volume.
+fn write_version_4(out: &mut Output, mesh: &Mesh) {
+    out.text("$Entities\n");
+    out.sizes(&[mesh.node_sets.len() as u64, 0, 0, mesh.parts.len() as u64]);
+    out.end_item();
+    for (group, _) in grouped_sets(mesh) {
+        out.int(group);
+        out.doubles(&[0.0; 3]);
+        out.size(1);
+        out.int(group);
+        out.end_item();
+    }
+    let bounds = mesh.bounding_box().unwrap_or_default();
+    for part in (0..mesh.parts.len() as u32).map(tag) {
+        out.int(part);
+        out.doubles(bounds[0].as_slice());
+        out.doubles(bounds[1].as_slice());
+        out.size(1);
+        out.int(part);
+        out.size(0);
+        out.end_item();
+    }
+    out.end_section("Entities");
+
+    let nodes = mesh.nodes.len() as u64;
+    out.text("$Nodes\n");
+    out.header(1, nodes);
+    out.block(3, 1, 0, nodes);
+    for tag in 1..=nodes {
+        out.size(tag);
+        out.end_item();
+    }
+    for x in &mesh.nodes {
+        out.doubles(x.as_slice());
+        out.end_item();
+    }
+    out.end_section("Nodes");
+    write_elements_4(out, mesh);
+}
+
+/// Elements of version 4.1: a block for each node set, and one for each run of hexahedra of the same part, which keeps
+/// their order.
+fn write_elements_4(out: &mut Output, mesh: &Mesh) {
+    let points: usize = mesh.node_sets.values().map(Vec::len).sum();
+    let runs: Vec<&[u32]> = mesh.part_of.chunk_by(|a, b| a == b).collect();
+    out.text("$Elements\n");
+    out.header(mesh.node_sets.len() + runs.len(), (points + mesh.hexes.len()) as u64);
+    let mut number = 0;
+    let mut element = |out: &mut Output, nodes: &[u32]| {
+        number += 1;
+        out.size(number);
+        for &a in nodes {
+            out.size(u64::from(a) + 1);
+        }
+        out.end_item();
+    };
+    for (group, set) in grouped_sets(mesh) {
+        out.block(0, group, 15, set.len() as u64);
+        for &a in set {
+            element(out, &[a]);
+        }
+    }
+    let mut hexes = mesh.hexes.iter();
+    for run in runs {
+        out.block(3, tag(run[0]), 5, run.len() as u64);
+        for hex in hexes.by_ref().take(run.len()) {
+            element(out, hex);
+        }
+    }
+    out.end_section("Elements");
+}
+
+/// A file in the making.
+struct Output {
+    bytes: Vec<u8>,
+    encoding: Encoding,
+}
+
+impl Output {
+    fn text(&mut self, text: &str) {
+        self.bytes.extend_from_slice(text.as_bytes());
+    }
+
+    /// A C `int`.
+    fn int(&mut self, value: i32) {
+        match self.encoding {
+            Encoding::Ascii => self.text(&format!("{value} ")),
+            Encoding::LittleEndian => self.bytes.extend(value.to_le_bytes()),
+            Encoding::BigEndian => self.bytes.extend(value.to_be_bytes()),
+        }
+    }
+
+    /// A C `size_t` of eight bytes.
+    fn size(&mut self, value: u64) {
+        match self.encoding {
+            Encoding::Ascii => self.text(&format!("{value} ")),
+            Encoding::LittleEndian => self.bytes.extend(value.to_le_bytes()),
+            Encoding::BigEndian => self.bytes.extend(value.to_be_bytes()),
+        }
+    }
+
+    /// A C `double`; the text is the shortest that reads back to the same bits.
+    fn double(&mut self, value: f64) {
+        match self.encoding {
+            Encoding::Ascii => self.text(&format!("{value:e} ")),
+            Encoding::LittleEndian => self.bytes.extend(value.to_le_bytes()),
+            Encoding::BigEndian => self.bytes.extend(value.to_be_bytes()),
+        }
+    }
+
+    fn ints(&mut self, values: &[i32]) {
+        for &value in values {
+            self.int(value);
+        }
+    }
+
+    fn sizes(&mut self, values: &[u64]) {
+        for &value in values {
+            self.size(value);
+        }
+    }
+
+    fn doubles(&mut self, values: &[f64]) {
+        for &value in values {
+            self.double(value);
+        }
+    }
+
+    /// Number of blocks and of items, smallest and largest tag (version 4.1).
+    fn header(&mut self, blocks: usize, items: u64) {
+        self.sizes(&[blocks as u64, items, 1, items]);
+        self.end_item();
+    }
+
+    /// Dimension and tag of the entity of a block, what its items are, and how many (version 4.1).
+    fn block(&mut self, dimension: i32, entity: i32, what: i32, items: u64) {
+        self.ints(&[dimension, entity, what]);
+        self.size(items);
+        self.end_item();
+    }
+
+    /// A line break after an item of text; binary has none.
+    fn end_item(&mut self) {
+        if self.encoding == Encoding::Ascii {
+            self.end_line();
+        }
+    }
+
+    fn end_line(&mut self) {
+        self.text("\n");
+    }
+
+    fn end_section(&mut self, name: &str) {
+        if self.encoding != Encoding::Ascii {
+            self.end_line();
+        }
+        self.text(&format!("$End{name}\n"));
+    }
+}

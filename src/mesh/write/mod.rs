@@ -1,0 +1,3 @@
+//! Mesh files written.
+
+pub mod gmsh;

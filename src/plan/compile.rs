@@ -1,0 +1,316 @@
+//! Scene → Plan.
+
+use super::contact::compile_contact;
+use super::report::{PlanReport, report};
+use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
+use crate::mechanics::contact::Surface;
+use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock};
+use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::mesh::surface;
+use crate::scene::document::{Axis, BodyDocument, Formulation, InitialDeformation, IntegratorDocument, Role};
+use crate::scene::{Scene, SceneBody};
+use std::collections::BTreeSet;
+
+/// Field frames of a run that asks for none in particular.
+const DEFAULT_FIELD_FRAMES: u32 = 50;
+
+/// Why a validated scene could not be compiled.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum CompileError {
+    /// An element has no positive volume at a quadrature point.
+    #[error("element {element} of body `{body}` has a Jacobian of {ratio:.3} of its mean: it is inverted")]
+    InvertedElement {
+        /// Body.
+        body: String,
+        /// Element in the body.
+        element: usize,
+        /// Smallest determinant over the mean.
+        ratio: f64,
+    },
+    /// A node belongs to no element, or to elements without mass.
+    #[error("node {node} of body `{body}` has no mass")]
+    MasslessNode {
+        /// Body.
+        body: String,
+        /// Node in the body.
+        node: usize,
+    },
+}
+
+/// What is collected body after body.
+#[derive(Default)]
+struct Parts {
+    X: Vec<Vec3>,
+    mass: Vec<f64>,
+    inverse_mass: Vec<Vec3>,
+    u: Vec<Vec3>,
+    v: Vec<Vec3>,
+    blocks: Vec<ElementBlock>,
+    bodies: Vec<PlanBody>,
+}
+
+/// Compiles a scene.
+///
+/// # Errors
+/// Inverted elements and massless nodes, which validation reports earlier and in full.
+pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
+    let document = &scene.document;
+    let mut parts = Parts::default();
+    for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
+        add_body(&mut parts, &document.integrator, body, mesh)?;
+    }
+    let assembly = Assembly::new(parts.X.len(), &corner_list(&parts.blocks));
+    let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
+    let contact = compile_contact(document, &parts.bodies, &parts.X);
+    let (explicit, _) = integrator(&document.integrator);
+    let mut plan = Plan {
+        name: document.name.clone(),
+        measures: measures(scene, &parts.bodies),
+        bodies: parts.bodies,
+        X: parts.X,
+        mass: parts.mass,
+        inverse_mass: parts.inverse_mass,
+        blocks: parts.blocks,
+        assembly,
+        contact,
+        gravity: document.gravity_m_per_s2.map(Vec3::from).filter(|g| *g != Vec3::zeros()),
+        settle: document.settle.as_ref().map(|s| Settle { duration: s.duration_s, damping: s.damping_per_s }),
+        initial_u: if still(&parts.u) { Vec::new() } else { parts.u },
+        initial_v: if still(&parts.v) { Vec::new() } else { parts.v },
+        explicit,
+        end_time: document.end_time_s,
+        field_times: field_times(scene),
+        fields: fields(scene),
+        every_steps: document.record.every_steps.max(1),
+        report: PlanReport::default(),
+    };
+    plan.report = report(&plan, document);
+    Ok(plan)
+}
+
+/// Options of the integrator, and its two bulk viscosities.
+fn integrator(document: &IntegratorDocument) -> (Explicit, [f64; 2]) {
+    match document {
+        IntegratorDocument::Explicit {
+            safety_factor,
+            max_step_s,
+            linear_bulk_viscosity,
+            quadratic_bulk_viscosity,
+            energy_gate,
+        } => (
+            Explicit {
+                safety: *safety_factor,
+                max_step: max_step_s.unwrap_or(f64::INFINITY),
+                energy_gate: *energy_gate,
+            },
+            [*linear_bulk_viscosity, *quadratic_bulk_viscosity],
+        ),
+    }
+}
+
+fn add_body(
+    parts: &mut Parts,
+    integrator_document: &IntegratorDocument,
+    document: &BodyDocument,
+    body: &SceneBody,
+) -> Result<(), CompileError> {
+    let mesh = &body.mesh;
+    let (first_node, first_element) = (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
+    let geometry = reference_geometry(document, body)?;
+
+    let mut mass = vec![0.0; mesh.nodes.len()];
+    for (e, hex) in mesh.hexes.iter().enumerate() {
+        let density = document.parts[body.part_entry[e] as usize].density_kg_per_m3;
+        for (node, volume) in hex.iter().zip(geometry[e].corner_volume) {
+            mass[*node as usize] += density * volume;
+        }
+    }
+    if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
+        return Err(CompileError::MasslessNode { body: document.name.clone(), node });
+    }
+    parts.inverse_mass.extend(inverse_masses(document, body, &mass));
+    parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
+    let velocities = spin_velocities(document, body, &mass);
+    parts.v.extend(velocities);
+
+    let (_, viscosity) = integrator(integrator_document);
+    let globals = Globals { first_node, first_element, body: parts.bodies.len() };
+    add_blocks(&mut parts.blocks, &globals, viscosity, document, body, geometry);
+
+    let global = |face: &[u32; 4]| face.map(|node| node + first_node);
+    let faces: Vec<[u32; 4]> = surface::skin(&mesh.hexes).iter().map(global).collect();
+    let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
+    parts.bodies.push(PlanBody {
+        name: document.name.clone(),
+        role: document.role,
+        nodes: first_node..first_node + mesh.nodes.len() as u32,
+        elements: first_element..first_element + mesh.hexes.len() as u32,
+        flight_velocity: Vec3::from(document.velocity_m_per_s),
+        hexes: mesh.hexes.iter().map(|hex| hex.map(|node| node + first_node)).collect(),
+        part_of: mesh.part_of.clone(),
+        parts: mesh.parts.clone(),
+        skin: Surface { nodes, faces },
+        mass: mass.iter().sum(),
+    });
+    parts.X.extend_from_slice(&mesh.nodes);
+    parts.mass.extend(mass);
+    Ok(())
+}
+
+fn reference_geometry(document: &BodyDocument, body: &SceneBody) -> Result<Vec<ReferenceGeometry>, CompileError> {
+    let of_element = |element: usize| {
+        let geometry = ReferenceGeometry::new(&body.mesh.corners(element));
+        if geometry.smallest_jacobian > 0.0 {
+            return Ok(geometry);
+        }
+        let ratio = geometry.smallest_jacobian;
+        Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
+    };
+    (0..body.mesh.hexes.len()).map(of_element).collect()
+}
+
+/// 1/m along each axis, 0 where a fixed set holds it.
+fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
+    let mut inverse: Vec<Vec3> = mass.iter().map(|m| Vec3::repeat(1.0 / m)).collect();
+    for fixed in &document.fixed {
+        let axes = fixed.axes.iter().map(|axis| match axis {
+            Axis::X => 0,
+            Axis::Y => 1,
+            Axis::Z => 2,
+        });
+        for axis in axes {
+            if fixed.set == "*" {
+                inverse.iter_mut().for_each(|m| m[axis] = 0.0);
+            }
+            for node in body.mesh.node_sets.get(&fixed.set).into_iter().flatten() {
+                inverse[*node as usize][axis] = 0.0;
+            }
+        }
+    }
+    inverse
+}
+
+fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
+    match &document.initial_deformation {
+        None => Vec3::zeros(),
+        Some(InitialDeformation::SphericalInflation { center_m, inner_radius_m, inner_stretch }) => {
+            let R = X - Vec3::from(*center_m);
+            let radius = R.norm();
+            let swept = inner_radius_m.powi(3) * (inner_stretch.powi(3) - 1.0);
+            R * ((radius.powi(3) + swept).cbrt() / radius - 1.0)
+        }
+        Some(InitialDeformation::Affine { center_m, deformation_gradient }) => {
+            let F = Mat3::from_fn(|i, j| deformation_gradient[i][j]);
+            (F - Mat3::identity()) * (X - Vec3::from(*center_m))
+        }
+    }
+}
+
+/// ω × (x − c) about the centre of mass, without the axes that are held; what is left of the flight stays in V_b.
+fn spin_velocities(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
+    let spin = Vec3::from(document.spin_rad_per_s);
+    let position = |(X, m): (&Vec3, &f64)| (X + initial_displacement(document, X)) * *m;
+    let center = body.mesh.nodes.iter().zip(mass).map(position).sum::<Vec3>() / mass.iter().sum::<f64>();
+    body.mesh.nodes.iter().map(|X| spin.cross(&(X + initial_displacement(document, X) - center))).collect()
+}
+
+struct Globals {
+    first_node: u32,
+    first_element: u32,
+    body: usize,
+}
+
+/// One block for every entry of `parts` that has elements.
+fn add_blocks(
+    blocks: &mut Vec<ElementBlock>,
+    globals: &Globals,
+    viscosity: [f64; 2],
+    document: &BodyDocument,
+    body: &SceneBody,
+    geometry: Vec<ReferenceGeometry>,
+) {
+    let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
+    for (e, geometry) in geometry.into_iter().enumerate() {
+        inputs[body.part_entry[e] as usize].push(BlockInput {
+            element: globals.first_element + e as u32,
+            nodes: body.mesh.hexes[e].map(|node| node + globals.first_node),
+            axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
+            geometry,
+        });
+    }
+    for ((part, material), inputs) in document.parts.iter().zip(&body.materials).zip(inputs) {
+        if inputs.is_empty() {
+            continue;
+        }
+        let split = material.volumetric().is_some();
+        let parameters = BlockParameters {
+            material: *material,
+            mean_dilatation: part.formulation.map_or(split, |f| f == Formulation::MeanDilatation),
+            density: part.density_kg_per_m3,
+            linear_viscosity: viscosity[0],
+            quadratic_viscosity: viscosity[1],
+        };
+        let first_slot = blocks.last().map_or(0, |b| b.first_slot + b.slot_count());
+        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
+    }
+}
+
+/// `(8 slot + corner, node)` of every element, in the order of the slots.
+fn corner_list(blocks: &[ElementBlock]) -> Vec<(u32, u32)> {
+    let mut corners = Vec::new();
+    for block in blocks {
+        for slot in 0..block.elements.len() {
+            let first = 8 * (block.first_slot + slot) as u32;
+            corners.extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
+        }
+    }
+    corners
+}
+
+fn field_times(scene: &Scene) -> Vec<f64> {
+    let (record, end) = (&scene.document.record, scene.document.end_time_s);
+    let mut times = match (&record.field_times_s, record.field_interval_s) {
+        (Some(times), _) => times.clone(),
+        (None, Some(interval)) => {
+            let count = (end / interval * (1.0 - 1e-12)).floor() as u32;
+            (1..=count).map(|i| f64::from(i) * interval).collect()
+        }
+        (None, None) => {
+            (1..DEFAULT_FIELD_FRAMES).map(|i| end * f64::from(i) / f64::from(DEFAULT_FIELD_FRAMES)).collect()
+        }
+    };
+    times.retain(|t| *t > 0.0 && *t < end);
+    times.insert(0, 0.0);
+    times.push(end);
+    times.dedup();
+    times
+}
+
+fn fields(scene: &Scene) -> Vec<crate::scene::document::FieldName> {
+    let unique: BTreeSet<_> = scene.document.record.fields.iter().copied().collect();
+    unique.into_iter().collect()
+}
+
+/// The tissue's skin: the asked node set, or the outer surface without faces that are wholly held.
+fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
+    let document = &scene.document.measures;
+    let mut thresholds = document.stress_thresholds_pa.clone();
+    thresholds.sort_by(f64::total_cmp);
+    let mut skin = Vec::new();
+    for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue) {
+        let mesh = &scene.bodies[b].mesh;
+        let set_nodes = |name: &str| -> BTreeSet<u32> {
+            mesh.node_sets.get(name).into_iter().flatten().map(|node| node + body.nodes.start).collect()
+        };
+        let held: BTreeSet<u32> =
+            scene.document.bodies[b].fixed.iter().flat_map(|fixed| set_nodes(&fixed.set)).collect();
+        let asked = document.skin_set.as_deref().map(set_nodes);
+        let is_skin = |face: &&[u32; 4]| match &asked {
+            Some(set) => face.iter().all(|node| set.contains(node)),
+            None => !face.iter().all(|node| held.contains(node)),
+        };
+        skin.extend(body.skin.faces.iter().filter(is_skin));
+    }
+    MeasurePlan { stress_thresholds: thresholds, force_window: document.force_window_s, tissue_skin: skin }
+}

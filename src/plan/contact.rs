@@ -1,0 +1,105 @@
+//! Which pairs may touch, and who is slave to whom.
+
+use super::{ContactPlan, PlanBody};
+use crate::mechanics::contact::slave_choice::{Slave, choose_slave};
+use crate::mechanics::contact::{ContactPair, Master, Surface};
+use crate::mechanics::tensor::Vec3;
+use crate::scene::document::{ContactPairs, PlaneDocument, SceneDocument};
+
+/// One side of a pair as the document names it.
+#[derive(Clone, Copy)]
+enum Side<'a> {
+    Body(usize),
+    Plane(&'a PlaneDocument),
+}
+
+/// Compiles the pairs; `None` when nothing may touch.
+pub(super) fn compile_contact(document: &SceneDocument, bodies: &[PlanBody], X: &[Vec3]) -> Option<ContactPlan> {
+    let asked = pairs_asked(document);
+    if asked.is_empty() {
+        return None;
+    }
+    let mut plan = ContactPlan {
+        surfaces: Vec::new(),
+        surface_body: Vec::new(),
+        pairs: Vec::new(),
+        pair_bodies: Vec::new(),
+        tolerance: document.contact.tolerance,
+    };
+    for (a, b, mu) in asked {
+        add_pair(&mut plan, document, bodies, X, (a, b, mu));
+    }
+    Some(plan)
+}
+
+/// Every pair of sides with its friction, bodies before planes.
+fn pairs_asked(document: &SceneDocument) -> Vec<(Side<'_>, Side<'_>, f64)> {
+    let default = document.contact.friction;
+    let side = |name: &str| {
+        let body = document.bodies.iter().position(|b| b.name == name).map(Side::Body);
+        body.or_else(|| document.planes.iter().find(|p| p.name == name).map(Side::Plane))
+    };
+    match &document.contact.pairs {
+        ContactPairs::All(_) => {
+            let count = document.bodies.len();
+            let between = (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
+            let onto = |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
+            between.chain((0..count).flat_map(onto)).collect()
+        }
+        ContactPairs::List(list) => list
+            .iter()
+            .filter_map(|pair| Some((side(&pair.between[0])?, side(&pair.between[1])?, pair.friction.unwrap_or(default))))
+            .collect(),
+    }
+}
+
+fn add_pair(
+    plan: &mut ContactPlan,
+    document: &SceneDocument,
+    bodies: &[PlanBody],
+    X: &[Vec3],
+    (a, b, mu): (Side, Side, f64),
+) {
+    let (slave, master, master_body, names) = match (a, b) {
+        (Side::Body(a), Side::Plane(plane)) | (Side::Plane(plane), Side::Body(a)) => {
+            let normal = Vec3::from(plane.normal).normalize();
+            let master = Master::Plane { point: Vec3::from(plane.point_m), normal };
+            (a, master, None, [bodies[a].name.as_str(), plane.name.as_str()])
+        }
+        (Side::Body(a), Side::Body(b)) => {
+            let (slave, master) = slave_and_master(document, bodies, X, a, b);
+            let surface = surface_of(plan, bodies, master);
+            let names = [bodies[slave].name.as_str(), bodies[master].name.as_str()];
+            (slave, Master::Surface(surface), Some(master), names)
+        }
+        (Side::Plane(_), Side::Plane(_)) => return,
+    };
+    let surface = surface_of(plan, bodies, slave);
+    plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, mu });
+    plan.pair_bodies.push((slave, master_body));
+}
+
+/// The finer surface in the patch that the bodies sweep towards each other is the slave.
+fn slave_and_master(document: &SceneDocument, bodies: &[PlanBody], X: &[Vec3], a: usize, b: usize) -> (usize, usize) {
+    if a == b {
+        return (a, b);
+    }
+    let flown = (bodies[a].flight_velocity - bodies[b].flight_velocity) * document.end_time_s;
+    let (low, high) = (a.min(b), a.max(b));
+    let flown = if low == a { flown } else { -flown };
+    match choose_slave(&bodies[low].skin, &bodies[high].skin, X, &flown) {
+        Slave::First => (low, high),
+        Slave::Second => (high, low),
+    }
+}
+
+/// Index of the body's surface in the contact plan, added when it is not there yet.
+fn surface_of(plan: &mut ContactPlan, bodies: &[PlanBody], body: usize) -> usize {
+    if let Some(index) = plan.surface_body.iter().position(|b| *b == body) {
+        return index;
+    }
+    let Surface { nodes, faces } = &bodies[body].skin;
+    plan.surfaces.push(Surface { nodes: nodes.clone(), faces: faces.clone() });
+    plan.surface_body.push(body);
+    plan.surfaces.len() - 1
+}

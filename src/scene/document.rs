@@ -1,0 +1,405 @@
+//! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use super::material_document::{
+    Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
+};
+pub use super::mesh_document::{Generator, MeshDocument, MeshFileDocument, PlacementDocument};
+
+/// One scene: bodies, what may touch, how long, what to record.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneDocument {
+    /// Name of the scene, for reports.
+    pub name: String,
+    /// What it shows, for people.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Simulated time to the end [s].
+    pub end_time_s: f64,
+    /// The bodies, one or more.
+    pub bodies: Vec<BodyDocument>,
+    /// Fixed rigid planes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planes: Vec<PlaneDocument>,
+    /// What may touch what.
+    #[serde(default)]
+    pub contact: ContactDocument,
+    /// Acceleration of gravity [m/s²].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity_m_per_s2: Option<[f64; 3]>,
+    /// Settle under gravity with damping and full stick before the clock starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub settle: Option<SettleDocument>,
+    /// How to step.
+    #[serde(default)]
+    pub integrator: IntegratorDocument,
+    /// What to record and how often.
+    #[serde(default)]
+    pub record: RecordDocument,
+    /// What the measures need to know.
+    #[serde(default)]
+    pub measures: MeasuresDocument,
+}
+
+/// What a body is in the story; the measures speak of the tissue and the projectile.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// It hits.
+    Projectile,
+    /// It is hit: absorbed energy and depth are measured in it.
+    Tissue,
+    /// Neither.
+    #[default]
+    Other,
+}
+
+/// One deformable body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyDocument {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Role in the story.
+    #[serde(default)]
+    pub role: Role,
+    /// Where the mesh comes from.
+    pub mesh: MeshDocument,
+    /// Where it stands, applied to the mesh: scale, then rotation, then translation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<PlacementDocument>,
+    /// One entry for every part of the mesh.
+    pub parts: Vec<PartDocument>,
+    /// Initial velocity of flight [m/s].
+    #[serde(default)]
+    pub velocity_m_per_s: [f64; 3],
+    /// Initial spin about the centre of mass [rad/s].
+    #[serde(default)]
+    pub spin_rad_per_s: [f64; 3],
+    /// A deformation that the body starts from, at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub initial_deformation: Option<InitialDeformation>,
+    /// Node sets held fixed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fixed: Vec<FixedDocument>,
+}
+
+/// Material and element of one part of the mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PartDocument {
+    /// Name of the part in the mesh; `*` stands for every part without an entry of its own.
+    pub part: String,
+    /// Density at rest [kg/m³].
+    pub density_kg_per_m3: f64,
+    /// The constitutive law.
+    pub material: MaterialDocument,
+    /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub formulation: Option<Formulation>,
+    /// Material axes of the part; by default those of the mesh, else x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fibre_frame: Option<FibreFrameDocument>,
+}
+
+/// Element formulation of an eight-node hexahedron.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// 2×2×2 points for the isochoric part, one mean dilatation and one pressure per element.
+    MeanDilatation,
+    /// 2×2×2 points for everything.
+    Full,
+}
+
+/// Material axes of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum FibreFrameDocument {
+    /// The axes that the mesh carries (limb segments do; an error where it has none).
+    Mesh,
+    /// One frame for the whole part: e1 along `axis`, e2 the part of `plane` normal to it.
+    Constant {
+        /// Direction of e1.
+        axis: [f64; 3],
+        /// A direction in the plane of e1 and e2.
+        plane: [f64; 3],
+    },
+    /// Around an axis: e1 along it, e2 circumferential, e3 radial.
+    Cylindrical {
+        /// A point on the axis [m].
+        origin_m: [f64; 3],
+        /// Direction of the axis.
+        axis: [f64; 3],
+    },
+}
+
+/// Nodes held fixed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixedDocument {
+    /// Name of a node set of the mesh; `*` for all nodes.
+    pub set: String,
+    /// Which axes.
+    #[serde(default = "all_axes")]
+    pub axes: Vec<Axis>,
+}
+
+fn all_axes() -> Vec<Axis> {
+    vec![Axis::X, Axis::Y, Axis::Z]
+}
+
+/// An axis of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// x
+    X,
+    /// y
+    Y,
+    /// z
+    Z,
+}
+
+/// A deformation that a body starts from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum InitialDeformation {
+    /// Volume-preserving radial motion of a hollow ball: r³ = R³ + A³ (λ³ − 1).
+    SphericalInflation {
+        /// Centre [m].
+        center_m: [f64; 3],
+        /// Inner radius A at rest [m].
+        inner_radius_m: f64,
+        /// Stretch λ at the inner radius.
+        inner_stretch: f64,
+    },
+    /// x = c + F (X − c).
+    Affine {
+        /// Fixed point c [m].
+        center_m: [f64; 3],
+        /// Deformation gradient F, rows spatial.
+        deformation_gradient: [[f64; 3]; 3],
+    },
+}
+
+/// A fixed rigid half space: material must stay where `normal · (x − point) ≥ 0`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneDocument {
+    /// Name, unique among bodies and planes.
+    pub name: String,
+    /// A point on the plane [m].
+    pub point_m: [f64; 3],
+    /// Normal, out of the solid half space; of any length.
+    pub normal: [f64; 3],
+}
+
+/// What may touch what.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactDocument {
+    /// `"all"` (every body with every other body and plane, no self-contact), or a list of pairs.
+    #[serde(default)]
+    pub pairs: ContactPairs,
+    /// Coulomb friction μ of pairs that do not give their own [-].
+    #[serde(default)]
+    pub friction: f64,
+    /// Largest scaled residual of the contact solver [-].
+    #[serde(default = "default_contact_tolerance")]
+    pub tolerance: f64,
+}
+
+fn default_contact_tolerance() -> f64 {
+    1e-10
+}
+
+impl Default for ContactDocument {
+    fn default() -> Self {
+        Self { pairs: ContactPairs::default(), friction: 0.0, tolerance: default_contact_tolerance() }
+    }
+}
+
+/// All pairs or a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ContactPairs {
+    /// `"all"`
+    All(AllPairs),
+    /// Only these.
+    List(Vec<PairDocument>),
+}
+
+impl Default for ContactPairs {
+    fn default() -> Self {
+        Self::All(AllPairs::All)
+    }
+}
+
+/// The word `"all"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum AllPairs {
+    /// Every body with every other body and plane.
+    All,
+}
+
+/// One pair that may touch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PairDocument {
+    /// Two names of bodies or planes; the same body twice asks for self-contact.
+    pub between: [String; 2],
+    /// Coulomb friction μ [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+}
+
+/// Settle before the clock starts: gravity on, velocities of flight off, damping on, full stick.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SettleDocument {
+    /// How long [s].
+    pub duration_s: f64,
+    /// Mass-proportional damping α, force −α M v [1/s].
+    pub damping_per_s: f64,
+}
+
+/// How to step in time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum IntegratorDocument {
+    /// Central differences with velocities at half steps, contact on the end-of-step gap.
+    Explicit {
+        /// Share of the stable step that is used, 0 … 1.
+        #[serde(default = "default_safety")]
+        safety_factor: f64,
+        /// Largest step [s]; none by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        max_step_s: Option<f64>,
+        /// Linear bulk viscosity b1 [-].
+        #[serde(default = "default_linear_viscosity")]
+        linear_bulk_viscosity: f64,
+        /// Quadratic bulk viscosity b2 [-].
+        #[serde(default = "default_quadratic_viscosity")]
+        quadratic_bulk_viscosity: f64,
+        /// Largest error of the energy balance before the run fails [-].
+        #[serde(default = "default_energy_gate")]
+        energy_gate: f64,
+    },
+}
+
+fn default_safety() -> f64 {
+    0.9
+}
+fn default_linear_viscosity() -> f64 {
+    0.06
+}
+fn default_quadratic_viscosity() -> f64 {
+    1.2
+}
+fn default_energy_gate() -> f64 {
+    0.01
+}
+
+impl Default for IntegratorDocument {
+    fn default() -> Self {
+        Self::Explicit {
+            safety_factor: default_safety(),
+            max_step_s: None,
+            linear_bulk_viscosity: default_linear_viscosity(),
+            quadratic_bulk_viscosity: default_quadratic_viscosity(),
+            energy_gate: default_energy_gate(),
+        }
+    }
+}
+
+/// What to record and how often.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RecordDocument {
+    /// Fields to record at the field times; empty for none.
+    #[serde(default = "default_fields")]
+    pub fields: Vec<FieldName>,
+    /// Times of the fields [s]; the run hits them exactly. The start and the end are always recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field_times_s: Option<Vec<f64>>,
+    /// Or every so often [s]; by default a fiftieth of the run. Not together with `field_times_s`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub field_interval_s: Option<f64>,
+    /// Contact forces and energy every so many steps.
+    #[serde(default = "default_step_cadence")]
+    pub every_steps: u32,
+}
+
+fn default_fields() -> Vec<FieldName> {
+    vec![FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]
+}
+fn default_step_cadence() -> u32 {
+    1
+}
+
+impl Default for RecordDocument {
+    fn default() -> Self {
+        Self {
+            fields: default_fields(),
+            field_times_s: None,
+            field_interval_s: None,
+            every_steps: default_step_cadence(),
+        }
+    }
+}
+
+/// A field of the recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FieldName {
+    /// Von Mises stress at the nodes [Pa].
+    VonMises,
+    /// Pressure at the nodes, positive in compression [Pa].
+    Pressure,
+    /// Largest principal Green–Lagrange strain at the nodes [-].
+    PrincipalStrain,
+    /// Displacement at the nodes [m].
+    Displacement,
+    /// Velocity at the nodes [m/s].
+    Velocity,
+    /// Mean Cauchy stress of each element, 6 components [Pa].
+    ElementCauchyStress,
+}
+
+/// What the measures need to know.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuresDocument {
+    /// Thresholds of von Mises stress for "depth of significant stress" [Pa].
+    #[serde(default = "default_thresholds")]
+    pub stress_thresholds_pa: Vec<f64>,
+    /// Window τ of the peak force: the maximum of ΔI/τ [s].
+    #[serde(default = "default_force_window")]
+    pub force_window_s: f64,
+    /// Node set of the tissue that is its skin, from which depth is measured; by default the whole outer surface that is
+    /// not fixed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin_set: Option<String>,
+}
+
+fn default_thresholds() -> Vec<f64> {
+    vec![10e3, 30e3, 100e3]
+}
+fn default_force_window() -> f64 {
+    5e-6
+}
+
+impl Default for MeasuresDocument {
+    fn default() -> Self {
+        Self {
+            stress_thresholds_pa: default_thresholds(),
+            force_window_s: default_force_window(),
+            skin_set: None,
+        }
+    }
+}

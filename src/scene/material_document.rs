@@ -1,0 +1,109 @@
+//! Materials in a scene document.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A constitutive law with its parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "law", rename_all = "snake_case", deny_unknown_fields)]
+pub enum MaterialDocument {
+    /// ψ = C10 (Ī1 − 3) + C01 (Ī2 − 3) + U(J)
+    MooneyRivlin {
+        /// C10 [Pa].
+        c10_pa: f64,
+        /// C01 [Pa].
+        c01_pa: f64,
+        /// Bulk modulus K [Pa].
+        bulk_modulus_pa: f64,
+        /// Form of U(J).
+        #[serde(default)]
+        volumetric: VolumetricDocument,
+    },
+    /// ψ = C10 (Ī1 − 3) + U(J)
+    NeoHookean {
+        /// C10 [Pa], half the shear modulus.
+        c10_pa: f64,
+        /// Bulk modulus K [Pa].
+        bulk_modulus_pa: f64,
+        /// Form of U(J).
+        #[serde(default)]
+        volumetric: VolumetricDocument,
+    },
+    /// ψ = μ/2 (I1 − 3) − μ ln J + λ/2 (ln J)²
+    CoupledNeoHookean {
+        /// Shear modulus μ [Pa].
+        mu_pa: f64,
+        /// First Lamé parameter λ [Pa].
+        lambda_pa: f64,
+    },
+    /// ψ = c/2 (Ī1 − 3) + Σ k1/(2 k2) (exp[k2 ⟨E⟩²] − 1) + U(J), E = κ (I1 − 3) + (1 − 3κ)(I4 − 1)
+    HolzapfelGasserOgden {
+        /// Matrix shear modulus c [Pa].
+        c_pa: f64,
+        /// Fibre stiffness k1 [Pa].
+        k1_pa: f64,
+        /// Fibre exponent k2 [-].
+        k2: f64,
+        /// Dispersion κ, 0 (aligned) to 1/3 (isotropic) [-].
+        #[serde(default)]
+        kappa: f64,
+        /// Fibre families in the material axes.
+        fibres: Families,
+        /// Invariants in the fibre term.
+        #[serde(default)]
+        i4: I4Invariants,
+        /// The matrix term.
+        #[serde(default)]
+        matrix: MatrixDocument,
+        /// Bulk modulus K [Pa].
+        bulk_modulus_pa: f64,
+        /// Form of U(J).
+        #[serde(default)]
+        volumetric: VolumetricDocument,
+    },
+}
+
+/// Fibre families, in the material axes e1, e2, e3.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Families {
+    /// Angles from e1 towards e2, one a family [degree]; two families at ±β are `[β, −β]`.
+    AnglesDeg(Vec<f64>),
+    /// Directions, of any length.
+    Directions(Vec<[f64; 3]>),
+}
+
+/// Invariants in the fibre term.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum I4Invariants {
+    /// I1 and I4 of C: no swelling under fibre tension.
+    #[default]
+    Full,
+    /// I1 and I4 of J^(−2/3) C, for comparison with codes that use them.
+    Isochoric,
+}
+
+/// The matrix term of the Holzapfel–Gasser–Ogden law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MatrixDocument {
+    /// c/2 (Ī1 − 3)
+    #[default]
+    Isochoric,
+    /// c/2 (I1 − 3) − c ln J
+    Coupled,
+}
+
+/// Form of U(J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VolumetricDocument {
+    /// K/2 (ln J)²
+    #[default]
+    LnSquared,
+    /// K/2 (J − 1)²
+    Quadratic,
+    /// K/4 (J² − 1 − 2 ln J)
+    QuadraticLn,
+}

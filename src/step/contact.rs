@@ -1,0 +1,93 @@
+//! Contact inside a step: detection, the bi-potential law on the end-of-step gap, projection.
+
+use super::explicit::drift;
+use super::failure::FailureCause;
+use super::ledger::stuck;
+use crate::mechanics::contact::detection::Detector;
+use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
+use crate::mechanics::contact::projection::project_positions;
+use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{ContactPlan, Plan};
+
+/// Sweeps of Gauss–Seidel before it is said not to converge.
+const MOST_SWEEPS: usize = 5000;
+
+/// Detector and buffers of the contact solve; derived from the plan and the positions, so no part of the state.
+pub(super) struct ContactStep<'p> {
+    plan: &'p ContactPlan,
+    detector: Detector,
+    mu: Vec<f64>,
+    stuck: Vec<f64>,
+    drift: Vec<Vec3>,
+    still: Vec<Vec3>,
+    x_end: Vec<Vec3>,
+    contacts: Vec<Contact>,
+    reactions: Vec<Reaction>,
+    workspace: Workspace,
+    moved: Vec<(u32, Vec3)>,
+}
+
+impl<'p> ContactStep<'p> {
+    pub fn new(plan: &Plan, contact: &'p ContactPlan) -> Self {
+        let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
+        Self {
+            plan: contact,
+            detector: Detector::new(&contact.surfaces, &contact.pairs, &plan.X),
+            mu: contact.pairs.iter().map(|p| p.mu).collect(),
+            stuck: stuck(&contact.pairs),
+            still: vec![Vec3::zeros(); drift.len()],
+            drift,
+            x_end: vec![Vec3::zeros(); plan.node_count()],
+            contacts: Vec::new(),
+            reactions: Vec::new(),
+            workspace: Workspace::default(),
+            moved: Vec::new(),
+        }
+    }
+
+    /// Finds the contacts that may close within the step and changes `v` from v* to v₊. `flying`: with the bodies' flight
+    /// velocities and Coulomb friction; else at rest and with full stick (settling).
+    pub fn solve(&mut self, plan: &Plan, x: &[Vec3], h: f64, flying: bool, v: &mut [Vec3]) -> Result<(), (FailureCause, String)> {
+        let (mu, drift) = if flying { (&self.mu, &self.drift) } else { (&self.stuck, &self.still) };
+        for body in &plan.bodies {
+            let flight = if flying { body.flight_velocity } else { Vec3::zeros() };
+            for node in body.nodes.start as usize..body.nodes.end as usize {
+                self.x_end[node] = x[node] + (v[node] + flight) * h;
+            }
+        }
+        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
+        let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
+        let report = gauss_seidel::solve(
+            &self.contacts,
+            mu,
+            &plan.inverse_mass,
+            h,
+            v,
+            &mut self.reactions,
+            &options,
+            &mut self.workspace,
+        );
+        if report.converged {
+            return Ok(());
+        }
+        let message = format!(
+            "The contact solver stopped at a residual of {:.2e} after {} sweeps (tolerance {:.0e}, {} contacts).",
+            report.residual,
+            report.sweeps,
+            self.plan.tolerance,
+            self.contacts.len()
+        );
+        Err((FailureCause::ContactNotConverged, message))
+    }
+
+    pub fn results(&self) -> (&[Contact], &[Reaction]) {
+        (&self.contacts, &self.reactions)
+    }
+
+    /// Moves what is left inside back out: (node, shift), a node possibly more than once.
+    pub fn project(&mut self, x: &mut [Vec3], inverse_mass: &[Vec3]) -> &[(u32, Vec3)] {
+        project_positions(&self.contacts, &self.detector, inverse_mass, x, &mut self.moved);
+        &self.moved
+    }
+}

@@ -1,0 +1,320 @@
+//! The explicit step: central differences with velocities at half steps, contact on the end-of-step gap.
+//!
+//! ```text
+//! f   = f_ext − f_int(u_n)
+//! v*  = v₋ + h̄ M⁻¹ f                      h̄ = ½ (h₋ + h₊)
+//! p   : bi-potential law on  max(g, 0)/h₊ + C v₊,   v₊ = v* + M⁻¹ Cᵀ p
+//! u_{n+1} = u_n + h₊ v₊
+//! ```
+//!
+//! The constraint is on the *end-of-step* gap with the end velocity, so nothing penetrates and nothing is activated late
+//! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
+
+use super::contact::ContactStep;
+use super::failure::{Failure, FailureCause};
+use super::ledger::{Energy, Half, StepWork};
+use super::state::State;
+use crate::mechanics::contact::Contact;
+use crate::mechanics::force::{BATCH, BatchTotals, BlockTotals, SweepInput, SweepOutput, Threads};
+use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{ContactPlan, Plan, Settle};
+
+/// Largest strain increment of a step along any edge or diagonal, `h max|D|`.
+const LARGEST_STRAIN_INCREMENT: f64 = 0.1;
+/// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
+const LARGEST_GROWTH: f64 = 1.1;
+/// A step this much smaller than the stable step at the start is a collapse.
+const COLLAPSE: f64 = 1e-6;
+
+/// Whether the clock has started.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Phase {
+    /// Gravity and damping, full stick, no flight.
+    Settling(Settle),
+    /// The run proper.
+    Running,
+}
+
+/// Steps a plan. Holds the buffers of a step, so that a step allocates nothing; they carry nothing from step to step.
+pub(super) struct Stepper<'p> {
+    plan: &'p Plan,
+    threads: Threads,
+    element_force: Vec<Vec3>,
+    dilatation: Vec<f64>,
+    viscous_pressure: Vec<f64>,
+    totals: Vec<BatchTotals>,
+    strain: Vec<f64>,
+    f_int: Vec<Vec3>,
+    x: Vec<Vec3>,
+    /// v₊, relative to the flight [m/s].
+    pub v_after: Vec<Vec3>,
+    contact: Option<ContactStep<'p>>,
+    /// h₊ [s].
+    pub step: f64,
+    /// Extremes of the run so far.
+    pub extremes: Extremes,
+}
+
+/// Extremes of a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extremes {
+    pub smallest_step: f64,
+    pub smallest_j: f64,
+    pub most_contacts: usize,
+    pub balance_error: f64,
+}
+
+impl<'p> Stepper<'p> {
+    pub fn new(plan: &'p Plan, threads: Threads) -> Self {
+        let (nodes, slots) = (plan.node_count(), plan.slot_count());
+        Self {
+            plan,
+            threads,
+            element_force: vec![Vec3::zeros(); 8 * slots],
+            dilatation: vec![0.0; slots],
+            viscous_pressure: vec![0.0; slots],
+            totals: vec![BatchTotals::default(); slots / BATCH],
+            strain: vec![0.0; plan.bodies.len()],
+            f_int: vec![Vec3::zeros(); nodes],
+            x: vec![Vec3::zeros(); nodes],
+            v_after: vec![Vec3::zeros(); nodes],
+            contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
+            step: 0.0,
+            extremes: Extremes {
+                smallest_step: f64::INFINITY,
+                smallest_j: f64::INFINITY,
+                most_contacts: 0,
+                balance_error: 0.0,
+            },
+        }
+    }
+
+    /// Everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the next time
+    /// that must be hit), contact. Changes of the state: viscous history and dissipation only.
+    pub fn solve(&mut self, state: &mut State, phase: Phase, longest: f64) -> Result<(), Failure> {
+        let stable = self.sweep(state)?;
+        self.threads.assemble(&self.plan.assembly, &self.element_force, &mut self.f_int);
+        self.place(state, phase);
+        let mut target = self.choose_step(state, stable)?;
+        loop {
+            // Equal steps to the time that must be hit; at that time itself, the last step again.
+            let count = (longest / target).ceil().max(1.0);
+            self.step = if longest > 0.0 { longest / count } else { target };
+            self.accelerate(state, phase);
+            self.solve_contact(state, phase)?;
+            let rate = self.threads.largest_stretch_rate(&self.plan.blocks, &self.x, &self.v_after);
+            if !rate.is_finite() {
+                return Err(self.failure(state, FailureCause::NotFinite, "A velocity became infinite or not a number.".into()));
+            }
+            if self.step * rate <= LARGEST_STRAIN_INCREMENT {
+                break;
+            }
+            target = self.step * (0.9 * LARGEST_STRAIN_INCREMENT / (self.step * rate)).max(0.1);
+            self.check_collapse(state, target)?;
+        }
+        self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
+        Ok(())
+    }
+
+    /// The ledger at t_n, after [`Stepper::solve`].
+    pub fn balance(&mut self, state: &mut State) -> Energy {
+        let mut ledger = std::mem::take(&mut state.ledger);
+        let work = self.work(state);
+        ledger.add_work(&work, Half::Before);
+        let energy = ledger.balance(&work);
+        ledger.add_work(&work, Half::After);
+        state.ledger = ledger;
+        self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
+        energy
+    }
+
+    /// Moves to t_{n+1}, and projects what linearisation left inside back out.
+    pub fn advance(&mut self, state: &mut State, phase: Phase) {
+        for (u, v) in state.u.iter_mut().zip(&self.v_after) {
+            *u += v * self.step;
+        }
+        state.v.copy_from_slice(&self.v_after);
+        state.last_step = self.step;
+        state.time += self.step;
+        state.step += 1;
+        if let Some(contact) = &mut self.contact {
+            for b in 0..self.plan.bodies.len() {
+                place_body(self.plan, b, state, phase, &mut self.x);
+            }
+            for (node, du) in contact.project(&mut self.x, &self.plan.inverse_mass) {
+                let body = self.plan.body_of_node(*node);
+                state.u[*node as usize] += du;
+                // The strain energy that the shift puts in, by the internal force at t_n.
+                state.ledger.projection[body] += self.f_int[*node as usize].dot(du);
+            }
+        }
+    }
+
+    /// Contacts and reactions of the last [`Stepper::solve`].
+    pub fn contacts(&self) -> (&[Contact], &[crate::mechanics::contact::Reaction]) {
+        self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
+    }
+
+    /// h̄ [s].
+    pub fn mean_step(&self, state: &State) -> f64 {
+        0.5 * (state.last_step + self.step)
+    }
+
+    fn work<'a>(&'a self, state: &'a State) -> StepWork<'a> {
+        let (contacts, reactions) = self.contacts();
+        StepWork {
+            plan: self.plan,
+            state,
+            v_after: &self.v_after,
+            mean_step: self.mean_step(state),
+            contacts,
+            reactions,
+            strain: &self.strain,
+        }
+    }
+
+    /// Internal forces; returns the stable step. Fails where an element is inverted or a fibre overstretched.
+    fn sweep(&mut self, state: &mut State) -> Result<f64, Failure> {
+        self.strain.fill(0.0);
+        let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
+        let mut stable = f64::INFINITY;
+        for block in &self.plan.blocks {
+            let slots = block.first_slot..block.first_slot + block.slot_count();
+            let batches = slots.start / BATCH..slots.end / BATCH;
+            let input = SweepInput {
+                u: &state.u,
+                inverse_step,
+                dilatation: &state.dilatation[slots.clone()],
+                viscous_pressure: &state.viscous_pressure[slots.clone()],
+            };
+            let output = SweepOutput {
+                force: &mut self.element_force[8 * slots.start..8 * slots.end],
+                dilatation: &mut self.dilatation[slots.clone()],
+                viscous_pressure: &mut self.viscous_pressure[slots],
+                totals: &mut self.totals[batches.clone()],
+            };
+            self.threads.sweep(block, &input, output);
+            let totals = BlockTotals::reduce(&self.totals[batches]);
+            check_block(self.plan, block, &totals, state)?;
+            self.strain[block.body] += totals.strain;
+            state.ledger.viscous[block.body] += totals.viscous;
+            stable = stable.min(totals.stable_step.0);
+            self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
+        }
+        std::mem::swap(&mut self.dilatation, &mut state.dilatation);
+        std::mem::swap(&mut self.viscous_pressure, &mut state.viscous_pressure);
+        Ok(stable)
+    }
+
+    /// Absolute positions x_n.
+    fn place(&mut self, state: &State, phase: Phase) {
+        for b in 0..self.plan.bodies.len() {
+            place_body(self.plan, b, state, phase, &mut self.x);
+        }
+    }
+
+    fn choose_step(&self, state: &State, stable: f64) -> Result<f64, Failure> {
+        let mut step = (self.plan.explicit.safety * stable).min(self.plan.explicit.max_step);
+        if state.last_step > 0.0 {
+            step = step.min(LARGEST_GROWTH * state.last_step);
+        }
+        self.check_collapse(state, step)?;
+        Ok(step)
+    }
+
+    fn check_collapse(&self, state: &State, step: f64) -> Result<(), Failure> {
+        let limit = COLLAPSE * self.plan.report.stable_step_s;
+        if step >= limit {
+            return Ok(());
+        }
+        let message = format!(
+            "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
+             crushed or stretched without bound."
+        );
+        Err(self.failure(state, FailureCause::StepCollapsed, message))
+    }
+
+    /// v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean velocity.
+    fn accelerate(&mut self, state: &State, phase: Phase) {
+        let mean_step = self.mean_step(state);
+        let gravity = self.plan.gravity.unwrap_or_else(Vec3::zeros);
+        let damping = match phase {
+            Phase::Settling(settle) => 0.5 * settle.damping * mean_step,
+            Phase::Running => 0.0,
+        };
+        for (node, v_after) in self.v_after.iter_mut().enumerate() {
+            let inverse_mass = &self.plan.inverse_mass[node];
+            let force = gravity * self.plan.mass[node] - self.f_int[node];
+            let v = state.v[node] + force.component_mul(inverse_mass) * mean_step;
+            *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
+        }
+    }
+
+    fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
+        let Some(contact) = &mut self.contact else { return Ok(()) };
+        let flying = matches!(phase, Phase::Running);
+        let solved = contact.solve(self.plan, &self.x, self.step, flying, &mut self.v_after);
+        self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
+        solved.map_err(|(cause, message)| self.failure(state, cause, message))
+    }
+
+    fn failure(&self, state: &State, cause: FailureCause, message: String) -> Failure {
+        Failure { cause, message, remedy: cause.remedy().into(), time_s: state.time, step: state.step, element: None }
+    }
+}
+
+/// Absolute positions of the nodes of a body.
+fn place_body(plan: &Plan, b: usize, state: &State, phase: Phase, x: &mut [Vec3]) {
+    let body = &plan.bodies[b];
+    let flight = match phase {
+        Phase::Settling(_) => Vec3::zeros(),
+        Phase::Running => body.flight_velocity * state.time,
+    };
+    for node in body.nodes.start as usize..body.nodes.end as usize {
+        x[node] = plan.X[node] + flight + state.u[node];
+    }
+}
+
+/// Looks at the extremes of a block for elements that are beyond the law.
+fn check_block(
+    plan: &Plan,
+    block: &crate::mechanics::force::ElementBlock,
+    totals: &BlockTotals,
+    state: &State,
+) -> Result<(), Failure> {
+    let diagnose = |cause: FailureCause, slot: usize, message: String| {
+        let element = block.elements.get(slot).copied();
+        Failure {
+            cause,
+            message,
+            remedy: cause.remedy().into(),
+            time_s: state.time,
+            step: state.step,
+            element: element.map(|e| super::failure::place_element(plan, state, e)),
+        }
+    };
+    let (j, slot) = totals.smallest_j;
+    if j <= -1.0 {
+        let message = format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
+        return Err(diagnose(FailureCause::ElementInverted, slot, message));
+    }
+    let (exponent, slot) = totals.fibre_exponent;
+    if exponent > FIBRE_EXPONENT_LIMIT {
+        let message = format!(
+            "A fibre is overstretched: the exponent k2 E² of its energy reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT})."
+        );
+        return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
+    }
+    let (stable, slot) = totals.stable_step;
+    if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
+        return Err(diagnose(FailureCause::NotFinite, slot, "A stress or strain became infinite or not a number.".into()));
+    }
+    Ok(())
+}
+
+/// The two bodies of a pair: the drift of a contact.
+pub(super) fn drift(plan: &Plan, contact: &ContactPlan, pair: usize) -> Vec3 {
+    let (slave, master) = contact.pair_bodies[pair];
+    plan.bodies[slave].flight_velocity - master.map_or(Vec3::zeros(), |b| plan.bodies[b].flight_velocity)
+}

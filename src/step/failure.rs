@@ -1,0 +1,104 @@
+//! Why a run went wrong, where, when, and what to do about it.
+
+use super::state::State;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use serde::Serialize;
+
+/// The cause, as a code that programs can match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FailureCause {
+    /// An element's Jacobian became zero or negative.
+    ElementInverted,
+    /// The stable step fell below what can finish.
+    StepCollapsed,
+    /// A fibre was stretched beyond what its exponential can represent.
+    FibreOverstretched,
+    /// The contact solver did not reach its tolerance.
+    ContactNotConverged,
+    /// The energy balance failed its gate.
+    EnergyGate,
+    /// A number became infinite or not a number.
+    NotFinite,
+    /// The wall-clock budget ran out.
+    Deadline,
+    /// The recording could not be written.
+    RecordingFailed,
+}
+
+/// An element of the scene, in the words of the user.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ElementPlace {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the part.
+    pub part: String,
+    /// Index of the element in the body, from 0.
+    pub element: u32,
+    /// Its centre at that time [m].
+    pub position_m: [f64; 3],
+}
+
+/// A diagnosis: never a panic, never a bare code.
+#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[error("{message} {remedy}")]
+pub struct Failure {
+    /// The cause.
+    pub cause: FailureCause,
+    /// What happened, with values and limits, in a sentence.
+    pub message: String,
+    /// What the user can do.
+    pub remedy: String,
+    /// Simulated time [s].
+    pub time_s: f64,
+    /// Step.
+    pub step: u64,
+    /// Where, when it is about an element.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub element: Option<ElementPlace>,
+}
+
+impl FailureCause {
+    /// What a user can do about it, in plain words.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::ElementInverted => {
+                "Refine the mesh there, make the layer softer to crush (a volumetric law that grows without bound, \
+                 `quadratic_ln`), lower the speed, or end the run before this time."
+            }
+            Self::StepCollapsed => {
+                "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there or \
+                 lower the speed."
+            }
+            Self::FibreOverstretched => {
+                "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
+            }
+            Self::ContactNotConverged => {
+                "Raise `contact.tolerance`, lower the friction, or avoid bodies that touch over many redundant nodes."
+            }
+            Self::EnergyGate => {
+                "Lower `integrator.safety_factor` (0.5 is a good trial) or refine the mesh where the energy changes most."
+            }
+            Self::NotFinite => "This is a defect of the scene or of the engine; keep the scene and report it.",
+            Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
+            Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
+        }
+    }
+}
+
+/// An element in the words of the user.
+pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> ElementPlace {
+    let b = plan.body_of_element(element);
+    let body = &plan.bodies[b];
+    let local = element - body.elements.start;
+    let nodes = &body.hexes[local as usize];
+    let center: Vec3 =
+        nodes.iter().map(|node| state.position(plan, b, *node as usize)).sum::<Vec3>() / nodes.len() as f64;
+    ElementPlace {
+        body: body.name.clone(),
+        part: body.parts[body.part_of[local as usize] as usize].clone(),
+        element: local,
+        position_m: center.into(),
+    }
+}

@@ -1,0 +1,105 @@
+//! What recorders see, and how a run ends.
+
+use super::failure::Failure;
+use super::ledger::Energy;
+use super::state::State;
+use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use serde::Serialize;
+
+/// The run at one time t_n, complete: positions, reactions and a closed energy ledger.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// The plan.
+    pub plan: &'a Plan,
+    /// The state at t_n; `state.v` is the velocity of the half step before t_n.
+    pub state: &'a State,
+    /// Velocity of the half step after t_n, relative to the bodies' flight [m/s], nodes × 3.
+    pub v_after: &'a [Vec3],
+    /// Candidate contacts at t_n, sorted by (pair, slave, face).
+    pub contacts: &'a [Contact],
+    /// Their reactions: impulses over `mean_step`, so force = impulse / mean_step.
+    pub reactions: &'a [Reaction],
+    /// h̄ = ½(h₋ + h₊), the time over which the reactions of this step act [s].
+    pub mean_step: f64,
+    /// The ledger at t_n.
+    pub energy: &'a Energy,
+    /// Whether t_n is one of the plan's field times (or the end of a run that failed or was cancelled).
+    pub is_field_time: bool,
+}
+
+impl Frame<'_> {
+    /// Time t_n [s].
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+    /// Position of a node at t_n [m].
+    pub fn position(&self, node: u32) -> Vec3 {
+        self.state.position(self.plan, self.plan.body_of_node(node), node as usize)
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "ending", rename_all = "snake_case")]
+pub enum Ending {
+    /// It reached the end time.
+    Finished,
+    /// Somebody stopped it.
+    Cancelled,
+    /// It went wrong, and this is why.
+    Failed {
+        /// The diagnosis.
+        failure: Failure,
+    },
+}
+
+/// The end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// How it ended.
+    #[serde(flatten)]
+    pub ending: Ending,
+    /// Simulated time reached [s].
+    pub time_s: f64,
+    /// Steps done.
+    pub steps: u64,
+    /// Smallest step [s].
+    pub smallest_step_s: f64,
+    /// Smallest Jacobian J at any quadrature point at any time [-].
+    pub smallest_jacobian: f64,
+    /// Sum of element-steps done (elements × steps).
+    pub element_steps: u64,
+    /// Largest error of the energy balance [-].
+    pub balance_error: f64,
+    /// Largest number of contact candidates in a step.
+    pub most_contacts: usize,
+    /// Sentences that the user should read (numerical contact dissipation above 2 %, a wave came back, …).
+    pub warnings: Vec<String>,
+}
+
+/// A recorder that could not record.
+#[derive(Debug, thiserror::Error)]
+#[error("the recording failed: {0}")]
+pub struct RecorderError(#[from] pub Box<dyn std::error::Error + Send + Sync>);
+
+/// A sink that the stepper pushes frames into. The stepper knows nothing of files.
+pub trait Recorder {
+    /// Before the first step.
+    ///
+    /// # Errors
+    /// When the sink cannot be opened.
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError>;
+    /// At every step, also those that are not due: the recorder keeps the plan's cadence (`plan.every_steps`,
+    /// `frame.is_field_time`).
+    ///
+    /// # Errors
+    /// When the sink cannot be written; the run then ends as failed.
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError>;
+    /// After the last step, however the run ended.
+    ///
+    /// # Errors
+    /// When the sink cannot be closed.
+    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError>;
+}

@@ -1,0 +1,277 @@
+//! The energy ledger: what was done to whom, and whether it adds up.
+//!
+//! With velocities at half steps, `K_n = ½ v₋ᵀ M v₊` and the strain energy at t_n, the sum `K + U` of a linear body
+//! without contact is conserved exactly. Work of the forces that act at t_n (contact, gravity) is `h̄ fᵀ ½(v₋ + v₊)`: the
+//! part with v₋ belongs to the time before t_n, the part with v₊ to the time after. So at t_n half of it is counted.
+
+use super::state::State;
+use crate::mechanics::contact::{Contact, ContactPair, Reaction};
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use serde::Serialize;
+
+/// Running sums of work, part of the state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Dissipated by bulk viscosity in each body [J].
+    pub viscous: Vec<f64>,
+    /// Work of external forces (gravity) on each body [J].
+    pub external: Vec<f64>,
+    /// Work of the contact reactions on each body [J].
+    pub contact_work: Vec<f64>,
+    /// Strain energy put in by the position projection in each body [J].
+    pub projection: Vec<f64>,
+    /// One for each contact pair.
+    pub pairs: Vec<PairLedger>,
+    /// Kinetic + strain energy at the start [J]; set by the first step.
+    pub initial: Option<f64>,
+    /// Largest total strain energy so far [J].
+    pub peak_strain: f64,
+    /// Σ |work| of external forces so far [J].
+    pub absolute_external: f64,
+}
+
+/// Running sums of one contact pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PairLedger {
+    /// Impulse on the slave so far [N s], x, y, z.
+    pub impulse_n_s: [f64; 3],
+    /// Dissipated by friction so far, ≥ 0 [J].
+    pub friction_j: f64,
+    /// Numerical contact dissipation so far: what lumped contact nodes lose when they are caught [J].
+    pub numerical_j: f64,
+    /// Work on the slave's body so far [J].
+    pub work_on_slave_j: f64,
+    /// Work on the master's body so far [J].
+    pub work_on_master_j: f64,
+}
+
+/// Energy of one body at t_n.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct BodyEnergy {
+    /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in [J].
+    pub kinetic_j: f64,
+    /// Strain, ∫ψ dV [J].
+    pub strain_j: f64,
+    /// Dissipated by bulk viscosity so far [J].
+    pub viscous_j: f64,
+    /// Work of the contact reactions on it so far [J].
+    pub contact_work_j: f64,
+    /// Work of external forces on it so far [J].
+    pub external_work_j: f64,
+    /// Strain energy put in by position projection so far [J].
+    pub projection_j: f64,
+}
+
+/// The ledger at t_n.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Energy {
+    /// One for each body.
+    pub bodies: Vec<BodyEnergy>,
+    /// One for each contact pair.
+    pub pairs: Vec<PairLedger>,
+    /// Sum of kinetic, strain, viscous, friction and numerical contact dissipation [J].
+    pub total_j: f64,
+    /// Kinetic and strain energy at the start [J].
+    pub initial_total_j: f64,
+    /// Work of external forces and of the position projection so far [J].
+    pub external_work_j: f64,
+    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation) [J].
+    pub scale_j: f64,
+    /// |total − initial − external| / scale [-].
+    pub balance_error: f64,
+    /// Linear momentum [kg m/s].
+    pub momentum_kg_m_per_s: [f64; 3],
+    /// Angular momentum about the origin [kg m²/s].
+    pub angular_momentum_kg_m2_per_s: [f64; 3],
+}
+
+impl Energy {
+    /// Kinetic + strain energy and viscous dissipation of a body [J].
+    pub fn of_body(&self, body: usize) -> f64 {
+        let b = &self.bodies[body];
+        b.kinetic_j + b.strain_j + b.viscous_j
+    }
+    /// Numerical contact dissipation of all pairs [J].
+    pub fn numerical_contact_j(&self) -> f64 {
+        self.pairs.iter().map(|p| p.numerical_j).sum()
+    }
+}
+
+/// What happened around t_n: everything that the ledger reads of a step.
+pub(super) struct StepWork<'a> {
+    pub plan: &'a Plan,
+    pub state: &'a State,
+    pub v_after: &'a [Vec3],
+    /// h̄ [s].
+    pub mean_step: f64,
+    pub contacts: &'a [Contact],
+    pub reactions: &'a [Reaction],
+    /// Strain energy of each body at t_n [J].
+    pub strain: &'a [f64],
+}
+
+/// Which half of the work at t_n is counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Half {
+    /// With v₋: before t_n.
+    Before,
+    /// With v₊: after t_n.
+    After,
+}
+
+impl Ledger {
+    /// All zero.
+    pub fn new(plan: &Plan) -> Self {
+        let bodies = plan.bodies.len();
+        let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
+        Self {
+            viscous: vec![0.0; bodies],
+            external: vec![0.0; bodies],
+            contact_work: vec![0.0; bodies],
+            projection: vec![0.0; bodies],
+            pairs: vec![PairLedger::default(); pairs],
+            ..Self::default()
+        }
+    }
+
+    /// Adds one half of the work of the forces at t_n.
+    pub(super) fn add_work(&mut self, work: &StepWork, half: Half) {
+        let v = match half {
+            Half::Before => &work.state.v[..],
+            Half::After => work.v_after,
+        };
+        self.add_gravity(work, v);
+        if let Some(contact) = &work.plan.contact {
+            for (contact_point, reaction) in work.contacts.iter().zip(work.reactions) {
+                self.add_contact(work, contact, contact_point, reaction, v);
+            }
+        }
+    }
+
+    fn add_gravity(&mut self, work: &StepWork, v: &[Vec3]) {
+        let Some(g) = work.plan.gravity else { return };
+        for (b, body) in work.plan.bodies.iter().enumerate() {
+            let mut power = 0.0;
+            for node in body.nodes.start as usize..body.nodes.end as usize {
+                // Held axes do not move: their velocity, flight included, is zero.
+                power += work.plan.mass[node] * g.dot(&(v[node] + body.flight_velocity));
+            }
+            let half = 0.5 * work.mean_step * power;
+            self.external[b] += half;
+            self.absolute_external += half.abs();
+        }
+    }
+
+    fn add_contact(
+        &mut self,
+        work: &StepWork,
+        plan: &crate::plan::ContactPlan,
+        contact: &Contact,
+        reaction: &Reaction,
+        v: &[Vec3],
+    ) {
+        let [p_n, p_1, p_2] = reaction.impulse;
+        if p_n == 0.0 && p_1 == 0.0 && p_2 == 0.0 {
+            return;
+        }
+        let [n, t1, t2] = &contact.frame;
+        let impulse = n * p_n + t1 * p_1 + t2 * p_2;
+        let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
+        let flight = |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
+        let master_v = |v: &[Vec3]| master_velocity(contact, v) + flight(master_body);
+        let slave_v = |v: &[Vec3]| v[contact.slave as usize] + flight(Some(slave_body));
+
+        let on_slave = 0.5 * impulse.dot(&slave_v(v));
+        let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
+        // Coulomb's dissipation is by the end velocity, half of it counted on either side of t_n.
+        let slip = slave_v(work.v_after) - if master_body.is_some() { master_v(work.v_after) } else { Vec3::zeros() };
+        let friction = -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip));
+
+        self.contact_work[slave_body] += on_slave;
+        if let Some(b) = master_body {
+            self.contact_work[b] += on_master;
+        }
+        let pair = &mut self.pairs[contact.pair as usize];
+        for (sum, p) in pair.impulse_n_s.iter_mut().zip(&impulse) {
+            *sum += 0.5 * p;
+        }
+        pair.work_on_slave_j += on_slave;
+        pair.work_on_master_j += on_master;
+        pair.friction_j += friction;
+        pair.numerical_j -= on_slave + on_master + friction;
+    }
+
+    /// The ledger at t_n: call between the two halves.
+    pub(super) fn balance(&mut self, work: &StepWork) -> Energy {
+        let mut energy = Energy { pairs: self.pairs.clone(), ..Energy::default() };
+        let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
+        for (b, body) in work.plan.bodies.iter().enumerate() {
+            let mut kinetic = 0.0;
+            for node in body.nodes.start as usize..body.nodes.end as usize {
+                let before = work.state.v[node] + body.flight_velocity;
+                let after = work.v_after[node] + body.flight_velocity;
+                let mass = work.plan.mass[node];
+                kinetic += mass * before.dot(&after);
+                let p = (before + after) * (0.5 * mass);
+                momentum += p;
+                angular += work.state.position(work.plan, b, node).cross(&p);
+            }
+            energy.bodies.push(BodyEnergy {
+                kinetic_j: 0.5 * kinetic,
+                strain_j: work.strain[b],
+                viscous_j: self.viscous[b],
+                contact_work_j: self.contact_work[b],
+                external_work_j: self.external[b],
+                projection_j: self.projection[b],
+            });
+        }
+        energy.momentum_kg_m_per_s = momentum.into();
+        energy.angular_momentum_kg_m2_per_s = angular.into();
+        self.close(work, &mut energy);
+        energy
+    }
+
+    /// Totals and the error of the balance.
+    fn close(&mut self, work: &StepWork, energy: &mut Energy) {
+        let strain: f64 = work.strain.iter().sum();
+        self.peak_strain = self.peak_strain.max(strain);
+        let initial = *self.initial.get_or_insert_with(|| initial_kinetic(work) + strain);
+        let viscous: f64 = self.viscous.iter().sum();
+        let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
+        let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
+        let kinetic: f64 = energy.bodies.iter().map(|b| b.kinetic_j).sum();
+        energy.total_j = kinetic + strain + viscous + friction + numerical;
+        energy.initial_total_j = initial;
+        energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
+        energy.scale_j =
+            initial.max(self.peak_strain).max(self.absolute_external).max(viscous + friction + numerical.abs());
+        let error = (energy.total_j - initial - energy.external_work_j).abs();
+        energy.balance_error = if energy.scale_j > 0.0 { error / energy.scale_j } else { error };
+    }
+}
+
+/// Kinetic energy at the very start, with the velocity before the first half step [J].
+fn initial_kinetic(work: &StepWork) -> f64 {
+    let mut sum = 0.0;
+    for body in &work.plan.bodies {
+        for node in body.nodes.start as usize..body.nodes.end as usize {
+            sum += work.plan.mass[node] * (work.state.v[node] + body.flight_velocity).norm_squared();
+        }
+    }
+    0.5 * sum
+}
+
+/// Velocity of the master at the contact point, relative to its flight [m/s].
+fn master_velocity(contact: &Contact, v: &[Vec3]) -> Vec3 {
+    let mut sum = Vec3::zeros();
+    for (node, weight) in contact.master.iter().zip(&contact.weights) {
+        sum += v[*node as usize] * *weight;
+    }
+    sum
+}
+
+/// Friction of each pair while settling: nothing slips.
+pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<f64> {
+    vec![f64::INFINITY; pairs.len()]
+}

@@ -1,0 +1,260 @@
+//! The loop.
+
+use super::explicit::{Phase, Stepper};
+use super::failure::{Failure, FailureCause};
+use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
+use super::ledger::{Energy, Ledger};
+use super::state::State;
+use crate::mechanics::force::Threads;
+use crate::plan::{Plan, Settle};
+
+/// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
+const LARGEST_CONTACT_CREATION: f64 = 1e-3;
+/// Above this share of the initial energy, numerical contact dissipation is warned about.
+const NOTABLE_CONTACT_LOSS: f64 = 0.02;
+
+/// Why a run is asked to stop before its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interrupt {
+    /// Somebody stopped it.
+    Cancel,
+    /// The wall-clock budget ran out.
+    Deadline,
+}
+
+/// How to run, apart from what.
+pub struct RunOptions<'a> {
+    /// Worker threads of this run; the bits are the same for any number.
+    pub threads: usize,
+    /// Asked before every step.
+    pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+}
+
+/// Runs a plan to its end, or to the diagnosis of why not. Recorders are started, fed and finished on every path.
+pub fn run(plan: &Plan, options: &RunOptions, recorders: &mut [&mut dyn Recorder]) -> (Outcome, State) {
+    run_from(plan, State::new(plan), options, recorders)
+}
+
+/// As [`run`], from a state: a restart gives the same bits as a run that was never stopped.
+pub fn run_from(
+    plan: &Plan,
+    mut state: State,
+    options: &RunOptions,
+    recorders: &mut [&mut dyn Recorder],
+) -> (Outcome, State) {
+    let mut ending = match start(plan, options, recorders) {
+        Ok(mut stepper) => {
+            let ending = match drive(plan, &mut stepper, &mut state, options, recorders) {
+                Ok(ending) => ending,
+                Err(failure) => Ending::Failed { failure },
+            };
+            let outcome = conclude(plan, &state, Some(&stepper), ending);
+            return finish(plan, outcome, state, recorders);
+        }
+        Err(failure) => Ending::Failed { failure },
+    };
+    if let Ending::Failed { failure } = &mut ending {
+        failure.time_s = state.time;
+    }
+    let outcome = conclude(plan, &state, None, ending);
+    finish(plan, outcome, state, recorders)
+}
+
+fn start<'p>(
+    plan: &'p Plan,
+    options: &RunOptions,
+    recorders: &mut [&mut dyn Recorder],
+) -> Result<Stepper<'p>, Failure> {
+    for recorder in recorders.iter_mut() {
+        recorder.start(plan).map_err(|e| recording_failed(&e, 0.0, 0))?;
+    }
+    let threads = Threads::new(options.threads.max(1)).map_err(|e| Failure {
+        cause: FailureCause::NotFinite,
+        message: format!("The operating system gave no worker threads: {e}."),
+        remedy: "Run with fewer threads.".into(),
+        time_s: 0.0,
+        step: 0,
+        element: None,
+    })?;
+    Ok(Stepper::new(plan, threads))
+}
+
+fn finish(
+    plan: &Plan,
+    mut outcome: Outcome,
+    state: State,
+    recorders: &mut [&mut dyn Recorder],
+) -> (Outcome, State) {
+    for recorder in recorders.iter_mut() {
+        if let Err(error) = recorder.finish(plan, &outcome)
+            && !matches!(outcome.ending, Ending::Failed { .. })
+        {
+            outcome.ending = Ending::Failed { failure: recording_failed(&error, state.time, state.step) };
+        }
+    }
+    (outcome, state)
+}
+
+/// Settles if asked, then steps to the end.
+fn drive(
+    plan: &Plan,
+    stepper: &mut Stepper,
+    state: &mut State,
+    options: &RunOptions,
+    recorders: &mut [&mut dyn Recorder],
+) -> Result<Ending, Failure> {
+    if let (Some(settle), 0) = (plan.settle, state.step)
+        && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
+    {
+        return interrupted(interrupt, state);
+    }
+    loop {
+        let interrupt = (options.interrupt)();
+        let target = next_target(plan, state.time);
+        let at_end = state.time >= plan.end_time;
+        stepper.solve(state, Phase::Running, target.map_or(0.0, |t| t - state.time))?;
+        let energy = stepper.balance(state);
+        let verdict = gate(plan, state, &energy);
+        let is_field_time =
+            plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
+        let (contacts, reactions) = stepper.contacts();
+        let frame = Frame {
+            plan,
+            state,
+            v_after: &stepper.v_after,
+            contacts,
+            reactions,
+            mean_step: stepper.mean_step(state),
+            energy: &energy,
+            is_field_time,
+        };
+        for recorder in recorders.iter_mut() {
+            recorder.record(&frame).map_err(|e| recording_failed(&e, state.time, state.step))?;
+        }
+        verdict?;
+        if at_end {
+            return Ok(Ending::Finished);
+        }
+        if let Some(interrupt) = interrupt {
+            return interrupted(interrupt, state);
+        }
+        stepper.advance(state, Phase::Running);
+        snap(state, target);
+    }
+}
+
+/// Gravity, damping and full stick until the settling time is over; then the clock starts at rest.
+fn settle_down(
+    plan: &Plan,
+    stepper: &mut Stepper,
+    state: &mut State,
+    settle: Settle,
+    options: &RunOptions,
+) -> Result<Option<Interrupt>, Failure> {
+    let released_v = std::mem::replace(&mut state.v, vec![crate::mechanics::tensor::Vec3::zeros(); plan.node_count()]);
+    state.time = -settle.duration;
+    while state.time < 0.0 {
+        if let Some(interrupt) = (options.interrupt)() {
+            return Ok(Some(interrupt));
+        }
+        stepper.solve(state, Phase::Settling(settle), -state.time)?;
+        stepper.advance(state, Phase::Settling(settle));
+        snap(state, Some(0.0));
+    }
+    let settled_u = std::mem::take(&mut state.u);
+    *state = State { u: settled_u, v: released_v, dilatation: std::mem::take(&mut state.dilatation), ..State::new(plan) };
+    state.ledger = Ledger::new(plan);
+    Ok(None)
+}
+
+/// The next time that must be hit, or `None` at the end.
+fn next_target(plan: &Plan, time: f64) -> Option<f64> {
+    plan.field_times.iter().copied().find(|t| *t > time)
+}
+
+/// Puts the clock onto the target when rounding left it beside.
+fn snap(state: &mut State, target: Option<f64>) {
+    if let Some(target) = target
+        && (target - state.time).abs() <= 1e-6 * state.last_step
+    {
+        state.time = target;
+    }
+}
+
+/// The energy gate: the balance, and that contact created nothing.
+fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
+    let limit = plan.explicit.energy_gate;
+    let numerical = energy.numerical_contact_j();
+    let message = if !(energy.balance_error <= limit) {
+        let imbalance = energy.total_j - energy.initial_total_j - energy.external_work_j;
+        format!(
+            "The energy balance is off by {:.2} % (gate {:.2} %): {imbalance:+.3e} J against a scale of {:.3e} J.",
+            100.0 * energy.balance_error,
+            100.0 * limit,
+            energy.scale_j
+        )
+    } else if numerical < -LARGEST_CONTACT_CREATION * energy.scale_j {
+        format!(
+            "Contact created {:.3e} J of energy numerically, more than {:.1} % of {:.3e} J.",
+            -numerical,
+            100.0 * LARGEST_CONTACT_CREATION,
+            energy.scale_j
+        )
+    } else {
+        return Ok(());
+    };
+    let cause = FailureCause::EnergyGate;
+    Err(Failure { cause, message, remedy: cause.remedy().into(), time_s: state.time, step: state.step, element: None })
+}
+
+fn interrupted(interrupt: Interrupt, state: &State) -> Result<Ending, Failure> {
+    match interrupt {
+        Interrupt::Cancel => Ok(Ending::Cancelled),
+        Interrupt::Deadline => {
+            let cause = FailureCause::Deadline;
+            Err(Failure {
+                cause,
+                message: format!("The wall-clock budget ran out at t = {:.4e} s.", state.time),
+                remedy: cause.remedy().into(),
+                time_s: state.time,
+                step: state.step,
+                element: None,
+            })
+        }
+    }
+}
+
+fn recording_failed(error: &RecorderError, time_s: f64, step: u64) -> Failure {
+    let cause = FailureCause::RecordingFailed;
+    Failure { cause, message: format!("{error}."), remedy: cause.remedy().into(), time_s, step, element: None }
+}
+
+fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Ending) -> Outcome {
+    let mut outcome = Outcome {
+        ending,
+        time_s: state.time,
+        steps: state.step,
+        smallest_step_s: 0.0,
+        smallest_jacobian: 1.0,
+        element_steps: state.step * plan.element_count() as u64,
+        balance_error: 0.0,
+        most_contacts: 0,
+        warnings: Vec::new(),
+    };
+    if let Some(stepper) = stepper {
+        let extremes = &stepper.extremes;
+        outcome.smallest_step_s = if extremes.smallest_step.is_finite() { extremes.smallest_step } else { 0.0 };
+        outcome.smallest_jacobian = if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
+        outcome.most_contacts = extremes.most_contacts;
+        outcome.balance_error = extremes.balance_error;
+    }
+    let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
+    let initial = state.ledger.initial.unwrap_or(0.0);
+    if lost > NOTABLE_CONTACT_LOSS * initial && initial > 0.0 {
+        outcome.warnings.push(format!(
+            "Numerical contact dissipation is {:.1} % of the initial energy: a finer mesh at the contact lowers it.",
+            100.0 * lost / initial
+        ));
+    }
+    outcome
+}

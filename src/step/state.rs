@@ -1,0 +1,50 @@
+//! All that changes from step to step, and nothing else.
+
+use super::ledger::Ledger;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+
+/// The state at time t_n. A restart or a replay is a clone of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Time t_n [s]; negative while settling.
+    pub time: f64,
+    /// Number of steps done.
+    pub step: u64,
+    /// Displacement u_n in each body's own inertial frame [m], nodes × 3: x = X + V_b max(t, 0) + u.
+    pub u: Vec<Vec3>,
+    /// Velocity v₋ of the last half step, relative to the body's flight [m/s], nodes × 3.
+    pub v: Vec<Vec3>,
+    /// Size of the last step [s]; 0 at the start.
+    pub last_step: f64,
+    /// Volume ratio J̄ − 1 of each element at t_{n−1} [-], in the order of the slots, for the bulk viscosity.
+    pub dilatation: Vec<f64>,
+    /// Viscous pressure of each element at t_{n−1} [Pa], in the order of the slots.
+    pub viscous_pressure: Vec<f64>,
+    /// What has been done to whom so far.
+    pub ledger: Ledger,
+}
+
+impl State {
+    /// The state at the start of a plan (before settling, if it settles).
+    pub fn new(plan: &Plan) -> Self {
+        let nodes = plan.node_count();
+        let slots = plan.slot_count();
+        let or_zero = |values: &[Vec3]| if values.is_empty() { vec![Vec3::zeros(); nodes] } else { values.to_vec() };
+        Self {
+            time: 0.0,
+            step: 0,
+            u: or_zero(&plan.initial_u),
+            v: or_zero(&plan.initial_v),
+            last_step: 0.0,
+            dilatation: vec![0.0; slots],
+            viscous_pressure: vec![0.0; slots],
+            ledger: Ledger::new(plan),
+        }
+    }
+
+    /// Position x of a node [m].
+    pub fn position(&self, plan: &Plan, body: usize, node: usize) -> Vec3 {
+        plan.X[node] + plan.bodies[body].flight_velocity * self.time.max(0.0) + self.u[node]
+    }
+}

@@ -1,0 +1,7 @@
+//! Cases with known answers: closed forms, the literature, and other codes, one file a subject.
+//!
+//! The numbers that are compared with were computed independently of this crate.
+// Symbols of the field: F, J, P. A test may stop at the first surprise.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod material_points;
