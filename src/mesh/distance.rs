@@ -15,7 +15,7 @@ pub struct DepthField {
 }
 
 impl DepthField {
-    /// Takes in the faces at the positions [m] of their nodes.
+    /// Takes in the faces at the positions \[m\] of their nodes.
     ///
     /// # Errors
     /// `Surface` when there is no face, a position is not finite, or a face names a node that is not there.
@@ -44,7 +44,7 @@ impl DepthField {
         Ok(Self { triangles })
     }
 
-    /// Distance [m] from a point [m] to the nearest face, never negative; NaN for a point that is not finite.
+    /// Distance \[m\] from a point \[m\] to the nearest face, never negative; NaN for a point that is not finite.
     pub fn depth(&self, point: &Vec3) -> f64 {
         if !point.iter().all(|c| c.is_finite()) {
             return f64::NAN;
@@ -57,7 +57,7 @@ impl DepthField {
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
-    use super::super::surface::skin;
+    use super::super::surface::{faces_within, skin};
     use super::*;
     use proptest::prelude::*;
 
@@ -77,11 +77,7 @@ mod tests {
     fn depth_from_the_top_alone_is_the_height_below_it() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0), [3, 3, 3], "b").generate().unwrap();
-        let top = &mesh.node_sets["z_max"];
-        let faces: Vec<[u32; 4]> = skin(&mesh.hexes)
-            .into_iter()
-            .filter(|face| face.iter().all(|a| top.binary_search(a).is_ok()))
-            .collect();
+        let faces = faces_within(&skin(&mesh.hexes), &mesh.node_sets["z_max"]);
         let field = DepthField::new(&faces, &mesh.nodes).unwrap();
         assert!((field.depth(&Vec3::new(0.3, 0.9, 0.2)) - 0.8).abs() < 1e-12);
         assert!((field.depth(&Vec3::new(0.5, 0.5, 1.25)) - 0.25).abs() < 1e-12, "outside counts the same");

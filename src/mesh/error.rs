@@ -5,7 +5,7 @@ use std::fmt;
 /// A number of a generator that is out of its range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterProblem {
-    /// The field of the generator, as it is spelled there ("inner_radius_m", "cuts_x[3]").
+    /// The field of the generator, as it is spelled there (`inner_radius_m`, `cuts_x.inner_m[3]`).
     pub field: String,
     /// The value found; counts are given as numbers too.
     pub value: f64,

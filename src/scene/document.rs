@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
-pub use super::mesh_document::{Generator, MeshDocument, MeshFileDocument, PlacementDocument};
+pub use super::mesh_document::{
+    Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument, RotationDocument,
+};
 
 /// One scene: bodies, what may touch, how long, what to record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -120,7 +122,8 @@ pub enum Formulation {
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FibreFrameDocument {
     /// The axes that the mesh carries (limb segments do; an error where it has none).
-    Mesh,
+    // With braces: serde lets unknown fields pass in a tagged unit variant.
+    Mesh {},
     /// One frame for the whole part: e1 along `axis`, e2 the part of `plane` normal to it.
     Constant {
         /// Direction of e1.

@@ -1,5 +1,9 @@
 //! Materials in a scene document.
 
+use crate::mechanics::material::{
+    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin, NeoHookean,
+    Volumetric,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -106,4 +110,96 @@ pub enum VolumetricDocument {
     Quadratic,
     /// K/4 (J² − 1 − 2 ln J)
     QuadraticLn,
+}
+
+impl MaterialDocument {
+    /// The law that is meant; `None` when its fibre directions are too many, or one has no direction.
+    pub fn to_material(&self) -> Option<Material> {
+        Some(match *self {
+            Self::MooneyRivlin { c10_pa: c10, c01_pa: c01, bulk_modulus_pa, volumetric } => {
+                Material::MooneyRivlin(MooneyRivlin { c10, c01, volumetric: volumetric.with(bulk_modulus_pa) })
+            }
+            Self::NeoHookean { c10_pa: c10, bulk_modulus_pa, volumetric } => {
+                Material::NeoHookean(NeoHookean { c10, volumetric: volumetric.with(bulk_modulus_pa) })
+            }
+            Self::CoupledNeoHookean { mu_pa: mu, lambda_pa: lambda } => {
+                Material::CoupledNeoHookean(CoupledNeoHookean { mu, lambda })
+            }
+            Self::HolzapfelGasserOgden {
+                c_pa: c,
+                k1_pa: k1,
+                k2,
+                kappa,
+                ref fibres,
+                i4,
+                matrix,
+                bulk_modulus_pa,
+                volumetric,
+            } => Material::HolzapfelGasserOgden(HolzapfelGasserOgden {
+                c,
+                k1,
+                k2,
+                kappa,
+                families: FibreFamilies::new(&fibres.directions())?,
+                i4: match i4 {
+                    I4Invariants::Full => I4Form::Full,
+                    I4Invariants::Isochoric => I4Form::Isochoric,
+                },
+                matrix: match matrix {
+                    MatrixDocument::Isochoric => MatrixForm::Isochoric,
+                    MatrixDocument::Coupled => MatrixForm::Coupled,
+                },
+                volumetric: volumetric.with(bulk_modulus_pa),
+            }),
+        })
+    }
+
+    /// Whether all that depends on J alone is in U(J), so that an element may average it.
+    pub fn is_split(&self) -> bool {
+        match self {
+            Self::MooneyRivlin { .. } | Self::NeoHookean { .. } => true,
+            Self::CoupledNeoHookean { .. } => false,
+            Self::HolzapfelGasserOgden { matrix, .. } => *matrix == MatrixDocument::Isochoric,
+        }
+    }
+
+    /// Number of fibre families.
+    pub fn family_count(&self) -> usize {
+        match self {
+            Self::HolzapfelGasserOgden { fibres, .. } => fibres.count(),
+            Self::MooneyRivlin { .. } | Self::NeoHookean { .. } | Self::CoupledNeoHookean { .. } => 0,
+        }
+    }
+}
+
+impl Families {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match self {
+            Self::AnglesDeg(angles) => angles.len(),
+            Self::Directions(directions) => directions.len(),
+        }
+    }
+
+    /// Their directions in the material axes, of any length.
+    pub fn directions(&self) -> Vec<[f64; 3]> {
+        match self {
+            Self::AnglesDeg(angles) => {
+                let direction = |angle: &f64| [angle.to_radians().cos(), angle.to_radians().sin(), 0.0];
+                angles.iter().map(direction).collect()
+            }
+            Self::Directions(directions) => directions.clone(),
+        }
+    }
+}
+
+impl VolumetricDocument {
+    /// The energy with its bulk modulus K [Pa].
+    pub fn with(self, K: f64) -> Volumetric {
+        match self {
+            Self::LnSquared => Volumetric::LnSquared(K),
+            Self::Quadratic => Volumetric::Quadratic(K),
+            Self::QuadraticLn => Volumetric::QuadraticLn(K),
+        }
+    }
 }

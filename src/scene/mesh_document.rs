@@ -66,7 +66,7 @@ pub enum Generator {
         outer_radius_m: f64,
         /// Inner radius [m].
         inner_radius_m: f64,
-        /// Elements along each edge of the cube.
+        /// Elements along a quarter of a great circle, n: 6 n² in a layer.
         elements_around: u32,
         /// Layers through the wall.
         elements_through: u32,
@@ -78,30 +78,30 @@ pub enum Generator {
         center_m: [f64; 3],
         /// Radius [m].
         radius_m: f64,
-        /// Elements along each edge of the cube.
+        /// Elements along a quarter of a great circle, n: n³ in the core, 6 n² in a layer.
         elements_around: u32,
         /// Layers between the core and the surface.
         elements_through: u32,
     },
-    /// A round baton: part `baton`, node sets `side`, `bottom`, `top`.
+    /// A round baton: part `baton`, node sets `side`, `bottom`, `top`, `ends`.
     Cylinder {
-        /// Centre of the bottom disc [m].
+        /// Centre, half way along the axis [m].
         #[serde(default)]
-        base_center_m: [f64; 3],
-        /// Direction of the axis.
+        center_m: [f64; 3],
+        /// Direction of the axis, from `bottom` to `top`, of any length.
         axis: [f64; 3],
         /// Radius [m].
         radius_m: f64,
         /// Length [m].
         length_m: f64,
-        /// Elements along each edge of the core square of the disc.
+        /// Elements along a quarter of the circumference, n: n² in the core of a slice.
         elements_around: u32,
-        /// Layers between the core and the side.
+        /// Rings between the core and the side, of 4 n elements each.
         elements_through: u32,
         /// Elements along the axis.
         elements_along: u32,
     },
-    /// A block: part `block`, node sets `x_min` … `z_max`.
+    /// A block along x, y, z: part `block`, node sets `x_min` … `z_max`.
     Block {
         /// Lowest corner [m].
         min_m: [f64; 3],
@@ -116,41 +116,58 @@ pub enum Generator {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         grading_center_m: Option<[f64; 3]>,
     },
-    /// A limb: bone hole, muscle, fat, skin about the y axis; parts `muscle`, `fat`, `skin`; node sets `bone`, `skin_outer`,
-    /// `end_low`, `end_high`; material axes e1 along the limb, e2 circumferential, e3 radial.
-    LimbSegment {
-        /// Outer semi-axes of the section along x and z, skin included [m].
-        semi_axes_m: [f64; 2],
-        /// Length along y, centred at 0 [m].
-        length_m: f64,
-        /// Radius of the bone hole [m].
-        bone_radius_m: f64,
-        /// Thickness of the fat [m].
-        fat_thickness_m: f64,
-        /// Thickness of the skin [m].
-        skin_thickness_m: f64,
-        /// Where it will be hit: angle of the section from +z towards +x [degree], and y [m]. Elements are graded towards it.
-        #[serde(default)]
-        impact_angle_deg: f64,
-        /// y of the impact point [m].
-        #[serde(default)]
-        impact_y_m: f64,
-        /// Elements around the section.
-        elements_around: u32,
-        /// Elements along the limb.
-        elements_along: u32,
-        /// Elements through the muscle.
-        elements_muscle: u32,
-        /// Elements through the fat.
-        elements_fat: u32,
-        /// Elements through the skin.
-        elements_skin: u32,
-        /// Size ratio of the largest to the smallest element around and along.
-        #[serde(default = "default_limb_grading")]
-        grading: f64,
-    },
+    /// A limb along y with an elliptic section: bone hole, muscle, fat, skin; parts `muscle`, `fat`, `skin`; node sets
+    /// `bone`, `skin_outer`, `end_low`, `end_high`; material axes e1 along the limb, e2 circumferential, e3 outwards.
+    LimbSegment(LimbSegmentDocument),
 }
 
-fn default_limb_grading() -> f64 {
-    4.0
+/// A segment of a limb.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LimbSegmentDocument {
+    /// Middle of the segment, on its axis [m].
+    #[serde(default)]
+    pub center_m: [f64; 3],
+    /// Outer semi-axis of the section along x, skin included [m].
+    pub semi_axis_x_m: f64,
+    /// Outer semi-axis of the section along z, skin included [m].
+    pub semi_axis_z_m: f64,
+    /// Length along y [m].
+    pub length_m: f64,
+    /// Semi-axis of the bone along x [m].
+    pub bone_semi_axis_x_m: f64,
+    /// Semi-axis of the bone along z [m].
+    pub bone_semi_axis_z_m: f64,
+    /// Where the axis of the bone lies, x and z from the axis of the limb [m].
+    #[serde(default)]
+    pub bone_offset_m: [f64; 2],
+    /// Thickness of the fat [m].
+    pub fat_thickness_m: f64,
+    /// Thickness of the skin [m].
+    pub skin_thickness_m: f64,
+    /// Elements around the section.
+    pub elements_around: u32,
+    /// Elements along the limb.
+    pub elements_along: u32,
+    /// Layers of elements through the muscle.
+    pub muscle_elements: u32,
+    /// Layers of elements through the fat.
+    pub fat_elements: u32,
+    /// Layers of elements through the skin.
+    pub skin_elements: u32,
+    /// Where on the section it will be hit, from +z towards +x [degree]; elements are smallest there.
+    #[serde(default)]
+    pub impact_angle_deg: f64,
+    /// Where along the limb it will be hit, y from the middle [m]; elements are smallest there.
+    #[serde(default)]
+    pub impact_along_m: f64,
+    /// Size ratio of the largest to the smallest element around the limb.
+    #[serde(default = "one")]
+    pub grading_around: f64,
+    /// Size ratio of the largest to the smallest element along the limb.
+    #[serde(default = "one")]
+    pub grading_along: f64,
+    /// Thickness ratio of the innermost to the outermost layer of the muscle.
+    #[serde(default = "one")]
+    pub grading_muscle: f64,
 }

@@ -1,11 +1,37 @@
 //! The scene: what is asked, in the words of the user.
 //!
 //! `document` is what is written (JSON), [`Scene`] what is left when every problem has been found and none was there:
-//! the document with its meshes, placed.
+//! the document with its meshes, placed. Between them [`load()`] goes through five stages, and collects all problems:
+//!
+//! 1. `json`: bytes → JSON value; repeated keys.
+//! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy.
+//! 3. `validate`: what the document alone can tell.
+//! 4. `build`: the meshes, in their places, with material axes; then what only they can tell.
+//! 5. `validate::estimate`: what the run will cost, against the budget.
 
+pub mod budget;
+pub mod build;
 pub mod document;
+pub mod frames;
+mod json;
+pub mod load;
 pub mod material_document;
 pub mod mesh_document;
+pub mod problem;
+pub mod recipe;
+pub mod schema;
+pub mod source;
+mod structure;
+pub mod summary;
+#[cfg(test)]
+mod tests;
+pub mod validate;
+
+pub use budget::Budget;
+pub use load::{Loaded, load, load_file};
+pub use problem::{Problem, Problems, Severity};
+pub use schema::scene_schema;
+pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError};
 
 use crate::mechanics::tensor::Mat3;
 use crate::mesh::Mesh;

@@ -33,6 +33,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
             ("Entities", Version::Four) => version_4::read_entities(&mut cursor, &mut contents)?,
             ("Nodes", Version::Four) => version_4::read_nodes(&mut cursor, &mut contents)?,
             ("Elements", Version::Four) => version_4::read_elements(&mut cursor, &mut contents)?,
+            ("ParametricNodes", Version::Two) => {
+                return Err(MeshError::Unsupported {
+                    what: "nodes with parametric coordinates in version 2.2".into(),
+                    remedy: "save it without them, or as version 4.1".into(),
+                });
+            }
             ("PartitionedEntities", _) => {
                 return Err(MeshError::Unsupported {
                     what: "a partitioned mesh".into(),

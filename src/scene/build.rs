@@ -1,0 +1,249 @@
+//! A body of the document → its mesh, in its place, with a part entry and material axes for every element.
+
+use super::budget::Budget;
+use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument};
+use super::frames::{NoAxes, element_axes};
+use super::problem::{Pointer, Problem, suggest};
+use super::recipe::Recipe;
+use super::source::{MeshSource, MeshSourceError};
+use super::validate::Findings;
+use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::{Mesh, MeshError};
+use nalgebra::{Rotation3, Unit};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+
+/// Makes the meshes of a scene; a file that several bodies name is read once.
+pub struct Builder<'a> {
+    source: &'a dyn MeshSource,
+    budget: &'a Budget,
+    files: BTreeMap<String, Option<Mesh>>,
+    /// SHA-256 of each file, by its name in the scene.
+    pub file_hashes: BTreeMap<String, [u8; 32]>,
+    /// Elements that the budget still allows.
+    elements_left: u64,
+}
+
+impl<'a> Builder<'a> {
+    /// A builder for one scene.
+    pub fn new(source: &'a dyn MeshSource, budget: &'a Budget) -> Self {
+        Self {
+            source,
+            budget,
+            files: BTreeMap::new(),
+            file_hashes: BTreeMap::new(),
+            elements_left: budget.elements,
+        }
+    }
+
+    /// The mesh of a body, in its place; `None` when problems were found.
+    pub fn body_mesh(&mut self, index: usize, body: &BodyDocument, out: &mut Findings) -> Option<Mesh> {
+        let here = Pointer::root().key("bodies").index(index);
+        let mesh = match &body.mesh {
+            MeshDocument::Generator(generator) => {
+                self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
+            }
+            MeshDocument::File(file) => self.from_file(file, &here.key("mesh").key("file"), out)?,
+        };
+        match &body.placement {
+            Some(placement) => placed(&mesh, placement, &here.key("placement"), out),
+            None => Some(mesh),
+        }
+    }
+
+    fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+        // The size is arithmetic: it is known before a byte is allocated.
+        self.spend(recipe.element_count(), here, out)?;
+        let problems = recipe.problems(here);
+        if !problems.is_empty() {
+            out.0.extend(problems);
+            return None;
+        }
+        recipe.generate().map_err(|error| out.push(mesh_problem(&error, here))).ok()
+    }
+
+    fn from_file(&mut self, file: &MeshFileDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+        if !self.files.contains_key(&file.name) {
+            let mesh = self.read(&file.name, here, out);
+            self.files.insert(file.name.clone(), mesh);
+        }
+        let mesh = self.files.get(&file.name)?.clone()?;
+        let mesh = match &file.parts {
+            None => mesh,
+            Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
+        };
+        self.spend(mesh.hexes.len() as u64, here, out)?;
+        Some(mesh)
+    }
+
+    fn read(&mut self, name: &str, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+        let place = here.key("name");
+        let found = match self.source.read(name, self.budget.mesh_bytes) {
+            Ok(found) => found,
+            Err(error) => {
+                out.push(source_problem(&error, &place).value(name));
+                return None;
+            }
+        };
+        self.file_hashes.insert(name.to_owned(), Sha256::digest(&found.bytes).into());
+        // A name without a known ending (an uploaded mesh) is told by its first bytes.
+        let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
+        let Some(format) = format else {
+            out.push(
+                Problem::error("unknown_mesh_format", &place, "the format of the mesh is not known")
+                    .value(name)
+                    .limit("a name ending in .msh or .inp")
+                    .remedy("save the mesh as Gmsh .msh or Abaqus .inp"),
+            );
+            return None;
+        };
+        read_mesh(&found.bytes, format).map_err(|error| out.push(mesh_problem(&error, &place).value(name))).ok()
+    }
+
+    /// Takes elements from the budget.
+    fn spend(&mut self, elements: u64, here: &Pointer, out: &mut Findings) -> Option<()> {
+        let left = self.elements_left.checked_sub(elements);
+        if let Some(left) = left {
+            self.elements_left = left;
+        } else {
+            out.push(
+                Problem::error("budget_elements", here, format!("this mesh has {elements} elements"))
+                    .value(elements)
+                    .limit(format!(
+                        "at most {} elements in all bodies, of which {} are left",
+                        self.budget.elements, self.elements_left
+                    ))
+                    .remedy("use a coarser mesh"),
+            );
+        }
+        left.map(|_| ())
+    }
+}
+
+/// Only some parts of a mesh; every name that it does not have is a problem.
+fn selected(mesh: &Mesh, parts: &[String], here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+    let known = || mesh.parts.iter().map(String::as_str);
+    let mut sound = !parts.is_empty();
+    out.require(sound, || {
+        Problem::error("no_parts", here, "no part is chosen")
+            .value(Vec::<f64>::new())
+            .limit("at least one part")
+            .remedy(format!("leave \"parts\" out for all; {}", suggest("", known())))
+    });
+    for (i, name) in parts.iter().enumerate() {
+        if !known().any(|k| k == name) {
+            sound = false;
+            out.push(
+                Problem::error("unknown_part", &here.index(i), format!("the mesh has no part {name:?}"))
+                    .value(name.as_str())
+                    .limit("a part of the mesh")
+                    .remedy(suggest(name, known())),
+            );
+        }
+    }
+    if !sound {
+        return None;
+    }
+    let names: Vec<&str> = parts.iter().map(String::as_str).collect();
+    mesh.select_parts(&names).map_err(|error| out.push(mesh_problem(&error, here))).ok()
+}
+
+/// The mesh scaled, turned and moved. What is wrong with the numbers is reported with the document.
+fn placed(mesh: &Mesh, placement: &PlacementDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+    let rotation = match &placement.rotation {
+        None => Rotation3::identity(),
+        Some(rotation) => {
+            let axis = Unit::try_new(Vec3::from(rotation.axis), 0.0)?;
+            Rotation3::from_axis_angle(&axis, rotation.angle_deg.to_radians())
+        }
+    };
+    if placement.scale.is_nan() || placement.scale <= 0.0 {
+        return None;
+    }
+    let moved = mesh.transformed(&rotation, &Vec3::from(placement.translation_m), placement.scale);
+    moved.map_err(|error| out.push(mesh_problem(&error, here))).ok()
+}
+
+/// Material axes of all elements, or nothing when no law of the body has fibres; `None` when problems were found.
+pub fn body_axes(
+    index: usize,
+    body: &BodyDocument,
+    mesh: &Mesh,
+    part_entry: &[u32],
+    out: &mut Findings,
+) -> Option<Vec<Mat3>> {
+    if body.parts.iter().all(|part| part.material.family_count() == 0) {
+        return Some(Vec::new());
+    }
+    let parts = Pointer::root().key("bodies").index(index).key("parts");
+    let mut axes = Vec::with_capacity(mesh.hexes.len());
+    let mut refused = vec![false; body.parts.len()];
+    for (element, &entry) in part_entry.iter().enumerate() {
+        let entry = entry as usize;
+        match element_axes(body.parts[entry].fibre_frame.as_ref(), mesh, element) {
+            Ok(frame) => axes.push(frame),
+            Err(reason) => {
+                // Once a part: all its elements share the frame.
+                if !std::mem::replace(&mut refused[entry], true) {
+                    out.0.extend(frame_problem(reason, &parts.index(entry).key("fibre_frame")));
+                }
+            }
+        }
+    }
+    (!refused.contains(&true)).then_some(axes)
+}
+
+fn frame_problem(reason: NoAxes, here: &Pointer) -> Option<Problem> {
+    match reason {
+        NoAxes::MeshHasNone => Some(
+            Problem::error("mesh_without_axes", here, "the mesh carries no material axes")
+                .value("mesh")
+                .limit("a mesh with axes (a limb segment has them)")
+                .remedy("choose a constant or a cylindrical frame"),
+        ),
+        NoAxes::OnAxis { element } => Some(
+            Problem::error(
+                "element_on_axis",
+                &here.key("axis"),
+                format!("element {element} lies on the axis of the cylinder, where nothing is radial"),
+            )
+            .limit("an axis outside the elements of the part")
+            .remedy("move the axis, or choose a constant frame"),
+        ),
+        // The document's own checks have said so.
+        NoAxes::Degenerate => None,
+    }
+}
+
+fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
+    let problem = Problem::error("bad_mesh", here, error.to_string());
+    match error {
+        MeshError::UnsupportedElements { .. } => {
+            problem.limit("eight-node hexahedra").remedy("mesh with hexahedra of first order")
+        }
+        MeshError::Malformed { .. } => {
+            problem.limit("a sound .msh or .inp file").remedy("write the file anew, or mend it there")
+        }
+        _ => problem.limit("a mesh of hexahedra").remedy("change the mesh"),
+    }
+}
+
+fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
+    match error {
+        MeshSourceError::NotFound { name, known } => {
+            Problem::error("mesh_not_found", here, error.to_string())
+                .limit("a mesh file beside the scene, or an uploaded mesh")
+                .remedy(suggest(name, known.iter().map(String::as_str)))
+        }
+        MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
+            .limit("a relative path without \"..\" and without links that lead out")
+            .remedy("copy the mesh into the folder of the scene"),
+        MeshSourceError::TooLarge { limit, .. } => Problem::error("budget_mesh_bytes", here, error.to_string())
+            .limit(format!("at most {limit} bytes"))
+            .remedy("use a coarser mesh, or a binary format"),
+        MeshSourceError::Unreadable { .. } => Problem::error("mesh_unreadable", here, error.to_string())
+            .limit("a file that can be read")
+            .remedy("check the file and its permissions"),
+    }
+}

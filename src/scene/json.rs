@@ -1,0 +1,161 @@
+//! Bytes → JSON value, with what `serde_json` alone would let pass (a key written twice) or report without its place
+//! (a number too large).
+
+use super::problem::{Pointer, Problem};
+use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Number, Value};
+use std::cell::RefCell;
+use std::fmt;
+
+/// A JSON document, and the keys that were written twice (the last one counts in `value`).
+#[derive(Debug)]
+pub struct Parsed {
+    /// The document.
+    pub value: Value,
+    /// One problem for each repeated key.
+    pub problems: Vec<Problem>,
+}
+
+/// Parses a document.
+///
+/// # Errors
+/// One problem that says where, when the bytes are no JSON: not UTF-8, a syntax error, nested more than 128 deep, or a
+/// number beyond the range of `f64`. After a syntax error nothing more can be found.
+pub fn parse(bytes: &[u8]) -> Result<Parsed, Problem> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let place = format!("byte {} is not UTF-8", error.valid_up_to());
+        Problem::error("not_utf8", &Pointer::root(), place).limit("UTF-8").remedy("save the file as UTF-8")
+    })?;
+    let trace = Trace::default();
+    let mut reader = serde_json::Deserializer::from_str(text);
+    let value = Node(&trace).deserialize(&mut reader);
+    let value = value.and_then(|value| reader.end().map(|()| value)).map_err(|error| {
+        let pointer = trace.path.borrow().iter().fold(Pointer::root(), |p, key| p.key(key));
+        Problem::error("not_json", &pointer, format!("the document is not JSON: {error}"))
+            .limit("JSON (RFC 8259), nested at most 128 deep, numbers within ±1.8e308")
+            .remedy("mend the document at this line and column")
+    })?;
+    Ok(Parsed { value, problems: trace.repeated.into_inner() })
+}
+
+/// Where the reader stands, and what it found so far.
+#[derive(Default)]
+struct Trace {
+    /// Keys and indices from the root; left standing where an error ends the reading.
+    path: RefCell<Vec<String>>,
+    repeated: RefCell<Vec<Problem>>,
+}
+
+impl Trace {
+    fn pointer(&self) -> Pointer {
+        self.path.borrow().iter().fold(Pointer::root(), |p, key| p.key(key))
+    }
+}
+
+/// Reads one value, at the place where the trace stands.
+struct Node<'a>(&'a Trace);
+
+impl<'de> DeserializeSeed<'de> for Node<'_> {
+    type Value = Value;
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Node<'_> {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a JSON value")
+    }
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
+        Ok(Value::Bool(value))
+    }
+    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_u64<E>(self, value: u64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Value, E> {
+        Number::from_f64(value).map(Value::Number).ok_or_else(|| E::custom("number out of range"))
+    }
+    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+        Ok(Value::String(value.to_owned()))
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
+        let mut list = Vec::new();
+        loop {
+            self.0.path.borrow_mut().push(list.len().to_string());
+            let item = items.next_element_seed(Node(self.0))?;
+            self.0.path.borrow_mut().pop();
+            match item {
+                Some(item) => list.push(item),
+                None => return Ok(Value::Array(list)),
+            }
+        }
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<Value, A::Error> {
+        let mut object = Map::new();
+        while let Some(key) = members.next_key::<String>()? {
+            self.0.path.borrow_mut().push(key.clone());
+            let value = members.next_value_seed(Node(self.0))?;
+            if object.contains_key(&key) {
+                self.0.repeated.borrow_mut().push(
+                    Problem::error("repeated_key", &self.0.pointer(), format!("{key:?} is written twice"))
+                        .value(value.clone())
+                        .limit("written once")
+                        .remedy("keep one of them"),
+                );
+            }
+            self.0.path.borrow_mut().pop();
+            object.insert(key, value);
+        }
+        Ok(Value::Object(object))
+    }
+    fn visit_bytes<E: serde::de::Error>(self, _: &[u8]) -> Result<Value, E> {
+        Err(E::custom("bytes are not JSON"))
+    }
+    fn visit_none<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        deserializer.deserialize_any(self).map_err(D::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_document_is_read_as_serde_json_reads_it() {
+        let text = r#"{"a": [1, -2, 3.5, 1e3, 18446744073709551615], "b": {"c": null, "d": true, "e": "ü\n"}}"#;
+        let parsed = parse(text.as_bytes()).unwrap();
+        assert_eq!(parsed.value, serde_json::from_str::<Value>(text).unwrap());
+        assert!(parsed.problems.is_empty());
+    }
+
+    #[test]
+    fn every_repeated_key_is_found() {
+        let parsed = parse(br#"{"a": 1, "b": [{"c": 1, "c": 2}], "a": 3}"#).unwrap();
+        let pointers: Vec<&str> = parsed.problems.iter().map(|p| p.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/b/0/c", "/a"]);
+    }
+
+    #[test]
+    fn what_is_no_json_says_where() {
+        assert_eq!(parse(b"{\"a\": [1, 1e999]}").unwrap_err().pointer, "/a/1");
+        assert_eq!(parse(b"\xff").unwrap_err().code, "not_utf8");
+        assert!(parse(b"").unwrap_err().message.contains("line 1"));
+        assert!(parse(b"{} x").unwrap_err().message.contains("trailing"));
+        assert!(parse(b"NaN").is_err());
+        let deep = "[".repeat(100_000);
+        assert!(parse(deep.as_bytes()).unwrap_err().message.contains("recursion"));
+        assert!(parse(b"\xef\xbb\xbf{}").is_ok(), "a byte order mark is let pass");
+    }
+}

@@ -1,0 +1,173 @@
+//! Bytes → [`Scene`], or all that is wrong with it.
+
+use super::budget::Budget;
+use super::build::{Builder, body_axes};
+use super::document::SceneDocument;
+use super::problem::{Pointer, Problem, Problems};
+use super::source::{FolderSource, MeshSource};
+use super::structure::{self, Checked};
+use super::summary::BodySummary;
+use super::validate::estimate::{self, Estimate};
+use super::validate::{Findings, check_document, meshes};
+use super::{Scene, SceneBody, json, schema};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// A scene that can run, with what is worth saying before it does.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// What may not be as it was meant.
+    pub warnings: Vec<Problem>,
+    /// What it will cost, about.
+    pub estimate: Estimate,
+    /// Counts, mass and mesh quality of each body.
+    pub bodies: Vec<BodySummary>,
+}
+
+/// Loads a scene from the bytes of its document, its mesh files from `source`.
+///
+/// # Errors
+/// All problems at once, warnings included. Where the structure is broken, what is not broken is still checked.
+pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> Result<Loaded, Problems> {
+    let fail = |problem: Problem| Problems(vec![problem]);
+    let size = document_json.len() as u64;
+    if size > budget.document_bytes {
+        return Err(fail(
+            Problem::error("budget_document_bytes", &Pointer::root(), "the document is too large")
+                .value(size)
+                .limit(format!("at most {} bytes", budget.document_bytes))
+                .remedy("put meshes into files of their own"),
+        ));
+    }
+    let parsed = json::parse(document_json).map_err(fail)?;
+    let mut checked = structure::check(&parsed.value, &schema::SCENE);
+    checked.problems.splice(0..0, parsed.problems);
+
+    let mended = std::mem::take(&mut checked.mended);
+    let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
+        Ok(document) => document,
+        Err(error) => {
+            checked.problems.push(structure::refused_by_serde(&error));
+            return Err(Problems(checked.problems));
+        }
+    };
+    let whole = checked.placeholders.is_empty();
+    let (found, parts) = examine(&document, whole, source, budget);
+    let problems = merged(checked, found);
+    match parts {
+        Some(parts) if problems.iter().all(|p| !p.is_error()) => Ok(Loaded {
+            scene: Scene { content_hash: parts.content_hash, document, bodies: parts.bodies },
+            warnings: problems,
+            estimate: parts.estimate,
+            bodies: parts.summaries,
+        }),
+        parts => {
+            let mut problems = problems;
+            // A body is only left out with a reason; were there none, saying so is better than an empty list.
+            if parts.is_none() && problems.iter().all(|p| !p.is_error()) {
+                let message = "the scene could not be built, and no check says why";
+                problems.push(Problem::error("internal", &Pointer::root(), message).remedy("report this scene"));
+            }
+            Err(Problems(problems))
+        }
+    }
+}
+
+/// Loads a scene from a file, with the meshes beside it.
+///
+/// # Errors
+/// As [`load`]; a file that cannot be read is a problem too.
+pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
+    let bytes = std::fs::read(path).map_err(|error| {
+        let message = format!("{} cannot be read: {error}", path.display());
+        Problems(vec![
+            Problem::error("unreadable", &Pointer::root(), message).remedy("check the path of the scene"),
+        ])
+    })?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    load(&bytes, &FolderSource::new(folder), budget)
+}
+
+/// What a document becomes.
+struct Parts {
+    bodies: Vec<SceneBody>,
+    summaries: Vec<BodySummary>,
+    estimate: Estimate,
+    content_hash: String,
+}
+
+/// Checks the document, makes the meshes, checks them; the parts when all bodies could be made and the document is
+/// `whole`, without placeholders.
+fn examine(
+    document: &SceneDocument,
+    whole: bool,
+    source: &dyn MeshSource,
+    budget: &Budget,
+) -> (Findings, Option<Parts>) {
+    let mut out = check_document(document, budget);
+    let mut builder = Builder::new(source, budget);
+    let made: Vec<Option<(SceneBody, BodySummary)>> = document
+        .bodies
+        .iter()
+        .enumerate()
+        .map(|(i, _)| make_body(i, document, &mut builder, &mut out))
+        .collect();
+    let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
+    // What follows calculates with the numbers, so they must be sound.
+    if !whole || out.0.iter().any(Problem::is_error) {
+        return (out, None);
+    }
+    let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
+    let estimate = estimate::check(document, &bodies, budget, &mut out);
+    let content_hash = content_hash(document, &builder.file_hashes);
+    (out, Some(Parts { bodies, summaries, estimate, content_hash }))
+}
+
+fn make_body(
+    index: usize,
+    document: &SceneDocument,
+    builder: &mut Builder,
+    out: &mut Findings,
+) -> Option<(SceneBody, BodySummary)> {
+    let body = &document.bodies[index];
+    let mesh = builder.body_mesh(index, body, out)?;
+    meshes::check_sets(index, body, &mesh, &document.measures, out);
+    meshes::check_deformation(index, body, &mesh, out);
+    let quality = meshes::check_elements(index, &mesh, out);
+    let part_entry = meshes::part_entries(index, body, &mesh, out)?;
+    let axes = body_axes(index, body, &mesh, &part_entry, out)?;
+    let materials = body.parts.iter().map(|part| part.material.to_material()).collect::<Option<Vec<_>>>()?;
+    let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
+    Some((SceneBody { mesh, materials, part_entry, axes }, summary))
+}
+
+/// All problems: those of the structure, and those of the meaning unless they speak of a placeholder.
+fn merged(checked: Checked, found: Findings) -> Vec<Problem> {
+    let nameless = checked.placeholders.iter().any(|p| p.ends_with("/name"));
+    let speaks_of_the_document = |problem: &Problem| {
+        // A name that is missing makes every reference to it unknown.
+        !(checked.touches_placeholder(&problem.pointer) || nameless && problem.code == "unknown_body")
+    };
+    let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
+    checked.problems.into_iter().chain(kept).collect()
+}
+
+/// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.
+fn content_hash(document: &SceneDocument, file_hashes: &BTreeMap<String, [u8; 32]>) -> String {
+    let mut hash = Sha256::new();
+    // A document that was read can be written; were it not so, the hash would only be that of the meshes.
+    hash.update(serde_json::to_vec(document).unwrap_or_default());
+    for (name, of_file) in file_hashes {
+        hash.update((name.len() as u64).to_le_bytes());
+        hash.update(name);
+        hash.update(of_file);
+    }
+    hash.finalize().iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

@@ -1,0 +1,232 @@
+//! What is wrong with a scene, in words a user can act on.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::borrow::Cow;
+use std::fmt;
+
+/// How bad a problem is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// The scene cannot run.
+    Error,
+    /// The scene can run, but the answer may not be to the question that was meant.
+    Warning,
+}
+
+/// One problem: where, what was found, what the limit is, and what to do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Problem {
+    /// Error or warning.
+    pub severity: Severity,
+    /// Kind of the problem, in snake case and stable, for programs.
+    pub code: Cow<'static, str>,
+    /// JSON pointer (RFC 6901) to the place in the scene document; empty for the whole document.
+    pub pointer: String,
+    /// The value found there, shortened when it is long; null when there is none.
+    pub value: Value,
+    /// What the value must keep to ("> 0").
+    pub limit: String,
+    /// What is wrong, for people.
+    pub message: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+impl Problem {
+    /// An error of kind `code` at `pointer`; value, limit and remedy are still to be said.
+    pub fn error(code: &'static str, pointer: &Pointer, message: impl Into<String>) -> Self {
+        Self::new(Severity::Error, code, pointer, message.into())
+    }
+    /// A warning of kind `code` at `pointer`; value, limit and remedy are still to be said.
+    pub fn warning(code: &'static str, pointer: &Pointer, message: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, code, pointer, message.into())
+    }
+    fn new(severity: Severity, code: &'static str, pointer: &Pointer, message: String) -> Self {
+        Self {
+            severity,
+            code: Cow::Borrowed(code),
+            pointer: pointer.0.clone(),
+            value: Value::Null,
+            limit: String::new(),
+            message,
+            remedy: String::new(),
+        }
+    }
+    /// With the value found (shortened when it is long).
+    #[must_use]
+    pub fn value(mut self, value: impl Into<Value>) -> Self {
+        self.value = shortened(value.into());
+        self
+    }
+    /// With the limit that the value breaks.
+    #[must_use]
+    pub fn limit(mut self, limit: impl Into<String>) -> Self {
+        self.limit = limit.into();
+        self
+    }
+    /// With what to do.
+    #[must_use]
+    pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = remedy.into();
+        self
+    }
+    /// Whether it keeps the scene from running.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let severity = if self.is_error() { "error" } else { "warning" };
+        let place = if self.pointer.is_empty() { "/" } else { &self.pointer };
+        write!(f, "{severity} [{}] {place}: {}", self.code, self.message)?;
+        if !self.value.is_null() {
+            write!(f, "; found {}", self.value)?;
+        }
+        if !self.limit.is_empty() {
+            write!(f, "; must be {}", self.limit)?;
+        }
+        if !self.remedy.is_empty() {
+            write!(f, "; {}", self.remedy)?;
+        }
+        Ok(())
+    }
+}
+
+/// A long text or a long list says little more than its beginning.
+fn shortened(value: Value) -> Value {
+    const LONGEST: usize = 120;
+    let text = match &value {
+        Value::String(text) => text.clone(),
+        Value::Array(_) | Value::Object(_) => value.to_string(),
+        _ => return value,
+    };
+    if text.chars().count() <= LONGEST {
+        return value;
+    }
+    Value::String(text.chars().take(LONGEST).chain("…".chars()).collect())
+}
+
+/// All that is wrong with a scene that cannot run: at least one error, and the warnings found on the way, in the order
+/// in which they were found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Problems(pub Vec<Problem>);
+
+impl Problems {
+    /// How many of them keep the scene from running.
+    pub fn error_count(&self) -> usize {
+        self.0.iter().filter(|p| p.is_error()).count()
+    }
+}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the scene has {} error(s)", self.error_count())?;
+        self.0.iter().try_for_each(|p| write!(f, "\n{p}"))
+    }
+}
+
+impl std::error::Error for Problems {}
+
+/// A JSON pointer (RFC 6901) under construction.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Pointer(String);
+
+impl Pointer {
+    /// The whole document.
+    pub fn root() -> Self {
+        Self::default()
+    }
+    /// A pointer that is already written, such as `/bodies/0`.
+    pub fn from_text(text: impl Into<String>) -> Self {
+        Self(text.into())
+    }
+    /// A member of the object here.
+    #[must_use]
+    pub fn key(&self, name: &str) -> Self {
+        Self(format!("{}/{}", self.0, name.replace('~', "~0").replace('/', "~1")))
+    }
+    /// An item of the list here.
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
+        Self(format!("{}/{index}", self.0))
+    }
+    /// The pointer as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// The known name nearest to a wrong one, when it is near enough to be what was meant.
+pub fn nearest_name<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let nearness = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
+    known
+        .into_iter()
+        .map(|name| {
+            // A beginning ("density" for "density_kg_per_m3") is what forgetting the unit looks like.
+            let begins = wrong.len() >= 3 && name.starts_with(wrong);
+            (if begins { 1 } else { nearness(name) }, name)
+        })
+        .filter(|(distance, name)| *distance <= 1 + name.chars().count().min(wrong.chars().count()) / 3)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, name)| name)
+}
+
+/// "did you mean …?" when there is a near name, else the list of the known ones.
+pub fn suggest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    const MOST: usize = 12;
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest_name(wrong, known.iter().copied()) {
+        Some(name) => format!("did you mean {name:?}?"),
+        None if known.is_empty() => "there is none".into(),
+        None if known.len() > MOST => format!("known are {}, …", known[..MOST].join(", ")),
+        None => format!("known are {}", known.join(", ")),
+    }
+}
+
+/// Levenshtein distance: insertions, deletions and substitutions of characters.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pointers_escape_as_rfc_6901_says() {
+        assert_eq!(Pointer::root().key("a/b").index(3).key("m~n").as_str(), "/a~1b/3/m~0n");
+    }
+
+    #[test]
+    fn near_names_are_suggested_and_far_ones_are_not() {
+        let known = ["density_kg_per_m3", "material", "part"];
+        assert_eq!(nearest_name("densty_kg_per_m3", known), Some("density_kg_per_m3"));
+        assert_eq!(nearest_name("density", known), Some("density_kg_per_m3"));
+        assert_eq!(nearest_name("Material", known), Some("material"));
+        assert_eq!(nearest_name("velocity", known), None);
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+    }
+
+    #[test]
+    fn long_values_are_shortened() {
+        let problem = Problem::error("x", &Pointer::root(), "m").value("é".repeat(1000));
+        assert_eq!(problem.value.as_str().unwrap().chars().count(), 121);
+    }
+}

@@ -1,0 +1,239 @@
+//! A generator of the document, as the generator of the mesh: its size and its problems before anything is made.
+
+use super::document::{Generator, LimbSegmentDocument};
+use super::problem::{Pointer, Problem};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::generate::block::{Block, Cuts};
+use crate::mesh::generate::cylinder::Cylinder;
+use crate::mesh::generate::hollow_ball::HollowBall;
+use crate::mesh::generate::limb_segment::LimbSegment;
+use crate::mesh::generate::solid_ball::SolidBall;
+use crate::mesh::{Mesh, MeshError, ParameterProblem};
+
+/// A mesh generator with its parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Recipe {
+    /// See [`HollowBall`].
+    HollowBall(HollowBall),
+    /// See [`SolidBall`].
+    SolidBall(SolidBall),
+    /// See [`Cylinder`].
+    Cylinder(Cylinder),
+    /// See [`Block`].
+    Block(Block),
+    /// See [`LimbSegment`].
+    LimbSegment(LimbSegment),
+}
+
+/// Runs `$body` with `$it` bound to the concrete generator.
+macro_rules! with_generator {
+    ($recipe:expr, $it:ident => $body:expr) => {
+        match $recipe {
+            Recipe::HollowBall($it) => $body,
+            Recipe::SolidBall($it) => $body,
+            Recipe::Cylinder($it) => $body,
+            Recipe::Block($it) => $body,
+            Recipe::LimbSegment($it) => $body,
+        }
+    };
+}
+
+impl Recipe {
+    /// The recipe that a document asks for.
+    pub fn new(generator: &Generator) -> Self {
+        match *generator {
+            Generator::HollowBall {
+                center_m,
+                outer_radius_m,
+                inner_radius_m,
+                elements_around,
+                elements_through,
+            } => Self::HollowBall(HollowBall {
+                center: center_m.into(),
+                outer_radius_m,
+                inner_radius_m,
+                elements_around,
+                elements_through,
+                part: "ball".into(),
+            }),
+            Generator::SolidBall { center_m, radius_m, elements_around, elements_through } => {
+                Self::SolidBall(SolidBall {
+                    center: center_m.into(),
+                    radius_m,
+                    elements_around,
+                    elements_through,
+                    part: "ball".into(),
+                })
+            }
+            Generator::Cylinder {
+                center_m,
+                axis,
+                radius_m,
+                length_m,
+                elements_around,
+                elements_through,
+                elements_along,
+            } => Self::Cylinder(Cylinder {
+                center: center_m.into(),
+                axis: axis.into(),
+                radius_m,
+                length_m,
+                elements_around,
+                elements_through,
+                elements_along,
+                part: "baton".into(),
+            }),
+            Generator::Block { min_m, max_m, elements, grading, grading_center_m } => {
+                Self::Block(block(min_m, max_m, elements, grading, grading_center_m))
+            }
+            Generator::LimbSegment(ref limb) => Self::LimbSegment(limb_segment(limb)),
+        }
+    }
+
+    /// The same mesh with all element counts multiplied by `factor`.
+    #[must_use]
+    pub fn refined(&self, factor: u32) -> Self {
+        match self {
+            Self::HollowBall(it) => Self::HollowBall(it.refined(factor)),
+            Self::SolidBall(it) => Self::SolidBall(it.refined(factor)),
+            Self::Cylinder(it) => Self::Cylinder(it.refined(factor)),
+            Self::Block(it) => Self::Block(it.refined(factor)),
+            Self::LimbSegment(it) => Self::LimbSegment(it.refined(factor)),
+        }
+    }
+
+    /// How many elements the mesh will have; saturates instead of overflowing.
+    pub fn element_count(&self) -> u64 {
+        with_generator!(self, it => it.element_count())
+    }
+
+    /// Makes the mesh.
+    ///
+    /// # Errors
+    /// `Parameters` with every number out of range.
+    pub fn generate(&self) -> Result<Mesh, MeshError> {
+        with_generator!(self, it => it.generate())
+    }
+
+    /// Every number out of range, as problems of the generator at `here`.
+    pub fn problems(&self, here: &Pointer) -> Vec<Problem> {
+        let found = with_generator!(self, it => it.problems());
+        found.iter().map(|problem| self.problem(problem, here)).collect()
+    }
+
+    /// A problem of a parameter, at the field of the document that it came from.
+    fn problem(&self, found: &ParameterProblem, here: &Pointer) -> Problem {
+        let pointer = field_path(&found.field).into_iter().fold(here.clone(), |p, key| p.key(&key));
+        Problem::error("bad_generator_parameter", &pointer, format!("the mesh cannot be made with this {}", found.field))
+            .value(found.value)
+            .limit(found.limit.clone())
+            .remedy(found.remedy.clone())
+    }
+}
+
+/// Where the document has the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "radius_m").
+fn field_path(name: &str) -> Vec<String> {
+    let (field, index) = match name.split_once('[') {
+        Some((field, index)) => (field, Some(index.trim_end_matches(']').to_owned())),
+        None => (name, None),
+    };
+    let axis_of = |cuts: &str| cuts.strip_prefix("cuts_").and_then(|axis| "xyz".find(axis));
+    if let Some((cuts, member)) = field.split_once('.')
+        && let Some(axis) = axis_of(cuts)
+    {
+        let field = match member {
+            "ratio" => "grading",
+            "position_m" => "grading_center_m",
+            _ => "elements",
+        };
+        return vec![field.into(), axis.to_string()];
+    }
+    let field = match field {
+        "center" => "center_m",
+        "min_corner_m" => "min_m",
+        "max_corner_m" => "max_m",
+        // The whole generator is too large, not one of its fields.
+        "element_count" => return Vec::new(),
+        field => field,
+    };
+    std::iter::once(field.to_owned()).chain(index).collect()
+}
+
+fn block(
+    min_m: [f64; 3],
+    max_m: [f64; 3],
+    elements: [u32; 3],
+    grading: Option<[f64; 3]>,
+    center_m: Option<[f64; 3]>,
+) -> Block {
+    let cuts = |axis: usize| match grading {
+        None => Cuts::Uniform { count: elements[axis] },
+        Some(ratio) => Cuts::Towards {
+            count: elements[axis],
+            position_m: center_m.map_or(0.5 * (min_m[axis] + max_m[axis]), |c| c[axis]),
+            ratio: ratio[axis],
+        },
+    };
+    Block {
+        min_corner_m: Vec3::from(min_m),
+        max_corner_m: Vec3::from(max_m),
+        cuts: [cuts(0), cuts(1), cuts(2)],
+        part: "block".into(),
+    }
+}
+
+fn limb_segment(limb: &LimbSegmentDocument) -> LimbSegment {
+    LimbSegment {
+        center: limb.center_m.into(),
+        semi_axis_x_m: limb.semi_axis_x_m,
+        semi_axis_z_m: limb.semi_axis_z_m,
+        length_m: limb.length_m,
+        bone_semi_axis_x_m: limb.bone_semi_axis_x_m,
+        bone_semi_axis_z_m: limb.bone_semi_axis_z_m,
+        bone_offset_m: limb.bone_offset_m,
+        fat_thickness_m: limb.fat_thickness_m,
+        skin_thickness_m: limb.skin_thickness_m,
+        elements_around: limb.elements_around,
+        elements_along: limb.elements_along,
+        muscle_elements: limb.muscle_elements,
+        fat_elements: limb.fat_elements,
+        skin_elements: limb.skin_elements,
+        impact_angle_deg: limb.impact_angle_deg,
+        impact_along_m: limb.impact_along_m,
+        grading_around: limb.grading_around,
+        grading_along: limb.grading_along,
+        grading_muscle: limb.grading_muscle,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_point_at_the_fields_of_the_document() {
+        let block = Generator::Block {
+            min_m: [0.0; 3],
+            max_m: [1.0, -1.0, 1.0],
+            elements: [0, 1, 1],
+            grading: Some([1.0, 1.0, 0.5]),
+            grading_center_m: None,
+        };
+        let found = Recipe::new(&block).problems(&Pointer::root());
+        let mut pointers: Vec<&str> = found.iter().map(|p| p.pointer.as_str()).collect();
+        pointers.sort_unstable();
+        assert_eq!(pointers, ["/elements/0", "/grading/2", "/grading_center_m/1", "/max_m/1"]);
+
+        let ball = Generator::HollowBall {
+            center_m: [0.0; 3],
+            outer_radius_m: 1.0,
+            inner_radius_m: 2.0,
+            elements_around: u32::MAX,
+            elements_through: u32::MAX,
+        };
+        let recipe = Recipe::new(&ball);
+        assert_eq!(recipe.element_count(), u64::MAX);
+        let pointers: Vec<_> = recipe.problems(&Pointer::root()).into_iter().map(|p| p.pointer).collect();
+        assert_eq!(pointers, ["/inner_radius_m", ""]);
+    }
+}

@@ -1,0 +1,158 @@
+//! Where the bytes of a mesh come from: files beside the scene, or what a service has stored.
+
+use std::io::Read as _;
+use std::path::{Component, Path, PathBuf};
+
+/// Gives the bytes of a mesh by the name that the scene uses.
+pub trait MeshSource {
+    /// The bytes of the mesh called `name`, and a file name whose ending tells the format.
+    ///
+    /// # Errors
+    /// When there is no such mesh, it lies where it must not, is larger than `limit` bytes, or cannot be read.
+    fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError>;
+}
+
+/// A mesh file, unread.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshBytes {
+    /// File name, for its ending.
+    pub file_name: String,
+    /// The content.
+    pub bytes: Vec<u8>,
+}
+
+/// Why there are no bytes.
+#[derive(Debug, thiserror::Error)]
+pub enum MeshSourceError {
+    /// No mesh of that name.
+    #[error("there is no mesh {name:?}")]
+    NotFound {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// A name that leads out of the scene's folder.
+    #[error("{name:?} leads out of the folder of the scene")]
+    Outside {
+        /// The name asked for.
+        name: String,
+    },
+    /// More bytes than the budget allows.
+    #[error("the mesh {name:?} has {bytes} bytes")]
+    TooLarge {
+        /// The name asked for.
+        name: String,
+        /// Its size.
+        bytes: u64,
+        /// The largest size.
+        limit: u64,
+    },
+    /// The storage failed.
+    #[error("the mesh {name:?} cannot be read: {reason}")]
+    Unreadable {
+        /// The name asked for.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Files in the folder of the scene and below it. A name cannot lead out: no absolute paths, no `..`, no symbolic links
+/// to elsewhere.
+#[derive(Clone, Debug)]
+pub struct FolderSource {
+    folder: PathBuf,
+}
+
+impl FolderSource {
+    /// Files in `folder`.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The true path of a name inside the folder.
+    fn resolve(&self, name: &str) -> Result<PathBuf, MeshSourceError> {
+        let outside = || MeshSourceError::Outside { name: name.to_owned() };
+        let missing = || MeshSourceError::NotFound { name: name.to_owned(), known: self.names() };
+        let relative = Path::new(name);
+        if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
+            return Err(outside());
+        }
+        let folder = self.folder.canonicalize().map_err(|_| missing())?;
+        // Links are followed by `canonicalize`, so what is compared is where the file truly lies.
+        let path = folder.join(relative).canonicalize().map_err(|_| missing())?;
+        if !path.starts_with(&folder) {
+            return Err(outside());
+        }
+        if path.is_file() { Ok(path) } else { Err(missing()) }
+    }
+
+    /// Mesh files directly in the folder, sorted, for suggestions.
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.path())
+            .filter(|path| path.extension().is_some_and(|e| e != "json" && e != "md"))
+            .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl MeshSource for FolderSource {
+    fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
+        let path = self.resolve(name)?;
+        let unreadable = |error: std::io::Error| MeshSourceError::Unreadable {
+            name: name.to_owned(),
+            reason: error.to_string(),
+        };
+        let file = std::fs::File::open(&path).map_err(unreadable)?;
+        let size = file.metadata().map_err(unreadable)?.len();
+        let too_large = |bytes| MeshSourceError::TooLarge { name: name.to_owned(), bytes, limit };
+        if size > limit {
+            return Err(too_large(size));
+        }
+        let mut bytes = Vec::with_capacity(size as usize);
+        // The file may grow between asking its size and reading it.
+        file.take(limit + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if bytes.len() as u64 > limit {
+            return Err(too_large(bytes.len() as u64));
+        }
+        Ok(MeshBytes { file_name: name.to_owned(), bytes })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_inside_the_folder_are_read() {
+        let root = tempfile::tempdir().unwrap();
+        let folder = root.path().join("scene");
+        std::fs::create_dir_all(folder.join("meshes")).unwrap();
+        std::fs::write(root.path().join("secret.msh"), "secret").unwrap();
+        std::fs::write(folder.join("meshes/ball.msh"), "ball").unwrap();
+        std::fs::write(folder.join("block.msh"), "block").unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(root.path().join("secret.msh"), folder.join("link.msh")).unwrap();
+
+        let source = FolderSource::new(&folder);
+        assert_eq!(source.read("meshes/ball.msh", 4).unwrap().bytes, b"ball");
+        assert_eq!(source.read("./block.msh", 100).unwrap().bytes, b"block");
+        let absolute = root.path().join("secret.msh");
+        for name in ["../secret.msh", "meshes/../../secret.msh", absolute.to_str().unwrap(), "link.msh"] {
+            let result = source.read(name, 100);
+            assert!(matches!(result, Err(MeshSourceError::Outside { .. })), "{name}: {result:?}");
+        }
+        assert!(matches!(source.read("block.msh", 4), Err(MeshSourceError::TooLarge { bytes: 5, .. })));
+        for name in ["", ".", "meshes", "blok.msh", "a\0b"] {
+            let Err(MeshSourceError::NotFound { known, .. }) = source.read(name, 100) else {
+                panic!("{name:?} was found")
+            };
+            assert!(known.contains(&"block.msh".into()));
+        }
+    }
+}

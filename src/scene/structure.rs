@@ -1,0 +1,349 @@
+//! Whether a document has the structure of a scene: all misspelt, missing and mistyped members at once.
+//!
+//! The JSON Schema finds them; this file says them in words, with the branch of a tagged enum that the document chose.
+//! What is broken is then *mended* in a copy (removed, or replaced by a placeholder), so that the checks of meaning can
+//! look at the rest; what they say of a placeholder is dropped.
+
+use super::problem::{Pointer, Problem, suggest};
+use super::schema::Compiled;
+use jsonschema::ValidationError;
+use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
+use serde_json::{Map, Value};
+
+/// Members by which the variant of an enum is chosen.
+pub(super) const TAGS: [&str; 2] = ["law", "kind"];
+
+/// The outcome of the check.
+#[derive(Debug)]
+pub struct Checked {
+    /// What is broken.
+    pub problems: Vec<Problem>,
+    /// The document with what is broken mended.
+    pub mended: Value,
+    /// Pointers to the placeholders in it.
+    pub placeholders: Vec<String>,
+}
+
+/// Checks `document` against a compiled schema.
+pub(super) fn check(document: &Value, compiled: &Compiled) -> Checked {
+    let mut out = Checked { problems: Vec::new(), mended: document.clone(), placeholders: Vec::new() };
+    match &compiled.validator {
+        Ok(validator) => {
+            for error in validator.iter_errors(document) {
+                out.report(&error, compiled);
+            }
+        }
+        Err(text) => out.problems.push(Problem::error("schema_broken", &Pointer::root(), text)),
+    }
+    out
+}
+
+impl Checked {
+    /// Whether what is said of `pointer` would be said of a placeholder: it is one, lies in one, or holds one.
+    pub fn touches_placeholder(&self, pointer: &str) -> bool {
+        let within = |inner: &str, outer: &str| {
+            inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+        };
+        self.placeholders.iter().any(|p| within(pointer, p) || within(p, pointer))
+    }
+
+    fn report(&mut self, error: &ValidationError, compiled: &Compiled) {
+        let pointer = Pointer::from_text(error.instance_path().as_str());
+        let schema = parent(error.schema_path().as_str(), &compiled.schema);
+        let found = error.instance().as_ref();
+        match error.kind() {
+            Kind::OneOfNotValid { context } | Kind::AnyOf { context } => {
+                self.report_branches(&pointer, found, context, schema, compiled);
+            }
+            Kind::AdditionalProperties { unexpected } => {
+                for name in unexpected {
+                    self.report_unknown_member(&pointer, name, schema);
+                }
+            }
+            Kind::Required { property } => {
+                let name = property.as_str().unwrap_or_default();
+                let member = schema.and_then(|s| s.pointer(&format!("/properties/{name}")));
+                self.problems.push(
+                    Problem::error("missing_field", &pointer.key(name), format!("{name:?} is missing"))
+                        .limit(member.map_or_else(String::new, describe))
+                        .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m))),
+                );
+                self.mend(&pointer.key(name), member, compiled);
+            }
+            kind => {
+                let (code, limit) = limit_of(kind);
+                self.problems.push(
+                    Problem::error(code, &pointer, error.to_string())
+                        .value(found.clone())
+                        .limit(limit)
+                        .remedy(schema.and_then(description).unwrap_or_else(|| "change the value".into())),
+                );
+                self.mend(&pointer, schema, compiled);
+            }
+        }
+    }
+
+    /// An enum (or an optional value) none of whose variants fits: the errors of the variant that the document chose by
+    /// its tag, its only member or its type; when it chose none, what there is to choose.
+    fn report_branches(
+        &mut self,
+        pointer: &Pointer,
+        found: &Value,
+        context: &[Vec<ValidationError<'static>>],
+        schema: Option<&Value>,
+        compiled: &Compiled,
+    ) {
+        let choices = schema.map(|s| choices(s, &compiled.schema)).unwrap_or_default();
+        let chosen = only(&choices, |c| c.is_made_by(found)).or_else(|| only(&choices, |c| c.has_type_of(found)));
+        if let Some(errors) = chosen.and_then(|i| context.get(i)) {
+            errors.iter().for_each(|e| self.report(e, compiled));
+            return;
+        }
+        let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
+        let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
+        let at = tag.map_or_else(|| pointer.clone(), |tag| pointer.key(tag));
+        let written = tag.map_or(Some(found), |tag| found.get(tag));
+        let problem = match (written, tag) {
+            (None, _) => Problem::error("missing_field", &at, "the field that chooses the variant is missing"),
+            (Some(word), Some(_)) => Problem::error("unknown_variant", &at, format!("there is no {word}")),
+            (Some(Value::String(word)), None) => {
+                Problem::error("unknown_variant", &at, format!("there is no {word:?}"))
+            }
+            _ => Problem::error("wrong_type", &at, "this is none of the variants"),
+        };
+        let hint = match written {
+            Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
+            _ => schema.and_then(description).unwrap_or_else(|| "choose one of them".into()),
+        };
+        self.problems.push(
+            problem
+                .value(written.cloned().unwrap_or_default())
+                .limit(format!("one of {}", options.join(", ")))
+                .remedy(hint),
+        );
+        self.mend(pointer, schema, compiled);
+    }
+
+    fn report_unknown_member(&mut self, pointer: &Pointer, name: &str, schema: Option<&Value>) {
+        let members = schema.and_then(|s| s.get("properties")).and_then(Value::as_object);
+        let known: Vec<&str> = members.into_iter().flat_map(Map::keys).map(String::as_str).collect();
+        let value = self.mended.pointer(pointer.key(name).as_str()).cloned().unwrap_or_default();
+        self.problems.push(
+            Problem::error("unknown_field", &pointer.key(name), format!("{name:?} is not a field here"))
+                .value(value)
+                .limit(format!("one of {}", known.join(", ")))
+                .remedy(suggest(name, known)),
+        );
+        if let Some(Value::Object(object)) = self.mended.pointer_mut(pointer.as_str()) {
+            object.remove(name);
+        }
+    }
+
+    /// Puts a placeholder of the right type at `pointer`.
+    fn mend(&mut self, pointer: &Pointer, schema: Option<&Value>, compiled: &Compiled) {
+        let value = schema.map_or(Value::Null, |s| placeholder(s, &compiled.schema));
+        if let Some(place) = self.mended.pointer_mut(pointer.as_str()) {
+            *place = value;
+        } else if let Some((parent, name)) = pointer.as_str().rsplit_once('/')
+            && let Some(Value::Object(object)) = self.mended.pointer_mut(parent)
+        {
+            object.insert(name.replace("~1", "/").replace("~0", "~"), value);
+        }
+        self.placeholders.push(pointer.as_str().to_owned());
+    }
+}
+
+/// How a document chooses one variant of an enum.
+enum Choice {
+    /// By being this word.
+    Word(Value),
+    /// By this word under this tag.
+    Tag(&'static str, Value),
+    /// By having this member alone.
+    Member(String),
+    /// By being of this type.
+    Type(Value),
+    /// By choosing one of these.
+    Nested(Vec<Choice>),
+}
+
+impl Choice {
+    /// Whether `found` makes this choice.
+    fn is_made_by(&self, found: &Value) -> bool {
+        match self {
+            Self::Word(word) => found == word,
+            Self::Tag(tag, word) => found.get(tag) == Some(word),
+            Self::Member(name) => found.get(name).is_some(),
+            Self::Type(_) => self.has_type_of(found),
+            Self::Nested(choices) => choices.iter().any(|c| c.is_made_by(found)),
+        }
+    }
+    /// Whether `found` has the type of whoever makes this choice.
+    fn has_type_of(&self, found: &Value) -> bool {
+        match self {
+            Self::Word(_) => found.is_string(),
+            Self::Tag(..) | Self::Member(_) => found.is_object(),
+            Self::Type(name) => name == type_of(found),
+            Self::Nested(choices) => choices.iter().any(|c| c.has_type_of(found)),
+        }
+    }
+    /// The tag under which the choice is made.
+    fn tag(&self) -> Option<&'static str> {
+        match self {
+            Self::Tag(tag, _) => Some(tag),
+            Self::Nested(choices) => choices.iter().find_map(Self::tag),
+            _ => None,
+        }
+    }
+    /// What may be written to make it.
+    fn words(&self) -> Vec<String> {
+        match self {
+            Self::Word(word) | Self::Tag(_, word) => vec![word.as_str().unwrap_or_default().to_owned()],
+            Self::Member(name) => vec![format!("{{{name:?}: …}}")],
+            Self::Type(name) => vec![name.as_str().unwrap_or("anything").to_owned()],
+            Self::Nested(choices) => choices.iter().flat_map(Self::words).collect(),
+        }
+    }
+}
+
+/// The choices of the variants of `schema`, in their order.
+fn choices(schema: &Value, root: &Value) -> Vec<Choice> {
+    let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
+    variants.into_iter().flatten().map(|variant| choice(variant, root)).collect()
+}
+
+fn choice(variant: &Value, root: &Value) -> Choice {
+    if let Some(target) = resolve(variant, root) {
+        return choice(target, root);
+    }
+    if let Some(word) = variant.get("const") {
+        return Choice::Word(word.clone());
+    }
+    let properties = variant.get("properties").and_then(Value::as_object);
+    for tag in TAGS {
+        if let Some(word) = properties.and_then(|p| p.get(tag)?.get("const")) {
+            return Choice::Tag(tag, word.clone());
+        }
+    }
+    if let Some(name) = properties.filter(|p| p.len() == 1).and_then(|p| p.keys().next()) {
+        return Choice::Member(name.clone());
+    }
+    let nested = choices(variant, root);
+    if nested.is_empty() { Choice::Type(variant.get("type").cloned().unwrap_or_default()) } else { Choice::Nested(nested) }
+}
+
+/// Index of the only choice that keeps to `condition`.
+fn only(choices: &[Choice], condition: impl Fn(&Choice) -> bool) -> Option<usize> {
+    let mut kept = choices.iter().enumerate().filter(|(_, choice)| condition(choice));
+    let (index, _) = kept.next()?;
+    kept.next().is_none().then_some(index)
+}
+
+/// What a `$ref` points to.
+fn resolve<'a>(schema: &Value, root: &'a Value) -> Option<&'a Value> {
+    root.pointer(schema.get("$ref")?.as_str()?.strip_prefix('#')?)
+}
+
+/// The name of a value's type in JSON Schema.
+fn type_of(value: &Value) -> &'static str {
+    match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(_) => "number",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    }
+}
+
+/// Code and limit of a simple error.
+fn limit_of(kind: &Kind) -> (&'static str, String) {
+    match kind {
+        Kind::Type { kind } => ("wrong_type", type_name(kind)),
+        Kind::Constant { expected_value } => ("unknown_variant", expected_value.to_string()),
+        Kind::Enum { options } => ("unknown_variant", format!("one of {options}")),
+        Kind::MinItems { limit } => ("too_few_items", format!("at least {limit} items")),
+        Kind::MaxItems { limit } => ("too_many_items", format!("at most {limit} items")),
+        Kind::Minimum { limit } => ("out_of_range", format!(">= {limit}")),
+        Kind::Maximum { limit } => ("out_of_range", format!("<= {limit}")),
+        other => ("wrong_structure", other.keyword().to_owned()),
+    }
+}
+
+fn type_name(kind: &TypeKind) -> String {
+    match kind {
+        TypeKind::Single(json_type) => json_type.to_string(),
+        TypeKind::Multiple(types) => types.iter().map(|t| t.to_string()).collect::<Vec<_>>().join(" or "),
+    }
+}
+
+/// The schema that holds the keyword at `path`.
+fn parent<'a>(path: &str, root: &'a Value) -> Option<&'a Value> {
+    let (parent, _) = path.rsplit_once('/')?;
+    root.pointer(parent)
+}
+
+fn description(schema: &Value) -> Option<String> {
+    schema.get("description").and_then(Value::as_str).map(|text| format!("it means: {text}"))
+}
+
+/// What a member is, in a word or two.
+fn describe(schema: &Value) -> String {
+    match schema.get("type") {
+        Some(Value::String(name)) => format!("present ({name})"),
+        _ => "present".into(),
+    }
+}
+
+fn remedy_for(name: &str, schema: &Value) -> String {
+    match schema.get("description").and_then(Value::as_str) {
+        Some(text) => format!("add {name:?}: {text}"),
+        None => format!("add {name:?}"),
+    }
+}
+
+/// The simplest value that a schema lets pass: absent where it may be, one, an empty list, the first variant.
+fn placeholder(schema: &Value, root: &Value) -> Value {
+    if let Some(value) = schema.get("const").or_else(|| schema.get("default")) {
+        return value.clone();
+    }
+    if let Some(target) = resolve(schema, root) {
+        return placeholder(target, root);
+    }
+    if let Some(variants) = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array) {
+        let may_be_absent = variants.iter().any(|v| v.get("type").is_some_and(|t| t == "null"));
+        let first = variants.first().filter(|_| !may_be_absent);
+        return first.map_or(Value::Null, |variant| placeholder(variant, root));
+    }
+    match schema.get("type").and_then(Value::as_str) {
+        Some("number" | "integer") => 1.into(),
+        Some("string") => "?".into(),
+        Some("boolean") => false.into(),
+        Some("array") => {
+            let count = schema.get("minItems").and_then(Value::as_u64).unwrap_or(0);
+            let item = schema.get("items").map_or(Value::Null, |items| placeholder(items, root));
+            Value::Array((0..count).map(|_| item.clone()).collect())
+        }
+        Some("object") => {
+            let names = schema.get("required").and_then(Value::as_array).into_iter().flatten();
+            let member = |name: &str| {
+                schema.pointer(&format!("/properties/{name}")).map_or(Value::Null, |m| placeholder(m, root))
+            };
+            names.filter_map(Value::as_str).map(|name| (name.to_owned(), member(name))).collect()
+        }
+        _ => Value::Null,
+    }
+}
+
+/// What serde refuses though the schema let it pass; the last word on what a document is.
+pub(super) fn refused_by_serde(error: &serde_path_to_error::Error<serde_json::Error>) -> Problem {
+    use serde_path_to_error::Segment;
+    let pointer = error.path().iter().fold(Pointer::root(), |p, segment| match segment {
+        Segment::Seq { index } => p.index(*index),
+        Segment::Map { key } => p.key(key),
+        Segment::Enum { .. } | Segment::Unknown => p,
+    });
+    Problem::error("wrong_structure", &pointer, error.inner().to_string())
+        .limit("the scene document, see `contuse schema`")
+        .remedy("change the value; a count must be written without a decimal point")
+}

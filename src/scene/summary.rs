@@ -1,0 +1,77 @@
+//! Counts, mass and mesh quality of a body, for people and for the service.
+
+use super::document::BodyDocument;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
+use crate::mesh::hexahedron::volume_m3;
+use crate::mesh::quality::Quality;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a body is, in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BodySummary {
+    /// Name.
+    pub name: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Elements.
+    pub elements: usize,
+    /// Volume of the mesh [m³].
+    pub volume_m3: f64,
+    /// Mass of the mesh [kg].
+    pub mass_kg: f64,
+    /// Lower and upper corner of the box around it [m].
+    pub bounding_box_m: [[f64; 3]; 2],
+    /// Smallest scaled Jacobian of all corners and Gauss points, 1 for a brick [-].
+    pub min_scaled_jacobian: f64,
+    /// The element where that is.
+    pub worst_element: u32,
+    /// Largest ratio of longest to shortest edge in one element [-].
+    pub max_aspect_ratio: f64,
+    /// Shortest edge [m].
+    pub min_edge_m: f64,
+    /// Elements and mass of each part.
+    pub parts: Vec<PartSummary>,
+    /// What the mesh says of itself (how far facets stay from the true shape, what a reader left out).
+    pub notes: Vec<String>,
+}
+
+/// What a part is, in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PartSummary {
+    /// Name of the part in the mesh.
+    pub name: String,
+    /// Elements.
+    pub elements: usize,
+    /// Mass [kg].
+    pub mass_kg: f64,
+}
+
+impl BodySummary {
+    /// Sums up a body.
+    pub fn new(body: &BodyDocument, mesh: &Mesh, part_entry: &[u32], quality: &Quality) -> Self {
+        let empty = |name: &String| PartSummary { name: name.clone(), elements: 0, mass_kg: 0.0 };
+        let mut parts: Vec<PartSummary> = mesh.parts.iter().map(empty).collect();
+        for (element, &entry) in part_entry.iter().enumerate() {
+            let part = &mut parts[mesh.part_of[element] as usize];
+            part.elements += 1;
+            part.mass_kg += body.parts[entry as usize].density_kg_per_m3 * volume_m3(&mesh.corners(element));
+        }
+        let corner = |x: &Vec3| [x.x, x.y, x.z];
+        Self {
+            name: body.name.clone(),
+            nodes: mesh.nodes.len(),
+            elements: mesh.hexes.len(),
+            volume_m3: quality.volume_m3,
+            mass_kg: parts.iter().map(|p| p.mass_kg).sum(),
+            bounding_box_m: [corner(&quality.bounding_box_m[0]), corner(&quality.bounding_box_m[1])],
+            min_scaled_jacobian: quality.min_scaled_jacobian,
+            worst_element: quality.worst_element,
+            max_aspect_ratio: quality.max_aspect_ratio,
+            min_edge_m: quality.min_edge_m,
+            parts,
+            notes: mesh.notes.clone(),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! A body's parts, as far as the document alone tells: density, material, element, fibre frame, placement.
+
+use super::{Findings, materials};
+use crate::scene::document::{BodyDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument};
+use crate::scene::problem::{Pointer, Problem};
+use std::collections::BTreeSet;
+
+/// Checks body number `index`.
+pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
+    let here = Pointer::root().key("bodies").index(index);
+    if let Some(placement) = &body.placement {
+        check_placement(placement, &here.key("placement"), out);
+    }
+    let mut names = BTreeSet::new();
+    for (i, part) in body.parts.iter().enumerate() {
+        let here = here.key("parts").index(i);
+        out.require(names.insert(part.part.as_str()), || {
+            Problem::error("repeated_part", &here.key("part"), "the part has a material already")
+                .value(part.part.as_str())
+                .limit("one entry a part")
+                .remedy("keep one of the entries")
+        });
+        check_part(part, &here, out);
+    }
+    out.require(!body.parts.is_empty(), || {
+        Problem::error("no_parts", &here.key("parts"), "the body has no material")
+            .value(Vec::<f64>::new())
+            .limit("an entry for every part of the mesh")
+            .remedy("add an entry; the part \"*\" stands for all parts")
+    });
+}
+
+fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
+    let density = here.key("density_kg_per_m3");
+    out.positive(&density, "a density", part.density_kg_per_m3, "tissue and rubber have about 1000 kg/m³");
+    if part.density_kg_per_m3 > 0.0 {
+        let remedy = "give it in kg/m³: water has 1000, steel 7850";
+        out.usual(&density, "the density", part.density_kg_per_m3, [100.0, 25_000.0], remedy);
+    }
+    materials::check(&part.material, &here.key("material"), out);
+    let coupled = !part.material.is_split();
+    out.require(!(coupled && part.formulation == Some(Formulation::MeanDilatation)), || {
+        Problem::error(
+            "coupled_law_with_mean_dilatation",
+            &here.key("formulation"),
+            "mean dilatation averages U(J), but this law does not keep U(J) apart",
+        )
+        .value("mean_dilatation")
+        .limit("full, for a coupled law")
+        .remedy("choose \"full\", or a law that is split")
+    });
+    if let Some(frame) = &part.fibre_frame {
+        check_frame(frame, &here.key("fibre_frame"), out);
+        out.require(part.material.family_count() > 0, || {
+            Problem::warning("unused_fibre_frame", &here.key("fibre_frame"), "the law has no fibres")
+                .limit("a law with fibres")
+                .remedy("leave the frame out, or choose a law with fibres")
+        });
+    }
+}
+
+fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
+    match frame {
+        FibreFrameDocument::Mesh {} => {}
+        FibreFrameDocument::Constant { axis, plane } => {
+            out.direction(&here.key("axis"), "the fibre axis", *axis);
+            out.direction(&here.key("plane"), "the second direction", *plane);
+            out.require(crate::scene::frames::constant_frame(*axis, *plane).is_some(), || {
+                Problem::error("parallel_directions", &here.key("plane"), "both directions lie on one line")
+                    .value(plane.to_vec())
+                    .limit("not parallel to axis")
+                    .remedy("give a second direction of the plane of the fibres")
+            });
+        }
+        FibreFrameDocument::Cylindrical { axis, .. } => {
+            out.direction(&here.key("axis"), "the axis of the cylinder", *axis);
+        }
+    }
+}
+
+fn check_placement(placement: &PlacementDocument, here: &Pointer, out: &mut Findings) {
+    out.positive(&here.key("scale"), "the scale", placement.scale, "0.001 turns millimetres into metres");
+    if let Some(rotation) = &placement.rotation {
+        out.direction(&here.key("rotation").key("axis"), "the axis of the rotation", rotation.axis);
+    }
+}

@@ -1,0 +1,166 @@
+//! What a scene will cost, from its counts, its shortest edges and the wave speeds of its materials at rest.
+
+use super::Findings;
+use crate::mechanics::material::Material;
+use crate::mesh::hexahedron::EDGES;
+use crate::scene::budget::Budget;
+use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
+use crate::scene::problem::{Pointer, Problem};
+use crate::scene::SceneBody;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Bytes of plan and state for an element and for a node: gradients at eight points, connectivity, forces, mass and
+/// motion. Rough and on the safe side.
+const BYTES_PER_ELEMENT: u64 = 4_000;
+const BYTES_PER_NODE: u64 = 500;
+
+/// Bytes of one step's contact and energy in the recording, rough.
+const BYTES_PER_STEP: u64 = 2_000;
+
+/// What a scene will cost, before it is compiled. The plan knows the stable step better.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Estimate {
+    /// Nodes of all bodies.
+    pub nodes: u64,
+    /// Elements of all bodies.
+    pub elements: u64,
+    /// Shortest time in which a wave crosses an element's shortest edge [s].
+    pub shortest_crossing_s: f64,
+    /// Steps to the end, about.
+    pub steps: u64,
+    /// Bytes of plan and state, about.
+    pub memory_bytes: u64,
+    /// Frames of fields.
+    pub frames: u64,
+    /// Bytes of the recording before compression, about.
+    pub recording_bytes: u64,
+}
+
+/// Speed of the fastest wave at rest [m/s]: √((K + 4/3 G + fibres)/ρ), a fibre along the wave adding 4 k1.
+///
+/// E_a = κ(I1 − 3) + (1 − 3κ)(I4 − 1) grows by 2 (1 − 2κ) ε under a strain ε along the fibre, so k1/2 E_a² adds
+/// 4 (1 − 2κ)² k1 ≤ 4 k1 to the modulus.
+pub fn wave_speed(material: &Material, density: f64) -> f64 {
+    let (G, K) = material.moduli_at_rest();
+    let fibres = match material {
+        Material::HolzapfelGasserOgden(law) => 4.0 * law.k1 * law.families.directions().len() as f64,
+        _ => 0.0,
+    };
+    ((K + 4.0 / 3.0 * G + fibres) / density).sqrt()
+}
+
+/// Estimates the scene, and compares with the budget.
+pub fn check(document: &SceneDocument, bodies: &[SceneBody], budget: &Budget, out: &mut Findings) -> Estimate {
+    let crossings: Vec<[f64; 2]> =
+        document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect();
+    let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
+    let IntegratorDocument::Explicit { safety_factor, max_step_s, .. } = document.integrator;
+    let step = (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY));
+    let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+
+    let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
+    let elements: u64 = bodies.iter().map(|b| b.mesh.hexes.len() as u64).sum();
+    // A float too large for u64 becomes u64::MAX, NaN becomes 0.
+    let steps = ((document.end_time_s + settling) / step).ceil() as u64;
+    let frames = frame_count(document);
+    let estimate = Estimate {
+        nodes,
+        elements,
+        shortest_crossing_s: shortest,
+        steps,
+        memory_bytes: elements * BYTES_PER_ELEMENT + nodes * BYTES_PER_NODE,
+        frames,
+        recording_bytes: recording_bytes(document, nodes, elements, steps, frames),
+    };
+    check_budget(document, &estimate, budget, out);
+    let longest = crossings.iter().map(|c| c[1]).fold(0.0, f64::max);
+    check_end_time(document.end_time_s, longest, out);
+    estimate
+}
+
+/// The shortest time in which a wave crosses an edge of one element, and the time in which it crosses the body [s].
+fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
+    let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
+    let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
+    let mut shortest = f64::INFINITY;
+    for (element, &entry) in body.part_entry.iter().enumerate() {
+        let corners = body.mesh.corners(element);
+        let edge = EDGES.iter().map(|&[a, b]| (corners[a] - corners[b]).norm()).fold(f64::INFINITY, f64::min);
+        shortest = shortest.min(edge / speeds[entry as usize]);
+    }
+    let size = body.mesh.bounding_box().map_or(0.0, |[low, high]| (high - low).min());
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    [shortest, size / fastest]
+}
+
+/// Number of field frames; the start and the end are always recorded.
+fn frame_count(document: &SceneDocument) -> u64 {
+    let record = &document.record;
+    match (&record.field_times_s, record.field_interval_s) {
+        (Some(times), _) => times.len() as u64 + 2,
+        (None, Some(interval)) => (document.end_time_s / interval).ceil() as u64 + 1,
+        (None, None) => 51,
+    }
+}
+
+fn recording_bytes(document: &SceneDocument, nodes: u64, elements: u64, steps: u64, frames: u64) -> u64 {
+    let of_field = |field: &FieldName| match field {
+        FieldName::VonMises | FieldName::Pressure | FieldName::PrincipalStrain => 8 * nodes,
+        FieldName::Displacement | FieldName::Velocity => 24 * nodes,
+        FieldName::ElementCauchyStress => 48 * elements,
+    };
+    // Besides the fields each frame draws the skin and the points.
+    let frame: u64 = document.record.fields.iter().map(of_field).sum::<u64>() + 100 * nodes;
+    let steps = steps / u64::from(document.record.every_steps.max(1));
+    frame.saturating_mul(frames).saturating_add(steps.saturating_mul(BYTES_PER_STEP))
+}
+
+fn check_budget(document: &SceneDocument, estimate: &Estimate, budget: &Budget, out: &mut Findings) {
+    let root = Pointer::root();
+    let mut limit = |place: Pointer, code: &'static str, what: String, value: u64, limit: u64, remedy: &str| {
+        out.require(value <= limit, || {
+            Problem::error(code, &place, what).value(value).limit(format!("at most {limit}")).remedy(remedy)
+        });
+    };
+    limit(
+        root.key("end_time_s"),
+        "budget_steps",
+        format!("the run would take about {} steps to {} s", estimate.steps, document.end_time_s),
+        estimate.steps,
+        budget.steps,
+        "run for a shorter time, enlarge the smallest elements, or lower the bulk modulus",
+    );
+    limit(
+        root.key("bodies"),
+        "budget_memory",
+        format!("the run would take about {} MB of memory", estimate.memory_bytes / 1_000_000),
+        estimate.memory_bytes,
+        budget.memory_bytes,
+        "use a coarser mesh",
+    );
+    limit(
+        root.key("record"),
+        "budget_recording",
+        format!("the recording would have about {} MB", estimate.recording_bytes / 1_000_000),
+        estimate.recording_bytes,
+        budget.recording_bytes,
+        "record fewer fields, fewer frames, or contact and energy less often",
+    );
+}
+
+/// An end time out of all proportion to the time in which a wave crosses a body is probably in another unit.
+fn check_end_time(end: f64, crossing: f64, out: &mut Findings) {
+    let place = Pointer::root().key("end_time_s");
+    let ratio = end / crossing;
+    out.require(!(ratio.is_finite() && ratio > 0.0) || (1e-3..=1e6).contains(&ratio), || {
+        Problem::warning(
+            "unusual_unit",
+            &place,
+            format!("a wave crosses the slowest body in about {crossing:.3e} s: is the end time right?"),
+        )
+        .value(end)
+        .limit("usually 1e-3 to 1e6 times that")
+        .remedy("give the end time in seconds")
+    });
+}

@@ -1,0 +1,66 @@
+//! The problems found so far, and the checks of a number that come back everywhere.
+
+use crate::scene::problem::{Pointer, Problem};
+
+/// The problems found so far, in the order in which they were found.
+#[derive(Debug, Default)]
+pub struct Findings(pub Vec<Problem>);
+
+impl Findings {
+    /// Adds a problem.
+    pub fn push(&mut self, problem: Problem) {
+        self.0.push(problem);
+    }
+    /// Adds a problem unless `holds`.
+    pub fn require(&mut self, holds: bool, problem: impl FnOnce() -> Problem) {
+        if !holds {
+            self.0.push(problem());
+        }
+    }
+    /// `value` must be greater than zero.
+    pub fn positive(&mut self, pointer: &Pointer, what: &str, value: f64, remedy: &str) {
+        self.require(value > 0.0 && value.is_finite(), || {
+            Problem::error("not_positive", pointer, format!("{what} must be positive"))
+                .value(value)
+                .limit("> 0")
+                .remedy(remedy)
+        });
+    }
+    /// `value` must not be negative.
+    pub fn not_negative(&mut self, pointer: &Pointer, what: &str, value: f64, remedy: &str) {
+        self.require(value >= 0.0 && value.is_finite(), || {
+            Problem::error("negative", pointer, format!("{what} must not be negative"))
+                .value(value)
+                .limit(">= 0")
+                .remedy(remedy)
+        });
+    }
+    /// `value` must lie between two limits, both included.
+    pub fn between(&mut self, pointer: &Pointer, what: &str, value: f64, [low, high]: [f64; 2], remedy: &str) {
+        self.require(value >= low && value <= high, || {
+            Problem::error("out_of_range", pointer, format!("{what} is out of its range"))
+                .value(value)
+                .limit(format!("between {low} and {high}"))
+                .remedy(remedy)
+        });
+    }
+    /// A direction must have a length.
+    pub fn direction(&mut self, pointer: &Pointer, what: &str, value: [f64; 3]) {
+        let length = value.iter().map(|x| x * x).sum::<f64>().sqrt();
+        self.require(length > 0.0 && length.is_finite(), || {
+            Problem::error("no_direction", pointer, format!("{what} has no direction"))
+                .value(value.to_vec())
+                .limit("a vector of finite length > 0")
+                .remedy("give a direction such as [0, 0, 1]")
+        });
+    }
+    /// A number of a usual size; outside it a unit was probably mistaken.
+    pub fn usual(&mut self, pointer: &Pointer, what: &str, value: f64, [low, high]: [f64; 2], remedy: &str) {
+        self.require(!value.is_finite() || (value.abs() >= low && value.abs() <= high), || {
+            Problem::warning("unusual_unit", pointer, format!("{what} is unusual: is its unit right?"))
+                .value(value)
+                .limit(format!("usually {low} to {high}"))
+                .remedy(remedy)
+        });
+    }
+}

@@ -1,0 +1,179 @@
+//! A body's mesh: parts with materials, node sets, and whether its elements can be computed.
+
+use super::Findings;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
+use crate::mesh::quality::{Offenders, Quality, quality};
+use crate::mesh::surface::topology_problems;
+use crate::scene::document::{BodyDocument, InitialDeformation, MeasuresDocument, Role};
+use crate::scene::problem::{Pointer, Problem, suggest};
+
+/// Elements listed in a problem.
+const LISTED: usize = 20;
+
+/// Smallest and largest usual size of a body [m].
+const USUAL_SIZE: [f64; 2] = [10e-6, 10.0];
+
+/// Sizes [m] beyond which volumes leave the range of `f64`.
+const POSSIBLE_SIZE: [f64; 2] = [1e-30, 1e30];
+
+/// For every element the index of its entry in the body's `parts`; `None` when a part has none.
+pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) -> Option<Vec<u32>> {
+    let here = Pointer::root().key("bodies").index(index).key("parts");
+    let known = || mesh.parts.iter().map(String::as_str);
+    let named = |name: &str| body.parts.iter().position(|p| p.part == name);
+    for (i, part) in body.parts.iter().enumerate() {
+        out.require(part.part == "*" || known().any(|k| k == part.part), || {
+            let message = format!("the mesh has no part {:?}", part.part);
+            Problem::error("unknown_part", &here.index(i).key("part"), message)
+                .value(part.part.as_str())
+                .limit("a part of the mesh, or \"*\"")
+                .remedy(suggest(&part.part, known()))
+        });
+    }
+    let entries: Vec<Option<usize>> = known().map(|name| named(name).or_else(|| named("*"))).collect();
+    for (name, entry) in known().zip(&entries) {
+        out.require(entry.is_some() || body.parts.is_empty(), || {
+            Problem::error("part_without_material", &here, format!("the part {name:?} of the mesh has no material"))
+                .value(name)
+                .limit("an entry for every part of the mesh")
+                .remedy(format!("add an entry with \"part\": {name:?}, or one with \"part\": \"*\""))
+        });
+    }
+    if let Some(rest) = named("*") {
+        out.require(entries.contains(&Some(rest)), || {
+            Problem::warning("idle_part", &here.index(rest), "every part has an entry of its own")
+                .value("*")
+                .limit("a part without an entry of its own")
+                .remedy("take this entry out")
+        });
+    }
+    let entries: Option<Vec<usize>> = entries.into_iter().collect();
+    entries.map(|entries| mesh.part_of.iter().map(|&part| entries[part as usize] as u32).collect())
+}
+
+/// Checks the node sets that the scene names: those held fixed, and the skin of the tissue.
+pub fn check_sets(index: usize, body: &BodyDocument, mesh: &Mesh, measures: &MeasuresDocument, out: &mut Findings) {
+    let here = Pointer::root().key("bodies").index(index).key("fixed");
+    let known = || mesh.node_sets.keys().map(String::as_str);
+    let unknown = |place: &Pointer, name: &str, limit: &str| {
+        Problem::error("unknown_set", place, format!("the mesh has no node set {name:?}"))
+            .value(name)
+            .limit(limit)
+            .remedy(suggest(name, known()))
+    };
+    for (i, fixed) in body.fixed.iter().enumerate() {
+        out.require(fixed.set == "*" || mesh.node_sets.contains_key(&fixed.set), || {
+            unknown(&here.index(i).key("set"), &fixed.set, "a node set of the mesh, or \"*\"")
+        });
+    }
+    if let (Role::Tissue, Some(set)) = (body.role, &measures.skin_set) {
+        out.require(mesh.node_sets.contains_key(set), || {
+            let place = Pointer::root().key("measures").key("skin_set");
+            unknown(&place, set, "a node set of the tissue")
+        });
+    }
+}
+
+/// Checks the elements; the quality when they can be computed.
+pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
+    let here = Pointer::root().key("bodies").index(index).key("mesh");
+    let before = out.0.iter().filter(|p| p.is_error()).count();
+    for problem in topology_problems(&mesh.hexes).iter().take(LISTED) {
+        out.push(
+            Problem::error("bad_topology", &here, problem.to_string())
+                .limit("each element once, each face shared by at most two elements on its two sides")
+                .remedy("mend the mesh: merge or separate these elements"),
+        );
+    }
+    let Some(quality) = quality(mesh) else {
+        out.push(Problem::error("empty_mesh", &here, "the mesh has no elements").limit("at least one element"));
+        return None;
+    };
+    let size = (quality.bounding_box_m[1] - quality.bounding_box_m[0]).max();
+    if !(POSSIBLE_SIZE[0]..=POSSIBLE_SIZE[1]).contains(&size) {
+        out.push(
+            Problem::error("impossible_size", &here, "the body has no size that can be computed")
+                .value(size)
+                .limit(format!("between {:e} and {:e} m", POSSIBLE_SIZE[0], POSSIBLE_SIZE[1]))
+                .remedy("give lengths in metres"),
+        );
+        return None;
+    }
+    let remedy = "give lengths in metres; a placement with scale 0.001 turns millimetres into metres";
+    out.usual(&here, "the size of the body", size, USUAL_SIZE, remedy);
+    report_quality(&quality, &here, out);
+    let after = out.0.iter().filter(|p| p.is_error()).count();
+    (after == before).then_some(quality)
+}
+
+fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
+    out.require(quality.negative.count == 0, || {
+        let message = format!("{} have a Jacobian that is not positive", elements(&quality.negative));
+        Problem::error("negative_jacobian", here, message)
+            .value(quality.negative.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
+            .limit("det ∂x/∂ξ > 0 at every Gauss point")
+            .remedy("mend these elements: their nodes are in the wrong order, or they are folded")
+    });
+    out.require(quality.folded_corners.count == 0, || {
+        Problem::warning("folded_corner", here, format!("{} are folded at a corner", elements(&quality.folded_corners)))
+            .value(quality.folded_corners.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
+            .limit("a positive Jacobian at every corner")
+            .remedy("improve these elements: they are inaccurate and invert early")
+    });
+    out.require(quality.volume_m3 > 0.0 || quality.negative.count > 0, || {
+        Problem::error("no_volume", here, "the mesh has no volume")
+            .value(quality.volume_m3)
+            .limit("> 0")
+            .remedy("give the body a thickness along each axis")
+    });
+    out.require(quality.max_aspect_ratio <= 100.0, || {
+        let message = format!("element {} is very slender", quality.slenderest_element);
+        Problem::warning("slender_element", here, message)
+            .value(quality.max_aspect_ratio)
+            .limit("longest/shortest edge <= 100")
+            .remedy("the shortest edge sets the time step: use less grading or more even counts")
+    });
+    out.require(quality.unused_nodes.count == 0, || {
+        let message = format!("{} nodes belong to no element: they have no mass", quality.unused_nodes.count);
+        Problem::error("unused_nodes", here, message)
+            .value(quality.unused_nodes.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
+            .limit("every node in an element")
+            .remedy("take these nodes out of the mesh")
+    });
+    out.require(quality.coincident_nodes.count == 0, || {
+        let message = format!("{} nodes lie exactly on another one: the body has a crack there", quality.coincident_nodes.count);
+        Problem::warning("coincident_nodes", here, message)
+            .value(quality.coincident_nodes.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
+            .limit("one node at a place")
+            .remedy("merge them where the body should hang together")
+    });
+}
+
+/// "element 3", or "5 elements (3, 4, …)".
+fn elements(offenders: &Offenders) -> String {
+    let listed: Vec<String> = offenders.first.iter().take(LISTED).map(u32::to_string).collect();
+    let more = if offenders.count > listed.len() { ", …" } else { "" };
+    format!("{} element(s) ({}{more})", offenders.count, listed.join(", "))
+}
+
+/// The inflation of a ball must leave every node outside the centre.
+pub fn check_deformation(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) {
+    let Some(InitialDeformation::SphericalInflation { center_m, inner_radius_m, inner_stretch }) =
+        &body.initial_deformation
+    else {
+        return;
+    };
+    let center = Vec3::from(*center_m);
+    let nearest = mesh.nodes.iter().map(|x| (x - center).norm()).fold(f64::INFINITY, f64::min);
+    // r³ = R³ + A³ (λ³ − 1)
+    let cubed = nearest.powi(3) + inner_radius_m.powi(3) * (inner_stretch.powi(3) - 1.0);
+    let place = Pointer::root().key("bodies").index(index).key("initial_deformation").key("inner_stretch");
+    out.require(cubed > 0.0, || {
+        let message = format!("a node at {nearest} m from the centre would pass through it");
+        Problem::error("inverted", &place, message)
+            .value(*inner_stretch)
+            .limit("R³ + A³ (λ³ − 1) > 0 for every node")
+            .remedy("raise the stretch, or give the true centre and inner radius")
+    });
+}

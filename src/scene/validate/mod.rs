@@ -1,0 +1,33 @@
+//! Whether a scene means something: one file a subject. All problems are collected, none ends the search.
+//!
+//! What needs the document alone comes first, what needs a body's mesh next, what needs the whole scene last.
+
+pub mod bodies;
+pub mod contact;
+pub mod estimate;
+pub mod findings;
+pub mod materials;
+pub mod measures;
+pub mod meshes;
+pub mod motion;
+pub mod names;
+pub mod timing;
+
+pub use findings::Findings;
+
+use super::budget::Budget;
+use super::document::SceneDocument;
+
+/// Checks all that the document alone can tell.
+pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
+    let mut out = Findings::default();
+    names::check(document, budget, &mut out);
+    for (i, body) in document.bodies.iter().enumerate() {
+        bodies::check(i, body, &mut out);
+        motion::check(i, body, &mut out);
+    }
+    contact::check(document, &mut out);
+    timing::check(document, budget, &mut out);
+    measures::check(document, &mut out);
+    out
+}

@@ -1,0 +1,54 @@
+//! Names: present, unique, and not too many.
+
+use super::Findings;
+use crate::scene::budget::Budget;
+use crate::scene::document::SceneDocument;
+use crate::scene::problem::{Pointer, Problem};
+use std::collections::BTreeMap;
+
+/// Checks the names of bodies and planes (which contact pairs share), and their number.
+pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
+    let bodies = Pointer::root().key("bodies");
+    out.require(!document.bodies.is_empty(), || {
+        Problem::error("no_bodies", &bodies, "a scene needs a body")
+            .value(Vec::<f64>::new())
+            .limit("at least one")
+            .remedy("add a body with a mesh, parts and a material")
+    });
+    let count = (document.bodies.len() + document.planes.len()) as u64;
+    out.require(count <= budget.bodies, || {
+        Problem::error("budget_bodies", &bodies, "the scene has too many bodies and planes")
+            .value(count)
+            .limit(format!("at most {}", budget.bodies))
+            .remedy("leave out what cannot be hit")
+    });
+
+    let mut first_use: BTreeMap<&str, Pointer> = BTreeMap::new();
+    let planes = Pointer::root().key("planes");
+    let named_bodies = document.bodies.iter().enumerate().map(|(i, b)| (&b.name, bodies.index(i).key("name")));
+    let named_planes = document.planes.iter().enumerate().map(|(i, p)| (&p.name, planes.index(i).key("name")));
+    for (name, pointer) in named_bodies.chain(named_planes) {
+        out.require(!name.trim().is_empty(), || {
+            Problem::error("empty_name", &pointer, "a name is empty")
+                .value(name.as_str())
+                .limit("at least one letter")
+                .remedy("give a name; contact pairs and results use it")
+        });
+        out.require(name.chars().all(|c| !c.is_control() && c != '/'), || {
+            Problem::error("bad_name", &pointer, "a name holds a slash or a control character")
+                .value(name.as_str())
+                .limit("no '/' and no control characters: names become topics of the recording")
+                .remedy("use letters, digits, '_' and '-'")
+        });
+        if let Some(before) = first_use.get(name.as_str()) {
+            out.push(
+                Problem::error("repeated_name", &pointer, format!("{} has this name too", before.as_str()))
+                    .value(name.as_str())
+                    .limit("unique among bodies and planes")
+                    .remedy("rename one of them"),
+            );
+        } else {
+            first_use.insert(name, pointer);
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Times: the end, the integrator, settling, and when to record.
+
+use super::Findings;
+use crate::scene::budget::Budget;
+use crate::scene::document::{IntegratorDocument, RecordDocument, SceneDocument};
+use crate::scene::problem::{Pointer, Problem};
+use serde_json::Value;
+
+/// Checks all times of the scene.
+pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
+    let root = Pointer::root();
+    let end = document.end_time_s;
+    out.positive(&root.key("end_time_s"), "the end time", end, "impacts last about 1e-4 to 1e-2 s");
+    check_integrator(&document.integrator, &root.key("integrator"), out);
+    check_settling(document, &root, out);
+    check_record(&document.record, end, budget, &root.key("record"), out);
+}
+
+fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {
+    let IntegratorDocument::Explicit {
+        safety_factor,
+        max_step_s,
+        linear_bulk_viscosity,
+        quadratic_bulk_viscosity,
+        energy_gate,
+    } = integrator;
+    out.require(*safety_factor > 0.0 && *safety_factor <= 1.0, || {
+        let message = "the safety factor is a share of the stable step";
+        Problem::error("out_of_range", &here.key("safety_factor"), message)
+            .value(*safety_factor)
+            .limit("> 0 and <= 1")
+            .remedy("0.9 is the default; above 1 the run is unstable")
+    });
+    if let Some(step) = max_step_s {
+        out.positive(&here.key("max_step_s"), "the largest step", *step, "leave it out for none");
+    }
+    let viscosities =
+        [("linear_bulk_viscosity", *linear_bulk_viscosity), ("quadratic_bulk_viscosity", *quadratic_bulk_viscosity)];
+    for (name, value) in viscosities {
+        let remedy = "the defaults are 0.06 (linear) and 1.2 (quadratic); 0 switches it off";
+        out.between(&here.key(name), "the viscosity", value, [0.0, 10.0], remedy);
+    }
+    out.require(*energy_gate > 0.0 && *energy_gate <= 1.0, || {
+        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a share of the energy")
+            .value(*energy_gate)
+            .limit("> 0 and <= 1")
+            .remedy("0.01 is the default")
+    });
+}
+
+fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+    let gravity = document.gravity_m_per_s2.unwrap_or_default();
+    let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    out.require(strength <= 1e4, || {
+        Problem::warning("unusual_unit", &root.key("gravity_m_per_s2"), "gravity is very strong")
+            .value(strength)
+            .limit("usually 9.81 m/s²")
+            .remedy("give it in m/s²")
+    });
+    let Some(settle) = &document.settle else { return };
+    let here = root.key("settle");
+    out.positive(&here.key("duration_s"), "the duration", settle.duration_s, "leave \"settle\" out for none");
+    let remedy = "about twice the lowest frequency of the body [rad/s] settles fastest";
+    out.positive(&here.key("damping_per_s"), "the damping", settle.damping_per_s, remedy);
+    out.require(strength > 0.0, || {
+        Problem::error("nothing_to_settle", &here, "there is no gravity to settle under")
+            .limit("a scene with gravity")
+            .remedy("add gravity_m_per_s2, or leave \"settle\" out")
+    });
+}
+
+fn check_record(record: &RecordDocument, end: f64, budget: &Budget, here: &Pointer, out: &mut Findings) {
+    out.require(record.every_steps >= 1, || {
+        Problem::error("out_of_range", &here.key("every_steps"), "nothing is recorded every 0 steps")
+            .value(record.every_steps)
+            .limit(">= 1")
+            .remedy("1 records contact and energy at every step")
+    });
+    for (i, field) in record.fields.iter().enumerate() {
+        out.require(!record.fields[..i].contains(field), || {
+            Problem::error("repeated_field", &here.key("fields").index(i), "the field is listed already")
+                .value(serde_json::to_value(field).unwrap_or_default())
+                .limit("each field once")
+                .remedy("keep one of them")
+        });
+    }
+    out.require(record.field_times_s.is_none() || record.field_interval_s.is_none(), || {
+        let message = "both times and an interval are given";
+        Problem::error("times_and_interval", &here.key("field_interval_s"), message)
+            .value(record.field_interval_s.map_or(Value::Null, Value::from))
+            .limit("one of field_times_s and field_interval_s")
+            .remedy("keep one of them")
+    });
+    if let Some(interval) = record.field_interval_s {
+        let place = here.key("field_interval_s");
+        out.positive(&place, "the interval", interval, "leave it out for a fiftieth of the run");
+        let frames = end / interval;
+        out.require(!(interval > 0.0 && end > 0.0) || frames <= budget.frames as f64, || {
+            too_many_frames(&place, frames, budget).value(interval)
+        });
+    }
+    if let Some(times) = &record.field_times_s {
+        check_times(times, end, budget, &here.key("field_times_s"), out);
+    }
+}
+
+fn check_times(times: &[f64], end: f64, budget: &Budget, here: &Pointer, out: &mut Findings) {
+    out.require(times.len() as u64 <= budget.frames, || too_many_frames(here, times.len() as f64, budget));
+    let mut previous = f64::NEG_INFINITY;
+    for (i, &time) in times.iter().enumerate() {
+        out.require(time >= 0.0 && (time <= end || end <= 0.0), || {
+            Problem::error("time_outside_run", &here.index(i), "the time lies outside the run")
+                .value(time)
+                .limit(format!("between 0 and end_time_s = {end}"))
+                .remedy("take the time out, or run longer")
+        });
+        out.require(time > previous, || {
+            Problem::error("times_not_ascending", &here.index(i), "the time is not later than the one before")
+                .value(time)
+                .limit(format!("> {previous}"))
+                .remedy("sort the times and give each once")
+        });
+        previous = previous.max(time);
+    }
+}
+
+fn too_many_frames(place: &Pointer, frames: f64, budget: &Budget) -> Problem {
+    Problem::error("budget_frames", place, format!("that makes {frames:.0} frames of fields"))
+        .limit(format!("at most {} frames", budget.frames))
+        .remedy("record fields less often")
+}
