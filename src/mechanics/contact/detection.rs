@@ -61,6 +61,8 @@ pub struct Detector {
     pairs: Vec<PairState>,
     /// Positions of each surface's nodes when the lists were made.
     snapshots: Vec<Vec<Vec3>>,
+    /// How far each surface has moved, in the present step.
+    moved: Vec<Moved>,
     search: Search,
 }
 
@@ -91,7 +93,8 @@ impl Detector {
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
         let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
         let pairs = pairs.iter().map(|p| PairState::new(p, &skins, x)).collect();
-        Self { skins, pairs, snapshots: Vec::new(), search: Search::default() }
+        let moved = vec![Moved::default(); skins.len()];
+        Self { skins, pairs, snapshots: Vec::new(), moved, search: Search::default() }
     }
 
     /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
@@ -111,13 +114,9 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        for i in 0..self.pairs.len() {
-            let master_moved = match self.pairs[i].side {
-                Side::Surface { master, .. } => self.moved(master, &motion)?,
-                Side::Plane { .. } => Moved::default(),
-            };
-            let Self { skins, pairs, snapshots, search } = self;
-            let pair = &pairs[i];
+        let Self { skins, pairs, snapshots, moved, search } = self;
+        for (i, pair) in pairs.iter().enumerate() {
+            let master_moved = pair.side.master().map_or(Moved::default(), |master| moved[master]);
             let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
         }
@@ -127,15 +126,11 @@ impl Detector {
     /// Makes the lists anew if any pair's no longer covers this step; whether it did.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         if !self.snapshots.is_empty() {
-            let mut covered = true;
-            for pair in &self.pairs {
-                let slave = self.moved(pair.slave, motion)?.since_list;
-                let master = match pair.side {
-                    Side::Surface { master, .. } => self.moved(master, motion)?.since_list,
-                    Side::Plane { .. } => 0.0,
-                };
-                covered &= pair.candidates.cover(slave, master);
-            }
+            self.measure_motion(motion)?;
+            let covered = self.pairs.iter().all(|pair| {
+                let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].since_list);
+                pair.candidates.cover(self.moved[pair.slave].since_list, of_master)
+            });
             if covered {
                 return Ok(false);
             }
@@ -145,34 +140,35 @@ impl Detector {
             snapshot.clear();
             snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
         }
-        for i in 0..self.pairs.len() {
-            let slave = self.pairs[i].slave;
-            let mut in_step = self.moved(slave, motion)?.in_step;
-            if let Side::Surface { master, .. } = self.pairs[i].side {
-                in_step += self.moved(master, motion)?.in_step;
-            }
-            self.pairs[i].rebuild(&self.skins, motion, in_step);
+        self.measure_motion(motion)?;
+        for pair in &mut self.pairs {
+            let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
+            pair.rebuild(&self.skins, motion, self.moved[pair.slave].in_step + of_master);
         }
         Ok(true)
     }
 
-    fn moved(&self, surface: usize, motion: &Motion) -> Result<Moved, DetectionError> {
-        let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
-        let mut check = 0.0;
-        for (&node, old) in self.skins[surface].nodes.iter().zip(&self.snapshots[surface]) {
-            let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
-            let (a, b, c) =
-                ((x - old).norm_squared(), (x_end - old).norm_squared(), (x_end - x).norm_squared());
-            since_list = since_list.max(a).max(b);
-            in_step = in_step.max(c);
-            // `max` drops NaN, a sum does not.
-            check += a + b;
+    fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
+        for (surface, skin) in self.skins.iter().enumerate() {
+            let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
+            let mut check = 0.0;
+            for (&node, old) in skin.nodes.iter().zip(&self.snapshots[surface]) {
+                let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
+                let start = (x - old).norm_squared();
+                let end = (x_end - old).norm_squared();
+                let step = (x_end - x).norm_squared();
+                // Plain comparisons: a NaN is dropped here and shows in the sum.
+                since_list = if start > since_list { start } else { since_list };
+                since_list = if end > since_list { end } else { since_list };
+                in_step = if step > in_step { step } else { in_step };
+                check += start + step;
+            }
+            if !check.is_finite() {
+                return Err(DetectionError::NotFinite { surface });
+            }
+            self.moved[surface] = Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() };
         }
-        if check.is_finite() {
-            Ok(Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() })
-        } else {
-            Err(DetectionError::NotFinite { surface })
-        }
+        Ok(())
     }
 
     /// Topology of a surface.
@@ -182,10 +178,7 @@ impl Detector {
 
     /// The master's skin of a pair, `None` for a plane.
     pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
-        match self.pairs[pair].side {
-            Side::Surface { master, .. } => Some(&self.skins[master]),
-            Side::Plane { .. } => None,
-        }
+        self.pairs[pair].side.master().map(|master| &self.skins[master])
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.
@@ -203,10 +196,17 @@ impl Detector {
 
     /// Slave surface, and master surface unless it is a plane, of each pair.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
-        self.pairs.iter().map(|p| match p.side {
-            Side::Surface { master, .. } => (p.slave, Some(master)),
-            Side::Plane { .. } => (p.slave, None),
-        })
+        self.pairs.iter().map(|p| (p.slave, p.side.master()))
+    }
+}
+
+impl Side {
+    /// The master's surface, `None` for a plane.
+    fn master(&self) -> Option<usize> {
+        match self {
+            Self::Surface { master, .. } => Some(*master),
+            Self::Plane { .. } => None,
+        }
     }
 }
 

@@ -188,6 +188,7 @@ impl Box3 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 mod tests {
     use super::*;
 
