@@ -326,15 +326,12 @@ impl Finder<'_> {
         let same_surface = std::ptr::eq(slave, master);
         let mut first: Option<(Impact, u32)> = None;
         for face in quick {
-            let (start, end) = (
-                Patch::new(&master.faces[face as usize], x),
-                Patch::new(&master.faces[face as usize], x_end),
-            );
-            let Some(hit) = search.first_impact(&start, &end, &s, &s_end) else { continue };
-            if same_surface && self.faces_away(master, face, &hit, node) {
-                continue;
-            }
-            if first.is_none_or(|(best, _)| hit.tau < best.tau) {
+            let nodes = &master.faces[face as usize];
+            let (start, end) = (Patch::new(nodes, x), Patch::new(nodes, x_end));
+            let before = first.map_or(f64::INFINITY, |(hit, _)| hit.tau);
+            if let Some(hit) = search.first_impact(&start, &end, &s, &s_end, before)
+                && !(same_surface && self.faces_away(master, face, &hit, node))
+            {
                 first = Some((hit, face));
             }
         }

@@ -10,7 +10,7 @@
 //! so that `u_n ≥ 0` is the end-of-step gap over h (Stewart & Trinkle; Moreau). A negative gap enters as zero: it is
 //! removed by [`super::projection`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
 //! adds what changed to the velocities of its nodes at once. The order is that of the list, so results are
-//! reproducible.
+//! reproducible. Where sweeps stop making progress (strong friction may cycle), steps with friction are damped.
 //!
 //! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
@@ -28,6 +28,13 @@ const ISOTROPY: f64 = 1e-14;
 const ROUNDINGS: f64 = 16.0;
 /// Normal compliance below this share of the trace: nothing can move along n.
 const IMMOVABLE: f64 = 1e-12;
+
+/// Sweeps between two looks at progress.
+const PATIENCE: usize = 50;
+/// Progress over them below this ratio of changes is none.
+const STALLED: f64 = 0.9;
+/// Factor on the steps of frictional contacts each time there was none, and its least value.
+const DAMPING: (f64, f64) = (0.7, 0.05);
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,8 +148,16 @@ pub fn solve(
     }
 
     let mut residual = f64::INFINITY;
+    let (mut damping, mut last_look) = (1.0, f64::INFINITY);
     for sweep in 1..=options.max_sweeps {
-        let sums = workspace.sweep(inverse_mass, v, reactions);
+        let sums = workspace.sweep(inverse_mass, v, reactions, damping);
+        if sweep % PATIENCE == 0 {
+            let change = sums.change.sqrt() / damping;
+            if change > STALLED * last_look {
+                damping = (DAMPING.0 * damping).max(DAMPING.1);
+            }
+            last_look = change;
+        }
         let hint = (sums.change / closing.max(sums.impulse)).sqrt();
         // The change of a sweep only hints at the residual, at no cost; a look at all contacts decides.
         if sweep == 1 || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
@@ -171,13 +186,13 @@ impl Workspace {
         }
     }
 
-    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) -> Sums {
+    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction], damping: f64) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let (rows, reactions) = (&self.rows[block.rows.clone()], &mut reactions[block.rows.clone()]);
             match block.law {
                 Law::Frictionless => sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums),
-                Law::Coulomb(mu) => sweep_coulomb(rows, mu, inverse_mass, v, reactions, &mut sums),
+                Law::Coulomb(mu) => sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums),
             }
         }
         sums
@@ -236,7 +251,7 @@ fn sweep_frictionless(
 
 fn sweep_coulomb(
     rows: &[Row],
-    mu: f64,
+    (mu, damping): (f64, f64),
     inverse_mass: &[Vec3],
     v: &mut [Vec3],
     reactions: &mut [Reaction],
@@ -254,6 +269,8 @@ fn sweep_coulomb(
             let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
             solve_contact(W, q, mu)
         };
+        // A point between two of the cone is in the cone.
+        let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
         let change = [0, 1, 2].map(|i| new[i] - old[i]);
         if squared(change) > 0.0 {
             let f = &row.frame;
