@@ -128,12 +128,13 @@ impl<S: Simd> Real for Lane<S> {
         // 1 + x = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x with all its digits.
         let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
         let u = self + 1.0;
-        let exponent = |b: u64| (b.wrapping_sub(sqrt_half) as i64) >> 52;
+        let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
         let scale = u.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
         // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
         let k = u.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))
             - 6_755_399_441_055_744.0;
-        let f = (scale - 1.0).mul_add(self, self + (scale - 1.0));
+        // x − (u − 1) is what rounding 1 + x lost.
+        let f = scale.mul_add(self - (u - 1.0), scale * u - 1.0);
         let s = f / (f + 2.0);
         let s2 = s * s;
         let mut p = self.constant(LN_SERIES[0]);
@@ -153,7 +154,8 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        self.with(self.simd.abs_f64s(self.v))
+        // pulp's own abs and neg are not always inlined, and a call in a kernel costs more than the kernel's arithmetic.
+        self.max(-self)
     }
     #[inline(always)]
     fn select_positive(self, yes: Self, no: Self) -> Self {
@@ -194,7 +196,7 @@ impl<S: Simd> Neg for Lane<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.with(self.simd.neg_f64s(self.v))
+        self.with(self.simd.sub_f64s(self.simd.splat_f64s(-0.0), self.v))
     }
 }
 impl<S: Simd> AddAssign for Lane<S> {

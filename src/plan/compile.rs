@@ -116,7 +116,8 @@ fn add_body(
     body: &SceneBody,
 ) -> Result<(), CompileError> {
     let mesh = &body.mesh;
-    let (first_node, first_element) = (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
+    let (first_node, first_element) =
+        (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(document, body)?;
 
     let mut mass = vec![0.0; mesh.nodes.len()];
@@ -129,10 +130,10 @@ fn add_body(
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
-    parts.inverse_mass.extend(inverse_masses(document, body, &mass));
+    let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
-    let velocities = spin_velocities(document, body, &mass);
-    parts.v.extend(velocities);
+    parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
+    parts.inverse_mass.extend(inverse_mass);
 
     let (_, viscosity) = integrator(integrator_document);
     let globals = Globals { first_node, first_element, body: parts.bodies.len() };
@@ -158,7 +159,10 @@ fn add_body(
     Ok(())
 }
 
-fn reference_geometry(document: &BodyDocument, body: &SceneBody) -> Result<Vec<ReferenceGeometry>, CompileError> {
+fn reference_geometry(
+    document: &BodyDocument,
+    body: &SceneBody,
+) -> Result<Vec<ReferenceGeometry>, CompileError> {
     let of_element = |element: usize| {
         let geometry = ReferenceGeometry::new(&body.mesh.corners(element));
         if geometry.smallest_jacobian > 0.0 {
@@ -181,7 +185,9 @@ fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Ve
         });
         for axis in axes {
             if fixed.set == "*" {
-                inverse.iter_mut().for_each(|m| m[axis] = 0.0);
+                for m in &mut inverse {
+                    m[axis] = 0.0;
+                }
             }
             for node in body.mesh.node_sets.get(&fixed.set).into_iter().flatten() {
                 inverse[*node as usize][axis] = 0.0;
@@ -207,12 +213,19 @@ fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
     }
 }
 
-/// ω × (x − c) about the centre of mass, without the axes that are held; what is left of the flight stays in V_b.
-fn spin_velocities(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
+/// ω × (x − c) about the centre of mass, zero along the axes that are held.
+fn spin_velocities(
+    document: &BodyDocument,
+    body: &SceneBody,
+    mass: &[f64],
+    inverse_mass: &[Vec3],
+) -> Vec<Vec3> {
     let spin = Vec3::from(document.spin_rad_per_s);
-    let position = |(X, m): (&Vec3, &f64)| (X + initial_displacement(document, X)) * *m;
-    let center = body.mesh.nodes.iter().zip(mass).map(position).sum::<Vec3>() / mass.iter().sum::<f64>();
-    body.mesh.nodes.iter().map(|X| spin.cross(&(X + initial_displacement(document, X) - center))).collect()
+    let placed: Vec<Vec3> = body.mesh.nodes.iter().map(|X| X + initial_displacement(document, X)).collect();
+    let center = placed.iter().zip(mass).map(|(x, m)| x * *m).sum::<Vec3>() / mass.iter().sum::<f64>();
+    let free = |m: f64| if m > 0.0 { 1.0 } else { 0.0 };
+    let velocity = |(x, m): (&Vec3, &Vec3)| spin.cross(&(x - center)).component_mul(&m.map(free));
+    placed.iter().zip(inverse_mass).map(velocity).collect()
 }
 
 struct Globals {
@@ -262,7 +275,8 @@ fn corner_list(blocks: &[ElementBlock]) -> Vec<(u32, u32)> {
     for block in blocks {
         for slot in 0..block.elements.len() {
             let first = 8 * (block.first_slot + slot) as u32;
-            corners.extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
+            corners
+                .extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
         }
     }
     corners

@@ -53,7 +53,8 @@ pub(super) struct Batch {
     pub volume: [[f64; BATCH]; POINTS],
     /// λ / ρ: largest ω² per tangent norm [1/(m² kg/m³)]; zero in padding.
     pub frequency_bound: [f64; BATCH],
-    /// Length L of the bulk viscosity, the cube root of the reference volume [m]; 1 in padding.
+    /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
+    /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: [f64; BATCH],
 }
 
@@ -116,7 +117,9 @@ impl ElementBlock {
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
-        self.batches.len() * size_of::<Batch>() + self.fibres.len() * size_of::<[[f64; BATCH]; 3]>() + 4 * self.elements.len()
+        self.batches.len() * size_of::<Batch>()
+            + self.fibres.len() * size_of::<[[f64; BATCH]; 3]>()
+            + 4 * self.elements.len()
     }
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.
@@ -162,7 +165,7 @@ fn pack(chunk: &[BlockInput], density: f64) -> Batch {
             batch.volume[q][lane] = input.geometry.volume[q];
         }
         batch.frequency_bound[lane] = input.geometry.gradient_bound / density;
-        batch.length[lane] = input.geometry.total_volume().cbrt();
+        batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
     }
     batch
 }

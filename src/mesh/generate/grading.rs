@@ -5,7 +5,8 @@
 ///
 /// The element size grows linearly with the distance d from the focus, h ∝ 1 + (ρ − 1) d/D with D the farthest end, and
 /// the positions share its count N(d) = D/(ρ − 1) ln(1 + (ρ − 1) d/D) equally. So the positions for `2 count` hold those
-/// for `count`: meshes of a study are nested. `ratio` ≥ 1; the focus must lie between the ends.
+/// for `count`: meshes of a study are nested. (A node at the focus itself comes only of itself when it lies half way and
+/// `count` is even: forcing one there would break the nesting.) `ratio` ≥ 1; the focus must lie between the ends.
 pub fn graded(low: f64, high: f64, focus: f64, ratio: f64, count: u32) -> Vec<f64> {
     let farthest = (focus - low).max(high - focus);
     let growth = (ratio - 1.0) / farthest;

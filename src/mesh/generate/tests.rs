@@ -225,11 +225,11 @@ fn impact_angle_turns_the_fine_side() {
     assert!((normal - Vec3::x()).norm() < 1e-15);
     let mesh = limb.generate().unwrap();
     assert_sound(&mesh, 0.4);
-    // Distance along the skin from a node to the next one in the section that is struck.
+    // Distance along the skin from a column of nodes to the next one, seen along the limb.
     let nearest = |x: f64| {
         let distances = mesh.node_sets["skin_outer"].iter().map(|&a| {
             let p = mesh.nodes[a as usize];
-            if (p.y - 0.03).abs() < 1e-12 { (p - Vec3::new(x, 0.03, 0.0)).norm() } else { f64::INFINITY }
+            (p.x - x).hypot(p.z)
         });
         distances.filter(|d| *d > 1e-6).fold(f64::INFINITY, f64::min)
     };
@@ -249,6 +249,8 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
     let problems = limb.problems();
     assert_eq!(problems[0].field, "bone_semi_axis_x_m");
     assert!(problems[0].limit.contains("leaves by 0.00"), "{}", problems[0]);
+    let limb = LimbSegment { bone_offset_m: [0.0, 0.2], ..LimbSegment::default() };
+    assert_eq!(limb.problems()[0].field, "bone_semi_axis_x_m", "a bone wholly outside is found too");
     let limb = LimbSegment { fat_thickness_m: 0.064, ..LimbSegment::default() };
     assert_eq!(limb.problems()[0].field, "fat_thickness_m");
     let limb = LimbSegment { elements_around: 6, ..LimbSegment::default() };
