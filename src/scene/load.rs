@@ -8,7 +8,7 @@ use super::source::{FolderSource, MeshSource};
 use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, check_document, meshes};
+use super::validate::{Findings, check_document, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -120,6 +120,7 @@ fn examine(
         return (out, None);
     }
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
+    overlap::check(document, &bodies, &mut out);
     let estimate = estimate::check(document, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
     (out, Some(Parts { bodies, summaries, estimate, content_hash }))
