@@ -133,7 +133,8 @@ fn make_body(
     out: &mut Findings,
 ) -> Option<(SceneBody, BodySummary)> {
     let body = &document.bodies[index];
-    let mesh = builder.body_mesh(index, body, out)?;
+    let mut mesh = builder.body_mesh(index, body, out)?;
+    meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);
