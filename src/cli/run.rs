@@ -183,16 +183,16 @@ fn diagnosis(failure: &Failure) -> String {
         .ok()
         .and_then(|c| c.as_str().map(str::to_owned))
         .unwrap_or_default();
-    let mut text = format!("contuse: the run failed: {cause}\n  {}\n", failure.message);
-    text += &format!("  when: t = {:.6e} s, step {}\n", failure.time_s, failure.step);
-    if let Some(place) = &failure.element {
+    let what = format!("contuse: the run failed: {cause}\n  {}\n", failure.message);
+    let when = format!("  when: t = {:.6e} s, step {}\n", failure.time_s, failure.step);
+    let place = failure.element.as_ref().map(|place| {
         let [x, y, z] = place.position_m;
-        text += &format!(
+        format!(
             "  where: element {} of part {} of body {}, at ({x:.6}, {y:.6}, {z:.6}) m\n",
             place.element, place.part, place.body
-        );
-    }
-    text + &format!("  remedy: {}\n", failure.remedy)
+        )
+    });
+    what + &when + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 
 /// The exit code of an ending.
