@@ -302,6 +302,8 @@ def main() -> None:
         print("  energies:", check_energies(recording, arguments.summary))
     except Wrong as wrong:
         sys.exit(f"{arguments.file}: {wrong}")
+    except Exception as error:  # what a reader says of a file that it cannot read is a reason too
+        sys.exit(f"{arguments.file}: {type(error).__name__}: {error}")
 
 
 if __name__ == "__main__":
