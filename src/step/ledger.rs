@@ -178,14 +178,16 @@ impl Ledger {
         let [n, t1, t2] = &contact.frame;
         let impulse = n * p_n + t1 * p_1 + t2 * p_2;
         let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
-        let flight = |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
+        let flight =
+            |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
         let master_v = |v: &[Vec3]| master_velocity(contact, v) + flight(master_body);
         let slave_v = |v: &[Vec3]| v[contact.slave as usize] + flight(Some(slave_body));
 
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
         // Coulomb's dissipation is by the end velocity, half of it counted on either side of t_n.
-        let slip = slave_v(work.v_after) - if master_body.is_some() { master_v(work.v_after) } else { Vec3::zeros() };
+        let slip = slave_v(work.v_after)
+            - if master_body.is_some() { master_v(work.v_after) } else { Vec3::zeros() };
         let friction = -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip));
 
         self.contact_work[slave_body] += on_slave;
@@ -244,8 +246,10 @@ impl Ledger {
         energy.total_j = kinetic + strain + viscous + friction + numerical;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
-        energy.scale_j =
-            initial.max(self.peak_strain).max(self.absolute_external).max(viscous + friction + numerical.abs());
+        energy.scale_j = initial
+            .max(self.peak_strain)
+            .max(self.absolute_external)
+            .max(viscous + friction + numerical.abs());
         let error = (energy.total_j - initial - energy.external_work_j).abs();
         energy.balance_error = if energy.scale_j > 0.0 { error / energy.scale_j } else { error };
     }

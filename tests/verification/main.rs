@@ -4,4 +4,5 @@
 // Symbols of the field: F, J, P. A test may stop at the first surprise.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod coulomb_cone;
 mod material_points;
