@@ -111,7 +111,10 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
     let text = std::fs::read_to_string(file).map_err(input)?;
     let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
     if tokens.is_open() {
-        return Err(CliError::Usage(format!("{} holds no token: nobody could use the service", file.display())));
+        return Err(CliError::Usage(format!(
+            "{} holds no token: nobody could use the service",
+            file.display()
+        )));
     }
     Ok(tokens)
 }
@@ -182,7 +185,8 @@ pub struct HealthArgs {
 pub fn health(args: &HealthArgs) -> Result<Exit, CliError> {
     // A service that listens on every address is asked on this machine's own.
     let address = args.address.replace("0.0.0.0:", "127.0.0.1:").replace("[::]:", "[::1]:");
-    let status = ask(&address).map_err(|e| CliError::Other(format!("{address} does not answer: {e}").into()))?;
+    let status =
+        ask(&address).map_err(|e| CliError::Other(format!("{address} does not answer: {e}").into()))?;
     if status.split(' ').nth(1) == Some("200") {
         Ok(Exit::Success)
     } else {
@@ -224,6 +228,8 @@ mod tests {
         assert_eq!(size("64k"), Ok(64 << 10));
         assert_eq!(size("4M"), Ok(4 << 20));
         assert_eq!(size("2G"), Ok(2 << 30));
-        assert!(size("").is_err() && size("M").is_err() && size("1T").is_err() && size("99999999999G").is_err());
+        assert!(
+            size("").is_err() && size("M").is_err() && size("1T").is_err() && size("99999999999G").is_err()
+        );
     }
 }

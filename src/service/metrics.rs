@@ -61,14 +61,19 @@ impl Metrics {
         head(&mut out, "contuse_jobs_ended_total", "counter", "Jobs ended by this process, by final state.");
         for state in JobState::ALL.into_iter().filter(|s| s.is_final()) {
             let count = self.ended[state as usize].load(Ordering::Relaxed);
-            line(&mut out, &format!("contuse_jobs_ended_total{{state=\"{}\"}}", state.as_str()), count as f64);
+            line(
+                &mut out,
+                &format!("contuse_jobs_ended_total{{state=\"{}\"}}", state.as_str()),
+                count as f64,
+            );
         }
         head(&mut out, "contuse_run_panics_total", "counter", "Runs that ended by a fault of the program.");
         line(&mut out, "contuse_run_panics_total", self.panics.load(Ordering::Relaxed) as f64);
         head(&mut out, "contuse_run_seconds", "histogram", "Wall-clock time of runs.");
         self.run_seconds.render(&mut out, "contuse_run_seconds", &RUN_BOUNDS_S);
         head(&mut out, "contuse_http_requests_total", "counter", "Requests answered.");
-        for ((method, route, status), count) in &*self.answers.lock().unwrap_or_else(PoisonError::into_inner) {
+        for ((method, route, status), count) in &*self.answers.lock().unwrap_or_else(PoisonError::into_inner)
+        {
             let name = format!(
                 "contuse_http_requests_total{{method=\"{method}\",route=\"{route}\",status=\"{status}\"}}"
             );

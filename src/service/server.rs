@@ -21,7 +21,12 @@ const MAX_HEAD_BYTES: usize = 32 << 10;
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Answers requests until `closing` turns true, then until every connection has had its answer or `grace` is over.
-pub async fn serve(listener: TcpListener, app: Router, config: Arc<ServiceConfig>, mut closing: watch::Receiver<bool>) {
+pub async fn serve(
+    listener: TcpListener,
+    app: Router,
+    config: Arc<ServiceConfig>,
+    mut closing: watch::Receiver<bool>,
+) {
     let connections = Arc::new(Semaphore::new(config.max_connections));
     let graceful = GracefulShutdown::new();
     loop {

@@ -110,7 +110,12 @@ fn heads_have_limits() {
 #[test]
 fn rubbish_does_not_hurt() {
     let server = Server::start();
-    for bytes in [&b"\x00\xff\x16\x03\x01"[..], b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"POST /v1/jobs HTTP/1.1\r\nContent-Length: -5\r\n\r\n"] {
+    for bytes in [
+        &b"\x00\xff\x16\x03\x01"[..],
+        b"GET\r\n\r\n",
+        b"GET / HTTP/9.9\r\n\r\n",
+        b"POST /v1/jobs HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
+    ] {
         let mut stream = server.client().raw(bytes);
         let _ = stream.shutdown(std::net::Shutdown::Write);
         let mut rest = Vec::new();

@@ -25,7 +25,8 @@ fn waiting_jobs_are_taken_up_by_the_next_process() {
 #[test]
 fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
     let server = Server::start();
-    let job = submit(&server.client(), &json!({ "name": "slow", "end_time_s": 1.0, "steps": 800, "step_ms": 1 }));
+    let job =
+        submit(&server.client(), &json!({ "name": "slow", "end_time_s": 1.0, "steps": 800, "step_ms": 1 }));
     wait_for(&server.client(), &job, "running");
     let data = server.stop();
     let again = Server::on(data, |_| {});
@@ -39,7 +40,8 @@ fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
 #[test]
 fn shutdown_waits_for_jobs_that_end_in_time() {
     let server = Server::with(|c| c.grace = Duration::from_secs(10));
-    let job = submit(&server.client(), &json!({ "name": "short", "end_time_s": 1.0, "steps": 300, "step_ms": 1 }));
+    let job =
+        submit(&server.client(), &json!({ "name": "short", "end_time_s": 1.0, "steps": 300, "step_ms": 1 }));
     wait_for(&server.client(), &job, "running");
     let again = Server::on(server.stop(), |c| c.workers = 0);
     assert_eq!(again.client().get(&job).json()["state"], "succeeded");

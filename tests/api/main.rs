@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
 
 mod edge;
+mod end_to_end;
+mod examples;
 mod life;
 mod pages;
 mod support;

@@ -35,8 +35,12 @@ fn metrics_count() {
 #[test]
 fn contract_is_the_committed_one() {
     let served = Server::start().client().get("/openapi.json").text();
-    let committed = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/api/openapi.json")).unwrap();
-    assert!(served == committed, "api/openapi.json is not up to date: run `contuse openapi > api/openapi.json`");
+    let committed =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/api/openapi.json")).unwrap();
+    assert!(
+        served == committed,
+        "api/openapi.json is not up to date: run `contuse openapi > api/openapi.json`"
+    );
 }
 
 #[test]

@@ -37,7 +37,19 @@ fn value() -> impl Strategy<Value = Value> {
         any::<i64>().prop_map(|x| json!(x)),
         prop::sample::select(vec![json!(0), json!(-1), json!(1e308), json!(5e-324), json!(u64::MAX)]),
     ];
-    let words = vec!["", "*", "ball", "mesh", "all", "bone", "../x.msh", "/etc/passwd", "\u{0}", "neo_hookean", "explicit"];
+    let words = vec![
+        "",
+        "*",
+        "ball",
+        "mesh",
+        "all",
+        "bone",
+        "../x.msh",
+        "/etc/passwd",
+        "\u{0}",
+        "neo_hookean",
+        "explicit",
+    ];
     let leaf = prop_oneof![
         Just(Value::Null),
         any::<bool>().prop_map(Value::Bool),
@@ -55,7 +67,8 @@ fn value() -> impl Strategy<Value = Value> {
 
 /// A name of a member, often one that exists.
 fn member() -> impl Strategy<Value = String> {
-    let known = vec!["kind", "law", "name", "file", "generator", "parts", "axis", "fibres", "angles_deg", "bodies"];
+    let known =
+        vec!["kind", "law", "name", "file", "generator", "parts", "axis", "fibres", "angles_deg", "bodies"];
     prop_oneof![prop::sample::select(known).prop_map(str::to_owned), "[a-z~/]{0,6}"]
 }
 
@@ -98,7 +111,9 @@ fn apply(document: &mut Value, choice: prop::sample::Index, change: Change) {
             let Some((parent, name)) = pointer.rsplit_once('/') else { return };
             match (document.pointer_mut(parent), change) {
                 (Some(Value::Object(members)), Change::Remove) => drop(members.remove(name)),
-                (Some(Value::Array(items)), Change::Remove) => drop(items.remove(name.parse::<usize>().unwrap())),
+                (Some(Value::Array(items)), Change::Remove) => {
+                    drop(items.remove(name.parse::<usize>().unwrap()))
+                }
                 (Some(Value::Array(items)), _) => items.push(items[name.parse::<usize>().unwrap()].clone()),
                 _ => {}
             }

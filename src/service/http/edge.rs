@@ -54,6 +54,7 @@ fn cors(origins: &[String]) -> CorsLayer {
         header::ACCEPT_RANGES,
         header::CONTENT_DISPOSITION,
         header::CONTENT_LENGTH,
+        header::CONTENT_LOCATION,
         header::CONTENT_RANGE,
         header::ETAG,
         header::LOCATION,

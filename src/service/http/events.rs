@@ -54,7 +54,8 @@ pub async fn follow(
     let closing = app.queue.closing();
     let heartbeat = KeepAlive::new().interval(app.config.heartbeat).text("still here");
     let has_more = events.len() == BATCH as usize;
-    let listener = Listener { app, seq: row.seq, last, unsent: events.into(), has_more, ended, bell, closing };
+    let listener =
+        Listener { app, seq: row.seq, last, unsent: events.into(), has_more, ended, bell, closing };
     let stream = Sse::new(listener.into_stream()).keep_alive(heartbeat);
     // Proxies would hold the stream back until it ends.
     Ok(([(header::CACHE_CONTROL, "no-store"), (X_ACCEL_BUFFERING, "no")], stream).into_response())

@@ -23,7 +23,8 @@ impl FromRequestParts<Arc<App>> for Owner {
             return Ok(Self(String::new()));
         }
         let value = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
-        let token = value.and_then(|v| v.split_once(' ')).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+        let token =
+            value.and_then(|v| v.split_once(' ')).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
         let owner = token.and_then(|(_, token)| tokens.owner(token.trim()));
         owner.map(|name| Self(name.to_owned())).ok_or_else(Problem::unauthorized)
     }
@@ -55,8 +56,9 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
-        let Query(value) =
-            Query::<T>::from_request_parts(parts, app).await.map_err(|e| Problem::bad_parameter(e.body_text()))?;
+        let Query(value) = Query::<T>::from_request_parts(parts, app)
+            .await
+            .map_err(|e| Problem::bad_parameter(e.body_text()))?;
         Ok(Self(value))
     }
 }

@@ -4,10 +4,10 @@ use super::App;
 use super::extract::{JobPath, JsonText, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};
+use crate::service::jobs::JobState;
 use crate::service::jobs::engine::{CheckedScene, SceneProblem};
 use crate::service::jobs::recordings::hexadecimal;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
-use crate::service::jobs::JobState;
 use crate::service::meshes::MeshShelf;
 use axum::Json;
 use axum::extract::State;
@@ -214,7 +214,8 @@ pub async fn summary(
     if !row.state.is_final() {
         return Err(Problem::not_yet("summary", row.state));
     }
-    let text = app.queue.store.summary(&owner, id).await?.ok_or_else(|| Problem::never("summary", row.state))?;
+    let text =
+        app.queue.store.summary(&owner, id).await?.ok_or_else(|| Problem::never("summary", row.state))?;
     Ok(([(header::CONTENT_TYPE, "application/json")], text).into_response())
 }
 
@@ -227,7 +228,8 @@ async fn judge<T: Send + 'static>(
 ) -> Result<T, Problem> {
     let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
     let shelf = app.queue.shelf(owner);
-    let judged = tokio::task::spawn_blocking(move || judgement(&shelf)).await.map_err(|e| Problem::internal(&e))?;
+    let judged =
+        tokio::task::spawn_blocking(move || judgement(&shelf)).await.map_err(|e| Problem::internal(&e))?;
     judged.map_err(Problem::invalid_scene)
 }
 
@@ -238,7 +240,8 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
         Submitted::Replayed(row) => (row, true),
         Submitted::KeyReused => return Err(Problem::idempotency_key_reused()),
     };
-    let location = HeaderValue::try_from(format!("/v1/jobs/{}", row.id)).map_err(|e| Problem::internal(&e))?;
+    let location =
+        HeaderValue::try_from(format!("/v1/jobs/{}", row.id)).map_err(|e| Problem::internal(&e))?;
     let mut response = (StatusCode::ACCEPTED, Json(Job::of(*row))).into_response();
     response.headers_mut().insert(header::LOCATION, location);
     if is_replay {
@@ -250,7 +253,10 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
 /// The client's name for its request, if it gave one.
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
-    let key = value.to_str().ok().filter(|k| (1..=255).contains(&k.len()) && k.bytes().all(|b| b.is_ascii_graphic()));
+    let key = value
+        .to_str()
+        .ok()
+        .filter(|k| (1..=255).contains(&k.len()) && k.bytes().all(|b| b.is_ascii_graphic()));
     let refusal = || Problem::bad_header("Idempotency-Key", "1 to 255 visible ASCII characters");
     key.map(|k| Some(k.to_owned())).ok_or_else(refusal)
 }
@@ -260,8 +266,9 @@ fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
     let names = parameters.state.as_deref().unwrap_or_default();
     let states = names.split(',').filter(|name| !name.is_empty()).map(|name| {
         let known = || JobState::ALL.map(JobState::as_str).join(", ");
-        JobState::from_name(name)
-            .ok_or_else(|| Problem::bad_parameter(format!("There is no state {name:?}; there are {}.", known())))
+        JobState::from_name(name).ok_or_else(|| {
+            Problem::bad_parameter(format!("There is no state {name:?}; there are {}.", known()))
+        })
     });
     let limit = parameters.limit.unwrap_or(50);
     if !(1..=200).contains(&limit) {
@@ -276,4 +283,3 @@ fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
     };
     Ok(Page { states: states.collect::<Result<_, _>>()?, before, limit })
 }
-

@@ -58,7 +58,9 @@ pub async fn upload(
         return Err(Problem::too_large(limit));
     }
     let receiving = receive(&app, request.into_body(), limit);
-    let upload = tokio::time::timeout(app.config.upload_timeout, receiving).await.map_err(|_| Problem::too_slow())??;
+    let upload = tokio::time::timeout(app.config.upload_timeout, receiving)
+        .await
+        .map_err(|_| Problem::too_slow())??;
 
     // Read and judged on a thread that may compute; only so many at a time, each holds a mesh in memory.
     let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;

@@ -98,7 +98,9 @@ impl Problem {
     pub fn too_large(limit: u64) -> Self {
         let detail = format!("The body is larger than {limit} bytes.");
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, "body-too-large", "Body too large", detail)
-            .remedy("Upload meshes to /v1/meshes and name them by id; or ask the operator for a larger limit.")
+            .remedy(
+                "Upload meshes to /v1/meshes and name them by id; or ask the operator for a larger limit.",
+            )
             // The rest of the body is not read, so the connection cannot go on.
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
@@ -112,14 +114,24 @@ impl Problem {
 
     /// The body broke off.
     pub fn broken_body() -> Self {
-        Self::new(StatusCode::BAD_REQUEST, "body-broken", "Body broken", "The body could not be read to its end.")
+        Self::new(
+            StatusCode::BAD_REQUEST,
+            "body-broken",
+            "Body broken",
+            "The body could not be read to its end.",
+        )
     }
 
     /// The body is declared to be something else.
     pub fn unsupported_media_type(expected: &str) -> Self {
         let detail = format!("The body has to be {expected}.");
-        Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "Unsupported media type", detail)
-            .remedy(format!("Send the header `Content-Type: {expected}`."))
+        Self::new(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            "unsupported-media-type",
+            "Unsupported media type",
+            detail,
+        )
+        .remedy(format!("Send the header `Content-Type: {expected}`."))
     }
 
     /// The body is not JSON.
@@ -160,7 +172,8 @@ impl Problem {
     pub fn invalid_scene(errors: Vec<SceneProblem>) -> Self {
         let count = errors.iter().filter(|e| e.severity == "error").count();
         let detail = format!("The scene has {count} error(s); every one is listed with its place.");
-        let mut problem = Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
+        let mut problem =
+            Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
         problem.body.errors = errors;
         problem
     }
@@ -193,11 +206,22 @@ impl Problem {
             .remedy("The job says why at /v1/jobs/{id}.")
     }
 
+    /// The snapshot is not kept any more.
+    pub fn snapshot_gone() -> Self {
+        let detail = "This snapshot is not kept: only the last few are, and only while the job runs.";
+        Self::new(StatusCode::GONE, "snapshot-gone", "Snapshot gone", detail)
+            .remedy("Ask without `snapshot` for the latest one, or for the final recording.")
+    }
+
     /// No byte of the range exists.
     pub fn range_not_satisfiable(length: u64) -> Self {
         let detail = format!("The recording has {length} bytes; the range has none of them.");
-        let problem =
-            Self::new(StatusCode::RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "Range not satisfiable", detail);
+        let problem = Self::new(
+            StatusCode::RANGE_NOT_SATISFIABLE,
+            "range-not-satisfiable",
+            "Range not satisfiable",
+            detail,
+        );
         match HeaderValue::try_from(format!("bytes */{length}")) {
             Ok(value) => problem.header(header::CONTENT_RANGE, value),
             Err(_) => problem,

@@ -57,7 +57,9 @@ fn part(range: &str, length: u64) -> Wanted {
         },
         (Number::Is(first), Number::Absent) if first < length => Wanted::Part { first, last: length - 1 },
         (Number::Is(first), Number::Is(last)) if first > last => Wanted::Whole,
-        (Number::Is(first), Number::Is(last)) if first < length => Wanted::Part { first, last: last.min(length - 1) },
+        (Number::Is(first), Number::Is(last)) if first < length => {
+            Wanted::Part { first, last: last.min(length - 1) }
+        }
         (Number::Is(_), Number::Is(_) | Number::Absent) => Wanted::Unsatisfiable,
         _ => Wanted::Whole,
     }
@@ -116,13 +118,23 @@ mod tests {
         for text in ["bytes=1000-", "bytes=1000-1001", "bytes=-0", "bytes=99999999999999999999999-"] {
             assert_eq!(range(text), Wanted::Unsatisfiable, "{text}");
         }
-        let empty = wanted(&[(header::RANGE, "bytes=0-".parse().unwrap())].into_iter().collect(), "\"abc\"", 0);
+        let empty =
+            wanted(&[(header::RANGE, "bytes=0-".parse().unwrap())].into_iter().collect(), "\"abc\"", 0);
         assert_eq!(empty, Wanted::Unsatisfiable);
     }
 
     #[test]
     fn what_is_no_single_range_is_ignored() {
-        for text in ["bytes=0-1,5-6", "bytes=9-3", "bytes=a-b", "bytes=--1", "bytes=-", "items=0-1", "bytes", "bytes=+1-2"] {
+        for text in [
+            "bytes=0-1,5-6",
+            "bytes=9-3",
+            "bytes=a-b",
+            "bytes=--1",
+            "bytes=-",
+            "items=0-1",
+            "bytes",
+            "bytes=+1-2",
+        ] {
             assert_eq!(range(text), Wanted::Whole, "{text}");
         }
     }

@@ -114,7 +114,8 @@ impl Job {
             recording: row.recording.is_some().then(|| format!("{this}/recording")),
             this,
         };
-        let recording = row.recording.map(|r| Recording { bytes: r.bytes, sha256: r.sha256, complete: r.complete });
+        let recording =
+            row.recording.map(|r| Recording { bytes: r.bytes, sha256: r.sha256, complete: r.complete });
         Self {
             id: row.id,
             name: row.name,
@@ -218,7 +219,11 @@ impl Validation {
                 expected_steps: plan.expected_steps,
                 expected_run_time_s: plan.expected_run_time_s,
                 kept: plan.kept,
-                left_out: plan.left_out.into_iter().map(|l| LeftOutOfPlan { what: l.what, why: l.why }).collect(),
+                left_out: plan
+                    .left_out
+                    .into_iter()
+                    .map(|l| LeftOutOfPlan { what: l.what, why: l.why })
+                    .collect(),
             },
             notice: NOTICE,
         }

@@ -5,6 +5,7 @@
 //! - [`queue`]: what can be asked of jobs: submit, cancel, delete; and recovery at the start.
 //! - [`worker`]: threads that claim a job, run it by an [`engine::Engine`] and say how it ended.
 //! - [`recordings`]: files that are written under one name and immutable under another.
+//! - [`snapshots`]: what can be seen of a recording while it is written.
 //! - [`control`]: how a running job is stopped, and why.
 
 pub mod control;
@@ -13,6 +14,7 @@ mod error;
 pub mod queue;
 pub mod recordings;
 pub mod simulator;
+pub mod snapshots;
 pub mod store;
 pub mod worker;
 

@@ -3,6 +3,7 @@
 use super::control::{RunControl, StopReason};
 use super::engine::Engine;
 use super::recordings::DataFolder;
+use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{CancelAnswer, ClaimedJob, DeleteAnswer, NewJob, Recovered, Store, Submitted};
 use super::{FinalRecording, JobId, JobsError};
 use crate::record::partial_path;
@@ -26,6 +27,7 @@ pub struct Queue {
     /// Counters.
     pub metrics: Arc<Metrics>,
     running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
+    snapshots: Snapshots,
     arrivals: Notify,
     bell: broadcast::Sender<i64>,
     closing: watch::Sender<bool>,
@@ -51,6 +53,7 @@ impl Queue {
             config,
             metrics,
             running: Mutex::default(),
+            snapshots: Snapshots::default(),
             arrivals: Notify::new(),
             bell: broadcast::channel(256).0,
             closing: watch::channel(false).0,
@@ -83,7 +86,11 @@ impl Queue {
 
     /// The recording that an ended run left, with its digest. One that its writer did not close is mended first; nothing
     /// when nothing of it can be read.
-    pub(super) fn keep_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
+    pub(super) fn keep_recording(
+        &self,
+        id: JobId,
+        complete: bool,
+    ) -> Result<Option<FinalRecording>, JobsError> {
         let recording = self.folder.recording(id);
         if !recording.exists()
             && partial_path(&recording).exists()
@@ -186,12 +193,29 @@ impl Queue {
     /// Lets go of the brake of a job that has ended.
     pub(super) fn release(&self, job: &ClaimedJob) {
         self.controls().remove(&job.id);
+        self.snapshots.close(&self.folder, job.id);
         self.ring(job.seq);
+    }
+
+    /// What can be seen of the recording of a job that runs. Copies files: not for threads of the runtime.
+    ///
+    /// # Errors
+    /// When the files fail.
+    pub fn snapshot(&self, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
+        if !self.controls().contains_key(&id) {
+            return Ok(None);
+        }
+        self.snapshots.look(self.engine.as_ref(), &self.folder, id, which)
     }
 
     /// The meshes that an owner's scenes may name. To be used outside the threads of the runtime only.
     pub fn shelf(&self, owner: &str) -> MeshShelf {
-        MeshShelf::new(self.folder.meshes(), self.store.clone(), owner.to_owned(), tokio::runtime::Handle::current())
+        MeshShelf::new(
+            self.folder.meshes(),
+            self.store.clone(),
+            owner.to_owned(),
+            tokio::runtime::Handle::current(),
+        )
     }
 
     /// A bell that names the job that something happened to.

@@ -34,7 +34,7 @@ impl DataFolder {
             Err(TryLockError::Error(e)) => return Err(JobsError::file(&lock_file, e)),
         }
         let folder = Self { root: root.to_owned(), _lock: lock };
-        folder.sweep_uploads()?;
+        folder.sweep()?;
         Ok(folder)
     }
 
@@ -85,40 +85,75 @@ impl DataFolder {
     /// When the file cannot be read or made durable.
     pub fn seal_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
         let path = self.recording(id);
-        let mut file = match File::open(&path) {
-            Ok(file) => file,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(JobsError::file(&path, e)),
-        };
-        let (bytes, sha256) = digest(&mut file).map_err(|e| JobsError::file(&path, e))?;
-        file.sync_all().map_err(|e| JobsError::file(&path, e))?;
+        if !path.exists() {
+            return Ok(None);
+        }
+        let FileDigest { bytes, sha256 } = FileDigest::of(&path)?;
+        File::open(&path).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(&path, e))?;
         sync_folder(&path)?;
         Ok(Some(FinalRecording { bytes, sha256, complete }))
     }
 
-    /// Uploads of the process before this one will never end.
-    fn sweep_uploads(&self) -> Result<(), JobsError> {
-        let folder = self.uploads();
-        for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
-            let path = entry.map_err(|e| JobsError::file(&folder, e))?.path();
-            remove(&path)?;
+    /// What a snapshot of the recording of a job that runs is called.
+    pub fn snapshot(&self, id: JobId, number: u32) -> PathBuf {
+        self.root.join("recordings").join(format!("{id}.{SNAPSHOT}{number}.mcap"))
+    }
+
+    /// Removes the snapshots of a job.
+    ///
+    /// # Errors
+    /// When a file is there and stays.
+    pub fn remove_snapshots(&self, id: JobId) -> Result<(), JobsError> {
+        self.remove_files(id, SNAPSHOT)
+    }
+
+    /// Removes what the process before this one can have left: uploads that will never end, snapshots that nobody knows.
+    fn sweep(&self) -> Result<(), JobsError> {
+        for (folder, mark) in [(self.uploads(), ""), (self.root.join("recordings"), SNAPSHOT)] {
+            for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
+                let entry = entry.map_err(|e| JobsError::file(&folder, e))?;
+                if entry.file_name().to_str().is_some_and(|name| name.contains(mark)) {
+                    remove(&entry.path())?;
+                }
+            }
         }
         Ok(())
     }
 }
 
-/// Size and SHA-256 of what a reader holds.
-fn digest(reader: &mut impl Read) -> std::io::Result<(u64, String)> {
-    let mut sha = Sha256::new();
-    let mut buffer = vec![0_u8; 1 << 20];
-    let mut bytes = 0;
-    loop {
-        let n = reader.read(&mut buffer)?;
-        if n == 0 {
-            return Ok((bytes, hexadecimal(&sha.finalize())));
-        }
-        sha.update(&buffer[..n]);
-        bytes += n as u64;
+/// In the name of a snapshot, before its number.
+const SNAPSHOT: &str = "snapshot-";
+
+/// Size and digest of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileDigest {
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+impl FileDigest {
+    /// Reads a file to its end.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(path: &Path) -> Result<Self, JobsError> {
+        let read = || -> std::io::Result<Self> {
+            let mut file = File::open(path)?;
+            let mut sha = Sha256::new();
+            let mut buffer = vec![0_u8; 1 << 20];
+            let mut bytes = 0;
+            loop {
+                let n = file.read(&mut buffer)?;
+                if n == 0 {
+                    return Ok(Self { bytes, sha256: hexadecimal(&sha.finalize()) });
+                }
+                sha.update(&buffer[..n]);
+                bytes += n as u64;
+            }
+        };
+        read().map_err(|e| JobsError::file(path, e))
     }
 }
 

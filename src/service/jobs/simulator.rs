@@ -1,7 +1,8 @@
 //! The engine that ships: scenes are loaded, compiled and run as by the command line.
 
 use super::engine::{
-    BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
+    BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
+    SceneProblem,
 };
 use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::mesh::Mesh;
@@ -10,7 +11,9 @@ use crate::mesh::read::{self, read_mesh};
 use crate::plan::compile;
 use crate::record::{reindex_incomplete, snapshot};
 use crate::scene::summary::BodySummary;
-use crate::scene::{Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load};
+use crate::scene::{
+    Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load,
+};
 use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::{self, RunRequest, run_scene};
@@ -30,7 +33,8 @@ impl Simulator {
     }
 
     fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
-        load(scene, meshes, &self.budget).map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect())
+        load(scene, meshes, &self.budget)
+            .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect())
     }
 }
 
@@ -41,21 +45,22 @@ impl Engine for Simulator {
 
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
         let loaded = self.load(scene, meshes)?;
-        let plan = compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
+        let plan =
+            compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
         let bodies = loaded.bodies.iter().map(BodyPreview::from).collect();
         Ok(ScenePreview { checked: checked(&loaded), bodies, plan: plan.report })
     }
 
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
-        let expected_steps = Some(loaded.estimate.steps);
+        let estimated_steps = loaded.estimate.steps;
         let mut reached = RunProgress::loading();
         let mut progress = |p: study::Progress| {
             reached = RunProgress {
                 phase: Phase::from(p.phase),
                 progress: p.fraction,
                 step: p.step,
-                expected_steps,
+                expected_steps: Some(expected_steps(p.step, p.fraction, estimated_steps)),
                 simulated_time_s: p.time_s,
                 eta_s: None,
             };
@@ -105,7 +110,8 @@ impl Engine for Simulator {
             refusal("the upload could not be read".into())
         })?;
         let format = format.or_else(|| read::MeshFormat::sniff(&bytes).map(MeshFormat::from));
-        let format = format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
+        let format =
+            format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
         let mesh = read_mesh(&bytes, format.into()).map_err(|error| refusal(error.to_string()))?;
         let report = report(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
         Ok((format, report))
@@ -145,6 +151,12 @@ fn checked(loaded: &Loaded) -> CheckedScene {
     }
 }
 
+/// Steps in all, from those that a share of the run took; from the estimate while that share says nothing yet.
+fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
+    const SAYS_SOMETHING: f64 = 0.02;
+    if share < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / share).round() as u64 }
+}
+
 /// The diagnosis of a scene that was valid when it was accepted.
 fn invalid_scene(problems: &[SceneProblem]) -> JobFailure {
     let errors: Vec<String> = problems
@@ -172,7 +184,11 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
         nodes: mesh.nodes.len() as u64,
         elements: mesh.hexes.len() as u64,
         parts: mesh.parts.iter().cloned().zip(elements_of_part).collect(),
-        node_sets: mesh.node_sets.iter().map(|(name, set)| (name.clone(), set.len() as u64)).collect::<BTreeMap<_, _>>(),
+        node_sets: mesh
+            .node_sets
+            .iter()
+            .map(|(name, set)| (name.clone(), set.len() as u64))
+            .collect::<BTreeMap<_, _>>(),
         bounding_box_min: [low.x, low.y, low.z],
         bounding_box_max: [high.x, high.y, high.z],
         quality: MeshQualityReport {
@@ -280,7 +296,8 @@ impl From<Failure> for JobFailure {
         if is_about_files {
             tracing::error!(reason = failure.message, "a recording failed");
         }
-        let message = if is_about_files { "The recording could not be written.".into() } else { failure.message };
+        let message =
+            if is_about_files { "The recording could not be written.".into() } else { failure.message };
         Self {
             cause,
             message,

@@ -113,7 +113,11 @@ impl Worker {
         };
         let closing = |p: RunProgress| RunProgress { phase: Phase::Closing, eta_s: None, ..p };
         if let Some(report) = &report {
-            let shown = self.runtime.block_on(self.queue.store.record_progress(job.seq, job.attempt, &closing(report.progress)));
+            let shown = self.runtime.block_on(self.queue.store.record_progress(
+                job.seq,
+                job.attempt,
+                &closing(report.progress),
+            ));
             if let Err(error) = shown {
                 tracing::warn!(job = %job.id, %error, "could not write its progress");
             }
@@ -202,12 +206,13 @@ impl<'a> Reporter<'a> {
             return;
         }
         self.last = Some((Instant::now(), progress.phase));
-        if progress.progress > 0.0 && progress.eta_s.is_none() {
-            progress.eta_s = Some(elapsed.as_secs_f64() * (1.0 - progress.progress) / progress.progress);
-        }
+        progress.eta_s = eta_s(elapsed, progress.progress);
         let queue = &self.worker.queue;
-        let written =
-            self.worker.runtime.block_on(queue.store.record_progress(self.job.seq, self.job.attempt, &progress));
+        let written = self.worker.runtime.block_on(queue.store.record_progress(
+            self.job.seq,
+            self.job.attempt,
+            &progress,
+        ));
         match written {
             Ok(()) => queue.ring(self.job.seq),
             // The run is worth more than the report of it.
@@ -230,6 +235,11 @@ fn recording_failed(error: &JobsError) -> JobFailure {
         step: None,
         element: None,
     }
+}
+
+/// Expected time to the end [s] of a run that has done a share of itself in `elapsed`.
+fn eta_s(elapsed: Duration, share: f64) -> Option<f64> {
+    (share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share)
 }
 
 /// What a panic said.

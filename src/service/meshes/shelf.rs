@@ -62,7 +62,14 @@ mod tests {
     #[test]
     fn only_digests_are_ids() {
         assert!(is_id(&"0a".repeat(32)));
-        for name in ["", "../../etc/passwd", "/etc/passwd", &"0A".repeat(32), &"0a".repeat(33), &format!("{}\0", "a".repeat(63))] {
+        for name in [
+            "",
+            "../../etc/passwd",
+            "/etc/passwd",
+            &"0A".repeat(32),
+            &"0a".repeat(33),
+            &format!("{}\0", "a".repeat(63)),
+        ] {
             assert!(!is_id(name), "{name:?}");
         }
     }

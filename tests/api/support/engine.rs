@@ -11,6 +11,7 @@ use contuse::step::Interrupt;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
@@ -26,6 +27,9 @@ struct Script {
     ending: Option<String>,
     #[serde(default)]
     recording_bytes: Option<usize>,
+    /// The recording grows by a byte with every step.
+    #[serde(default)]
+    grows: bool,
 }
 
 /// The bytes of a recording of the scripted engine.
@@ -121,7 +125,11 @@ impl Engine for ScriptedEngine {
             parts: vec![],
             notes: vec![],
         };
-        Ok(ScenePreview { checked, bodies: vec![body], plan: PlanReport { nodes: 8, ..PlanReport::default() } })
+        Ok(ScenePreview {
+            checked,
+            bodies: vec![body],
+            plan: PlanReport { nodes: 8, ..PlanReport::default() },
+        })
     }
 
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
@@ -156,6 +164,9 @@ impl Engine for ScriptedEngine {
                 break;
             }
             std::thread::sleep(Duration::from_millis(script.step_ms));
+            if script.grows {
+                std::fs::OpenOptions::new().append(true).open(&partial).unwrap().write_all(b"+").unwrap();
+            }
             progress.step = step + 1;
             progress.progress = progress.step as f64 / script.steps as f64;
             progress.simulated_time_s = script.end_time_s * progress.progress;

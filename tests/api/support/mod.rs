@@ -6,6 +6,8 @@ pub mod engine;
 use client::{Answer, Client};
 use contuse::service::Service;
 use contuse::service::config::ServiceConfig;
+use contuse::service::jobs::engine::Engine;
+use contuse::service::jobs::simulator::Simulator;
 use engine::ScriptedEngine;
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -34,6 +36,20 @@ impl Server {
 
     /// On a data folder that another service may have left.
     pub fn on(data: Arc<TempDir>, change: impl FnOnce(&mut ServiceConfig)) -> Self {
+        Self::with_engine(data, Arc::new(ScriptedEngine), change)
+    }
+
+    /// With the engine that ships.
+    pub fn simulating() -> Self {
+        let engine = Simulator::new(ServiceConfig::default().budget);
+        Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {})
+    }
+
+    fn with_engine(
+        data: Arc<TempDir>,
+        engine: Arc<dyn Engine>,
+        change: impl FnOnce(&mut ServiceConfig),
+    ) -> Self {
         let mut config = ServiceConfig {
             listen: SocketAddr::from(([127, 0, 0, 1], 0)),
             data: data.path().to_owned(),
@@ -45,9 +61,10 @@ impl Server {
         let (started, address) = std::sync::mpsc::channel();
         let (stop, stopped) = oneshot::channel();
         let thread = std::thread::spawn(move || {
-            let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+            let runtime =
+                tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
             runtime.block_on(async move {
-                let service = Service::start(config, Arc::new(ScriptedEngine)).await.unwrap();
+                let service = Service::start(config, engine).await.unwrap();
                 started.send(service.address()).unwrap();
                 let stop = async {
                     let _ = stopped.await;

@@ -87,7 +87,8 @@ impl Store {
         .fetch_optional(&mut *transaction)
         .await?;
         let Some((seq, id, owner, scene, attempt)) = row else { return Ok(None) };
-        add_event(&mut transaction, seq, event::RUNNING, &json!({ "state": "running", "attempt": attempt })).await?;
+        add_event(&mut transaction, seq, event::RUNNING, &json!({ "state": "running", "attempt": attempt }))
+            .await?;
         transaction.commit().await?;
         let id = id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?;
         Ok(Some(ClaimedJob { seq, id, owner, scene, attempt }))
@@ -97,7 +98,12 @@ impl Store {
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn record_progress(&self, seq: i64, attempt: u32, progress: &RunProgress) -> Result<(), JobsError> {
+    pub async fn record_progress(
+        &self,
+        seq: i64,
+        attempt: u32,
+        progress: &RunProgress,
+    ) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
         if write_progress(&mut transaction, seq, attempt, progress).await? {
             add_event(&mut transaction, seq, event::PROGRESS, &serde_json::to_value(progress)?).await?;
@@ -158,7 +164,13 @@ impl Store {
         .execute(&mut *transaction)
         .await?;
         if result.rows_affected() > 0 {
-            add_event(&mut transaction, seq, event::REQUEUED, &json!({ "state": "queued", "reason": reason })).await?;
+            add_event(
+                &mut transaction,
+                seq,
+                event::REQUEUED,
+                &json!({ "state": "queued", "reason": reason }),
+            )
+            .await?;
             transaction.commit().await?;
         }
         Ok(())
@@ -170,7 +182,9 @@ impl Store {
     /// When the store fails.
     pub async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
         let mut transaction = self.begin().await?;
-        let Some((seq, state)) = find(&mut transaction, owner, id).await? else { return Ok(CancelAnswer::Unknown) };
+        let Some((seq, state)) = find(&mut transaction, owner, id).await? else {
+            return Ok(CancelAnswer::Unknown);
+        };
         let answer = match state {
             JobState::Queued => {
                 sqlx::query(
@@ -180,7 +194,13 @@ impl Store {
                 .bind(seq)
                 .execute(&mut *transaction)
                 .await?;
-                add_event(&mut transaction, seq, "cancelled", &json!({ "state": "cancelled", "failure": null })).await?;
+                add_event(
+                    &mut transaction,
+                    seq,
+                    "cancelled",
+                    &json!({ "state": "cancelled", "failure": null }),
+                )
+                .await?;
                 CancelAnswer::Cancelled { seq }
             }
             JobState::Running => {
@@ -203,13 +223,21 @@ impl Store {
     /// When the store fails.
     pub async fn hide(&self, owner: &str, id: JobId) -> Result<DeleteAnswer, JobsError> {
         let mut transaction = self.begin().await?;
-        let Some((seq, state)) = find(&mut transaction, owner, id).await? else { return Ok(DeleteAnswer::Unknown) };
-        sqlx::query("UPDATE jobs SET deleted = 1, cancel_requested = 1, idempotency_key = NULL WHERE seq = ?1")
-            .bind(seq)
-            .execute(&mut *transaction)
-            .await?;
+        let Some((seq, state)) = find(&mut transaction, owner, id).await? else {
+            return Ok(DeleteAnswer::Unknown);
+        };
+        sqlx::query(
+            "UPDATE jobs SET deleted = 1, cancel_requested = 1, idempotency_key = NULL WHERE seq = ?1",
+        )
+        .bind(seq)
+        .execute(&mut *transaction)
+        .await?;
         transaction.commit().await?;
-        Ok(if state == JobState::Running { DeleteAnswer::Running { seq } } else { DeleteAnswer::Idle { seq } })
+        Ok(if state == JobState::Running {
+            DeleteAnswer::Running { seq }
+        } else {
+            DeleteAnswer::Idle { seq }
+        })
     }
 
     /// Whether a job was hidden.
@@ -217,8 +245,10 @@ impl Store {
     /// # Errors
     /// When the store fails.
     pub async fn is_hidden(&self, seq: i64) -> Result<bool, JobsError> {
-        let row: Option<(bool,)> =
-            sqlx::query_as("SELECT deleted FROM jobs WHERE seq = ?1").bind(seq).fetch_optional(&self.pool).await?;
+        let row: Option<(bool,)> = sqlx::query_as("SELECT deleted FROM jobs WHERE seq = ?1")
+            .bind(seq)
+            .fetch_optional(&self.pool)
+            .await?;
         Ok(row.is_none_or(|(deleted,)| deleted))
     }
 
@@ -227,10 +257,11 @@ impl Store {
     /// # Errors
     /// When the store fails.
     pub async fn is_unwanted(&self, seq: i64) -> Result<bool, JobsError> {
-        let row: Option<(bool, bool)> = sqlx::query_as("SELECT deleted, cancel_requested FROM jobs WHERE seq = ?1")
-            .bind(seq)
-            .fetch_optional(&self.pool)
-            .await?;
+        let row: Option<(bool, bool)> =
+            sqlx::query_as("SELECT deleted, cancel_requested FROM jobs WHERE seq = ?1")
+                .bind(seq)
+                .fetch_optional(&self.pool)
+                .await?;
         Ok(row.is_none_or(|(deleted, cancelled)| deleted || cancelled))
     }
 

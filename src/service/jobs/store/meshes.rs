@@ -50,12 +50,13 @@ impl Store {
     /// # Errors
     /// When the store fails.
     pub async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
-        let row: Option<(String, i64, String, String)> =
-            sqlx::query_as("SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2")
-                .bind(owner)
-                .bind(id)
-                .fetch_optional(&self.pool)
-                .await?;
+        let row: Option<(String, i64, String, String)> = sqlx::query_as(
+            "SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
+        )
+        .bind(owner)
+        .bind(id)
+        .fetch_optional(&self.pool)
+        .await?;
         row.map(|(format, bytes, report, created_at)| {
             Ok(StoredMesh {
                 id: id.to_owned(),

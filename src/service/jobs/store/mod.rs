@@ -103,5 +103,5 @@ async fn add_event(
     Ok(())
 }
 
-//#[cfg(test)]
-//mod tests;
+#[cfg(test)]
+mod tests;

@@ -74,12 +74,12 @@ impl Store {
     /// When the store fails.
     pub async fn job(&self, owner: &str, id: JobId) -> Result<Option<JobRow>, JobsError> {
         sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
-        .bind(owner)
-        .bind(id.to_string())
-        .fetch_optional(&self.pool)
-        .await?
-        .map(|row| job_of_row(&row))
-        .transpose()
+            .bind(owner)
+            .bind(id.to_string())
+            .fetch_optional(&self.pool)
+            .await?
+            .map(|row| job_of_row(&row))
+            .transpose()
     }
 
     /// A page of the jobs of an owner, newest first.
@@ -120,7 +120,12 @@ impl Store {
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn events_after(&self, seq: i64, after: i64, limit: u32) -> Result<(Vec<EventRow>, bool), JobsError> {
+    pub async fn events_after(
+        &self,
+        seq: i64,
+        after: i64,
+        limit: u32,
+    ) -> Result<(Vec<EventRow>, bool), JobsError> {
         // The state is read first: a job that ends between the two reads has its last event in the second.
         let state: Option<(String, bool)> = sqlx::query_as("SELECT state, deleted FROM jobs WHERE seq = ?1")
             .bind(seq)
@@ -133,7 +138,8 @@ impl Store {
                 .bind(i64::from(limit))
                 .fetch_all(&self.pool)
                 .await?;
-        let ended = state.is_none_or(|(s, deleted)| deleted || JobState::from_name(&s).is_some_and(JobState::is_final));
+        let ended = state
+            .is_none_or(|(s, deleted)| deleted || JobState::from_name(&s).is_some_and(JobState::is_final));
         let complete = rows.len() < limit as usize;
         let events = rows.into_iter().map(|(n, kind, data)| EventRow { n, kind, data }).collect();
         Ok((events, ended && complete))

@@ -78,7 +78,9 @@ impl Store {
         let failure = (!cancelled).then(|| JobFailure {
             cause: JobFailureCause::WorkerLost,
             message: format!("the process that ran it was lost {attempt} times"),
-            remedy: "Look at the memory of the machine and at the log of the service; a smaller scene may pass.".into(),
+            remedy:
+                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
+                    .into(),
             time_s: None,
             step: None,
             element: None,

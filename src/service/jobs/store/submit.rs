@@ -43,7 +43,12 @@ impl Store {
     ///
     /// # Errors
     /// When the store fails.
-    pub async fn replay(&self, owner: &str, key: &str, body_sha256: &str) -> Result<Option<Submitted>, JobsError> {
+    pub async fn replay(
+        &self,
+        owner: &str,
+        key: &str,
+        body_sha256: &str,
+    ) -> Result<Option<Submitted>, JobsError> {
         let earlier: Option<(String, String)> =
             sqlx::query_as("SELECT id, body_sha256 FROM jobs WHERE owner = ?1 AND idempotency_key = ?2")
                 .bind(owner)
@@ -76,9 +81,10 @@ impl Store {
             let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
             return earlier.ok_or(JobsError::Store(sqlx::Error::RowNotFound));
         }
-        let (waiting,): (i64,) = sqlx::query_as("SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0")
-            .fetch_one(&mut *transaction)
-            .await?;
+        let (waiting,): (i64,) =
+            sqlx::query_as("SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0")
+                .fetch_one(&mut *transaction)
+                .await?;
         if waiting.cast_unsigned() >= max_queued {
             return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
         }

@@ -14,8 +14,11 @@ fn life_of_a_job_is_told_in_order_and_then_ends() {
     let kinds: Vec<&str> = events.iter().map(|e| e.kind.as_str()).collect();
     assert_eq!(kinds[..2], ["queued", "running"]);
     assert_eq!(*kinds.last().unwrap(), "succeeded");
-    let progress: Vec<f64> =
-        events.iter().filter(|e| e.kind == "progress").map(|e| e.data["progress"].as_f64().unwrap()).collect();
+    let progress: Vec<f64> = events
+        .iter()
+        .filter(|e| e.kind == "progress")
+        .map(|e| e.data["progress"].as_f64().unwrap())
+        .collect();
     assert!(progress.len() >= 3, "{progress:?}");
     assert!(progress.is_sorted());
 }
@@ -79,7 +82,8 @@ fn more_events_than_a_batch_arrive() {
     let job = submit(&client, &json!({ "name": "slow", "end_time_s": 1.0, "steps": 200, "step_ms": 2 }));
     let address = format!("{job}/events");
     let told: Vec<Vec<_>> = std::thread::scope(|scope| {
-        let listeners: Vec<_> = (0..8).map(|_| scope.spawn(|| client.follow(&address, None).collect())).collect();
+        let listeners: Vec<_> =
+            (0..8).map(|_| scope.spawn(|| client.follow(&address, None).collect())).collect();
         listeners.into_iter().map(|l| l.join().unwrap()).collect()
     });
     assert!(told.iter().all(|t| *t == told[0]), "all hear the same");

@@ -44,9 +44,17 @@ fn states_filter() {
 #[test]
 fn bad_parameters_are_refused() {
     let server = Server::start();
-    for query in
-        ["state=asleep", "limit=0", "limit=201", "limit=-1", "limit=x", "cursor=zz%20", "cursor=", "colour=red", "state=a%00b"]
-    {
+    for query in [
+        "state=asleep",
+        "limit=0",
+        "limit=201",
+        "limit=-1",
+        "limit=x",
+        "cursor=zz%20",
+        "cursor=",
+        "colour=red",
+        "state=a%00b",
+    ] {
         problem(&server.client().get(&format!("/v1/jobs?{query}")), 400, "bad-parameter");
     }
 }

@@ -83,7 +83,14 @@ fn unknown_jobs_are_not_found() {
     let server = Server::start();
     let (job, _) = finished(&server.client(), &quick());
     let id = job.rsplit('/').next().unwrap();
-    for other in ["00000000-0000-0000-0000-000000000000", "1", "..%2f..%2fetc%2fpasswd", "%ff", &id.to_uppercase(), &id.replace('-', "")] {
+    for other in [
+        "00000000-0000-0000-0000-000000000000",
+        "1",
+        "..%2f..%2fetc%2fpasswd",
+        "%ff",
+        &id.to_uppercase(),
+        &id.replace('-', ""),
+    ] {
         problem(&server.client().get(&format!("/v1/jobs/{other}")), 404, "job-not-found");
         problem(&server.client().get(&format!("/v1/jobs/{other}/recording")), 404, "job-not-found");
     }

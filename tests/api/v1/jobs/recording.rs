@@ -25,7 +25,10 @@ fn whole_file_with_all_that_is_said_of_it() {
     let name = answer.header("content-disposition").unwrap();
     assert!(name.starts_with("attachment; filename=\"a-b--c-") && name.ends_with(".mcap\""), "{name}");
     let digest = answer.header("repr-digest").unwrap();
-    assert!(digest.starts_with("sha-256=:") && digest.ends_with("=:") && digest.len() == 9 + 44 + 1, "{digest}");
+    assert!(
+        digest.starts_with("sha-256=:") && digest.ends_with("=:") && digest.len() == 9 + 44 + 1,
+        "{digest}"
+    );
 
     let head = server.client().send("HEAD", &address, &[], b"");
     assert_eq!(head.status, 200);
@@ -60,7 +63,9 @@ fn parts_fit_together() {
 #[test]
 fn ranges_that_cannot_be() {
     let (server, address) = recorded();
-    for range in [format!("bytes={LENGTH}-"), "bytes=-0".to_owned(), "bytes=99999999999999999999999-".to_owned()] {
+    for range in
+        [format!("bytes={LENGTH}-"), "bytes=-0".to_owned(), "bytes=99999999999999999999999-".to_owned()]
+    {
         let answer = server.client().get_with(&address, &[("Range", &range)]);
         problem(&answer, 416, "range-not-satisfiable");
         assert_eq!(answer.header("content-range"), Some(format!("bytes */{LENGTH}").as_str()));
@@ -89,22 +94,58 @@ fn conditions_are_kept() {
 #[test]
 fn pages_of_other_origins_may_read_it() {
     let (server, address) = recorded();
-    let answer = server.client().get_with(&address, &[("Origin", "https://viewer.example"), ("Range", "bytes=0-9")]);
+    let answer =
+        server.client().get_with(&address, &[("Origin", "https://viewer.example"), ("Range", "bytes=0-9")]);
     assert_eq!(answer.header("access-control-allow-origin"), Some("*"));
     let exposed = answer.header("access-control-expose-headers").unwrap();
     for name in ["content-length", "content-range", "accept-ranges", "etag", "repr-digest"] {
         assert!(exposed.contains(name), "{name} is not in {exposed}");
     }
-    let asked = [("Origin", "https://viewer.example"), ("Access-Control-Request-Method", "GET"), ("Access-Control-Request-Headers", "range,if-range")];
+    let asked = [
+        ("Origin", "https://viewer.example"),
+        ("Access-Control-Request-Method", "GET"),
+        ("Access-Control-Request-Headers", "range,if-range"),
+    ];
     let preflight = server.client().send("OPTIONS", &address, &asked, b"");
     assert_eq!(preflight.status, 200);
     assert!(preflight.header("access-control-allow-headers").unwrap().contains("range"));
 }
 
 #[test]
-fn nothing_before_the_end() {
-    let server = Server::start();
+fn nothing_before_the_start() {
+    let server = Server::with(|c| c.workers = 0);
     let job = submit(&server.client(), &endless());
     let answer = server.client().get(&format!("{job}/recording"));
     assert!(problem(&answer, 409, "not-yet")["remedy"].as_str().unwrap().contains("events"));
+}
+
+#[test]
+fn running_job_shows_snapshots_that_do_not_change() {
+    let server = Server::start();
+    let client = server.client();
+    let mut scene = endless();
+    scene["grows"] = json!(true);
+    let job = submit(&client, &scene);
+    let address = format!("{job}/recording");
+    eventually("it has recorded", || client.get(&address).status == 200);
+    let first = client.get(&address);
+    let (etag, place) = (first.header("etag").unwrap(), first.header("content-location").unwrap());
+    assert_eq!(first.header("repr-digest"), None);
+    assert!(first.header("content-disposition").unwrap().contains("-snapshot-"));
+
+    // A second later there is another, and the first is still what it was.
+    eventually("another", || client.get(&address).header("etag").unwrap() != etag);
+    assert_eq!(client.get(place).body, first.body);
+    let rest = client.get_with(&address, &[("Range", "bytes=100-"), ("If-Range", etag)]);
+    assert_eq!((rest.status, rest.body.as_slice()), (206, &first.body[100..]));
+    let stale = client.get_with(&address, &[("Range", "bytes=100-"), ("If-Range", "\"stale\"")]);
+    assert!(stale.status == 200 && stale.body.len() > first.body.len());
+    problem(&client.get(&format!("{address}?snapshot=99")), 410, "snapshot-gone");
+    problem(&client.get(&format!("{address}?snapshot=x")), 400, "bad-parameter");
+
+    client.post(&format!("{job}/cancel"));
+    wait_for(&client, &job, "cancelled");
+    problem(&client.get(place), 410, "snapshot-gone");
+    eventually("only the recording is left", || server.recordings().len() == 1);
+    assert!(client.get(&address).header("repr-digest").is_some());
 }

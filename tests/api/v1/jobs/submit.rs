@@ -26,16 +26,24 @@ fn bad_json_is_answered_with_line_and_column() {
     for text in ["", "{", "[1,]", "{\"a\":1}x", "\u{0}", &"[".repeat(100_000)] {
         problem(&server.client().post_text("/v1/jobs", text), 400, "bad-json");
     }
-    let latin1 = server.client().send("POST", "/v1/jobs", &[("Content-Type", "application/json")], b"{\"name\":\"\xe9\"}");
+    let latin1 = server.client().send(
+        "POST",
+        "/v1/jobs",
+        &[("Content-Type", "application/json")],
+        b"{\"name\":\"\xe9\"}",
+    );
     problem(&latin1, 400, "bad-json");
 }
 
 #[test]
 fn every_problem_of_a_scene_is_listed() {
     let server = Server::start();
-    for wrong in [json!({}), json!([]), json!(null), json!("x"), json!({ "name": 3, "end_time_s": -1, "steps": "x" })] {
+    for wrong in
+        [json!({}), json!([]), json!(null), json!("x"), json!({ "name": 3, "end_time_s": -1, "steps": "x" })]
+    {
         let body = problem(&server.client().post_json("/v1/jobs", &wrong), 422, "invalid-scene");
-        let pointers: Vec<&Value> = body["errors"].as_array().unwrap().iter().map(|e| &e["pointer"]).collect();
+        let pointers: Vec<&Value> =
+            body["errors"].as_array().unwrap().iter().map(|e| &e["pointer"]).collect();
         assert_eq!(pointers, ["/name", "/end_time_s", "/steps"]);
     }
     assert_eq!(server.client().get("/v1/jobs").json()["jobs"], json!([]), "nothing was kept");
@@ -110,9 +118,13 @@ fn concurrent_requests_with_one_key_make_one_job() {
         let posts: Vec<_> = (0..12)
             .map(|_| {
                 scope.spawn(|| {
-                    let answer = server.client().send("POST", "/v1/jobs", &headers, quick().to_string().as_bytes());
+                    let answer =
+                        server.client().send("POST", "/v1/jobs", &headers, quick().to_string().as_bytes());
                     assert_eq!(answer.status, 202, "{answer:?}");
-                    (answer.header("location").unwrap().to_owned(), answer.header("idempotent-replayed").is_some())
+                    (
+                        answer.header("location").unwrap().to_owned(),
+                        answer.header("idempotent-replayed").is_some(),
+                    )
                 })
             })
             .collect();
@@ -137,7 +149,15 @@ fn bad_keys_are_refused() {
 fn names_of_files_are_no_meshes() {
     let server = Server::start();
     std::fs::write(server.data.path().join("meshes/ball.msh"), "$").unwrap();
-    for name in ["../../../../etc/passwd", "/etc/passwd", "ball.msh", "./ball.msh", "", "http://127.0.0.1/x", "a\u{0}b"] {
+    for name in [
+        "../../../../etc/passwd",
+        "/etc/passwd",
+        "ball.msh",
+        "./ball.msh",
+        "",
+        "http://127.0.0.1/x",
+        "a\u{0}b",
+    ] {
         let mut scene = quick();
         scene["mesh"] = json!(name);
         let body = problem(&server.client().post_json("/v1/jobs", &scene), 422, "invalid-scene");
@@ -165,6 +185,10 @@ fn panic_in_a_check_is_an_answer_without_its_words() {
     let answer = server.client().post_json("/v1/jobs", &scene);
     let body = problem(&answer, 500, "internal");
     assert!(body["instance"].as_str().unwrap().starts_with("urn:uuid:"));
-    assert!(!answer.text().contains("script") && !leaks(&answer.text(), server.data.path()), "{}", answer.text());
+    assert!(
+        !answer.text().contains("script") && !leaks(&answer.text(), server.data.path()),
+        "{}",
+        answer.text()
+    );
     assert_eq!(server.client().post_json("/v1/jobs", &quick()).status, 202, "the service lives on");
 }
