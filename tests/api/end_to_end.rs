@@ -68,7 +68,7 @@ fn example(name: &str) -> Value {
 /// The example with so small a step that it runs for a second or more.
 fn slow() -> Value {
     let mut scene = example("job.request.json");
-    scene["integrator"] = json!({ "kind": "explicit", "max_step_s": 1e-8 });
+    scene["integrator"] = json!({ "kind": "explicit", "max_step_s": 2e-8 });
     scene["record"] = json!({ "field_interval_s": 1e-6, "every_steps": 100 });
     scene
 }

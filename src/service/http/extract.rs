@@ -7,7 +7,7 @@ use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
 /// The owner of a request: the name of its bearer token, empty when the service is open to everybody.
@@ -85,7 +85,8 @@ impl FromRequest<Arc<App>> for JsonText {
             Ok(Err(_)) => return Err(Problem::broken_body()),
             Ok(Ok(bytes)) => bytes,
         };
-        serde_json::from_slice::<IgnoredAny>(&bytes).map_err(|e| Problem::bad_json(&e))?;
+        // A whole value and not one that is skipped: what is skipped is not looked at (encoding, escapes).
+        serde_json::from_slice::<serde_json::Value>(&bytes).map_err(|e| Problem::bad_json(&e))?;
         Ok(Self(bytes))
     }
 }

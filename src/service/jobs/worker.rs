@@ -111,18 +111,6 @@ impl Worker {
             },
             Err(failure) => (JobState::Failed, Some(failure), None),
         };
-        let closing = |p: RunProgress| RunProgress { phase: Phase::Closing, eta_s: None, ..p };
-        if let Some(report) = &report {
-            let shown = self.runtime.block_on(self.queue.store.record_progress(
-                job.seq,
-                job.attempt,
-                &closing(report.progress),
-            ));
-            if let Err(error) = shown {
-                tracing::warn!(job = %job.id, %error, "could not write its progress");
-            }
-            self.queue.ring(job.seq);
-        }
         let mut end = JobEnd {
             state,
             failure,
