@@ -1,4 +1,5 @@
 //! The command line, as a user calls it: `validate`, `material` and `schema`, their output and their exit codes.
+#![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
 
 use serde_json::{Value, json};
 use std::io::Write as _;
