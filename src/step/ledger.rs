@@ -76,7 +76,8 @@ pub struct Energy {
     pub initial_total_j: f64,
     /// Work of external forces and of the position projection so far [J].
     pub external_work_j: f64,
-    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation) [J].
+    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and not below what
+    /// rounding stirs up [J].
     pub scale_j: f64,
     /// |total − initial − external| / scale [-].
     pub balance_error: f64,
@@ -133,6 +134,17 @@ impl Ledger {
             pairs: vec![PairLedger::default(); pairs],
             ..Self::default()
         }
+    }
+
+    /// A copy of `other` into the memory at hand.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let Self { viscous, external, contact_work, projection, pairs, initial, peak_strain, absolute_external } = self;
+        viscous.clone_from(&other.viscous);
+        external.clone_from(&other.external);
+        contact_work.clone_from(&other.contact_work);
+        projection.clone_from(&other.projection);
+        pairs.clone_from(&other.pairs);
+        (*initial, *peak_strain, *absolute_external) = (other.initial, other.peak_strain, other.absolute_external);
     }
 
     /// Adds one half of the work of the forces at t_n.
@@ -244,10 +256,13 @@ impl Ledger {
         energy.total_j = kinetic + strain + viscous + friction + numerical;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
-        energy.scale_j =
-            initial.max(self.peak_strain).max(self.absolute_external).max(viscous + friction + numerical.abs());
-        let error = (energy.total_j - initial - energy.external_work_j).abs();
-        energy.balance_error = if energy.scale_j > 0.0 { error / energy.scale_j } else { error };
+        let dissipation = viscous + friction + numerical.abs();
+        energy.scale_j = initial
+            .max(self.peak_strain)
+            .max(self.absolute_external)
+            .max(dissipation)
+            .max(work.plan.rounding_energy);
+        energy.balance_error = (energy.total_j - initial - energy.external_work_j).abs() / energy.scale_j;
     }
 }
 

@@ -4,4 +4,10 @@
 // Symbols of the field: F, J, P. A test may stop at the first surprise.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod bar_on_wall;
+mod free_flight;
 mod material_points;
+mod parity;
+mod patch_test;
+mod rig;
+mod rigid_rotation;
