@@ -1,1 +1,2 @@
+//! Kernels of blocks of elements: force sweep, stretch rates, assembly.
 fn main() {}

@@ -1,1 +1,2 @@
+//! Whole scenes: CPU time of a run.
 fn main() {}

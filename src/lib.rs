@@ -10,7 +10,7 @@
 //! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
 //! 3. [`step`]: the state, the explicit integrator, the energy ledger, the loop.
 //! 4. [`mechanics`]: the mathematics: laws, elements, contact.
-//! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top [`service`] and [`cli`].
+//! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top `service` and [`cli`].
 //!
 //! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < service < cli`.
 // Symbols of the field are what they are on paper: X reference position, F deformation gradient, J its determinant.

@@ -1,1 +1,51 @@
-//! SKELETON
+//! The command line: one file a subcommand. Results go to `out`, which is standard output outside tests.
+
+mod exit;
+pub mod material;
+pub mod run;
+pub mod schema;
+pub mod validate;
+
+mod plot;
+
+pub use exit::{CliError, Exit};
+
+use clap::{Parser, Subcommand};
+use std::io::Write;
+
+/// What a blunt impact does to soft tissue.
+///
+/// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled.
+#[derive(Debug, Parser)]
+#[command(name = "contuse", version, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scene and record it.
+    Run(run::RunArgs),
+    /// Find all that is wrong with a scene, without running it.
+    Validate(validate::ValidateArgs),
+    /// Evaluate a constitutive law: energy and stresses at a point or along a path.
+    Material(material::MaterialArgs),
+    /// Print the JSON Schema of the scene document.
+    Schema,
+}
+
+/// Does what was asked.
+///
+/// # Errors
+/// What kept it from being done; what is wrong with a scene is told in the output, not here.
+pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
+    match cli.command {
+        Command::Run(args) => run::run(&args, out),
+        Command::Validate(args) => validate::validate(&args, out),
+        Command::Material(args) => material::material(&args, out),
+        Command::Schema => schema::print(out),
+    }
+}

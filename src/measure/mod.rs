@@ -1,1 +1,19 @@
-//! SKELETON
+//! Measures that ride along a run: impact force, contact patch, depth of significant stress, absorbed energy, and the
+//! summary made of them.
+//!
+//! [`Measures`] is a [`Recorder`](crate::step::Recorder), so it sees every frame and costs nothing to a run that does not
+//! carry it. What needs stresses at quadrature points (depth of significant stress, peak values, nodal fields) is evaluated
+//! at the field times only, because the stepper does not keep stresses; everything else at every step.
+
+pub mod absorbed_energy;
+pub mod artificial_end;
+pub mod contact_patch;
+pub mod deflection;
+pub mod fields;
+pub mod impact_force;
+mod measures;
+pub mod stress_depth;
+pub mod summary;
+
+pub use measures::Measures;
+pub use summary::{Summary, render_table};

@@ -2,7 +2,6 @@
 //!
 //! With them `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
-#![allow(clippy::inline_always)]
 
 use super::real::Real;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};

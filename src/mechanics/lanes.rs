@@ -128,7 +128,7 @@ impl<S: Simd> Real for Lane<S> {
         // 1 + x = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x with all its digits.
         let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
         let u = self + 1.0;
-        let exponent = |b: u64| (b.wrapping_sub(sqrt_half) as i64) >> 52;
+        let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
         let scale = u.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
         // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
         let k = u.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))

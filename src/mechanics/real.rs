@@ -3,7 +3,6 @@
 //! A law is written once, over `R: Real`, and serves as plain `f64` (evaluation at a point), as SIMD lanes (the
 //! force sweep) and as a dual number (the exact tangent). So there is no second copy of any formula.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
-#![allow(clippy::inline_always)]
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 

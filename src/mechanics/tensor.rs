@@ -1,6 +1,5 @@
 //! Vectors and 3×3 tensors: nalgebra's for points and nodes, and [`Tensor`] / [`Sym`] over any [`Real`] for kernels.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
-#![allow(clippy::inline_always)]
 
 use super::real::Real;
 

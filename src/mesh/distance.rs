@@ -15,7 +15,7 @@ pub struct DepthField {
 }
 
 impl DepthField {
-    /// Takes in the faces at the positions \[m\] of their nodes.
+    /// Takes in the faces at the positions [m] of their nodes.
     ///
     /// # Errors
     /// `Surface` when there is no face, a position is not finite, or a face names a node that is not there.
@@ -44,7 +44,7 @@ impl DepthField {
         Ok(Self { triangles })
     }
 
-    /// Distance \[m\] from a point \[m\] to the nearest face, never negative; NaN for a point that is not finite.
+    /// Distance [m] from a point [m] to the nearest face, never negative; NaN for a point that is not finite.
     pub fn depth(&self, point: &Vec3) -> f64 {
         if !point.iter().all(|c| c.is_finite()) {
             return f64::NAN;

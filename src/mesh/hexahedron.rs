@@ -22,7 +22,7 @@ pub const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-/// Jacobian ∂x/∂ξ \[m\] of the trilinear map at the natural point `xi`; column `j` is ∂x/∂ξ_j.
+/// Jacobian ∂x/∂ξ [m] of the trilinear map at the natural point `xi`; column `j` is ∂x/∂ξ_j.
 ///
 /// x(ξ) = Σ_a x_a ⅛ (1 + ξ_a ξ)(1 + η_a η)(1 + ζ_a ζ)
 pub fn jacobian(corners: &[Vec3; 8], xi: [f64; 3]) -> Mat3 {
@@ -41,7 +41,7 @@ pub fn gauss_points() -> [[f64; 3]; 8] {
     CORNERS.map(|c| c.map(|s| s / 3.0_f64.sqrt()))
 }
 
-/// Volume \[m³\] of the trilinear hexahedron; negative when it is inside out.
+/// Volume [m³] of the trilinear hexahedron; negative when it is inside out.
 ///
 /// V = Σ det ∂x/∂ξ over the 2×2×2 Gauss points: exact, since the determinant is quadratic in each of ξ, η, ζ.
 pub fn volume_m3(corners: &[Vec3; 8]) -> f64 {

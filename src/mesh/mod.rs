@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 /// A mesh of eight-node hexahedra in named parts, with named node sets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Positions X \[m\], one a node.
+    /// Positions X [m], one a node.
     pub nodes: Vec<Vec3>,
     /// Corner nodes of each hex8: 0–3 counter-clockwise on the bottom seen from the top, 4–7 above them (the order of
     /// Gmsh, Abaqus and VTK).
@@ -41,7 +41,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Corner positions \[m\] of one element.
+    /// Corner positions [m] of one element.
     ///
     /// # Panics
     /// When `element` is out of range.
@@ -49,12 +49,12 @@ impl Mesh {
         self.hexes[element].map(|a| self.nodes[a as usize])
     }
 
-    /// Volume of the mesh \[m³\], the sum of its trilinear elements.
+    /// Volume of the mesh [m³], the sum of its trilinear elements.
     pub fn volume_m3(&self) -> f64 {
         (0..self.hexes.len()).map(|e| hexahedron::volume_m3(&self.corners(e))).sum()
     }
 
-    /// Volume of one part \[m³\]; zero when the mesh has no such part.
+    /// Volume of one part [m³]; zero when the mesh has no such part.
     pub fn part_volume_m3(&self, name: &str) -> f64 {
         let Some(part) = self.parts.iter().position(|p| p == name) else { return 0.0 };
         (0..self.hexes.len())
@@ -63,7 +63,7 @@ impl Mesh {
             .sum()
     }
 
-    /// The smallest box that holds all nodes: lower and upper corner \[m\]. `None` without nodes.
+    /// The smallest box that holds all nodes: lower and upper corner [m]. `None` without nodes.
     pub fn bounding_box(&self) -> Option<[Vec3; 2]> {
         let first = *self.nodes.first()?;
         Some(self.nodes.iter().fold([first, first], |[low, high], x| [low.inf(x), high.sup(x)]))
@@ -137,7 +137,7 @@ impl Mesh {
 
     /// The mesh scaled, then turned about the origin, then moved: x' = R (s x) + t.
     ///
-    /// `scale` [-] turns the unit of a file into metres (0.001 for millimetres); `translation` \[m\]. Material axes turn
+    /// `scale` [-] turns the unit of a file into metres (0.001 for millimetres); `translation` [m]. Material axes turn
     /// along.
     ///
     /// # Errors

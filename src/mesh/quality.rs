@@ -14,11 +14,11 @@ pub struct ElementQuality {
     pub gauss_scaled_jacobian: f64,
     /// Smallest scaled Jacobian at the eight corners [-], in [−1, 1]; 1 for a brick.
     pub corner_scaled_jacobian: f64,
-    /// Volume \[m³\].
+    /// Volume [m³].
     pub volume_m3: f64,
-    /// Shortest edge \[m\].
+    /// Shortest edge [m].
     pub min_edge_m: f64,
-    /// Longest edge \[m\].
+    /// Longest edge [m].
     pub max_edge_m: f64,
 }
 
@@ -33,7 +33,7 @@ impl ElementQuality {
     }
 }
 
-/// Judges one element by its corner positions \[m\].
+/// Judges one element by its corner positions [m].
 pub fn element_quality(corners: &[Vec3; 8]) -> ElementQuality {
     let smallest = |points: &[[f64; 3]; 8]| {
         points.iter().map(|&xi| scaled_determinant(&jacobian(corners, xi))).fold(f64::INFINITY, f64::min)
@@ -82,13 +82,13 @@ pub struct Quality {
     pub max_aspect_ratio: f64,
     /// The element where that is.
     pub slenderest_element: u32,
-    /// Shortest edge \[m\].
+    /// Shortest edge [m].
     pub min_edge_m: f64,
-    /// Longest edge \[m\].
+    /// Longest edge [m].
     pub max_edge_m: f64,
-    /// Volume of the mesh \[m³\].
+    /// Volume of the mesh [m³].
     pub volume_m3: f64,
-    /// Lower and upper corner of the box around all nodes \[m\].
+    /// Lower and upper corner of the box around all nodes [m].
     pub bounding_box_m: [Vec3; 2],
     /// Nodes that no element uses: they have no mass.
     pub unused_nodes: Offenders,

@@ -52,7 +52,7 @@ pub fn faces_within(faces: &[[u32; 4]], node_set: &[u32]) -> Vec<[u32; 4]> {
     faces.iter().filter(|face| face.iter().all(|a| node_set.binary_search(a).is_ok())).copied().collect()
 }
 
-/// Area \[m²\] that each node stands for, one a node of `positions` \[m\]; zero off the surface.
+/// Area [m²] that each node stands for, one a node of `positions` [m]; zero off the surface.
 ///
 /// A_a = ∫ N_a ‖x,ξ × x,η‖ dξ dη over the faces around the node, by the 2×2 Gauss rule (exact on parallelograms); the
 /// sum over the nodes is the area of the surface by the same rule.
@@ -79,7 +79,7 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
     areas
 }
 
-/// Volume \[m³\] that a closed surface encloses, by Gauss' theorem; positive when the faces look outwards.
+/// Volume [m³] that a closed surface encloses, by Gauss' theorem; positive when the faces look outwards.
 ///
 /// V = ⅓ ∮ x · n dA over the bilinear faces. The integrand x · (x,ξ × x,η) is quadratic in ξ and in η, so that the 2×2
 /// Gauss rule is exact: this equals the sum of the trilinear elements inside.

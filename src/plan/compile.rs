@@ -130,7 +130,8 @@ fn add_body(
     body: &SceneBody,
 ) -> Result<(), CompileError> {
     let mesh = &body.mesh;
-    let (first_node, first_element) = (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
+    let (first_node, first_element) =
+        (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(document, body)?;
 
     let mut mass = vec![0.0; mesh.nodes.len()];
@@ -172,7 +173,10 @@ fn add_body(
     Ok(())
 }
 
-fn reference_geometry(document: &BodyDocument, body: &SceneBody) -> Result<Vec<ReferenceGeometry>, CompileError> {
+fn reference_geometry(
+    document: &BodyDocument,
+    body: &SceneBody,
+) -> Result<Vec<ReferenceGeometry>, CompileError> {
     let of_element = |element: usize| {
         let geometry = ReferenceGeometry::new(&body.mesh.corners(element));
         if geometry.smallest_jacobian > 0.0 {
@@ -195,7 +199,9 @@ fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Ve
         });
         for axis in axes {
             if fixed.set == "*" {
-                inverse.iter_mut().for_each(|m| m[axis] = 0.0);
+                for m in &mut inverse {
+                    m[axis] = 0.0;
+                }
             }
             for node in body.mesh.node_sets.get(&fixed.set).into_iter().flatten() {
                 inverse[*node as usize][axis] = 0.0;
@@ -222,7 +228,12 @@ fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
 }
 
 /// ω × (x − c) about the centre of mass, zero along the axes that are held.
-fn spin_velocities(document: &BodyDocument, body: &SceneBody, mass: &[f64], inverse_mass: &[Vec3]) -> Vec<Vec3> {
+fn spin_velocities(
+    document: &BodyDocument,
+    body: &SceneBody,
+    mass: &[f64],
+    inverse_mass: &[Vec3],
+) -> Vec<Vec3> {
     let spin = Vec3::from(document.spin_rad_per_s);
     let placed: Vec<Vec3> = body.mesh.nodes.iter().map(|X| X + initial_displacement(document, X)).collect();
     let center = placed.iter().zip(mass).map(|(x, m)| x * *m).sum::<Vec3>() / mass.iter().sum::<f64>();
@@ -278,7 +289,8 @@ fn corner_list(blocks: &[ElementBlock]) -> Vec<(u32, u32)> {
     for block in blocks {
         for slot in 0..block.elements.len() {
             let first = 8 * (block.first_slot + slot) as u32;
-            corners.extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
+            corners
+                .extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
         }
     }
     corners

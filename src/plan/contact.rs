@@ -14,7 +14,11 @@ enum Side<'a> {
 }
 
 /// Compiles the pairs; `None` when nothing may touch.
-pub(super) fn compile_contact(document: &SceneDocument, bodies: &[PlanBody], X: &[Vec3]) -> Option<ContactPlan> {
+pub(super) fn compile_contact(
+    document: &SceneDocument,
+    bodies: &[PlanBody],
+    X: &[Vec3],
+) -> Option<ContactPlan> {
     let asked = pairs_asked(document);
     if asked.is_empty() {
         return None;
@@ -42,13 +46,17 @@ fn pairs_asked(document: &SceneDocument) -> Vec<(Side<'_>, Side<'_>, f64)> {
     match &document.contact.pairs {
         ContactPairs::All(_) => {
             let count = document.bodies.len();
-            let between = (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
-            let onto = |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
+            let between =
+                (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
+            let onto =
+                |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
             between.chain((0..count).flat_map(onto)).collect()
         }
         ContactPairs::List(list) => list
             .iter()
-            .filter_map(|pair| Some((side(&pair.between[0])?, side(&pair.between[1])?, pair.friction.unwrap_or(default))))
+            .filter_map(|pair| {
+                Some((side(&pair.between[0])?, side(&pair.between[1])?, pair.friction.unwrap_or(default)))
+            })
             .collect(),
     }
 }
@@ -80,7 +88,13 @@ fn add_pair(
 }
 
 /// The finer surface in the patch that the bodies sweep towards each other is the slave.
-fn slave_and_master(document: &SceneDocument, bodies: &[PlanBody], X: &[Vec3], a: usize, b: usize) -> (usize, usize) {
+fn slave_and_master(
+    document: &SceneDocument,
+    bodies: &[PlanBody],
+    X: &[Vec3],
+    a: usize,
+    b: usize,
+) -> (usize, usize) {
     if a == b {
         return (a, b);
     }

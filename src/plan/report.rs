@@ -100,14 +100,17 @@ fn memory(plan: &Plan) -> u64 {
 
 fn kept(plan: &Plan) -> Vec<String> {
     let mut kept: Vec<String> = plan.blocks.iter().map(|block| describe_block(plan, block)).collect();
-    for contact in &plan.contact {
+    if let Some(contact) = &plan.contact {
         for pair in &contact.pairs {
             let master = match pair.master {
                 Master::Surface(surface) => format!("{} faces", contact.surfaces[surface].faces.len()),
                 Master::Plane { .. } => "a plane".into(),
             };
             let slaves = contact.surfaces[pair.slave].nodes.len();
-            kept.push(format!("contact {}: {slaves} slave nodes against {master}, friction {}", pair.name, pair.mu));
+            kept.push(format!(
+                "contact {}: {slaves} slave nodes against {master}, friction {}",
+                pair.name, pair.mu
+            ));
         }
     }
     kept

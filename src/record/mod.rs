@@ -1,1 +1,61 @@
-//! SKELETON
+//! Recorders: MCAP files, memory, nothing.
+//!
+//! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
+//! [`stress`], [`scene_update`], [`point_cloud`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
+//! [`salvage`] makes a readable file of what a killed writer left.
+
+pub mod colour;
+pub mod contact;
+pub mod energy;
+pub mod log;
+pub mod mcap;
+pub mod memory;
+pub mod null;
+pub mod packed;
+pub mod point_cloud;
+pub mod proto;
+pub mod reference;
+pub mod salvage;
+pub mod scene_update;
+pub mod stress;
+pub mod summary;
+mod writer;
+
+pub use mcap::{McapRecorder, RecordingInfo};
+pub use memory::MemoryRecorder;
+pub use null::NullRecorder;
+pub use salvage::{Salvaged, reindex_incomplete, snapshot};
+pub use writer::{TimeScale, partial_path};
+
+use std::path::PathBuf;
+
+/// Why a recording could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file system said no.
+    #[error("{path}: {source}", path = path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What it said.
+        source: std::io::Error,
+    },
+    /// The MCAP writer or reader said no.
+    #[error(transparent)]
+    Mcap(#[from] ::mcap::McapError),
+    /// A document could not be serialised.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    /// The schemas that the program carries are not what it expects: a fault of the build.
+    #[error("the schema {0} is missing from the descriptors")]
+    MissingSchema(String),
+    /// The recorder was used before it was started, or after it was finished.
+    #[error("the recording is not open")]
+    NotOpen,
+}
+
+impl From<RecordError> for crate::step::RecorderError {
+    fn from(error: RecordError) -> Self {
+        Self(Box::new(error))
+    }
+}

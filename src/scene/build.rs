@@ -44,7 +44,7 @@ impl<'a> Builder<'a> {
             MeshDocument::Generator(generator) => {
                 self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
             }
-            MeshDocument::File(file) => self.from_file(file, &here.key("mesh").key("file"), out)?,
+            MeshDocument::File(file) => self.read_from_file(file, &here.key("mesh").key("file"), out)?,
         };
         match &body.placement {
             Some(placement) => placed(&mesh, placement, &here.key("placement"), out),
@@ -63,7 +63,12 @@ impl<'a> Builder<'a> {
         recipe.generate().map_err(|error| out.push(mesh_problem(&error, here))).ok()
     }
 
-    fn from_file(&mut self, file: &MeshFileDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
+    fn read_from_file(
+        &mut self,
+        file: &MeshFileDocument,
+        here: &Pointer,
+        out: &mut Findings,
+    ) -> Option<Mesh> {
         if !self.files.contains_key(&file.name) {
             let mesh = self.read(&file.name, here, out);
             self.files.insert(file.name.clone(), mesh);
@@ -98,7 +103,9 @@ impl<'a> Builder<'a> {
             );
             return None;
         };
-        read_mesh(&found.bytes, format).map_err(|error| out.push(mesh_problem(&error, &place).value(name))).ok()
+        read_mesh(&found.bytes, format)
+            .map_err(|error| out.push(mesh_problem(&error, &place).value(name)))
+            .ok()
     }
 
     /// Takes elements from the budget.
@@ -239,9 +246,11 @@ fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
         MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
             .limit("a relative path without \"..\" and without links that lead out")
             .remedy("copy the mesh into the folder of the scene"),
-        MeshSourceError::TooLarge { limit, .. } => Problem::error("budget_mesh_bytes", here, error.to_string())
-            .limit(format!("at most {limit} bytes"))
-            .remedy("use a coarser mesh, or a binary format"),
+        MeshSourceError::TooLarge { limit, .. } => {
+            Problem::error("budget_mesh_bytes", here, error.to_string())
+                .limit(format!("at most {limit} bytes"))
+                .remedy("use a coarser mesh, or a binary format")
+        }
         MeshSourceError::Unreadable { .. } => Problem::error("mesh_unreadable", here, error.to_string())
             .limit("a file that can be read")
             .remedy("check the file and its permissions"),

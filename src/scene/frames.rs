@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn a_cylindrical_frame_turns_about_its_axis() {
-        let corners = [[1, -1, -1], [3, -1, -1], [3, 1, -1], [1, 1, -1], [1, -1, 1], [3, -1, 1], [3, 1, 1], [1, 1, 1]];
+        let corners =
+            [[1, -1, -1], [3, -1, -1], [3, 1, -1], [1, 1, -1], [1, -1, 1], [3, -1, 1], [3, 1, 1], [1, 1, 1]];
         let mut mesh = Mesh {
             nodes: corners.map(|c| Vec3::from(c.map(f64::from))).to_vec(),
             hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],

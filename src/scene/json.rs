@@ -1,7 +1,7 @@
 //! Bytes → JSON value, with what `serde_json` alone would let pass (a key written twice) or report without its place
 //! (a number too large).
 
-use super::problem::{Pointer, Problem};
+use super::problem::{Pointer, Problem, Problems};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use std::cell::RefCell;
@@ -19,22 +19,25 @@ pub struct Parsed {
 /// Parses a document.
 ///
 /// # Errors
-/// One problem that says where, when the bytes are no JSON: not UTF-8, a syntax error, nested more than 128 deep, or a
+/// A single problem that says where, when the bytes are no JSON: not UTF-8, a syntax error, nested more than 128 deep, or a
 /// number beyond the range of `f64`. After a syntax error nothing more can be found.
-pub fn parse(bytes: &[u8]) -> Result<Parsed, Problem> {
+pub fn parse(bytes: &[u8]) -> Result<Parsed, Problems> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let place = format!("byte {} is not UTF-8", error.valid_up_to());
-        Problem::error("not_utf8", &Pointer::root(), place).limit("UTF-8").remedy("save the file as UTF-8")
+        Problem::error("not_utf8", &Pointer::root(), place)
+            .limit("UTF-8")
+            .remedy("save the file as UTF-8")
+            .alone()
     })?;
     let trace = Trace::default();
     let mut reader = serde_json::Deserializer::from_str(text);
     let value = Node(&trace).deserialize(&mut reader);
     let value = value.and_then(|value| reader.end().map(|()| value)).map_err(|error| {
-        let pointer = trace.path.borrow().iter().fold(Pointer::root(), |p, key| p.key(key));
-        Problem::error("not_json", &pointer, format!("the document is not JSON: {error}"))
+        Problem::error("not_json", &trace.pointer(), format!("the document is not JSON: {error}"))
             .limit("JSON (RFC 8259), nested at most 128 deep, numbers within ±1.8e308")
             .remedy("mend the document at this line and column")
+            .alone()
     })?;
     Ok(Parsed { value, problems: trace.repeated.into_inner() })
 }
@@ -134,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_document_is_read_as_serde_json_reads_it() {
-        let text = r#"{"a": [1, -2, 3.5, 1e3, 18446744073709551615], "b": {"c": null, "d": true, "e": "ü\n"}}"#;
+        let text =
+            r#"{"a": [1, -2, 3.5, 1e3, 18446744073709551615], "b": {"c": null, "d": true, "e": "ü\n"}}"#;
         let parsed = parse(text.as_bytes()).unwrap();
         assert_eq!(parsed.value, serde_json::from_str::<Value>(text).unwrap());
         assert!(parsed.problems.is_empty());
@@ -149,13 +153,14 @@ mod tests {
 
     #[test]
     fn what_is_no_json_says_where() {
-        assert_eq!(parse(b"{\"a\": [1, 1e999]}").unwrap_err().pointer, "/a/1");
-        assert_eq!(parse(b"\xff").unwrap_err().code, "not_utf8");
-        assert!(parse(b"").unwrap_err().message.contains("line 1"));
-        assert!(parse(b"{} x").unwrap_err().message.contains("trailing"));
+        let refused = |bytes: &[u8]| parse(bytes).unwrap_err().0.remove(0);
+        assert_eq!(refused(b"{\"a\": [1, 1e999]}").pointer, "/a/1");
+        assert_eq!(refused(b"\xff").code, "not_utf8");
+        assert!(refused(b"").message.contains("line 1"));
+        assert!(refused(b"{} x").message.contains("trailing"));
         assert!(parse(b"NaN").is_err());
         let deep = "[".repeat(100_000);
-        assert!(parse(deep.as_bytes()).unwrap_err().message.contains("recursion"));
+        assert!(refused(deep.as_bytes()).message.contains("recursion"));
         assert!(parse(b"\xef\xbb\xbf{}").is_ok(), "a byte order mark is let pass");
     }
 }

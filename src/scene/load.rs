@@ -5,7 +5,7 @@ use super::build::{Builder, body_axes};
 use super::document::SceneDocument;
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
-use super::structure::{self, Checked};
+use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, meshes};
@@ -33,17 +33,16 @@ pub struct Loaded {
 /// # Errors
 /// All problems at once, warnings included. Where the structure is broken, what is not broken is still checked.
 pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> Result<Loaded, Problems> {
-    let fail = |problem: Problem| Problems(vec![problem]);
     let size = document_json.len() as u64;
     if size > budget.document_bytes {
-        return Err(fail(
-            Problem::error("budget_document_bytes", &Pointer::root(), "the document is too large")
-                .value(size)
-                .limit(format!("at most {} bytes", budget.document_bytes))
-                .remedy("put meshes into files of their own"),
-        ));
+        let problem = Problem::error("budget_document_bytes", &Pointer::root(), "the document is too large");
+        return Err(problem
+            .value(size)
+            .limit(format!("at most {} bytes", budget.document_bytes))
+            .remedy("put meshes into files of their own")
+            .alone());
     }
-    let parsed = json::parse(document_json).map_err(fail)?;
+    let parsed = json::parse(document_json)?;
     let mut checked = structure::check(&parsed.value, &schema::SCENE);
     checked.problems.splice(0..0, parsed.problems);
 
@@ -57,7 +56,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     };
     let whole = checked.placeholders.is_empty();
     let (found, parts) = examine(&document, whole, source, budget);
-    let problems = merged(checked, found);
+    let problems = checked.merged_with(found);
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => Ok(Loaded {
             scene: Scene { content_hash: parts.content_hash, document, bodies: parts.bodies },
@@ -70,7 +69,8 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
             // A body is only left out with a reason; were there none, saying so is better than an empty list.
             if parts.is_none() && problems.iter().all(|p| !p.is_error()) {
                 let message = "the scene could not be built, and no check says why";
-                problems.push(Problem::error("internal", &Pointer::root(), message).remedy("report this scene"));
+                problems
+                    .push(Problem::error("internal", &Pointer::root(), message).remedy("report this scene"));
             }
             Err(Problems(problems))
         }
@@ -84,9 +84,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
 pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
     let bytes = std::fs::read(path).map_err(|error| {
         let message = format!("{} cannot be read: {error}", path.display());
-        Problems(vec![
-            Problem::error("unreadable", &Pointer::root(), message).remedy("check the path of the scene"),
-        ])
+        Problem::error("unreadable", &Pointer::root(), message).remedy("check the path of the scene").alone()
     })?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     load(&bytes, &FolderSource::new(folder), budget)
@@ -143,17 +141,6 @@ fn make_body(
     let materials = body.parts.iter().map(|part| part.material.to_material()).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
     Some((SceneBody { mesh, materials, part_entry, axes }, summary))
-}
-
-/// All problems: those of the structure, and those of the meaning unless they speak of a placeholder.
-fn merged(checked: Checked, found: Findings) -> Vec<Problem> {
-    let nameless = checked.placeholders.iter().any(|p| p.ends_with("/name"));
-    let speaks_of_the_document = |problem: &Problem| {
-        // A name that is missing makes every reference to it unknown.
-        !(checked.touches_placeholder(&problem.pointer) || nameless && problem.code == "unknown_body")
-    };
-    let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
-    checked.problems.into_iter().chain(kept).collect()
 }
 
 /// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.

@@ -1,8 +1,8 @@
 //! Materials in a scene document.
 
 use crate::mechanics::material::{
-    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin, NeoHookean,
-    Volumetric,
+    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
+    NeoHookean, Volumetric,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -117,7 +117,11 @@ impl MaterialDocument {
     pub fn to_material(&self) -> Option<Material> {
         Some(match *self {
             Self::MooneyRivlin { c10_pa: c10, c01_pa: c01, bulk_modulus_pa, volumetric } => {
-                Material::MooneyRivlin(MooneyRivlin { c10, c01, volumetric: volumetric.with(bulk_modulus_pa) })
+                Material::MooneyRivlin(MooneyRivlin {
+                    c10,
+                    c01,
+                    volumetric: volumetric.with(bulk_modulus_pa),
+                })
             }
             Self::NeoHookean { c10_pa: c10, bulk_modulus_pa, volumetric } => {
                 Material::NeoHookean(NeoHookean { c10, volumetric: volumetric.with(bulk_modulus_pa) })
@@ -152,6 +156,16 @@ impl MaterialDocument {
                 volumetric: volumetric.with(bulk_modulus_pa),
             }),
         })
+    }
+
+    /// The law's name in documents.
+    pub fn law_name(&self) -> &'static str {
+        match self {
+            Self::MooneyRivlin { .. } => "mooney_rivlin",
+            Self::NeoHookean { .. } => "neo_hookean",
+            Self::CoupledNeoHookean { .. } => "coupled_neo_hookean",
+            Self::HolzapfelGasserOgden { .. } => "holzapfel_gasser_ogden",
+        }
     }
 
     /// Whether all that depends on J alone is in U(J), so that an element may average it.

@@ -16,6 +16,7 @@ pub mod frames;
 mod json;
 pub mod load;
 pub mod material_document;
+pub mod material_question;
 pub mod mesh_document;
 pub mod problem;
 pub mod recipe;

@@ -73,6 +73,10 @@ impl Problem {
         self.remedy = remedy.into();
         self
     }
+    /// As the only one.
+    pub fn alone(self) -> Problems {
+        Problems(vec![self])
+    }
     /// Whether it keeps the scene from running.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
@@ -126,7 +130,7 @@ impl Problems {
 
 impl fmt::Display for Problems {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the scene has {} error(s)", self.error_count())?;
+        write!(f, "the input has {} error(s)", self.error_count())?;
         self.0.iter().try_for_each(|p| write!(f, "\n{p}"))
     }
 }

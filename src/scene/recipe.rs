@@ -118,17 +118,21 @@ impl Recipe {
     /// Every number out of range, as problems of the generator at `here`.
     pub fn problems(&self, here: &Pointer) -> Vec<Problem> {
         let found = with_generator!(self, it => it.problems());
-        found.iter().map(|problem| self.problem(problem, here)).collect()
+        found.iter().map(|problem| problem_of(problem, here)).collect()
     }
+}
 
-    /// A problem of a parameter, at the field of the document that it came from.
-    fn problem(&self, found: &ParameterProblem, here: &Pointer) -> Problem {
-        let pointer = field_path(&found.field).into_iter().fold(here.clone(), |p, key| p.key(&key));
-        Problem::error("bad_generator_parameter", &pointer, format!("the mesh cannot be made with this {}", found.field))
-            .value(found.value)
-            .limit(found.limit.clone())
-            .remedy(found.remedy.clone())
-    }
+/// A problem of a parameter, at the field of the document that it came from.
+fn problem_of(found: &ParameterProblem, here: &Pointer) -> Problem {
+    let pointer = field_path(&found.field).into_iter().fold(here.clone(), |p, key| p.key(&key));
+    Problem::error(
+        "bad_generator_parameter",
+        &pointer,
+        format!("the mesh cannot be made with this {}", found.field),
+    )
+    .value(found.value)
+    .limit(found.limit.clone())
+    .remedy(found.remedy.clone())
 }
 
 /// Where the document has the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "radius_m").

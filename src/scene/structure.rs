@@ -6,6 +6,7 @@
 
 use super::problem::{Pointer, Problem, suggest};
 use super::schema::Compiled;
+use super::validate::Findings;
 use jsonschema::ValidationError;
 use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
 use serde_json::{Map, Value};
@@ -45,6 +46,17 @@ impl Checked {
             inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
         };
         self.placeholders.iter().any(|p| within(pointer, p) || within(p, pointer))
+    }
+
+    /// All problems: those of the structure, and those of the meaning unless they speak of a placeholder.
+    pub fn merged_with(self, found: Findings) -> Vec<Problem> {
+        let nameless = self.placeholders.iter().any(|p| p.ends_with("/name"));
+        let speaks_of_the_document = |problem: &Problem| {
+            // A name that is missing makes every reference to it unknown.
+            !(self.touches_placeholder(&problem.pointer) || nameless && problem.code == "unknown_body")
+        };
+        let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
+        self.problems.into_iter().chain(kept).collect()
     }
 
     fn report(&mut self, error: &ValidationError, compiled: &Compiled) {
@@ -94,9 +106,12 @@ impl Checked {
         compiled: &Compiled,
     ) {
         let choices = schema.map(|s| choices(s, &compiled.schema)).unwrap_or_default();
-        let chosen = only(&choices, |c| c.is_made_by(found)).or_else(|| only(&choices, |c| c.has_type_of(found)));
+        let chosen =
+            only(&choices, |c| c.is_made_by(found)).or_else(|| only(&choices, |c| c.has_type_of(found)));
         if let Some(errors) = chosen.and_then(|i| context.get(i)) {
-            errors.iter().for_each(|e| self.report(e, compiled));
+            for error in errors {
+                self.report(error, compiled);
+            }
             return;
         }
         let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
@@ -104,7 +119,9 @@ impl Checked {
         let at = tag.map_or_else(|| pointer.clone(), |tag| pointer.key(tag));
         let written = tag.map_or(Some(found), |tag| found.get(tag));
         let problem = match (written, tag) {
-            (None, _) => Problem::error("missing_field", &at, "the field that chooses the variant is missing"),
+            (None, _) => {
+                Problem::error("missing_field", &at, "the field that chooses the variant is missing")
+            }
             (Some(word), Some(_)) => Problem::error("unknown_variant", &at, format!("there is no {word}")),
             (Some(Value::String(word)), None) => {
                 Problem::error("unknown_variant", &at, format!("there is no {word:?}"))
@@ -229,7 +246,11 @@ fn choice(variant: &Value, root: &Value) -> Choice {
         return Choice::Member(name.clone());
     }
     let nested = choices(variant, root);
-    if nested.is_empty() { Choice::Type(variant.get("type").cloned().unwrap_or_default()) } else { Choice::Nested(nested) }
+    if nested.is_empty() {
+        Choice::Type(variant.get("type").cloned().unwrap_or_default())
+    } else {
+        Choice::Nested(nested)
+    }
 }
 
 /// Index of the only choice that keeps to `condition`.

@@ -48,7 +48,14 @@ impl<'p> ContactStep<'p> {
 
     /// Finds the contacts that may close within the step and changes `v` from v* to v₊. `flying`: with the bodies' flight
     /// velocities and Coulomb friction; else at rest and with full stick (settling).
-    pub fn solve(&mut self, plan: &Plan, x: &[Vec3], h: f64, flying: bool, v: &mut [Vec3]) -> Result<(), (FailureCause, String)> {
+    pub fn solve(
+        &mut self,
+        plan: &Plan,
+        x: &[Vec3],
+        h: f64,
+        flying: bool,
+        v: &mut [Vec3],
+    ) -> Result<(), (FailureCause, String)> {
         let (mu, drift) = if flying { (&self.mu, &self.drift) } else { (&self.stuck, &self.still) };
         for body in &plan.bodies {
             let flight = if flying { body.flight_velocity } else { Vec3::zeros() };
@@ -56,7 +63,9 @@ impl<'p> ContactStep<'p> {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }
-        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
+        self.detector
+            .detect(x, &self.x_end, drift, &mut self.contacts)
+            .map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve(
             &self.contacts,

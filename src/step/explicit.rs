@@ -115,7 +115,8 @@ impl<'p> Stepper<'p> {
             self.solve_contact(state, phase)?;
             let rate = self.threads.largest_stretch_rate(&self.plan.blocks, &self.x, &self.v_after);
             if !rate.is_finite() {
-                return Err(self.failure(state, FailureCause::NotFinite, "A velocity became infinite or not a number.".into()));
+                let message = "A velocity became infinite or not a number.".into();
+                return Err(Failure::new(state, FailureCause::NotFinite, message));
             }
             if self.step * rate <= LARGEST_STRAIN_INCREMENT {
                 break;
@@ -251,7 +252,7 @@ impl<'p> Stepper<'p> {
             "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
              crushed or stretched without bound."
         );
-        Err(self.failure(state, FailureCause::StepCollapsed, message))
+        Err(Failure::new(state, FailureCause::StepCollapsed, message))
     }
 
     /// v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean velocity.
@@ -275,11 +276,7 @@ impl<'p> Stepper<'p> {
         let flying = matches!(phase, Phase::Running);
         let solved = contact.solve(self.plan, &self.x, self.step, flying, &mut self.v_after);
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
-        solved.map_err(|(cause, message)| self.failure(state, cause, message))
-    }
-
-    fn failure(&self, state: &State, cause: FailureCause, message: String) -> Failure {
-        Failure { cause, message, remedy: cause.remedy().into(), time_s: state.time, step: state.step, element: None }
+        solved.map_err(|(cause, message)| Failure::new(state, cause, message))
     }
 }
 
@@ -304,18 +301,13 @@ fn check_block(
 ) -> Result<(), Failure> {
     let diagnose = |cause: FailureCause, slot: usize, message: String| {
         let element = block.elements.get(slot).copied();
-        Failure {
-            cause,
-            message,
-            remedy: cause.remedy().into(),
-            time_s: state.time,
-            step: state.step,
-            element: element.map(|e| super::failure::place_element(plan, state, e)),
-        }
+        let place = element.map(|e| super::failure::place_element(plan, state, e));
+        Failure { element: place, ..Failure::new(state, cause, message) }
     };
     let (j, slot) = totals.smallest_j;
     if j <= -1.0 {
-        let message = format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
+        let message =
+            format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
         return Err(diagnose(FailureCause::ElementInverted, slot, message));
     }
     let (exponent, slot) = totals.fibre_exponent;
@@ -327,7 +319,11 @@ fn check_block(
     }
     let (stable, slot) = totals.stable_step;
     if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
-        return Err(diagnose(FailureCause::NotFinite, slot, "A stress or strain became infinite or not a number.".into()));
+        return Err(diagnose(
+            FailureCause::NotFinite,
+            slot,
+            "A stress or strain became infinite or not a number.".into(),
+        ));
     }
     Ok(())
 }

@@ -61,6 +61,14 @@ pub struct Failure {
     pub element: Option<ElementPlace>,
 }
 
+impl Failure {
+    /// At the time of `state`, with the remedy of its cause and no place.
+    pub(super) fn new(state: &State, cause: FailureCause, message: String) -> Self {
+        let remedy = cause.remedy().into();
+        Self { cause, message, remedy, time_s: state.time, step: state.step, element: None }
+    }
+}
+
 impl FailureCause {
     /// What a user can do about it, in plain words.
     pub fn remedy(self) -> &'static str {
@@ -82,7 +90,9 @@ impl FailureCause {
             Self::EnergyGate => {
                 "Lower `integrator.safety_factor` (0.5 is a good trial) or refine the mesh where the energy changes most."
             }
-            Self::NotFinite => "This is a defect of the scene or of the engine; keep the scene and report it.",
+            Self::NotFinite => {
+                "This is a defect of the scene or of the engine; keep the scene and report it."
+            }
             Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",

@@ -1,6 +1,6 @@
 //! State, the explicit integrator, the energy ledger, the loop, and the trait [`Recorder`].
 //!
-//! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see [`explicit`]):
+//! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see `explicit.rs`):
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
 
 mod contact;

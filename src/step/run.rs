@@ -42,39 +42,32 @@ pub fn run_from(
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
 ) -> (Outcome, State) {
-    let mut ending = match start(plan, options, recorders) {
+    let (stepper, ending) = match start(plan, &state, options, recorders) {
         Ok(mut stepper) => {
-            let ending = match drive(plan, &mut stepper, &mut state, options, recorders) {
-                Ok(ending) => ending,
-                Err(failure) => Ending::Failed { failure },
-            };
-            let outcome = conclude(plan, &state, Some(&stepper), ending);
-            return finish(plan, outcome, state, recorders);
+            let driven = drive(plan, &mut stepper, &mut state, options, recorders);
+            (Some(stepper), driven.unwrap_or_else(|failure| Ending::Failed { failure }))
         }
-        Err(failure) => Ending::Failed { failure },
+        Err(failure) => (None, Ending::Failed { failure }),
     };
-    if let Ending::Failed { failure } = &mut ending {
-        failure.time_s = state.time;
-    }
-    let outcome = conclude(plan, &state, None, ending);
+    let outcome = conclude(plan, &state, stepper.as_ref(), ending);
     finish(plan, outcome, state, recorders)
 }
 
 fn start<'p>(
     plan: &'p Plan,
+    state: &State,
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
 ) -> Result<Stepper<'p>, Failure> {
     for recorder in recorders.iter_mut() {
-        recorder.start(plan).map_err(|e| recording_failed(&e, 0.0, 0))?;
+        recorder.start(plan).map_err(|e| recording_failed(state, &e))?;
     }
-    let threads = Threads::new(options.threads.max(1)).map_err(|e| Failure {
-        cause: FailureCause::Internal,
-        message: format!("The operating system gave no worker threads: {e}."),
-        remedy: FailureCause::Internal.remedy().into(),
-        time_s: 0.0,
-        step: 0,
-        element: None,
+    let threads = Threads::new(options.threads.max(1)).map_err(|e| {
+        Failure::new(
+            state,
+            FailureCause::Internal,
+            format!("The operating system gave no worker threads: {e}."),
+        )
     })?;
     Ok(Stepper::new(plan, threads))
 }
@@ -89,7 +82,7 @@ fn finish(
         if let Err(error) = recorder.finish(plan, &outcome)
             && !matches!(outcome.ending, Ending::Failed { .. })
         {
-            outcome.ending = Ending::Failed { failure: recording_failed(&error, state.time, state.step) };
+            outcome.ending = Ending::Failed { failure: recording_failed(&state, &error) };
         }
     }
     (outcome, state)
@@ -129,7 +122,7 @@ fn drive(
             is_field_time,
         };
         for recorder in recorders.iter_mut() {
-            recorder.record(&frame).map_err(|e| recording_failed(&e, state.time, state.step))?;
+            recorder.record(&frame).map_err(|e| recording_failed(state, &e))?;
         }
         verdict?;
         if at_end {
@@ -151,7 +144,8 @@ fn settle_down(
     settle: Settle,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
-    let released_v = std::mem::replace(&mut state.v, vec![crate::mechanics::tensor::Vec3::zeros(); plan.node_count()]);
+    let released_v =
+        std::mem::replace(&mut state.v, vec![crate::mechanics::tensor::Vec3::zeros(); plan.node_count()]);
     state.time = -settle.duration;
     while state.time < 0.0 {
         if let Some(interrupt) = (options.interrupt)() {
@@ -162,7 +156,12 @@ fn settle_down(
         snap(state, Some(0.0));
     }
     let settled_u = std::mem::take(&mut state.u);
-    *state = State { u: settled_u, v: released_v, dilatation: std::mem::take(&mut state.dilatation), ..State::new(plan) };
+    *state = State {
+        u: settled_u,
+        v: released_v,
+        dilatation: std::mem::take(&mut state.dilatation),
+        ..State::new(plan)
+    };
     state.ledger = Ledger::new(plan);
     Ok(None)
 }
@@ -204,29 +203,21 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
         return Ok(());
     };
     let cause = FailureCause::EnergyGate;
-    Err(Failure { cause, message, remedy: cause.remedy().into(), time_s: state.time, step: state.step, element: None })
+    Err(Failure::new(state, cause, message))
 }
 
 fn interrupted(interrupt: Interrupt, state: &State) -> Result<Ending, Failure> {
     match interrupt {
         Interrupt::Cancel => Ok(Ending::Cancelled),
         Interrupt::Deadline => {
-            let cause = FailureCause::Deadline;
-            Err(Failure {
-                cause,
-                message: format!("The wall-clock budget ran out at t = {:.4e} s.", state.time),
-                remedy: cause.remedy().into(),
-                time_s: state.time,
-                step: state.step,
-                element: None,
-            })
+            let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
+            Err(Failure::new(state, FailureCause::Deadline, message))
         }
     }
 }
 
-fn recording_failed(error: &RecorderError, time_s: f64, step: u64) -> Failure {
-    let cause = FailureCause::RecordingFailed;
-    Failure { cause, message: format!("{error}."), remedy: cause.remedy().into(), time_s, step, element: None }
+fn recording_failed(state: &State, error: &RecorderError) -> Failure {
+    Failure::new(state, FailureCause::RecordingFailed, format!("{error}."))
 }
 
 fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Ending) -> Outcome {
@@ -243,8 +234,10 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
     };
     if let Some(stepper) = stepper {
         let extremes = &stepper.extremes;
-        outcome.smallest_step_s = if extremes.smallest_step.is_finite() { extremes.smallest_step } else { 0.0 };
-        outcome.smallest_jacobian = if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
+        outcome.smallest_step_s =
+            if extremes.smallest_step.is_finite() { extremes.smallest_step } else { 0.0 };
+        outcome.smallest_jacobian =
+            if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
     }

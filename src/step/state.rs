@@ -30,7 +30,8 @@ impl State {
     pub fn new(plan: &Plan) -> Self {
         let nodes = plan.node_count();
         let slots = plan.slot_count();
-        let or_zero = |values: &[Vec3]| if values.is_empty() { vec![Vec3::zeros(); nodes] } else { values.to_vec() };
+        let or_zero =
+            |values: &[Vec3]| if values.is_empty() { vec![Vec3::zeros(); nodes] } else { values.to_vec() };
         Self {
             time: 0.0,
             step: 0,

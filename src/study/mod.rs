@@ -1,1 +1,5 @@
-//! SKELETON
+//! Studies: from the one run of a scene to many.
+
+pub mod single;
+
+pub use single::{Phase, Progress, RunError, RunRequest, RunResult, run_scene};

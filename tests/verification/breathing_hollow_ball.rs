@@ -80,7 +80,10 @@ fn a_large_amplitude_converges_to_the_incompressible_motion() {
     println!("{coarse_errors:?} {medium_errors:?} {errors:?}");
     // Facets: a ball of 8 elements a quarter has 0.7 % less volume; second order in all three.
     for i in 0..3 {
-        assert!(order(coarse_errors[i], medium_errors[i]) > 1.3, "{i}: {coarse_errors:?} → {medium_errors:?}");
+        assert!(
+            order(coarse_errors[i], medium_errors[i]) > 1.3,
+            "{i}: {coarse_errors:?} → {medium_errors:?}"
+        );
         assert!(order(medium_errors[i], errors[i]) > 1.6, "{i}: {medium_errors:?} → {errors:?}");
     }
     assert!(errors[0].abs() < 0.012 && errors[1].abs() < 0.0015 && errors[2].abs() < 0.01, "{errors:?}");

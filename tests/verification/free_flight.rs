@@ -45,8 +45,7 @@ fn spin_errors(step: f64) -> (f64, f64, f64) {
     let (mut start, mut angular, mut linear) = (None, 0.0_f64, 0.0_f64);
     let (outcome, _) = run(&plan, |frame| {
         let p = Vec3::from(frame.energy.momentum_kg_m_per_s);
-        let spin = Vec3::from(frame.energy.angular_momentum_kg_m2_per_s)
-            - center(frame).cross(&p);
+        let spin = Vec3::from(frame.energy.angular_momentum_kg_m2_per_s) - center(frame).cross(&p);
         let (p0, spin0) = *start.get_or_insert((p, spin));
         linear = linear.max((p - p0).norm() / p0.norm());
         angular = angular.max((spin - spin0).norm() / spin0.norm());

@@ -46,7 +46,8 @@ fn look(degrees: f64, mu: f64, speed: f64, end: f64) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut start: Option<(Vec3, Vec<Vec3>)> = None;
     let (outcome, _) = run(&plan, |frame| {
-        let x = (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]).sum::<Vec3>() / plan.bodies[0].mass;
+        let x = (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]).sum::<Vec3>()
+            / plan.bodies[0].mass;
         let places: Vec<Vec3> = bottom.iter().map(|a| frame.position(*a as u32)).collect();
         let (x0, places0) = start.get_or_insert((x, places.clone()));
         let creep = places.iter().zip(places0.iter()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -69,10 +70,16 @@ fn print() {
         let rows = look(d, mu, v, end);
         println!("{d} {mu} {v}: {} rows {:?}", rows.len(), t.elapsed());
         for r in rows.iter().step_by(rows.len() / 20) {
-            println!("{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}", r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom);
+            println!(
+                "{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}",
+                r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom
+            );
         }
         let r = rows.last().unwrap();
-        println!("{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}", r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom);
+        println!(
+            "{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}",
+            r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom
+        );
         if v > 0.0 {
             println!("stop {:?}", rows.iter().find(|r| r.v.x <= 0.0).map(|r| (r.t, r.x.x)));
         }

@@ -5,7 +5,9 @@ use contuse::mesh::Mesh;
 use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use contuse::plan::{Plan, compile};
 use contuse::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
-use contuse::step::{Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from};
+use contuse::step::{
+    Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
+};
 use serde_json::Value;
 use std::path::Path;
 
@@ -16,7 +18,10 @@ impl MeshSource for MeshInMemory {
     fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
         let missing = || MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() };
         let mesh = self.0.as_ref().ok_or_else(missing)?;
-        Ok(MeshBytes { file_name: "mesh.msh".into(), bytes: write_gmsh(mesh, Version::V4_1, Encoding::Ascii) })
+        Ok(MeshBytes {
+            file_name: "mesh.msh".into(),
+            bytes: write_gmsh(mesh, Version::V4_1, Encoding::Ascii),
+        })
     }
 }
 

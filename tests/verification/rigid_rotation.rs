@@ -40,7 +40,11 @@ fn a_turned_body_stays_at_rest_without_stress_or_energy() {
             for block in &plan.blocks {
                 block.for_each_point(&plan.X, u, &mut |_, _, point| {
                     assert!(point.cauchy.norm() < tolerance * bulk, "{law} {what}: {}", point.cauchy);
-                    assert!(point.psi.abs() < tolerance * tolerance * bulk, "{law} {what}: {} J/m³", point.psi);
+                    assert!(
+                        point.psi.abs() < tolerance * tolerance * bulk,
+                        "{law} {what}: {} J/m³",
+                        point.psi
+                    );
                     assert!((point.F.transpose() * point.F - Mat3::identity()).norm() < tolerance);
                 });
             }

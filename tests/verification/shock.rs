@@ -22,8 +22,10 @@ struct Exact {
     stretch: f64,
 }
 
-const FAST: Exact = Exact { v0: 10.0, front_speed: 22.685_647_8, pressure: 226_856.478, stretch: 0.559_192_662 };
-const SLOW: Exact = Exact { v0: 1.0, front_speed: 17.749_449_2, pressure: 17_749.449_2, stretch: 0.943_660_22 };
+const FAST: Exact =
+    Exact { v0: 10.0, front_speed: 22.685_647_8, pressure: 226_856.478, stretch: 0.559_192_662 };
+const SLOW: Exact =
+    Exact { v0: 1.0, front_speed: 17.749_449_2, pressure: 17_749.449_2, stretch: 0.943_660_22 };
 
 impl Exact {
     /// Share of the kinetic energy that the shock dissipates [-].
@@ -114,7 +116,10 @@ fn a_strong_shock_dissipates_what_the_jump_conditions_say() {
     assert_close(fine.front_speed, FAST.front_speed, 0.1 / 80.0, "front speed");
     assert_close(fine.pressure, FAST.pressure, 5e-5, "wall pressure");
     assert_close(fine.stretch, FAST.stretch, 1e-5, "stretch");
-    assert!(order((coarse.pressure / FAST.pressure - 1.0).abs(), (fine.pressure / FAST.pressure - 1.0).abs()) > 1.5);
+    assert!(
+        order((coarse.pressure / FAST.pressure - 1.0).abs(), (fine.pressure / FAST.pressure - 1.0).abs())
+            > 1.5
+    );
 
     // Strain rates at the front are one over a few steps on every mesh, so the last fifth of a per cent of the share does
     // not go with the elements but with the Courant number.

@@ -36,7 +36,8 @@ fn look(n: u32) -> f64 {
     });
     let plan = plan(&scene);
     let k = TAU * FREQUENCY / ((lambda + 2.0 * mu) / 1000.0).sqrt();
-    let shape: Vec<Vec3> = plan.X.iter().map(|X| X * (spherical_bessel_1(k * X.norm()) / X.norm().max(1e-30))).collect();
+    let shape: Vec<Vec3> =
+        plan.X.iter().map(|X| X * (spherical_bessel_1(k * X.norm()) / X.norm().max(1e-30))).collect();
     let mut amplitude = Vec::new();
     run(&plan, |frame| {
         let q = (0..plan.node_count()).map(|a| plan.mass[a] * frame.state.u[a].dot(&shape[a])).sum::<f64>();

@@ -76,7 +76,8 @@ fn look(n: u32) -> Seen {
         last: touching[touching.len() - 1].0,
         left: velocities[0],
         right: velocities[1],
-        lost: 1.0 - energy.bodies.iter().map(|b| b.kinetic_j + b.strain_j).sum::<f64>() / energy.initial_total_j,
+        lost: 1.0
+            - energy.bodies.iter().map(|b| b.kinetic_j + b.strain_j).sum::<f64>() / energy.initial_total_j,
         numerical: energy.numerical_contact_j() / energy.initial_total_j,
         balance: outcome.balance_error,
         openings: force.windows(2).filter(|w| w[0].1 > 0.0 && w[1].1 == 0.0).count(),

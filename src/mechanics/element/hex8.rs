@@ -175,9 +175,7 @@ impl ReferenceGeometry {
         let volume = jacobians.map(|j| j.determinant());
         let mean = volume.iter().sum::<f64>() / POINTS as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let shapes: [[f64; 8]; POINTS] = std::array::from_fn(|q| {
-            shape_at(Hex8::point(q))
-        });
+        let shapes: [[f64; 8]; POINTS] = std::array::from_fn(|q| shape_at(Hex8::point(q)));
         let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| shapes[q][a] * volume[q]).sum());
         let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
         let smallest_jacobian =

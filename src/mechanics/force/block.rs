@@ -117,7 +117,9 @@ impl ElementBlock {
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
-        self.batches.len() * size_of::<Batch>() + self.fibres.len() * size_of::<[[f64; BATCH]; 3]>() + 4 * self.elements.len()
+        self.batches.len() * size_of::<Batch>()
+            + self.fibres.len() * size_of::<[[f64; BATCH]; 3]>()
+            + 4 * self.elements.len()
     }
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.

@@ -11,7 +11,12 @@ use pulp::{Simd, WithSimd};
 /// Largest relative stretch rate `|Δv·Δx| / |Δx|²` of the edges and body diagonals of a range of batches [1/s].
 ///
 /// Blind to rotation, and exact for a uniform rate along each of the 16 directions.
-pub fn largest_stretch_rate(block: &ElementBlock, batches: std::ops::Range<usize>, x: &[Vec3], v: &[Vec3]) -> f64 {
+pub fn largest_stretch_rate(
+    block: &ElementBlock,
+    batches: std::ops::Range<usize>,
+    x: &[Vec3],
+    v: &[Vec3],
+) -> f64 {
     pulp::Arch::new().dispatch(Rate { block, batches, x, v })
 }
 
@@ -34,7 +39,8 @@ impl WithSimd for Rate<'_> {
             gather(&batch.nodes, self.v, &mut v);
             for part in 0..BATCH / S::F64_LANES {
                 for (a, b) in HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS) {
-                    let (mut along, mut length) = (Lane::splat(simd, 0.0), Lane::splat(simd, f64::MIN_POSITIVE));
+                    let (mut along, mut length) =
+                        (Lane::splat(simd, 0.0), Lane::splat(simd, f64::MIN_POSITIVE));
                     for i in 0..3 {
                         let dx = Lane::load(simd, &x[i][b], part) - Lane::load(simd, &x[i][a], part);
                         let dv = Lane::load(simd, &v[i][b], part) - Lane::load(simd, &v[i][a], part);

@@ -23,7 +23,8 @@ impl Threads {
     /// # Errors
     /// When the operating system gives no threads.
     pub fn new(count: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool = if count > 1 { Some(rayon::ThreadPoolBuilder::new().num_threads(count).build()?) } else { None };
+        let pool =
+            if count > 1 { Some(rayon::ThreadPoolBuilder::new().num_threads(count).build()?) } else { None };
         Ok(Self { pool })
     }
 
@@ -42,7 +43,11 @@ impl Threads {
                 .zip(totals.par_chunks_mut(CHUNK))
                 .enumerate()
                 .for_each(|(i, (((force, dilatation), viscous_pressure), totals))| {
-                    block.sweep(i * CHUNK, input, SweepOutput { force, dilatation, viscous_pressure, totals });
+                    block.sweep(
+                        i * CHUNK,
+                        input,
+                        SweepOutput { force, dilatation, viscous_pressure, totals },
+                    );
                 });
         });
     }

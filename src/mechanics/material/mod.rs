@@ -3,7 +3,6 @@
 //! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent_along`]), exact to
 //! rounding, so that no second formula can disagree with the first.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
-#![allow(clippy::inline_always)]
 
 mod fibres;
 mod holzapfel_gasser_ogden;

@@ -18,14 +18,14 @@ pub enum Cuts {
     Towards {
         /// How many.
         count: u32,
-        /// Where they are smallest \[m\], inside the block.
+        /// Where they are smallest [m], inside the block.
         position_m: f64,
         /// Size at the farther end over the size at that position [-], at least 1.
         ratio: f64,
     },
-    /// Cuts at these positions \[m\], ascending, strictly inside the block.
+    /// Cuts at these positions [m], ascending, strictly inside the block.
     Positions {
-        /// The positions \[m\]; k cuts make k + 1 elements.
+        /// The positions [m]; k cuts make k + 1 elements.
         inner_m: Vec<f64>,
     },
 }
@@ -39,7 +39,7 @@ impl Cuts {
         }
     }
 
-    /// Positions \[m\] of all nodes along the axis, both ends included.
+    /// Positions [m] of all nodes along the axis, both ends included.
     fn positions(&self, low: f64, high: f64) -> Vec<f64> {
         match self {
             Self::Uniform { count } => graded(low, high, low, 1.0, *count),
@@ -85,9 +85,9 @@ impl Cuts {
 /// A block of one part along the coordinate axes, node sets `x_min`, `x_max`, `y_min`, `y_max`, `z_min` and `z_max`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Lower corner \[m\].
+    /// Lower corner [m].
     pub min_corner_m: Vec3,
-    /// Upper corner \[m\].
+    /// Upper corner [m].
     pub max_corner_m: Vec3,
     /// How the block is cut along x, y and z.
     pub cuts: [Cuts; 3],
@@ -96,7 +96,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// A block of equal elements from its lower corner and its size \[m\].
+    /// A block of equal elements from its lower corner and its size [m].
     pub fn uniform(origin: Vec3, size: Vec3, counts: [u32; 3], part: &str) -> Self {
         Self {
             min_corner_m: origin,

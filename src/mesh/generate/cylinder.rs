@@ -12,13 +12,13 @@ use std::f64::consts::PI;
 /// `ends` (both).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Centre of the cylinder, half way along its axis \[m\].
+    /// Centre of the cylinder, half way along its axis [m].
     pub center: Vec3,
     /// Direction of the axis, of any length but zero.
     pub axis: Vec3,
-    /// Radius \[m\].
+    /// Radius [m].
     pub radius_m: f64,
-    /// Length along the axis \[m\].
+    /// Length along the axis [m].
     pub length_m: f64,
     /// Elements along a quarter of the circumference, which are also those across the square core: n² in the core.
     pub elements_around: u32,
@@ -99,7 +99,7 @@ impl Cylinder {
         Ok(mesh)
     }
 
-    /// Volume of the true cylinder \[m³\], π R² L.
+    /// Volume of the true cylinder [m³], π R² L.
     pub fn exact_volume_m3(&self) -> f64 {
         PI * self.radius_m * self.radius_m * self.length_m
     }

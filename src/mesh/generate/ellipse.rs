@@ -6,14 +6,14 @@ use std::f64::consts::PI;
 /// An ellipse about the origin with semi-axes along x and z; its parameter τ starts at +z and grows towards +x.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ellipse {
-    /// Semi-axis along x \[m\].
+    /// Semi-axis along x [m].
     pub(super) x: f64,
-    /// Semi-axis along z \[m\].
+    /// Semi-axis along z [m].
     pub(super) z: f64,
 }
 
 impl Ellipse {
-    /// The point (x, z) \[m\] at the parameter τ: (a sin τ, b cos τ).
+    /// The point (x, z) [m] at the parameter τ: (a sin τ, b cos τ).
     pub(super) fn point(&self, tau: f64) -> Vector2<f64> {
         Vector2::new(self.x * tau.sin(), self.z * tau.cos())
     }
@@ -23,22 +23,22 @@ impl Ellipse {
         Vector2::new(tau.sin() / self.x, tau.cos() / self.z).normalize()
     }
 
-    /// The parameter of the point seen from the centre at `angle` \[rad\] from +z towards +x.
+    /// The parameter of the point seen from the centre at `angle` [rad] from +z towards +x.
     pub(super) fn parameter_at(&self, angle: f64) -> f64 {
         (self.z * angle.sin()).atan2(self.x * angle.cos())
     }
 
-    /// Distance \[m\] from the centre to the ellipse along a unit direction.
+    /// Distance [m] from the centre to the ellipse along a unit direction.
     pub(super) fn radius_along(&self, direction: &Vector2<f64>) -> f64 {
         (direction.x / self.x).hypot(direction.y / self.z).recip()
     }
 
-    /// Smallest radius of curvature \[m\], min(a²/b, b²/a): an inner offset beyond it folds over.
+    /// Smallest radius of curvature [m], min(a²/b, b²/a): an inner offset beyond it folds over.
     pub(super) fn min_curvature_radius(&self) -> f64 {
         (self.x * self.x / self.z).min(self.z * self.z / self.x)
     }
 
-    /// Length of the ellipse \[m\]: the trapezoidal rule, which converges exponentially on a closed smooth curve.
+    /// Length of the ellipse [m]: the trapezoidal rule, which converges exponentially on a closed smooth curve.
     pub(super) fn perimeter(&self) -> f64 {
         const POINTS: u32 = 2048;
         let step = 2.0 * PI / f64::from(POINTS);
@@ -49,7 +49,7 @@ impl Ellipse {
         (0..POINTS).map(speed).sum::<f64>() * step
     }
 
-    /// Area \[m²\] inside the curve that runs at the distance `inward` \[m\] inside the ellipse.
+    /// Area [m²] inside the curve that runs at the distance `inward` [m] inside the ellipse.
     ///
     /// A(t) = π a b − t L + π t²  (Steiner), for t up to the smallest radius of curvature.
     pub(super) fn offset_area(&self, inward: f64) -> f64 {

@@ -10,11 +10,11 @@ use std::f64::consts::PI;
 /// A spherical shell of one part, node sets `outer` and `inner`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HollowBall {
-    /// Centre \[m\].
+    /// Centre [m].
     pub center: Vec3,
-    /// Outer radius \[m\].
+    /// Outer radius [m].
     pub outer_radius_m: f64,
-    /// Inner radius \[m\], between zero and the outer one.
+    /// Inner radius [m], between zero and the outer one.
     pub inner_radius_m: f64,
     /// Elements along an edge of the cube, a quarter of a great circle: 6 n² elements a layer.
     pub elements_around: u32,
@@ -95,7 +95,7 @@ impl HollowBall {
         Ok(mesh)
     }
 
-    /// Volume of the true shell \[m³\], 4/3 π (R³ − r³).
+    /// Volume of the true shell [m³], 4/3 π (R³ − r³).
     pub fn exact_volume_m3(&self) -> f64 {
         4.0 / 3.0 * PI * (self.outer_radius_m.powi(3) - self.inner_radius_m.powi(3))
     }

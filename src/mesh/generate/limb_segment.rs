@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 /// The parts, from the inside.
 const PARTS: [&str; 3] = ["muscle", "fat", "skin"];
 
-/// Largest turn of the surface normal across one element around the limb \[°\].
+/// Largest turn of the surface normal across one element around the limb [°].
 const MAX_TURN_DEG: f64 = 75.0;
 
 /// A limb along y with an elliptic section: bone hole, muscle, fat, skin from the inside, finer towards the impact.
@@ -22,23 +22,23 @@ const MAX_TURN_DEG: f64 = 75.0;
 /// `end_high`. Material axes: e1 along the limb (+y), e2 around it, e3 outwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbSegment {
-    /// Middle of the segment, on the axis of the outer ellipse \[m\].
+    /// Middle of the segment, on the axis of the outer ellipse [m].
     pub center: Vec3,
-    /// Outer semi-axis along x, skin included \[m\].
+    /// Outer semi-axis along x, skin included [m].
     pub semi_axis_x_m: f64,
-    /// Outer semi-axis along z, skin included \[m\].
+    /// Outer semi-axis along z, skin included [m].
     pub semi_axis_z_m: f64,
-    /// Length along y \[m\].
+    /// Length along y [m].
     pub length_m: f64,
-    /// Semi-axis of the bone along x \[m\].
+    /// Semi-axis of the bone along x [m].
     pub bone_semi_axis_x_m: f64,
-    /// Semi-axis of the bone along z \[m\]; a round bone has both the same.
+    /// Semi-axis of the bone along z [m]; a round bone has both the same.
     pub bone_semi_axis_z_m: f64,
-    /// Where the axis of the bone lies in the section, (x, z) from the axis of the limb \[m\].
+    /// Where the axis of the bone lies in the section, (x, z) from the axis of the limb [m].
     pub bone_offset_m: [f64; 2],
-    /// Thickness of the fat \[m\].
+    /// Thickness of the fat [m].
     pub fat_thickness_m: f64,
-    /// Thickness of the skin \[m\].
+    /// Thickness of the skin [m].
     pub skin_thickness_m: f64,
     /// Elements around the limb.
     pub elements_around: u32,
@@ -50,9 +50,9 @@ pub struct LimbSegment {
     pub fat_elements: u32,
     /// Layers of elements through the skin.
     pub skin_elements: u32,
-    /// Where on the section the impact is, seen from the axis: from +z towards +x \[°\].
+    /// Where on the section the impact is, seen from the axis: from +z towards +x [°].
     pub impact_angle_deg: f64,
-    /// Where along the limb the impact is: y from `center` \[m\].
+    /// Where along the limb the impact is: y from `center` [m].
     pub impact_along_m: f64,
     /// Largest over smallest element around the limb [-], smallest at the impact.
     pub grading_around: f64,
@@ -191,14 +191,14 @@ impl LimbSegment {
         }
     }
 
-    /// The point of the true skin where the impact is \[m\], and the outward normal there.
+    /// The point of the true skin where the impact is [m], and the outward normal there.
     pub fn impact_point(&self) -> (Vec3, Vec3) {
         let tau = self.outer().parameter_at(self.impact_angle_deg.to_radians());
         let (p, n) = (self.outer().point(tau), self.outer().normal(tau));
         (self.center + Vec3::new(p.x, self.impact_along_m, p.y), Vec3::new(n.x, 0.0, n.y))
     }
 
-    /// Exact volumes of muscle, fat and skin \[m³\]: offset areas of the ellipse times the length.
+    /// Exact volumes of muscle, fat and skin [m³]: offset areas of the ellipse times the length.
     pub fn exact_volumes_m3(&self) -> [f64; 3] {
         let outer = self.outer();
         let bone = PI * self.bone_semi_axis_x_m * self.bone_semi_axis_z_m;
@@ -280,7 +280,7 @@ impl LimbSegment {
         axis + ray * self.bone().radius_along(&ray)
     }
 
-    /// Muscle \[m\] along the column at τ; negative where the bone sticks out, or its axis does already.
+    /// Muscle [m] along the column at τ; negative where the bone sticks out, or its axis does already.
     fn muscle_thickness(&self, tau: f64) -> f64 {
         let axis = Vector2::from(self.bone_offset_m);
         let ray = self.muscle_outer(tau) - axis;

@@ -28,7 +28,7 @@ impl Checks {
         }
     }
 
-    /// A length \[m\] must be finite and greater than zero.
+    /// A length [m] must be finite and greater than zero.
     pub(super) fn positive_length(&mut self, field: &str, value: f64) {
         let holds = value > 0.0 && value.is_finite();
         self.require(holds, field, value, "finite and > 0", "give a length in metres");
@@ -47,7 +47,7 @@ impl Checks {
         self.require(holds, field, ratio, "between 1 and 1000", remedy);
     }
 
-    /// A point \[m\] must have finite coordinates.
+    /// A point [m] must have finite coordinates.
     pub(super) fn finite(&mut self, field: &str, point: &Vec3) {
         for (axis, &value) in point.iter().enumerate() {
             let remedy = "give a coordinate in metres";

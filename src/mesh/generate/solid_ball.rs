@@ -11,9 +11,9 @@ use std::f64::consts::PI;
 /// A ball of one part, node set `outer`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidBall {
-    /// Centre \[m\].
+    /// Centre [m].
     pub center: Vec3,
-    /// Radius \[m\].
+    /// Radius [m].
     pub radius_m: f64,
     /// Elements along a quarter of a great circle, which are also those across the core: n³ in the core.
     pub elements_around: u32,
@@ -101,7 +101,7 @@ impl SolidBall {
         Ok(mesh)
     }
 
-    /// Volume of the true ball \[m³\], 4/3 π R³.
+    /// Volume of the true ball [m³], 4/3 π R³.
     pub fn exact_volume_m3(&self) -> f64 {
         4.0 / 3.0 * PI * self.radius_m.powi(3)
     }

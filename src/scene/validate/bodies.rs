@@ -1,7 +1,9 @@
 //! A body's parts, as far as the document alone tells: density, material, element, fibre frame, placement.
 
 use super::{Findings, materials};
-use crate::scene::document::{BodyDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument};
+use crate::scene::document::{
+    BodyDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
+};
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
 

@@ -3,10 +3,10 @@
 use super::Findings;
 use crate::mechanics::material::Material;
 use crate::mesh::hexahedron::EDGES;
+use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
-use crate::scene::SceneBody;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +51,12 @@ pub fn wave_speed(material: &Material, density: f64) -> f64 {
 }
 
 /// Estimates the scene, and compares with the budget.
-pub fn check(document: &SceneDocument, bodies: &[SceneBody], budget: &Budget, out: &mut Findings) -> Estimate {
+pub fn check(
+    document: &SceneDocument,
+    bodies: &[SceneBody],
+    budget: &Budget,
+    out: &mut Findings,
+) -> Estimate {
     let crossings: Vec<[f64; 2]> =
         document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect();
     let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
@@ -61,8 +66,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], budget: &Budget, ou
 
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.hexes.len() as u64).sum();
-    // A float too large for u64 becomes u64::MAX, NaN becomes 0.
-    let steps = ((document.end_time_s + settling) / step).ceil() as u64;
+    let steps = count((document.end_time_s + settling) / step);
     let frames = frame_count(document);
     let estimate = Estimate {
         nodes,
@@ -94,12 +98,18 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     [shortest, size / fastest]
 }
 
+/// A number as a count, rounded up: what is too large becomes the largest, what is negative or no number becomes 0.
+#[allow(clippy::cast_sign_loss)]
+fn count(number: f64) -> u64 {
+    number.ceil() as u64
+}
+
 /// Number of field frames; the start and the end are always recorded.
 fn frame_count(document: &SceneDocument) -> u64 {
     let record = &document.record;
     match (&record.field_times_s, record.field_interval_s) {
         (Some(times), _) => times.len() as u64 + 2,
-        (None, Some(interval)) => (document.end_time_s / interval).ceil() as u64 + 1,
+        (None, Some(interval)) => count(document.end_time_s / interval).saturating_add(1),
         (None, None) => 51,
     }
 }
@@ -118,11 +128,15 @@ fn recording_bytes(document: &SceneDocument, nodes: u64, elements: u64, steps: u
 
 fn check_budget(document: &SceneDocument, estimate: &Estimate, budget: &Budget, out: &mut Findings) {
     let root = Pointer::root();
-    let mut limit = |place: Pointer, code: &'static str, what: String, value: u64, limit: u64, remedy: &str| {
-        out.require(value <= limit, || {
-            Problem::error(code, &place, what).value(value).limit(format!("at most {limit}")).remedy(remedy)
-        });
-    };
+    let mut limit =
+        |place: Pointer, code: &'static str, what: String, value: u64, limit: u64, remedy: &str| {
+            out.require(value <= limit, || {
+                Problem::error(code, &place, what)
+                    .value(value)
+                    .limit(format!("at most {limit}"))
+                    .remedy(remedy)
+            });
+        };
     limit(
         root.key("end_time_s"),
         "budget_steps",

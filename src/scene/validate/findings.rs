@@ -36,7 +36,14 @@ impl Findings {
         });
     }
     /// `value` must lie between two limits, both included.
-    pub fn between(&mut self, pointer: &Pointer, what: &str, value: f64, [low, high]: [f64; 2], remedy: &str) {
+    pub fn between(
+        &mut self,
+        pointer: &Pointer,
+        what: &str,
+        value: f64,
+        [low, high]: [f64; 2],
+        remedy: &str,
+    ) {
         self.require(value >= low && value <= high, || {
             Problem::error("out_of_range", pointer, format!("{what} is out of its range"))
                 .value(value)

@@ -34,10 +34,14 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
     let entries: Vec<Option<usize>> = known().map(|name| named(name).or_else(|| named("*"))).collect();
     for (name, entry) in known().zip(&entries) {
         out.require(entry.is_some() || body.parts.is_empty(), || {
-            Problem::error("part_without_material", &here, format!("the part {name:?} of the mesh has no material"))
-                .value(name)
-                .limit("an entry for every part of the mesh")
-                .remedy(format!("add an entry with \"part\": {name:?}, or one with \"part\": \"*\""))
+            Problem::error(
+                "part_without_material",
+                &here,
+                format!("the part {name:?} of the mesh has no material"),
+            )
+            .value(name)
+            .limit("an entry for every part of the mesh")
+            .remedy(format!("add an entry with \"part\": {name:?}, or one with \"part\": \"*\""))
         });
     }
     if let Some(rest) = named("*") {
@@ -53,7 +57,13 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
 }
 
 /// Checks the node sets that the scene names: those held fixed, and the skin of the tissue.
-pub fn check_sets(index: usize, body: &BodyDocument, mesh: &Mesh, measures: &MeasuresDocument, out: &mut Findings) {
+pub fn check_sets(
+    index: usize,
+    body: &BodyDocument,
+    mesh: &Mesh,
+    measures: &MeasuresDocument,
+    out: &mut Findings,
+) {
     let here = Pointer::root().key("bodies").index(index).key("fixed");
     let known = || mesh.node_sets.keys().map(String::as_str);
     let unknown = |place: &Pointer, name: &str, limit: &str| {
@@ -87,7 +97,9 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
         );
     }
     let Some(quality) = quality(mesh) else {
-        out.push(Problem::error("empty_mesh", &here, "the mesh has no elements").limit("at least one element"));
+        out.push(
+            Problem::error("empty_mesh", &here, "the mesh has no elements").limit("at least one element"),
+        );
         return None;
     };
     let size = (quality.bounding_box_m[1] - quality.bounding_box_m[0]).max();
@@ -116,10 +128,14 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
             .remedy("mend these elements: their nodes are in the wrong order, or they are folded")
     });
     out.require(quality.folded_corners.count == 0, || {
-        Problem::warning("folded_corner", here, format!("{} are folded at a corner", elements(&quality.folded_corners)))
-            .value(quality.folded_corners.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
-            .limit("a positive Jacobian at every corner")
-            .remedy("improve these elements: they are inaccurate and invert early")
+        Problem::warning(
+            "folded_corner",
+            here,
+            format!("{} are folded at a corner", elements(&quality.folded_corners)),
+        )
+        .value(quality.folded_corners.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
+        .limit("a positive Jacobian at every corner")
+        .remedy("improve these elements: they are inaccurate and invert early")
     });
     out.require(quality.volume_m3 > 0.0 || quality.negative.count > 0, || {
         Problem::error("no_volume", here, "the mesh has no volume")
@@ -142,7 +158,10 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
             .remedy("take these nodes out of the mesh")
     });
     out.require(quality.coincident_nodes.count == 0, || {
-        let message = format!("{} nodes lie exactly on another one: the body has a crack there", quality.coincident_nodes.count);
+        let message = format!(
+            "{} nodes lie exactly on another one: the body has a crack there",
+            quality.coincident_nodes.count
+        );
         Problem::warning("coincident_nodes", here, message)
             .value(quality.coincident_nodes.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
             .limit("one node at a place")

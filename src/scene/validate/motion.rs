@@ -20,9 +20,8 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
             .remedy("give the velocity in m/s")
     });
     check_fixed(body, &here, out);
-    match &body.initial_deformation {
-        Some(deformation) => check_deformation(deformation, &here.key("initial_deformation"), out),
-        None => {}
+    if let Some(deformation) = &body.initial_deformation {
+        check_deformation(deformation, &here.key("initial_deformation"), out);
     }
 }
 
@@ -42,7 +41,10 @@ fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
                 Problem::error(
                     "fixed_but_flying",
                     &here.key("velocity_m_per_s").index(*axis as usize),
-                    format!("nodes of the set {:?} are held along {axis}, but the body flies along it", fixed.set),
+                    format!(
+                        "nodes of the set {:?} are held along {axis}, but the body flies along it",
+                        fixed.set
+                    ),
                 )
                 .value(along)
                 .limit("0")
@@ -62,7 +64,12 @@ fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
 fn check_deformation(deformation: &InitialDeformation, here: &Pointer, out: &mut Findings) {
     match deformation {
         InitialDeformation::SphericalInflation { inner_radius_m, inner_stretch, .. } => {
-            out.positive(&here.key("inner_radius_m"), "the inner radius", *inner_radius_m, "give it in metres");
+            out.positive(
+                &here.key("inner_radius_m"),
+                "the inner radius",
+                *inner_radius_m,
+                "give it in metres",
+            );
             let remedy = "1 is at rest, above 1 is inflated";
             out.positive(&here.key("inner_stretch"), "the stretch", *inner_stretch, remedy);
         }

@@ -25,8 +25,10 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
 
     let mut first_use: BTreeMap<&str, Pointer> = BTreeMap::new();
     let planes = Pointer::root().key("planes");
-    let named_bodies = document.bodies.iter().enumerate().map(|(i, b)| (&b.name, bodies.index(i).key("name")));
-    let named_planes = document.planes.iter().enumerate().map(|(i, p)| (&p.name, planes.index(i).key("name")));
+    let named_bodies =
+        document.bodies.iter().enumerate().map(|(i, b)| (&b.name, bodies.index(i).key("name")));
+    let named_planes =
+        document.planes.iter().enumerate().map(|(i, p)| (&p.name, planes.index(i).key("name")));
     for (name, pointer) in named_bodies.chain(named_planes) {
         out.require(!name.trim().is_empty(), || {
             Problem::error("empty_name", &pointer, "a name is empty")

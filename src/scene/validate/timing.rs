@@ -34,8 +34,10 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
     if let Some(step) = max_step_s {
         out.positive(&here.key("max_step_s"), "the largest step", *step, "leave it out for none");
     }
-    let viscosities =
-        [("linear_bulk_viscosity", *linear_bulk_viscosity), ("quadratic_bulk_viscosity", *quadratic_bulk_viscosity)];
+    let viscosities = [
+        ("linear_bulk_viscosity", *linear_bulk_viscosity),
+        ("quadratic_bulk_viscosity", *quadratic_bulk_viscosity),
+    ];
     for (name, value) in viscosities {
         let remedy = "the defaults are 0.06 (linear) and 1.2 (quadratic); 0 switches it off";
         out.between(&here.key(name), "the viscosity", value, [0.0, 10.0], remedy);

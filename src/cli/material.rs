@@ -1,0 +1,292 @@
+//! `contuse material`: energy and stresses of a law, at a point or along a path.
+
+use super::{CliError, Exit, plot};
+use crate::mechanics::material::{self, Material, PathPoint, eval_path, eval_point};
+use crate::mechanics::tensor::Mat3;
+use crate::scene::Problem;
+use crate::scene::material_question::{MaterialAnswer, MaterialQuestion, MaterialQuestions, rows};
+use crate::scene::problem::Pointer;
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+use std::io::{self, Read, Write};
+use std::path::PathBuf;
+
+/// Arguments of `contuse material`.
+#[derive(Args, Debug)]
+pub struct MaterialArgs {
+    /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
+    pub file: PathBuf,
+    /// How to answer.
+    #[arg(long, value_enum, default_value_t = Format::Json)]
+    pub format: Format,
+    /// Follow a path from rest instead of evaluating at F.
+    #[arg(long, value_enum)]
+    pub path: Option<PathName>,
+    /// First stretch of the path (shear: amount of shear) [default: rest].
+    #[arg(long, requires = "path", allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last stretch of the path (shear: amount of shear) [default: 1.5, or 0.5 for shear].
+    #[arg(long, requires = "path", allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Points along the path.
+    #[arg(long, requires = "path", default_value_t = 51, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub points: u32,
+}
+
+/// How to answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// JSON.
+    Json,
+    /// Comma-separated values with a header.
+    Csv,
+    /// A picture of stress against stretch (paths only).
+    Svg,
+}
+
+/// A path of deformation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PathName {
+    /// Stretch along x, the sides free of load.
+    Uniaxial,
+    /// The same stretch along x and y, the third side free of load.
+    Equibiaxial,
+    /// Simple shear x += γ y, the third side free of load.
+    Shear,
+}
+
+/// A path asked for, with its values.
+struct PathRequest {
+    name: PathName,
+    values: Vec<f64>,
+}
+
+/// One row of a path.
+#[derive(Debug, Serialize)]
+struct PathRow {
+    /// Stretch, or amount of shear [-].
+    value: f64,
+    #[serde(rename = "F")]
+    deformation_gradient: [[f64; 3]; 3],
+    #[serde(flatten)]
+    answer: MaterialAnswer,
+}
+
+/// Evaluates the law and writes the answer.
+///
+/// # Errors
+/// All that is wrong with the question; a deformation at which the law has no stress.
+pub fn material(args: &MaterialArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let (questions, warnings) = MaterialQuestions::read(&read_input(args)?)?;
+    for warning in &warnings {
+        tracing::warn!("{warning}");
+    }
+    match &args.path {
+        None => answer_points(&questions, args.format, out)?,
+        Some(name) => answer_path(&questions, &PathRequest::new(*name, args)?, args.format, out)?,
+    }
+    Ok(Exit::Success)
+}
+
+fn read_input(args: &MaterialArgs) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let read = if args.file.as_os_str() == "-" {
+        io::stdin().lock().read_to_end(&mut bytes).map(|_| ())
+    } else {
+        std::fs::read(&args.file).map(|content| bytes = content)
+    };
+    read.map_err(|source| CliError::Input { path: args.file.clone(), source })?;
+    Ok(bytes)
+}
+
+fn answer_points(questions: &MaterialQuestions, format: Format, out: &mut dyn Write) -> Result<(), CliError> {
+    let answers: Vec<MaterialAnswer> =
+        questions.each().map(|(place, question)| at_point(&place, question)).collect::<Result<_, _>>()?;
+    match format {
+        Format::Json => write_json(questions, &answers, out)?,
+        Format::Csv => {
+            writeln!(out, "item,{ANSWER_COLUMNS}")?;
+            for (i, answer) in answers.iter().enumerate() {
+                writeln!(out, "{i},{}", columns(answer))?;
+            }
+        }
+        Format::Svg => return Err(CliError::Usage("a picture needs a path: add --path uniaxial".into())),
+    }
+    Ok(())
+}
+
+/// The answer at the question's own F.
+fn at_point(place: &Pointer, question: &MaterialQuestion) -> Result<MaterialAnswer, CliError> {
+    let here = place.key("F");
+    let Some(F) = question.deformation_gradient else {
+        let problem = Problem::error("missing_field", &here, "there is no deformation to evaluate at")
+            .limit("a deformation gradient, three rows of three numbers")
+            .remedy("add \"F\", or ask for a path with --path");
+        return Err(problem.alone().into());
+    };
+    let F = Mat3::from_fn(|i, j| F[i][j]);
+    let law = law_of(question, place)?;
+    let stress = eval_point(&law, &F)
+        .map_err(|source| CliError::Material { place: here.as_str().to_owned(), source })?;
+    finite(MaterialAnswer::new(&F, &stress), &here)
+}
+
+fn answer_path(
+    questions: &MaterialQuestions,
+    request: &PathRequest,
+    format: Format,
+    out: &mut dyn Write,
+) -> Result<(), CliError> {
+    let curves: Vec<Vec<PathRow>> = questions
+        .each()
+        .map(|(place, question)| along(request, &place, question))
+        .collect::<Result<_, _>>()?;
+    match format {
+        Format::Json => write_json(questions, &curves, out)?,
+        Format::Csv => {
+            writeln!(out, "item,{},{ANSWER_COLUMNS}", request.name.value_name())?;
+            for (i, curve) in curves.iter().enumerate() {
+                for row in curve {
+                    writeln!(out, "{i},{},{}", row.value, columns(&row.answer))?;
+                }
+            }
+        }
+        Format::Svg => out.write_all(picture(questions, request.name, &curves)?.as_bytes())?,
+    }
+    Ok(())
+}
+
+/// The rows of a path.
+fn along(
+    request: &PathRequest,
+    place: &Pointer,
+    question: &MaterialQuestion,
+) -> Result<Vec<PathRow>, CliError> {
+    let law = law_of(question, place)?;
+    let path = request.name.path();
+    let points = eval_path(&law, law.fibre_directions(), path, &request.values)
+        .map_err(|source| CliError::Material { place: place.key("material").as_str().to_owned(), source })?;
+    points.iter().map(|point| row(point, place)).collect()
+}
+
+fn row(point: &PathPoint, place: &Pointer) -> Result<PathRow, CliError> {
+    let answer = finite(MaterialAnswer::new(&point.F, &point.stress), place)?;
+    Ok(PathRow { value: point.value, deformation_gradient: rows(&point.F), answer })
+}
+
+fn law_of(question: &MaterialQuestion, place: &Pointer) -> Result<Material, CliError> {
+    question.material.to_material().ok_or_else(|| CliError::Material {
+        place: place.key("material").as_str().to_owned(),
+        source: material::MaterialError::NoSuchFibres,
+    })
+}
+
+/// An answer that overflowed is none: JSON has no word for infinity.
+fn finite(answer: MaterialAnswer, place: &Pointer) -> Result<MaterialAnswer, CliError> {
+    if answer.is_finite() {
+        return Ok(answer);
+    }
+    let problem = Problem::error("overflow", place, "the stress is beyond the range of numbers")
+        .limit("finite")
+        .remedy("give a smaller deformation");
+    Err(problem.alone().into())
+}
+
+/// One answer for one question, a list for a list.
+fn write_json<T: Serialize>(
+    questions: &MaterialQuestions,
+    answers: &[T],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    match (questions, answers) {
+        (MaterialQuestions::One(_), [answer]) => serde_json::to_writer_pretty(&mut *out, answer)?,
+        _ => serde_json::to_writer_pretty(&mut *out, answers)?,
+    }
+    writeln!(out)
+}
+
+const ANSWER_COLUMNS: &str = "J,psi_j_per_m3,\
+    P_xx_pa,P_xy_pa,P_xz_pa,P_yx_pa,P_yy_pa,P_yz_pa,P_zx_pa,P_zy_pa,P_zz_pa,\
+    cauchy_xx_pa,cauchy_yy_pa,cauchy_zz_pa,cauchy_xy_pa,cauchy_yz_pa,cauchy_xz_pa";
+
+fn columns(answer: &MaterialAnswer) -> String {
+    let s = &answer.cauchy_pa;
+    let cauchy = [s[0][0], s[1][1], s[2][2], s[0][1], s[1][2], s[0][2]];
+    let numbers = [answer.jacobian, answer.psi_j_per_m3];
+    let all = numbers.iter().chain(answer.first_piola_pa.iter().flatten()).chain(&cauchy);
+    all.map(f64::to_string).collect::<Vec<_>>().join(",")
+}
+
+fn picture(
+    questions: &MaterialQuestions,
+    name: PathName,
+    curves: &[Vec<PathRow>],
+) -> Result<String, CliError> {
+    let mut lines = Vec::new();
+    for ((i, curve), (_, question)) in curves.iter().enumerate().zip(questions.each()) {
+        let law = question.material.law_name();
+        let label = if curves.len() == 1 { law.to_owned() } else { format!("{i}: {law}") };
+        for &(component, (r, c)) in name.components() {
+            let points = |of: fn(&MaterialAnswer) -> &[[f64; 3]; 3]| {
+                curve.iter().map(|row| (row.value, of(&row.answer)[r][c])).collect()
+            };
+            lines.push(plot::Line {
+                label: format!("{label}, Cauchy {component}"),
+                points: points(|a| &a.cauchy_pa),
+            });
+            lines.push(plot::Line {
+                label: format!("{label}, nominal {component}"),
+                points: points(|a| &a.first_piola_pa),
+            });
+        }
+    }
+    plot::stress_plot(name.title(), name.axis(), &lines).map_err(CliError::Picture)
+}
+
+impl PathRequest {
+    fn new(name: PathName, args: &MaterialArgs) -> Result<Self, CliError> {
+        let (rest, usual) = if name == PathName::Shear { (0.0, 0.5) } else { (1.0, 1.5) };
+        let (from, to) = (args.from.unwrap_or(rest), args.to.unwrap_or(usual));
+        let possible = |value: f64| value.is_finite() && (name == PathName::Shear || value > 0.0);
+        if !possible(from) || !possible(to) {
+            return Err(CliError::Usage(format!(
+                "--from {from} --to {to}: a stretch is a number > 0, a shear any number"
+            )));
+        }
+        let last = f64::from(args.points.saturating_sub(1).max(1));
+        let values = (0..args.points).map(|i| from + (to - from) * f64::from(i) / last).collect();
+        Ok(Self { name, values })
+    }
+}
+
+impl PathName {
+    fn path(self) -> material::Path {
+        match self {
+            Self::Uniaxial => material::Path::Uniaxial,
+            Self::Equibiaxial => material::Path::Equibiaxial,
+            Self::Shear => material::Path::SimpleShear,
+        }
+    }
+    fn value_name(self) -> &'static str {
+        if self == Self::Shear { "shear" } else { "stretch" }
+    }
+    fn title(self) -> &'static str {
+        match self {
+            Self::Uniaxial => "Uniaxial stress along x",
+            Self::Equibiaxial => "Equibiaxial stretch in the plane x, y",
+            Self::Shear => "Simple shear in the plane x, y",
+        }
+    }
+    fn axis(self) -> &'static str {
+        if self == Self::Shear { "amount of shear γ [-]" } else { "stretch λ [-]" }
+    }
+    /// The components of stress that a picture shows, with their row and column.
+    fn components(self) -> &'static [(&'static str, (usize, usize))] {
+        match self {
+            Self::Uniaxial => &[("xx", (0, 0))],
+            Self::Equibiaxial => &[("xx", (0, 0)), ("yy", (1, 1))],
+            Self::Shear => &[("xy", (0, 1))],
+        }
+    }
+}

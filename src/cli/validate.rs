@@ -1,0 +1,115 @@
+//! `contuse validate`: all that is wrong with a scene, and what it is.
+
+use super::{CliError, Exit};
+use crate::scene::summary::BodySummary;
+use crate::scene::{Budget, Loaded, Problem, Problems, load_file};
+use clap::Args;
+use serde_json::json;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// Arguments of `contuse validate`.
+#[derive(Args, Debug)]
+pub struct ValidateArgs {
+    /// The scene document; its mesh files lie beside it.
+    pub scene: PathBuf,
+    /// Answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Checks a scene and tells what was found. Exit code 0 when it can run, 2 when it cannot.
+///
+/// # Errors
+/// When the answer cannot be written.
+pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let outcome = load_file(&args.scene, &Budget::COMMAND_LINE);
+    let exit = if outcome.is_ok() { Exit::Success } else { Exit::InvalidInput };
+    if args.json {
+        writeln!(out, "{:#}", as_json(&outcome))?;
+        return Ok(exit);
+    }
+    match &outcome {
+        Ok(loaded) => {
+            write_bodies(&loaded.bodies, out)?;
+            let e = &loaded.estimate;
+            writeln!(
+                out,
+                "estimate: {} elements, {} nodes, about {} steps, {} MB of memory, {} frames",
+                e.elements,
+                e.nodes,
+                e.steps,
+                e.memory_bytes.div_ceil(1_000_000),
+                e.frames
+            )?;
+            writeln!(out, "content: {}", loaded.scene.content_hash)?;
+            write_problems(&loaded.warnings, out)?;
+            writeln!(out, "the scene is valid, with {} warning(s)", loaded.warnings.len())?;
+        }
+        Err(problems) => {
+            write_problems(&problems.0, out)?;
+            let (errors, all) = (problems.error_count(), problems.0.len());
+            writeln!(out, "the scene is not valid: {errors} error(s), {} warning(s)", all - errors)?;
+        }
+    }
+    Ok(exit)
+}
+
+fn as_json(outcome: &Result<Loaded, Problems>) -> serde_json::Value {
+    match outcome {
+        Ok(loaded) => json!({
+            "valid": true,
+            "problems": loaded.warnings,
+            "bodies": loaded.bodies,
+            "estimate": loaded.estimate,
+            "content_hash": loaded.scene.content_hash,
+        }),
+        Err(problems) => json!({ "valid": false, "problems": problems }),
+    }
+}
+
+fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {
+    for body in bodies {
+        let [low, high] = body.bounding_box_m;
+        let size: Vec<String> = low.iter().zip(high).map(|(a, b)| format!("{:.4}", b - a)).collect();
+        writeln!(
+            out,
+            "body {}: {} hex8, {} nodes, {:.6e} kg, {:.6e} m³, {} m",
+            body.name,
+            body.elements,
+            body.nodes,
+            body.mass_kg,
+            body.volume_m3,
+            size.join(" × ")
+        )?;
+        writeln!(
+            out,
+            "  quality: scaled Jacobian ≥ {:.3} (element {}), aspect ratio ≤ {:.1}, shortest edge {:.3e} m",
+            body.min_scaled_jacobian, body.worst_element, body.max_aspect_ratio, body.min_edge_m
+        )?;
+        for part in &body.parts {
+            writeln!(out, "  part {}: {} elements, {:.6e} kg", part.name, part.elements, part.mass_kg)?;
+        }
+        for note in &body.notes {
+            writeln!(out, "  note: {note}")?;
+        }
+    }
+    Ok(())
+}
+
+fn write_problems(problems: &[Problem], out: &mut dyn Write) -> io::Result<()> {
+    for problem in problems {
+        let severity = if problem.is_error() { "error" } else { "warning" };
+        let place = if problem.pointer.is_empty() { "the document" } else { &problem.pointer };
+        writeln!(out, "{severity}: {place}: {} [{}]", problem.message, problem.code)?;
+        if !problem.value.is_null() {
+            writeln!(out, "    found:  {}", problem.value)?;
+        }
+        for (label, text) in [("limit: ", &problem.limit), ("remedy:", &problem.remedy)] {
+            if !text.is_empty() {
+                writeln!(out, "    {label} {text}")?;
+            }
+        }
+    }
+    Ok(())
+}

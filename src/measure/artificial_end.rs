@@ -1,0 +1,60 @@
+//! Artificial ends of the model: where a limb was cut off, waves come back that the real limb would let pass.
+
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::scene::document::{Generator, MeshDocument, Role};
+
+/// Node sets that are artificial ends of a generated limb segment.
+const END_SETS: [&str; 2] = ["end_low", "end_high"];
+
+/// Ends of the tissue that are not there in reality, and how fast waves run to them.
+///
+/// Known for limb segments from the generator; a mesh from a file does not say which of its faces are cuts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArtificialEnds {
+    /// Reference positions of the nodes at the ends [m].
+    nodes: Vec<Vec3>,
+    /// Largest speed of dilatational waves at rest in the body, √((K + 4/3 G)/ρ) [m/s]. Stretched fibres are faster, along
+    /// them.
+    wave_speed: f64,
+}
+
+impl ArtificialEnds {
+    /// Of the scene's tissue; `None` when none is known.
+    pub fn of(scene: &Scene, plan: &Plan) -> Option<Self> {
+        let (mut nodes, mut wave_speed) = (Vec::new(), 0.0f64);
+        for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
+            let is_limb = matches!(document.mesh, MeshDocument::Generator(Generator::LimbSegment { .. }));
+            if document.role != Role::Tissue || !is_limb {
+                continue;
+            }
+            let ends = END_SETS.iter().filter_map(|set| body.mesh.node_sets.get(*set)).flatten();
+            nodes.extend(ends.map(|&node| body.mesh.nodes[node as usize]));
+            let blocks = plan.blocks.iter().filter(|b| b.body == index);
+            wave_speed = blocks.map(|b| b.parameters.wave_speed()).fold(wave_speed, f64::max);
+        }
+        (!nodes.is_empty() && wave_speed > 0.0).then_some(Self { nodes, wave_speed })
+    }
+
+    /// The earliest time [s] at which a wave that began at `place` [m] at time `start` [s] is back there.
+    pub fn earliest_return(&self, place: Vec3, start: f64) -> f64 {
+        let nearest = self.nodes.iter().map(|x| (x - place).norm()).fold(f64::INFINITY, f64::min);
+        start + 2.0 * nearest / self.wave_speed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wave_goes_to_the_nearest_end_and_back() {
+        let ends = ArtificialEnds {
+            nodes: vec![Vec3::new(0.0, 0.1, 0.0), Vec3::new(0.0, -0.2, 0.0)],
+            wave_speed: 1500.0,
+        };
+        let time = ends.earliest_return(Vec3::zeros(), 1e-5);
+        assert!((time - (1e-5 + 0.2 / 1500.0)).abs() < 1e-15);
+    }
+}

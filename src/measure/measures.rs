@@ -1,0 +1,166 @@
+//! All measures of a run together.
+
+use super::absorbed_energy::AbsorbedEnergy;
+use super::artificial_end::ArtificialEnds;
+use super::contact_patch::PatchGeometry;
+use super::deflection::Deflection;
+use super::fields::{Fields, for_each_point};
+use super::impact_force::{ImpactForce, PairSample, resultant_force};
+use super::stress_depth::StressDepth;
+use super::summary::Summary;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
+
+/// One contact pair.
+pub struct PairMeasures {
+    /// Name of the pair.
+    pub name: String,
+    /// Names of the slave's body and of the master's body or plane.
+    pub between: [String; 2],
+    /// Whether one of them is the tissue.
+    pub on_tissue: bool,
+    /// Forces.
+    pub force: ImpactForce,
+    geometry: PatchGeometry,
+}
+
+/// Everything measured so far. Ignores the settling before the clock starts (negative times).
+#[derive(Default)]
+pub struct Measures {
+    /// One for each contact pair of the plan.
+    pub pairs: Vec<PairMeasures>,
+    /// The tissue's energy; `None` without tissue.
+    pub absorbed: Option<AbsorbedEnergy>,
+    /// The tissue's stresses; `None` without tissue.
+    pub stress: Option<StressDepth>,
+    /// The skin's deflection.
+    pub deflection: Deflection,
+    /// Fields at the latest field time; `None` when the plan asks for none.
+    pub fields: Option<Fields>,
+    /// The ledger at the latest step.
+    pub energy: Energy,
+    /// Largest error of the balance so far [-].
+    pub largest_balance_error: f64,
+    /// Time and number of the latest step.
+    pub time: f64,
+    /// Steps so far.
+    pub step: u64,
+    /// Ends of the model that send waves back; `None` when none is known.
+    pub artificial_ends: Option<ArtificialEnds>,
+    /// The final summary, once the run has ended.
+    pub summary: Option<Summary>,
+}
+
+impl Measures {
+    /// Not started.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Warns when a wave may have come back from such an end.
+    #[must_use]
+    pub fn with_artificial_ends(self, artificial_ends: Option<ArtificialEnds>) -> Self {
+        Self { artificial_ends, ..self }
+    }
+
+    /// Takes in a frame's stresses.
+    fn accumulate_points(&mut self, frame: &Frame) {
+        let (stress, fields) = (&mut self.stress, &mut self.fields);
+        if stress.is_none() && fields.is_none() {
+            return;
+        }
+        if let Some(stress) = stress {
+            stress.begin(frame.time());
+        }
+        if let Some(fields) = fields {
+            fields.clear();
+        }
+        for_each_point(frame.plan, &frame.state.u, &mut |element, q, point| {
+            if let Some(stress) = stress {
+                stress.accumulate(element, point);
+            }
+            if let Some(fields) = fields {
+                fields.accumulate(element, q, point);
+            }
+        });
+        if let Some(stress) = stress {
+            stress.end();
+        }
+        if let Some(fields) = fields {
+            fields.average();
+        }
+    }
+
+    /// The summary of the run so far.
+    pub fn running_summary(&self, plan: &Plan) -> Summary {
+        Summary::compose(self, plan, None)
+    }
+}
+
+impl Recorder for Measures {
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
+        let boxed = |error| RecorderError(Box::new(error));
+        *self = Self {
+            pairs: pairs_of(plan),
+            absorbed: AbsorbedEnergy::new(plan),
+            stress: StressDepth::new(plan).map_err(boxed)?,
+            deflection: Deflection::new(plan),
+            fields: Fields::new(plan),
+            artificial_ends: self.artificial_ends.take(),
+            ..Self::default()
+        };
+        Ok(())
+    }
+
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        let time = frame.time();
+        if time < 0.0 {
+            return Ok(());
+        }
+        for (index, pair) in self.pairs.iter_mut().enumerate() {
+            let sample = PairSample {
+                time,
+                impulse: Vec3::from(frame.energy.pairs[index].impulse_n_s),
+                force: resultant_force(frame, index as u32),
+                patch: pair.geometry.eval(frame, index as u32),
+            };
+            pair.force.accumulate(sample, frame.mean_step);
+        }
+        if let Some(absorbed) = &mut self.absorbed {
+            absorbed.accumulate(time, frame.energy);
+        }
+        self.deflection.accumulate(frame);
+        self.energy.clone_from(frame.energy);
+        self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
+        (self.time, self.step) = (time, frame.state.step);
+        if frame.is_field_time {
+            self.accumulate_points(frame);
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
+        self.summary = Some(Summary::compose(self, plan, Some(outcome)));
+        Ok(())
+    }
+}
+
+/// The pairs of a plan.
+fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
+    let Some(contact) = &plan.contact else { return Vec::new() };
+    let tissue = |body: usize| plan.bodies[body].role == crate::scene::document::Role::Tissue;
+    let pairs = contact.pairs.iter().zip(&contact.pair_bodies);
+    pairs
+        .map(|(pair, &(slave, master))| PairMeasures {
+            name: pair.name.clone(),
+            between: [
+                plan.bodies[slave].name.clone(),
+                master.map_or_else(|| "plane".to_owned(), |m| plan.bodies[m].name.clone()),
+            ],
+            on_tissue: tissue(slave) || master.is_some_and(tissue),
+            force: ImpactForce::new(plan.measures.force_window),
+            geometry: PatchGeometry::new(&contact.surfaces[pair.slave]),
+        })
+        .collect()
+}

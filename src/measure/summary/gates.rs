@@ -1,0 +1,122 @@
+//! Gates and warnings: whether the numbers may be shown, and what must be said with them.
+
+use super::super::measures::{Measures, PairMeasures};
+use super::{Gate, GateResult, Numerics, RunState};
+use crate::plan::Plan;
+use crate::step::{FailureCause, Outcome};
+
+/// Share of the initial energy above which numerical contact dissipation is warned about.
+const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
+/// Share of the energy scale that contact may create at most.
+const CONTACT_CREATION_LIMIT: f64 = 0.001;
+/// Nodes across a contact patch that are the least for a resolved patch.
+const NODES_ACROSS: u32 = 5;
+
+/// How good the computation was.
+pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numerics {
+    let energy = &measures.energy;
+    let scale = energy.scale_j;
+    let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
+    let numerical: f64 = energy.pairs.iter().map(|p| p.numerical_j).sum();
+    // A scene that starts from rest has no initial energy to compare with.
+    let reference = if energy.initial_total_j > 0.0 { energy.initial_total_j } else { scale };
+    let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
+    Numerics {
+        smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
+        smallest_step_s: outcome.map(|o| o.smallest_step_s),
+        initial_energy_j: energy.initial_total_j,
+        energy_scale_j: scale,
+        balance_error: balance,
+        numerical_contact_dissipation_j: numerical,
+        numerical_contact_dissipation_share: over(numerical, reference),
+        friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum(),
+        absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
+    }
+}
+
+/// The gates of a run.
+pub(super) fn gates(numerics: &Numerics, plan: &Plan) -> Vec<Gate> {
+    let gate = |name, meaning, value: f64, limit: f64| {
+        // Written so that NaN fails.
+        let result = if value <= limit { GateResult::Passed } else { GateResult::Failed };
+        Gate { name, meaning, value, limit, result }
+    };
+    let limit = plan.explicit.energy_gate;
+    let creation = -numerics.numerical_contact_dissipation_share;
+    vec![
+        gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
+        gate(
+            "contact_creates_no_energy",
+            "energy created by contact over the initial energy",
+            // NaN passes through, a dissipation counts as nothing created.
+            if creation < 0.0 { 0.0 } else { creation + 0.0 },
+            CONTACT_CREATION_LIMIT,
+        ),
+        gate(
+            "absorbed_energy_agreement",
+            "difference of the absorbed energy from the tissue's state and from the work of the reactions",
+            numerics.absorbed_energy_disagreement,
+            limit,
+        ),
+    ]
+}
+
+/// Why the numbers are withheld, if they are.
+pub(super) fn withholding_reason(gates: &[Gate], state: &RunState) -> Option<String> {
+    if let RunState::Failed { failure } = state
+        && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)
+    {
+        return Some(failure.message.clone());
+    }
+    let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
+    Some(format!(
+        "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
+        failed.name, failed.meaning, failed.value, failed.limit
+    ))
+}
+
+/// Warnings that follow from the measures.
+pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: bool) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let share = numerics.numerical_contact_dissipation_share;
+    // At the end the stepper itself says so.
+    if share > CONTACT_DISSIPATION_WARNING && !has_ended {
+        warnings.push(format!(
+            "Numerical contact dissipation is {:.1} % of the initial energy (above {:.0} %): refine the contact surfaces.",
+            100.0 * share,
+            100.0 * CONTACT_DISSIPATION_WARNING
+        ));
+    }
+    for pair in &measures.pairs {
+        let patch = &pair.force.peak.patch;
+        if pair.force.contact_span.is_some() && patch.nodes_across < NODES_ACROSS {
+            warnings.push(format!(
+                "Only {} nodes lie across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area \
+                 and the peak pressure are not resolved.",
+                patch.nodes_across, pair.name
+            ));
+        }
+        if let Some(time) = wave_return(measures, pair)
+            && time < measures.time
+        {
+            warnings.push(format!(
+                "A wave from the contact of {} may have come back from an artificial end of the model from {:.1} µs on: make \
+                 the model longer, or end the run earlier.",
+                pair.name,
+                1e6 * time
+            ));
+        }
+        if has_ended && pair.on_tissue && pair.force.is_touching() {
+            warnings
+                .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
+        }
+    }
+    warnings
+}
+
+/// When a wave from a pair's first contact is back from an artificial end, at the earliest [s].
+fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
+    let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
+    let place = pair.force.first_contact.filter(|_| pair.on_tissue)?;
+    Some(ends.earliest_return(place, first))
+}

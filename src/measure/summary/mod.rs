@@ -1,0 +1,221 @@
+//! The clinical summary: a few numbers, each with its unit, its estimated numerical error, and the gate that it passed.
+//!
+//! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
+
+mod gates;
+mod results;
+mod table;
+
+pub use results::{Impact, Located, Results, SignificantStress, Split, Tissue};
+pub use table::render_table;
+
+use super::measures::Measures;
+use crate::plan::Plan;
+use crate::step::{Ending, Failure, Outcome};
+use gates::{gates, numerics, own_warnings, withholding_reason};
+use results::{Mint, results};
+use serde::Serialize;
+
+/// Said with every answer.
+pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
+/// What is known of a number's numerical error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum ErrorEstimate {
+    /// Nobody looked.
+    #[serde(rename = "not estimated")]
+    NotEstimated,
+}
+
+/// Whether the run passed its gates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GateResult {
+    /// It did.
+    Passed,
+    /// It did not.
+    Failed,
+}
+
+/// A number of the summary; its unit is the end of its name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Quantity {
+    /// The number.
+    pub value: f64,
+    /// Its numerical error.
+    pub error: ErrorEstimate,
+    /// Whether the run that it comes from passed its gates.
+    pub gate: GateResult,
+}
+
+/// A check that decides whether numbers may be shown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gate {
+    /// Name.
+    pub name: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// Measured value [-].
+    pub value: f64,
+    /// Limit of the value [-].
+    pub limit: f64,
+    /// The verdict.
+    pub result: GateResult,
+}
+
+/// State of the run that is summed up.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "ending", rename_all = "snake_case")]
+pub enum RunState {
+    /// It still runs.
+    Running,
+    /// It reached the end time.
+    Finished,
+    /// Somebody stopped it.
+    Cancelled,
+    /// It went wrong, and this is why.
+    Failed {
+        /// The diagnosis.
+        failure: Failure,
+    },
+}
+
+/// The summary.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// No medical device, no diagnosis.
+    pub notice: &'static str,
+    /// Version of the engine.
+    pub engine_version: &'static str,
+    /// Name of the scene.
+    pub scene: String,
+    /// How the run ended.
+    #[serde(flatten)]
+    pub state: RunState,
+    /// Simulated time reached [s].
+    pub time_s: f64,
+    /// Simulated time asked for [s].
+    pub end_time_s: f64,
+    /// Steps done.
+    pub steps: u64,
+    /// The numbers, or why there are none.
+    #[serde(flatten)]
+    pub results: Shown,
+    /// How good the computation was.
+    pub numerics: Numerics,
+    /// The gates.
+    pub gates: Vec<Gate>,
+    /// Sentences to read before the numbers are used.
+    pub warnings: Vec<String>,
+}
+
+/// Numbers, plain or withheld.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shown {
+    /// The gates were passed.
+    Results(Results),
+    /// A gate was failed.
+    Withheld {
+        /// Which, and by how much.
+        reason: String,
+        /// What was computed; not to be used as results.
+        values: Results,
+    },
+}
+
+/// How good the computation was.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Numerics {
+    /// Smallest Jacobian J at any time [-]; absent while running.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_jacobian: Option<f64>,
+    /// Smallest step [s]; absent while running.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smallest_step_s: Option<f64>,
+    /// Energy at the start [J].
+    pub initial_energy_j: f64,
+    /// Energy that errors are compared with [J].
+    pub energy_scale_j: f64,
+    /// Largest error of the energy balance [-].
+    pub balance_error: f64,
+    /// What lumped contact nodes lost when they were caught, all pairs [J]: a discretisation error.
+    pub numerical_contact_dissipation_j: f64,
+    /// The same over the initial energy [-].
+    pub numerical_contact_dissipation_share: f64,
+    /// Dissipated by friction, all pairs [J].
+    pub friction_dissipation_j: f64,
+    /// Largest difference of the absorbed energy's two computations over the energy scale [-].
+    pub absorbed_energy_disagreement: f64,
+}
+
+impl RunState {
+    /// Of a run that has ended, or goes on (`None`).
+    pub fn of(outcome: Option<&Outcome>) -> Self {
+        match outcome.map(|o| &o.ending) {
+            None => Self::Running,
+            Some(Ending::Finished) => Self::Finished,
+            Some(Ending::Cancelled) => Self::Cancelled,
+            Some(Ending::Failed { failure }) => Self::Failed { failure: failure.clone() },
+        }
+    }
+}
+
+impl Summary {
+    /// Of what was measured; `outcome` is `None` while the run goes on.
+    pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
+        let state = RunState::of(outcome);
+        let numerics = numerics(measures, outcome);
+        let gates = gates(&numerics, plan);
+        let mut reason = withholding_reason(&gates, &state);
+        let verdict =
+            |reason: &Option<String>| if reason.is_some() { GateResult::Failed } else { GateResult::Passed };
+        let mut values = results(measures, plan, Mint(verdict(&reason)));
+        if reason.is_none() && !values.is_finite() {
+            reason = Some("a result is infinite or not a number".to_owned());
+            values = results(measures, plan, Mint(GateResult::Failed));
+        }
+        let mut warnings = outcome.map(|o| o.warnings.clone()).unwrap_or_default();
+        warnings.extend(
+            own_warnings(measures, &numerics, outcome.is_some())
+                .into_iter()
+                .filter(|w| !warnings.contains(w))
+                .collect::<Vec<_>>(),
+        );
+        Self {
+            notice: NOTICE,
+            engine_version: env!("CARGO_PKG_VERSION"),
+            scene: plan.name.clone(),
+            state,
+            time_s: outcome.map_or(measures.time, |o| o.time_s),
+            end_time_s: plan.end_time,
+            steps: outcome.map_or(measures.step, |o| o.steps),
+            results: match reason {
+                None => Shown::Results(values),
+                Some(reason) => Shown::Withheld { reason, values },
+            },
+            numerics,
+            gates,
+            warnings,
+        }
+    }
+
+    /// Whether it sums up a run with this ending.
+    pub fn is_of(&self, outcome: &Outcome) -> bool {
+        self.state == RunState::of(Some(outcome))
+    }
+
+    /// The numbers, whether withheld or not.
+    pub fn values(&self) -> &Results {
+        match &self.results {
+            Shown::Results(values) | Shown::Withheld { values, .. } => values,
+        }
+    }
+
+    /// The summary as indented JSON.
+    ///
+    /// # Errors
+    /// Never for a summary made by [`Summary::compose`]; the type is that of the serialiser.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self)
+    }
+}

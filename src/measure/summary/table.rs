@@ -1,0 +1,193 @@
+//! The summary as a table for people.
+
+use super::{Impact, Located, Quantity, RunState, Shown, Split, Summary, Tissue};
+use std::fmt::Write as _;
+
+/// Renders the summary as plain text, one number a line, with its unit and what is known of its error.
+pub fn render_table(summary: &Summary) -> String {
+    let mut table = Table::default();
+    table.line(&format!(
+        "{}: {} at {} of {}, {} steps",
+        summary.scene,
+        ending(&summary.state),
+        seconds(summary.time_s),
+        seconds(summary.end_time_s),
+        summary.steps
+    ));
+    if let RunState::Failed { failure } = &summary.state {
+        table.line(&format!("  {failure}"));
+    }
+    match &summary.results {
+        Shown::Withheld { reason, .. } => {
+            table.line(&format!("  The results are withheld: {reason}."));
+        }
+        Shown::Results(results) => {
+            results.impacts.iter().for_each(|impact| table.impact(impact));
+            if let Some(tissue) = &results.tissue {
+                table.tissue(tissue);
+            }
+        }
+    }
+    let n = &summary.numerics;
+    table.heading("Numerics");
+    if let Some(J) = n.smallest_jacobian {
+        table.row("smallest Jacobian J", &format!("{J:.4}"), "");
+    }
+    table.row("error of the energy balance", &percent(n.balance_error), "");
+    let numerical = format!(
+        "{} J ({})",
+        number(n.numerical_contact_dissipation_j),
+        percent(n.numerical_contact_dissipation_share)
+    );
+    table.row("numerical contact dissipation", &numerical, "");
+    table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
+    for gate in &summary.gates {
+        let verdict = format!("{:?}", gate.result).to_lowercase();
+        table.row(
+            &format!("gate {}", gate.name),
+            &format!("{verdict} ({:.2e} of {:.0e})", gate.value, gate.limit),
+            "",
+        );
+    }
+    if !summary.warnings.is_empty() {
+        table.heading("Warnings");
+        summary.warnings.iter().for_each(|warning| table.line(&format!("  {warning}")));
+    }
+    table.line(&format!("\n{}", summary.notice));
+    table.0
+}
+
+#[derive(Default)]
+struct Table(String);
+
+impl Table {
+    fn line(&mut self, line: &str) {
+        // Writing to a String cannot fail.
+        let _ = writeln!(self.0, "{line}");
+    }
+    fn heading(&mut self, heading: &str) {
+        self.line(&format!("\n{heading}"));
+    }
+    fn row(&mut self, name: &str, value: &str, remark: &str) {
+        self.line(format!("  {name:<42} {value:<24} {remark}").trim_end());
+    }
+    fn quantity(&mut self, name: &str, quantity: &Quantity, unit: &str) {
+        self.row(name, &format!("{} {unit}", number(quantity.value)), "error not estimated");
+    }
+    fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
+        let value = format!("{} {unit}", number(scale * located.quantity.value));
+        self.row(name, &value, &format!("at {}, error not estimated", seconds(located.time_s)));
+    }
+
+    fn impact(&mut self, impact: &Impact) {
+        self.heading(&format!("Contact {}", impact.pair));
+        if impact.contact_span_s.is_none() {
+            self.line("  never touched");
+            return;
+        }
+        self.quantity(
+            &format!("peak force, over {}", seconds(impact.force_window_s)),
+            &impact.peak_force_n,
+            "N",
+        );
+        self.row("  at", &seconds(impact.peak_force_time_s.value), "");
+        self.row(
+            "peak force of a single step",
+            &format!("{} N", number(impact.peak_step_force_n.value)),
+            "not a converged quantity",
+        );
+        self.quantity("impulse", &impact.impulse_n_s, "N s");
+        let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
+        self.row("duration of contact", &seconds(impact.contact_duration_s.value), going_on);
+        self.quantity("patch at the peak force, area", &impact.patch_area_mm2, "mm²");
+        let axes =
+            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| number(q.value)).join(" × ");
+        self.row("  axes", &format!("{axes} mm"), &format!("{} nodes across", impact.nodes_across_patch[0]));
+        self.quantity("largest patch, area", &impact.largest_patch_area_mm2, "mm²");
+    }
+
+    fn tissue(&mut self, tissue: &Tissue) {
+        self.heading("Tissue");
+        self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
+        self.row(
+            "  from the work of the reactions",
+            &format!("{} J", number(tissue.absorbed_energy_by_work_j.value)),
+            "",
+        );
+        self.split(&tissue.absorbed_split);
+        self.quantity("absorbed energy at its peak", &tissue.peak_absorbed_energy_j, "J");
+        self.row("  at", &seconds(tissue.peak_absorbed_energy_time_s.value), "");
+        self.split(&tissue.peak_absorbed_split);
+        if let Some(loss) = &tissue.projectile_loss_j {
+            self.quantity("lost by the projectile", loss, "J");
+        }
+        for s in &tissue.significant_stress {
+            let threshold = format!("{} kPa", number(1e-3 * s.threshold_pa));
+            if let Some(depth) = &s.depth_mm {
+                self.quantity(&format!("depth of von Mises above {threshold}"), depth, "mm");
+            }
+            self.quantity(&format!("volume of von Mises above {threshold}"), &s.volume_mm3, "mm³");
+        }
+        self.located("peak von Mises stress", &tissue.peak_von_mises_pa, 1e-3, "kPa");
+        self.located("peak principal strain", &tissue.peak_principal_strain, 1.0, "");
+        self.located(
+            "peak strain energy density",
+            &tissue.peak_strain_energy_density_j_per_m3,
+            1e-3,
+            "kJ/m³",
+        );
+        self.located("deflection of the skin", &tissue.deflection_mm, 1.0, "mm");
+    }
+
+    fn split(&mut self, split: &Split) {
+        let parts =
+            [&split.strain_j, &split.kinetic_j, &split.dissipated_j].map(|q| number(q.value)).join(" + ");
+        self.row("  strain + kinetic + dissipated", &format!("{parts} J"), "");
+    }
+}
+
+fn ending(state: &RunState) -> &'static str {
+    match state {
+        RunState::Running => "running",
+        RunState::Finished => "finished",
+        RunState::Cancelled => "cancelled",
+        RunState::Failed { .. } => "FAILED",
+    }
+}
+
+/// Four significant digits.
+fn number(value: f64) -> String {
+    let magnitude = value.abs();
+    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
+        return format!("{value:.3e}");
+    }
+    let digits = if magnitude == 0.0 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) };
+    format!("{value:.*}", digits.unsigned_abs() as usize)
+}
+
+/// A time in the unit that fits.
+fn seconds(time: f64) -> String {
+    match time.abs() {
+        t if t >= 1.0 || t == 0.0 => format!("{} s", number(time)),
+        t if t >= 1e-3 => format!("{} ms", number(1e3 * time)),
+        _ => format!("{} µs", number(1e6 * time)),
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", number(100.0 * share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        assert_eq!(
+            [1234.5678, 0.012_345, 0.0, 3.0e-9, 12.0].map(number),
+            ["1235", "0.01235", "0", "3.000e-9", "12.00"]
+        );
+        assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
+    }
+}

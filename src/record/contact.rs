@@ -1,0 +1,85 @@
+//! `/contact/forces`: what the contact pairs do.
+
+use super::packed;
+use super::proto::contuse::{ContactForces, PackedArray, PairForces};
+use crate::measure::Measures;
+use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::tensor::Vec3;
+use crate::step::Frame;
+
+/// Topic.
+pub const TOPIC: &str = "/contact/forces";
+/// Schema.
+pub const SCHEMA: &str = "contuse.v1.ContactForces";
+
+/// A contact sticks when its tangential reaction is this far inside the cone, relative to μ r_n.
+const STICK_MARGIN: f64 = 1e-9;
+const STICK: u8 = 1;
+const SLIP: u8 = 2;
+
+/// The message of a frame that the measures have taken in.
+pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
+    let pairs = measures.pairs.iter().enumerate().map(|(index, pair)| {
+        let now = pair.force.now();
+        PairForces {
+            pair: pair.name.clone(),
+            slave_body: pair.between[0].clone(),
+            master_body: pair.between[1].clone(),
+            force_n: Some(now.force.into()),
+            force_norm_n: now.force.norm(),
+            impulse_n_s: Some(now.impulse.into()),
+            impulse_norm_n_s: now.impulse.norm(),
+            patch_area_m2: now.patch.area,
+            patch_long_axis_m: now.patch.axes[0],
+            patch_short_axis_m: now.patch.axes[1],
+            peak_pressure_pa: now.patch.peak_pressure,
+            patch_nodes: now.patch.nodes,
+            nodes_across_patch: now.patch.nodes_across,
+            contacts: active_contacts(frame, index as u32),
+        }
+    });
+    ContactForces { time_s: frame.time(), step: frame.state.step, pairs: pairs.collect() }
+}
+
+/// The arrays of the pair's contacts with r_n > 0; all of length 0 when nothing touches.
+fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
+    let Some(contact) = &frame.plan.contact else { return Vec::new() };
+    let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
+    let mu = contact.pairs[pair as usize].mu;
+    let active = || {
+        frame.contacts.iter().zip(frame.reactions).filter(move |(c, r)| c.pair == pair && r.impulse[0] > 0.0)
+    };
+    let force = |impulse: f64| impulse / frame.mean_step;
+    let tangential = |(c, r): (&Contact, &Reaction)| -> Vec3 {
+        c.frame[1] * force(r.impulse[1]) + c.frame[2] * force(r.impulse[2])
+    };
+    vec![
+        packed::u32s("node", active().map(|(c, _)| [c.slave - first_node])),
+        packed::vectors("position_m", "m", active().map(|(c, _)| frame.position(c.slave))),
+        packed::vectors("normal", "", active().map(|(c, _)| c.frame[0])),
+        packed::scalars("normal_force_n", "N", active().map(|(_, r)| force(r.impulse[0]))),
+        packed::vectors("tangential_force_n", "N", active().map(tangential)),
+        packed::scalars("gap_m", "m", active().map(|(c, _)| c.gap)),
+        packed::u8s("status", active().map(|(_, r)| status(r, mu))),
+    ]
+}
+
+/// Stick inside the cone, slip on it; without friction everything slips.
+fn status(reaction: &Reaction, mu: f64) -> u8 {
+    let [r_n, r_1, r_2] = reaction.impulse;
+    if r_1.hypot(r_2) < mu * r_n * (1.0 - STICK_MARGIN) { STICK } else { SLIP }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn status_is_by_the_cone() {
+        let reaction = |t: f64| Reaction { impulse: [2.0, 0.6 * t, 0.8 * t] };
+        assert_eq!(status(&reaction(0.5), 0.3), STICK);
+        assert_eq!(status(&reaction(0.6), 0.3), SLIP);
+        assert_eq!(status(&reaction(0.0), 0.0), SLIP);
+        assert_eq!(status(&reaction(9.0), f64::INFINITY), STICK);
+    }
+}

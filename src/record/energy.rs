@@ -1,0 +1,46 @@
+//! `/energy`: the energy ledger.
+
+use super::proto::contuse::{BodyEnergy, Energy, PairEnergy};
+use crate::measure::Measures;
+use crate::plan::Plan;
+
+/// Topic.
+pub const TOPIC: &str = "/energy";
+/// Schema.
+pub const SCHEMA: &str = "contuse.v1.Energy";
+
+/// The message of the latest step that the measures have taken in.
+pub fn message(plan: &Plan, measures: &Measures) -> Energy {
+    let ledger = &measures.energy;
+    let bodies = plan.bodies.iter().zip(&ledger.bodies).map(|(body, e)| BodyEnergy {
+        body: body.name.clone(),
+        kinetic_j: e.kinetic_j,
+        strain_j: e.strain_j,
+        viscous_j: e.viscous_j,
+        contact_work_j: e.contact_work_j,
+        external_work_j: e.external_work_j,
+        projection_j: e.projection_j,
+    });
+    let pairs = measures.pairs.iter().zip(&ledger.pairs).map(|(pair, e)| PairEnergy {
+        pair: pair.name.clone(),
+        friction_j: e.friction_j,
+        numerical_contact_j: e.numerical_j,
+        work_on_slave_j: e.work_on_slave_j,
+        work_on_master_j: e.work_on_master_j,
+    });
+    let absorbed = measures.absorbed.as_ref().map(|a| a.now).unwrap_or_default();
+    Energy {
+        time_s: measures.time,
+        step: measures.step,
+        bodies: bodies.collect(),
+        pairs: pairs.collect(),
+        total_j: ledger.total_j,
+        initial_total_j: ledger.initial_total_j,
+        external_work_j: ledger.external_work_j,
+        balance_error: ledger.balance_error,
+        absorbed_by_tissue_j: absorbed.by_state(),
+        absorbed_by_tissue_work_j: absorbed.work,
+        momentum_kg_m_per_s: Some(ledger.momentum_kg_m_per_s.into()),
+        angular_momentum_kg_m2_per_s: Some(ledger.angular_momentum_kg_m2_per_s.into()),
+    }
+}

@@ -1,0 +1,76 @@
+//! A recorder that keeps the histories in memory, for tests and studies.
+
+use crate::measure::impact_force::resultant_force;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
+
+/// One step.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    /// Time [s].
+    pub time: f64,
+    /// Step.
+    pub step: u64,
+    /// The ledger.
+    pub energy: Energy,
+    /// Resultant force on the slave of each pair in this step [N].
+    pub forces: Vec<Vec3>,
+    /// Number of contacts with r_n > 0.
+    pub active_contacts: usize,
+}
+
+/// One field time.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// Time [s].
+    pub time: f64,
+    /// Displacement [m], nodes × 3.
+    pub u: Vec<Vec3>,
+    /// Mean of the velocities of the half steps around, relative to the bodies' flight [m/s], nodes × 3.
+    pub v: Vec<Vec3>,
+}
+
+/// Keeps every step's sums (at the plan's cadence) and the motion at the field times.
+#[derive(Clone, Debug, Default)]
+pub struct MemoryRecorder {
+    /// Every `every_steps` steps, and at the field times.
+    pub samples: Vec<Sample>,
+    /// At the field times.
+    pub snapshots: Vec<Snapshot>,
+    /// The end.
+    pub outcome: Option<Outcome>,
+    frames: u64,
+}
+
+impl Recorder for MemoryRecorder {
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+        *self = Self::default();
+        Ok(())
+    }
+
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        if self.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1))) || frame.is_field_time {
+            let pairs = frame.plan.contact.as_ref().map_or(0, |c| c.pairs.len()) as u32;
+            self.samples.push(Sample {
+                time: frame.time(),
+                step: frame.state.step,
+                energy: frame.energy.clone(),
+                forces: (0..pairs).map(|pair| resultant_force(frame, pair)).collect(),
+                active_contacts: frame.reactions.iter().filter(|r| r.impulse[0] > 0.0).count(),
+            });
+        }
+        self.frames += 1;
+        if frame.is_field_time {
+            let halves = frame.state.v.iter().zip(frame.v_after);
+            let v = halves.map(|(before, after)| (before + after) * 0.5).collect();
+            self.snapshots.push(Snapshot { time: frame.time(), u: frame.state.u.clone(), v });
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
+        self.outcome = Some(outcome.clone());
+        Ok(())
+    }
+}

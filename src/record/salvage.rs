@@ -1,0 +1,136 @@
+//! Makes a readable file of a recording that is not finished: after a crash, or while the run goes on.
+//!
+//! A chunk stands in the file only when it is whole, so everything up to the last whole record is good. It is copied to a new
+//! file with its own index and summary section, marked incomplete.
+
+use super::RecordError;
+use super::mcap::{ENDING_METADATA, ending_metadata};
+use super::writer::{partial_path, seal, write_options};
+use ::mcap::records::Record;
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::{Attachment, McapError, Writer, parse_record};
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read};
+use std::path::Path;
+
+/// What was saved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Salvaged {
+    /// Messages.
+    pub messages: u64,
+    /// Simulated time of the last of them [s].
+    pub time_s: f64,
+}
+
+/// After a crash: makes `path` from `<path>.partial`, marked incomplete, and removes the partial file.
+///
+/// # Errors
+/// When the partial file is not there or is no MCAP file, or the new one cannot be written.
+pub fn reindex_incomplete(path: &Path) -> Result<Salvaged, RecordError> {
+    let partial = partial_path(path);
+    // The copy has a partial name of its own until it is whole: a crash here can be followed by another attempt.
+    let copy = path.with_extension("salvaged");
+    let why = "the process that wrote it was killed";
+    let salvaged = copy_whole_records(&partial, &copy, "worker_lost", why)?;
+    let at = |path: &Path| {
+        let path = path.to_owned();
+        move |source| RecordError::File { path, source }
+    };
+    std::fs::rename(&copy, path).map_err(at(path))?;
+    std::fs::remove_file(&partial).map_err(at(&partial))?;
+    Ok(salvaged)
+}
+
+/// While a run goes on: writes what its recording `path` has so far to `target`, a whole file of its own.
+///
+/// # Errors
+/// When the run has no partial file (not begun, or finished), or the snapshot cannot be written.
+pub fn snapshot(path: &Path, target: &Path) -> Result<Salvaged, RecordError> {
+    copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run that goes on")
+}
+
+/// Copies every whole record of `source` to `target`.
+fn copy_whole_records(
+    source: &Path,
+    target: &Path,
+    ending: &str,
+    why: &str,
+) -> Result<Salvaged, RecordError> {
+    let at = |path: &Path| {
+        let path = path.to_owned();
+        move |source| RecordError::File { path, source }
+    };
+    let mut input = BufReader::new(File::open(source).map_err(at(source))?);
+    let partial = partial_path(target);
+    let output = BufWriter::new(File::create(&partial).map_err(at(&partial))?);
+    let mut copy = Copy { writer: write_options().create(output)?, salvaged: Salvaged::default() };
+    // A chunk whose checksum is wrong is the end of what is good, and is not begun.
+    let options = LinearReaderOptions::default().with_prevalidate_chunk_crcs(true);
+    let mut reader = LinearReader::new_with_options(options);
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(size)) => {
+                let read = input.read(reader.insert(size)).map_err(at(source))?;
+                reader.notify_read(read);
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => copy.take(parse_record(opcode, data)?)?,
+            Err(error) => {
+                if matches!(error, McapError::BadMagic) {
+                    return Err(error.into());
+                }
+                break;
+            }
+        }
+    }
+    let Salvaged { time_s, .. } = copy.salvaged;
+    let metadata = ending_metadata(false, ending, why, time_s, 0);
+    copy.writer.write_metadata(&::mcap::records::Metadata { name: ENDING_METADATA.into(), metadata })?;
+    copy.writer.finish()?;
+    seal(copy.writer.into_inner(), target)?;
+    Ok(copy.salvaged)
+}
+
+/// The file that is made.
+struct Copy {
+    writer: Writer<BufWriter<File>>,
+    salvaged: Salvaged,
+}
+
+impl Copy {
+    /// Takes over one record; what belongs to the old file's index is left behind.
+    fn take(&mut self, record: Record) -> Result<(), RecordError> {
+        match record {
+            Record::Schema { header, data } => {
+                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data)?;
+            }
+            Record::Channel(c) => {
+                self.writer.add_channel_with_id(
+                    c.id,
+                    c.schema_id,
+                    &c.topic,
+                    &c.message_encoding,
+                    &c.metadata,
+                )?;
+            }
+            Record::Message { header, data } => {
+                self.writer.write_to_known_channel(&header, &data)?;
+                self.salvaged.messages += 1;
+                self.salvaged.time_s = header.publish_time as f64 * 1e-9;
+            }
+            Record::Attachment { header, data, .. } => self.writer.attach(&Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data: Cow::Borrowed(&data),
+            })?,
+            // A run that was killed after its last words has them already; ours would contradict them.
+            Record::Metadata(metadata) if metadata.name != ENDING_METADATA => {
+                self.writer.write_metadata(&metadata)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,83 @@
+//! `/mesh/{body}`: the skin as a coloured triangle mesh, a `foxglove.SceneUpdate`.
+
+use super::colour::viridis;
+use super::proto::foxglove::{
+    Color, KeyValuePair, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp,
+};
+use crate::measure::fields::Fields;
+use crate::mechanics::contact::Surface;
+use crate::step::Frame;
+
+/// Topic, before the body's name.
+pub const TOPIC: &str = "/mesh/";
+/// Schema.
+pub const SCHEMA: &str = "foxglove.SceneUpdate";
+/// The one frame of reference.
+pub const FRAME_ID: &str = "world";
+/// Colour where von Mises stress was not asked for.
+const PLAIN: Color = Color { r: 0.7, g: 0.7, b: 0.72, a: 1.0 };
+
+/// Vertex indices of the triangles of a surface, two a quadrilateral; vertex i is node `surface.nodes[i]`.
+pub fn triangles(surface: &Surface) -> Vec<u32> {
+    let vertex = |node: u32| surface.nodes.binary_search(&node).map_or(0, |i| i as u32);
+    let mut indices = Vec::with_capacity(6 * surface.faces.len());
+    for face in &surface.faces {
+        let [a, b, c, d] = face.map(vertex);
+        indices.extend([a, b, c]);
+        if d != c {
+            indices.extend([a, c, d]);
+        }
+    }
+    indices
+}
+
+/// The message of one body at a field time; `indices` are its [`triangles`], colours go from 0 to `top` [Pa] of von Mises
+/// stress.
+pub fn message(
+    frame: &Frame,
+    body: usize,
+    fields: Option<&Fields>,
+    indices: &[u32],
+    top: f64,
+) -> SceneUpdate {
+    let plan_body = &frame.plan.bodies[body];
+    let nodes = &plan_body.skin.nodes;
+    let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
+    let mut metadata = vec![pair("time_s", frame.time().to_string())];
+    if stress.is_some() {
+        metadata.push(pair("colour", "von_mises_pa, viridis".into()));
+        metadata.push(pair("colour_range_pa", format!("0 … {top}")));
+    }
+    let mesh = TriangleListPrimitive {
+        pose: Some(Pose::identity()),
+        points: nodes.iter().map(|&node| frame.position(node).into()).collect(),
+        color: stress.is_none().then_some(PLAIN),
+        colors: stress
+            .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
+            .unwrap_or_default(),
+        indices: indices.to_vec(),
+    };
+    let entity = SceneEntity {
+        timestamp: Some(timestamp(frame.time())),
+        frame_id: FRAME_ID.into(),
+        id: plan_body.name.clone(),
+        metadata,
+        triangles: vec![mesh],
+    };
+    SceneUpdate { entities: vec![entity] }
+}
+
+fn pair(key: &str, value: String) -> KeyValuePair {
+    KeyValuePair { key: key.into(), value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadrilateral_is_two_triangles_and_a_triangle_one() {
+        let surface = Surface { nodes: vec![3, 5, 7, 9], faces: vec![[3, 5, 9, 7], [3, 5, 7, 7]] };
+        assert_eq!(triangles(&surface), [0, 1, 3, 0, 3, 2, 0, 1, 2]);
+    }
+}

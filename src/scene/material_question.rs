@@ -1,0 +1,115 @@
+//! "What does this law give at this deformation?": the input and output of `contuse material`.
+
+use super::document::MaterialDocument;
+use super::problem::{Pointer, Problem, Problems};
+use super::structure;
+use super::validate::{Findings, materials};
+use super::{json, schema};
+use crate::mechanics::material::PointStress;
+use crate::mechanics::tensor::Mat3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
+
+/// A law, and a deformation to evaluate it at. Fibre directions lie in the material, whose axes are x, y, z.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialQuestion {
+    /// The law.
+    pub material: MaterialDocument,
+    /// Deformation gradient F, rows spatial [-]; not needed along a path.
+    #[serde(rename = "F", default, skip_serializing_if = "Option::is_none")]
+    pub deformation_gradient: Option<[[f64; 3]; 3]>,
+}
+
+/// Energy and stresses at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MaterialAnswer {
+    /// J = det F [-].
+    #[serde(rename = "J")]
+    pub jacobian: f64,
+    /// Strain energy per reference volume ψ [J/m³].
+    pub psi_j_per_m3: f64,
+    /// First Piola–Kirchhoff stress P = ∂ψ/∂F, rows spatial [Pa].
+    #[serde(rename = "P_pa")]
+    pub first_piola_pa: [[f64; 3]; 3],
+    /// Cauchy stress σ = P Fᵀ / J [Pa].
+    pub cauchy_pa: [[f64; 3]; 3],
+}
+
+impl MaterialAnswer {
+    /// The answer at `F`.
+    pub fn new(F: &Mat3, stress: &PointStress) -> Self {
+        Self {
+            jacobian: F.determinant(),
+            psi_j_per_m3: stress.psi,
+            first_piola_pa: rows(&stress.P),
+            cauchy_pa: rows(&stress.cauchy),
+        }
+    }
+    /// Whether every number is one; a deformation far out can overflow.
+    pub fn is_finite(&self) -> bool {
+        let stresses = self.first_piola_pa.iter().chain(&self.cauchy_pa).flatten();
+        [self.jacobian, self.psi_j_per_m3].iter().chain(stresses).all(|x| x.is_finite())
+    }
+}
+
+/// A matrix as a list of rows.
+pub fn rows(m: &Mat3) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
+}
+
+/// One question or a list of them, as they were written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MaterialQuestions {
+    /// One.
+    One(Box<MaterialQuestion>),
+    /// Several.
+    Many(Vec<MaterialQuestion>),
+}
+
+static QUESTIONS: LazyLock<schema::Compiled> = LazyLock::new(|| {
+    schema::Compiled::new(schema::schema_of::<MaterialQuestions>("Contuse material questions"))
+});
+
+impl MaterialQuestions {
+    /// Reads and checks questions; the warnings come along.
+    ///
+    /// # Errors
+    /// All problems at once.
+    pub fn read(bytes: &[u8]) -> Result<(Self, Vec<Problem>), Problems> {
+        let parsed = json::parse(bytes)?;
+        let mut checked = structure::check(&parsed.value, &QUESTIONS);
+        checked.problems.splice(0..0, parsed.problems);
+        let questions: Self = match serde_path_to_error::deserialize(&checked.mended) {
+            Ok(questions) => questions,
+            Err(error) => {
+                checked.problems.push(structure::refused_by_serde(&error));
+                return Err(Problems(checked.problems));
+            }
+        };
+        let mut found = Findings::default();
+        for (pointer, question) in questions.each() {
+            materials::check(&question.material, &pointer.key("material"), &mut found);
+        }
+        // No step is taken here, so a stiff volume costs nothing.
+        found.0.retain(|problem| problem.code != "stiff_volume");
+        let problems = checked.merged_with(found);
+        if problems.iter().any(Problem::is_error) {
+            Err(Problems(problems))
+        } else {
+            Ok((questions, problems))
+        }
+    }
+
+    /// Each question with its pointer in the input.
+    pub fn each(&self) -> Box<dyn Iterator<Item = (Pointer, &MaterialQuestion)> + '_> {
+        match self {
+            Self::One(question) => Box::new(std::iter::once((Pointer::root(), &**question))),
+            Self::Many(list) => {
+                Box::new(list.iter().enumerate().map(|(i, question)| (Pointer::root().index(i), question)))
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! One break of the sound scene a line.
+
+use serde_json::{Value, json};
+
+/// Where it is made, what is put there, the pointer and the code that must come out.
+pub type Break = (&'static str, Value, &'static str, &'static str);
+
+/// All breaks.
+pub fn broken() -> Vec<Break> {
+    [structure(), names(), materials(), motion(), times(), contact(), meshes()].concat()
+}
+
+#[rustfmt::skip]
+fn structure() -> Vec<Break> {
+    vec![
+        ("/nmae", json!(1), "/nmae", "unknown_field"),
+        ("/bodies/0/parts/0/densty", json!(1), "/bodies/0/parts/0/densty", "unknown_field"),
+        ("/end_time_s", json!("soon"), "/end_time_s", "wrong_type"),
+        ("/end_time_s", json!(null), "/end_time_s", "wrong_type"),
+        ("/bodies", json!({}), "/bodies", "wrong_type"),
+        ("/bodies/0/role", json!("projectil"), "/bodies/0/role", "unknown_variant"),
+        ("/bodies/0/velocity_m_per_s", json!([1, 2]), "/bodies/0/velocity_m_per_s", "too_few_items"),
+        ("/bodies/0/velocity_m_per_s", json!([1, 2, 3, 4]), "/bodies/0/velocity_m_per_s", "too_many_items"),
+        ("/bodies/0/velocity_m_per_s/2", json!("fast"), "/bodies/0/velocity_m_per_s/2", "wrong_type"),
+        ("/bodies/0/parts/0/material/law", json!("money_rivlin"), "/bodies/0/parts/0/material/law", "unknown_variant"),
+        ("/bodies/0/parts/0/material", json!({"c10_pa": 1}), "/bodies/0/parts/0/material/law", "missing_field"),
+        ("/bodies/0/parts/0/material/c01_pa", json!("1"), "/bodies/0/parts/0/material/c01_pa", "wrong_type"),
+        ("/bodies/0/parts/0/material/volumetric", json!("ln"), "/bodies/0/parts/0/material/volumetric", "unknown_variant"),
+        ("/bodies/0/parts/0/formulation", json!("reduced"), "/bodies/0/parts/0/formulation", "unknown_variant"),
+        ("/bodies/0/mesh/generator/kind", json!("holow_ball"), "/bodies/0/mesh/generator/kind", "unknown_variant"),
+        ("/bodies/0/mesh/generator/elements_around", json!(-1), "/bodies/0/mesh/generator/elements_around", "out_of_range"),
+        ("/bodies/0/mesh/generator/elements_around", json!(5e9), "/bodies/0/mesh/generator/elements_around", "out_of_range"),
+        ("/bodies/0/mesh/generator/elements_around", json!(1.5), "/bodies/0/mesh/generator/elements_around", "wrong_type"),
+        ("/bodies/0/mesh", json!({}), "/bodies/0/mesh", "wrong_type"),
+        ("/bodies/0/mesh", json!({"fil": {}}), "/bodies/0/mesh", "wrong_type"),
+        ("/bodies/0/mesh", json!({"file": {"nam": "x"}}), "/bodies/0/mesh/file/name", "missing_field"),
+        ("/bodies/1/parts/0/fibre_frame", json!({"kind": "mesh", "axis": 1}), "/bodies/1/parts/0/fibre_frame/axis", "unknown_field"),
+        ("/bodies/1/parts/0/fibre_frame/kind", json!("mush"), "/bodies/1/parts/0/fibre_frame/kind", "unknown_variant"),
+        ("/bodies/1/parts/0/material/fibres", json!({"angles": [1]}), "/bodies/1/parts/0/material/fibres", "wrong_type"),
+        ("/bodies/1/fixed/0/axes", json!(["w"]), "/bodies/1/fixed/0/axes/0", "unknown_variant"),
+        ("/contact/pairs", json!("al"), "/contact/pairs", "unknown_variant"),
+        ("/contact/pairs/0/between", json!(["ball"]), "/contact/pairs/0/between", "too_few_items"),
+        ("/contact/pairs/0/frction", json!(1), "/contact/pairs/0/frction", "unknown_field"),
+        ("/integrator/kind", json!("implicit"), "/integrator/kind", "unknown_variant"),
+        ("/integrator/safety", json!(0.5), "/integrator/safety", "unknown_field"),
+        ("/record/fields/0", json!("stress"), "/record/fields/0", "unknown_variant"),
+    ]
+}
+
+#[rustfmt::skip]
+fn names() -> Vec<Break> {
+    vec![
+        ("/bodies", json!([]), "/bodies", "no_bodies"),
+        ("/bodies/1/name", json!("ball"), "/bodies/1/name", "repeated_name"),
+        ("/planes/0/name", json!("ball"), "/planes/0/name", "repeated_name"),
+        ("/bodies/0/name", json!(" "), "/bodies/0/name", "empty_name"),
+        ("/bodies/0/name", json!("a/b"), "/bodies/0/name", "bad_name"),
+        ("/contact/pairs/0/between/0", json!("bal"), "/contact/pairs/0/between/0", "unknown_body"),
+        ("/contact/pairs/1/between", json!(["limb", "ball"]), "/contact/pairs/1/between", "repeated_pair"),
+        ("/contact/pairs/1/between", json!(["floor", "floor"]), "/contact/pairs/1/between", "planes_only"),
+        ("/bodies/1/fixed/0/set", json!("bnoe"), "/bodies/1/fixed/0/set", "unknown_set"),
+        ("/measures/skin_set", json!("skin"), "/measures/skin_set", "unknown_set"),
+        ("/bodies/1/role", json!("other"), "/measures/skin_set", "no_tissue"),
+        ("/bodies/0/parts/0/part", json!("bal"), "/bodies/0/parts/0/part", "unknown_part"),
+        ("/bodies/0/parts/0/part", json!("bal"), "/bodies/0/parts", "part_without_material"),
+        ("/bodies/1/parts/1/part", json!("muscle"), "/bodies/1/parts/1/part", "repeated_part"),
+        ("/bodies/0/parts", json!([]), "/bodies/0/parts", "no_parts"),
+    ]
+}
+
+#[rustfmt::skip]
+fn materials() -> Vec<Break> {
+    vec![
+        ("/bodies/0/parts/0/density_kg_per_m3", json!(0), "/bodies/0/parts/0/density_kg_per_m3", "not_positive"),
+        ("/bodies/0/parts/0/density_kg_per_m3", json!(1), "/bodies/0/parts/0/density_kg_per_m3", "unusual_unit"),
+        ("/bodies/0/parts/0/material/c10_pa", json!(-2e5), "/bodies/0/parts/0/material/c10_pa", "unstable_law"),
+        ("/bodies/0/parts/0/material/c01_pa", json!(-4e5), "/bodies/0/parts/0/material/c01_pa", "unstable_law"),
+        ("/bodies/0/parts/0/material/c01_pa", json!(-1e5), "/bodies/0/parts/0/material/c01_pa", "law_unstable_far_from_rest"),
+        ("/bodies/0/parts/0/material/bulk_modulus_pa", json!(0), "/bodies/0/parts/0/material/bulk_modulus_pa", "not_positive"),
+        ("/bodies/0/parts/0/material/bulk_modulus_pa", json!(5e5), "/bodies/0/parts/0/material/bulk_modulus_pa", "negative_poisson"),
+        ("/bodies/0/parts/0/material/bulk_modulus_pa", json!(5e6), "/bodies/0/parts/0/material/volumetric", "soft_volume"),
+        ("/bodies/0/parts/0/material/bulk_modulus_pa", json!(5e11), "/bodies/0/parts/0/material/bulk_modulus_pa", "stiff_volume"),
+        ("/bodies/0/parts/0/material", json!({"law": "coupled_neo_hookean", "mu_pa": 3e5, "lambda_pa": -2e5}), "/bodies/0/parts/0/material/lambda_pa", "unstable_law"),
+        ("/bodies/1/parts/0/material/c_pa", json!(0), "/bodies/1/parts/0/material/c_pa", "not_positive"),
+        ("/bodies/1/parts/0/material/k1_pa", json!(-1), "/bodies/1/parts/0/material/k1_pa", "negative"),
+        ("/bodies/1/parts/0/material/k1_pa", json!(0), "/bodies/1/parts/0/material/fibres", "idle_fibres"),
+        ("/bodies/1/parts/0/material/k2", json!(0), "/bodies/1/parts/0/material/k2", "not_positive"),
+        ("/bodies/1/parts/0/material/kappa", json!(0.34), "/bodies/1/parts/0/material/kappa", "out_of_range"),
+        ("/bodies/1/parts/0/material/fibres/angles_deg", json!([1, 2, 3, 4, 5]), "/bodies/1/parts/0/material/fibres", "too_many_items"),
+        ("/bodies/1/parts/0/material/fibres/angles_deg", json!([]), "/bodies/1/parts/0/material/fibres", "no_fibres"),
+        ("/bodies/1/parts/0/material/fibres", json!({"directions": [[0, 0, 0]]}), "/bodies/1/parts/0/material/fibres/directions/0", "no_direction"),
+        ("/bodies/0/parts/0/fibre_frame", json!({"kind": "mesh"}), "/bodies/0/parts/0/fibre_frame", "unused_fibre_frame"),
+        ("/bodies/1/parts/0/fibre_frame", json!({"kind": "constant", "axis": [1, 0, 0], "plane": [2, 0, 0]}), "/bodies/1/parts/0/fibre_frame/plane", "parallel_directions"),
+    ]
+}
+
+#[rustfmt::skip]
+fn motion() -> Vec<Break> {
+    vec![
+        ("/bodies/1/velocity_m_per_s", json!([0, 0, 1]), "/bodies/1/velocity_m_per_s/2", "fixed_but_flying"),
+        ("/bodies/1/spin_rad_per_s", json!([0, 0, 1]), "/bodies/1/spin_rad_per_s", "fixed_but_spinning"),
+        ("/bodies/0/velocity_m_per_s", json!([0, 0, -3000]), "/bodies/0/velocity_m_per_s", "unusual_unit"),
+        ("/bodies/1/fixed/0/axes", json!([]), "/bodies/1/fixed/0/axes", "no_axes"),
+        ("/bodies/0/initial_deformation", json!({"kind": "affine", "center_m": [0, 0, 0], "deformation_gradient": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}), "/bodies/0/initial_deformation/deformation_gradient", "inverted"),
+        ("/bodies/0/initial_deformation", json!({"kind": "spherical_inflation", "center_m": [0, 0, 0.1], "inner_radius_m": 0.02, "inner_stretch": 0.5}), "/bodies/0/initial_deformation/inner_stretch", "inverted"),
+    ]
+}
+
+#[rustfmt::skip]
+fn times() -> Vec<Break> {
+    vec![
+        ("/end_time_s", json!(0), "/end_time_s", "not_positive"),
+        ("/end_time_s", json!(1e5), "/end_time_s", "budget_steps"),
+        ("/end_time_s", json!(-1), "/end_time_s", "not_positive"),
+        ("/record/field_times_s", json!([0, 2e-4]), "/record/field_times_s/1", "time_outside_run"),
+        ("/record/field_times_s", json!([5e-5, 5e-5]), "/record/field_times_s/1", "times_not_ascending"),
+        ("/record/field_interval_s", json!(1e-5), "/record/field_interval_s", "times_and_interval"),
+        ("/record/every_steps", json!(0), "/record/every_steps", "out_of_range"),
+        ("/integrator/safety_factor", json!(1.5), "/integrator/safety_factor", "out_of_range"),
+        ("/integrator/safety_factor", json!(0), "/integrator/safety_factor", "out_of_range"),
+        ("/settle/damping_per_s", json!(0), "/settle/damping_per_s", "not_positive"),
+        ("/gravity_m_per_s2", json!([0, 0, 0]), "/settle", "nothing_to_settle"),
+    ]
+}
+
+#[rustfmt::skip]
+fn contact() -> Vec<Break> {
+    vec![
+        ("/contact/friction", json!(-0.1), "/contact/friction", "out_of_range"),
+        ("/contact/pairs/0/friction", json!(11), "/contact/pairs/0/friction", "out_of_range"),
+        ("/planes/0/normal", json!([0, 0, 0]), "/planes/0/normal", "no_direction"),
+        ("/measures/stress_thresholds_pa", json!([1e5, 1e4]), "/measures/stress_thresholds_pa/1", "not_ascending"),
+        ("/measures/force_window_s", json!(0), "/measures/force_window_s", "not_positive"),
+    ]
+}
+
+#[rustfmt::skip]
+fn meshes() -> Vec<Break> {
+    vec![
+        ("/bodies/0/mesh/generator/inner_radius_m", json!(0.02), "/bodies/0/mesh/generator/inner_radius_m", "bad_generator_parameter"),
+        ("/bodies/0/mesh/generator/elements_around", json!(4_000_000_000_u32), "/bodies/0/mesh/generator", "budget_elements"),
+        ("/bodies/0/mesh", json!({"file": {"name": "cub.msh"}}), "/bodies/0/mesh/file/name", "mesh_not_found"),
+        ("/bodies/0/mesh", json!({"file": {"name": "noise.msh"}}), "/bodies/0/mesh/file/name", "bad_mesh"),
+        ("/bodies/0/mesh", json!({"file": {"name": "bad.msh"}}), "/bodies/0/mesh", "negative_jacobian"),
+        ("/bodies/0/mesh", json!({"file": {"name": "cube.msh", "parts": ["cueb"]}}), "/bodies/0/mesh/file/parts/0", "unknown_part"),
+        ("/bodies/0/placement/scale", json!(0), "/bodies/0/placement/scale", "not_positive"),
+        ("/bodies/0/placement/scale", json!(1000), "/bodies/0/mesh", "unusual_unit"),
+        ("/bodies/0/placement/scale", json!(1e300), "/bodies/0/mesh", "impossible_size"),
+        ("/bodies/0/placement/rotation/axis", json!([0, 0, 0]), "/bodies/0/placement/rotation/axis", "no_direction"),
+    ]
+}
