@@ -161,6 +161,7 @@ pub fn for_each_point(plan: &Plan, u: &[Vec3], visit: &mut dyn FnMut(u32, usize,
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
 

@@ -125,7 +125,7 @@ impl Recorder for Measures {
                 force: resultant_force(frame, index as u32),
                 patch: pair.geometry.eval(frame, index as u32),
             };
-            pair.force.accumulate(sample, frame.mean_step);
+            pair.force.accumulate(sample);
         }
         if let Some(absorbed) = &mut self.absorbed {
             absorbed.accumulate(time, frame.energy);

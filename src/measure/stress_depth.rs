@@ -153,6 +153,7 @@ impl StressDepth {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp, clippy::single_range_in_vec_init)] // tests may panic; exact values
 mod tests {
     use super::*;
     use crate::mechanics::tensor::Mat3;

@@ -1,3 +1,5 @@
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+
 use super::*;
 use crate::mechanics::contact::{ContactPair, Master, Surface};
 
