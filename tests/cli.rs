@@ -1,4 +1,5 @@
 //! The command line, as a user calls it: `validate`, `material` and `schema`, their output and their exit codes.
+#![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
 
 use serde_json::{Value, json};
 use std::io::Write as _;
@@ -162,12 +163,12 @@ fn material_follows_paths_as_json_csv_and_svg() {
 
 #[test]
 fn wrong_questions_about_a_material_are_exit_code_2_and_say_why() {
-    let F = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+    let rest = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
     let mut unstable = rubber();
     unstable["c10_pa"] = json!(-1e6);
     for (input, words) in [
-        (json!({"material": {"law": "money_rivlin"}, "F": F}).to_string(), "mooney_rivlin"),
-        (json!({"material": unstable, "F": F}).to_string(), "unstable"),
+        (json!({"material": {"law": "money_rivlin"}, "F": rest}).to_string(), "mooney_rivlin"),
+        (json!({"material": unstable, "F": rest}).to_string(), "unstable"),
         (json!({"material": rubber()}).to_string(), "/F"),
         (json!({"material": rubber(), "F": [[1, 0], [0, 1]]}).to_string(), "/F"),
         (json!({"material": rubber(), "F": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}).to_string(), "inverted"),
@@ -180,8 +181,10 @@ fn wrong_questions_about_a_material_are_exit_code_2_and_say_why() {
         assert!(output.stdout.is_empty());
     }
     assert_eq!(run(&["material", "no/such/file.json"]).status.code(), Some(2));
-    let svg =
-        run_with(&["material", "-", "--format", "svg"], &json!({"material": rubber(), "F": F}).to_string());
+    let svg = run_with(
+        &["material", "-", "--format", "svg"],
+        &json!({"material": rubber(), "F": rest}).to_string(),
+    );
     assert_eq!(svg.status.code(), Some(2), "a point is no picture");
 }
 

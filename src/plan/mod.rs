@@ -42,6 +42,8 @@ pub struct Plan {
     pub initial_v: Vec<Vec3>,
     /// Options of the explicit integrator.
     pub explicit: Explicit,
+    /// Energy that rounding alone may stir up [J]: below it nothing is known about the balance.
+    pub rounding_energy: f64,
     /// Simulated time to the end [s].
     pub end_time: f64,
     /// Times [s] that the run hits exactly and records fields at, ascending; the first is 0, the last the end.

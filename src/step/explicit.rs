@@ -12,7 +12,7 @@
 
 use super::contact::ContactStep;
 use super::failure::{Failure, FailureCause};
-use super::ledger::{Energy, Half, StepWork};
+use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::state::State;
 use crate::mechanics::contact::Contact;
 use crate::mechanics::force::{BATCH, BatchTotals, BlockTotals, SweepInput, SweepOutput, Threads};
@@ -48,6 +48,10 @@ pub(super) struct Stepper<'p> {
     viscous_pressure: Vec<f64>,
     totals: Vec<BatchTotals>,
     strain: Vec<f64>,
+    /// Dissipated by bulk viscosity in the step to t_n, a body [J].
+    viscous: Vec<f64>,
+    /// Sums with both halves of the work at t_n; they become the state's when it advances.
+    ledger: Ledger,
     f_int: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
@@ -79,6 +83,8 @@ impl<'p> Stepper<'p> {
             viscous_pressure: vec![0.0; slots],
             totals: vec![BatchTotals::default(); slots / BATCH],
             strain: vec![0.0; plan.bodies.len()],
+            viscous: vec![0.0; plan.bodies.len()],
+            ledger: Ledger::new(plan),
             f_int: vec![Vec3::zeros(); nodes],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
@@ -94,8 +100,9 @@ impl<'p> Stepper<'p> {
     }
 
     /// Everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the next time
-    /// that must be hit), contact. Changes of the state: viscous history and dissipation only.
-    pub fn solve(&mut self, state: &mut State, phase: Phase, longest: f64) -> Result<(), Failure> {
+    /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
+    /// run with the same bits.
+    pub fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
         let stable = self.sweep(state)?;
         self.threads.assemble(&self.plan.assembly, &self.element_force, &mut self.f_int);
         self.place(state, phase);
@@ -122,13 +129,17 @@ impl<'p> Stepper<'p> {
     }
 
     /// The ledger at t_n, after [`Stepper::solve`].
-    pub fn balance(&mut self, state: &mut State) -> Energy {
-        let mut ledger = std::mem::take(&mut state.ledger);
+    pub fn balance(&mut self, state: &State) -> Energy {
+        let mut ledger = std::mem::take(&mut self.ledger);
+        ledger.copy_from(&state.ledger);
+        for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
+            *sum += dissipated;
+        }
         let work = self.work(state);
         ledger.add_work(&work, Half::Before);
         let energy = ledger.balance(&work);
         ledger.add_work(&work, Half::After);
-        state.ledger = ledger;
+        self.ledger = ledger;
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
         energy
     }
@@ -139,6 +150,12 @@ impl<'p> Stepper<'p> {
             *u += v * self.step;
         }
         state.v.copy_from_slice(&self.v_after);
+        std::mem::swap(&mut self.dilatation, &mut state.dilatation);
+        std::mem::swap(&mut self.viscous_pressure, &mut state.viscous_pressure);
+        // While settling nobody keeps books.
+        if let Phase::Running = phase {
+            std::mem::swap(&mut self.ledger, &mut state.ledger);
+        }
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
@@ -179,8 +196,9 @@ impl<'p> Stepper<'p> {
     }
 
     /// Internal forces; returns the stable step. Fails where an element is inverted or a fibre overstretched.
-    fn sweep(&mut self, state: &mut State) -> Result<f64, Failure> {
+    fn sweep(&mut self, state: &State) -> Result<f64, Failure> {
         self.strain.fill(0.0);
+        self.viscous.fill(0.0);
         let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
         let mut stable = f64::INFINITY;
         for block in &self.plan.blocks {
@@ -202,12 +220,10 @@ impl<'p> Stepper<'p> {
             let totals = BlockTotals::reduce(&self.totals[batches]);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain;
-            state.ledger.viscous[block.body] += totals.viscous;
+            self.viscous[block.body] += totals.viscous;
             stable = stable.min(totals.stable_step.0);
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
         }
-        std::mem::swap(&mut self.dilatation, &mut state.dilatation);
-        std::mem::swap(&mut self.viscous_pressure, &mut state.viscous_pressure);
         Ok(stable)
     }
 

@@ -10,6 +10,9 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
 
+/// A reaction this close to the cone of friction, as a share, is on it: its contact slides.
+const SLIDING: f64 = 1e-9;
+
 /// Running sums of work, part of the state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
@@ -36,7 +39,7 @@ pub struct Ledger {
 pub struct PairLedger {
     /// Impulse on the slave so far [N s], x, y, z.
     pub impulse_n_s: [f64; 3],
-    /// Dissipated by friction so far, ≥ 0 [J].
+    /// Dissipated by friction so far [J].
     pub friction_j: f64,
     /// Numerical contact dissipation so far: what lumped contact nodes lose when they are caught [J].
     pub numerical_j: f64,
@@ -76,7 +79,8 @@ pub struct Energy {
     pub initial_total_j: f64,
     /// Work of external forces and of the position projection so far [J].
     pub external_work_j: f64,
-    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation) [J].
+    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and not below what
+    /// rounding stirs up [J].
     pub scale_j: f64,
     /// |total − initial − external| / scale [-].
     pub balance_error: f64,
@@ -135,6 +139,27 @@ impl Ledger {
         }
     }
 
+    /// A copy of `other` into the memory at hand.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        let Self {
+            viscous,
+            external,
+            contact_work,
+            projection,
+            pairs,
+            initial,
+            peak_strain,
+            absolute_external,
+        } = self;
+        viscous.clone_from(&other.viscous);
+        external.clone_from(&other.external);
+        contact_work.clone_from(&other.contact_work);
+        projection.clone_from(&other.projection);
+        pairs.clone_from(&other.pairs);
+        (*initial, *peak_strain, *absolute_external) =
+            (other.initial, other.peak_strain, other.absolute_external);
+    }
+
     /// Adds one half of the work of the forces at t_n.
     pub(super) fn add_work(&mut self, work: &StepWork, half: Half) {
         let v = match half {
@@ -185,10 +210,16 @@ impl Ledger {
 
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
-        // Coulomb's dissipation is by the end velocity, half of it counted on either side of t_n.
-        let slip = slave_v(work.v_after)
-            - if master_body.is_some() { master_v(work.v_after) } else { Vec3::zeros() };
-        let friction = -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip));
+        // A contact that slides dissipates by its mean slip, as its work is by the mean velocity: by the end velocity alone
+        // every change of the slip velocity would be miscounted, and show up as numerical dissipation of either sign.
+        // What a contact that sticks at the end takes from the slip before is numerical: the catch of a lumped node.
+        let slides = p_1.hypot(p_2) >= plan.pairs[contact.pair as usize].mu * p_n * (1.0 - SLIDING);
+        let friction = if slides {
+            let slip = slave_v(v) - if master_body.is_some() { master_v(v) } else { Vec3::zeros() };
+            -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip))
+        } else {
+            0.0
+        };
 
         self.contact_work[slave_body] += on_slave;
         if let Some(b) = master_body {
@@ -246,12 +277,13 @@ impl Ledger {
         energy.total_j = kinetic + strain + viscous + friction + numerical;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
+        let dissipation = viscous + friction + numerical.abs();
         energy.scale_j = initial
             .max(self.peak_strain)
             .max(self.absolute_external)
-            .max(viscous + friction + numerical.abs());
-        let error = (energy.total_j - initial - energy.external_work_j).abs();
-        energy.balance_error = if energy.scale_j > 0.0 { error / energy.scale_j } else { error };
+            .max(dissipation)
+            .max(work.plan.rounding_energy);
+        energy.balance_error = (energy.total_j - initial - energy.external_work_j).abs() / energy.scale_j;
     }
 }
 

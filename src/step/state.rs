@@ -21,7 +21,7 @@ pub struct State {
     pub dilatation: Vec<f64>,
     /// Viscous pressure of each element at t_{n−1} [Pa], in the order of the slots.
     pub viscous_pressure: Vec<f64>,
-    /// What has been done to whom so far.
+    /// What has been done to whom up to t_n, without the work of the forces that act at t_n.
     pub ledger: Ledger,
 }
 

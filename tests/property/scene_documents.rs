@@ -86,10 +86,15 @@ fn places(value: &Value, here: &str, out: &mut Vec<String>) {
     out.push(here.to_owned());
     match value {
         Value::Array(items) => {
-            items.iter().enumerate().for_each(|(i, item)| places(item, &format!("{here}/{i}"), out));
+            for (i, item) in items.iter().enumerate() {
+                places(item, &format!("{here}/{i}"), out);
+            }
         }
         Value::Object(members) => {
-            members.iter().for_each(|(name, member)| places(member, &format!("{here}/{name}"), out));
+            for (name, member) in members {
+                let name = name.replace('~', "~0").replace('/', "~1");
+                places(member, &format!("{here}/{name}"), out);
+            }
         }
         _ => {}
     }
@@ -146,8 +151,6 @@ fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
-
     #[test]
     fn a_changed_scene_loads_or_is_refused_with_reasons(
         changes in prop::collection::vec((any::<prop::sample::Index>(), change()), 1..4),

@@ -4,5 +4,17 @@
 // Symbols of the field: F, J, P. A test may stop at the first surprise.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod bar_on_wall;
+mod breathing_hollow_ball;
 mod coulomb_cone;
+mod free_flight;
+mod incline;
 mod material_points;
+mod oblique_soft_ball;
+mod parity;
+mod patch_test;
+mod rig;
+mod rigid_rotation;
+mod shock;
+mod solid_sphere_breathing;
+mod two_bars;

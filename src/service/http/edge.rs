@@ -31,6 +31,7 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
 }
 
 /// The answer to a request whose handler panicked.
+#[allow(clippy::needless_pass_by_value)] // the signature is that of the layer
 fn panicked(payload: Box<dyn Any + Send>) -> Response {
     let words = payload.downcast_ref::<&str>().copied().map(str::to_owned);
     let words = words.or_else(|| payload.downcast_ref::<String>().cloned());

@@ -12,7 +12,8 @@ use utoipa::ToSchema;
 #[derive(Clone, Debug)]
 pub struct Problem {
     status: StatusCode,
-    body: ProblemBody,
+    // Boxed: every handler returns one of these or an answer, and most return answers.
+    body: Box<ProblemBody>,
     headers: Vec<(HeaderName, HeaderValue)>,
 }
 
@@ -58,7 +59,7 @@ impl Problem {
             column: None,
             instance: None,
         };
-        Self { status, body, headers: Vec::new() }
+        Self { status, body: Box::new(body), headers: Vec::new() }
     }
 
     fn remedy(mut self, remedy: impl Into<String>) -> Self {

@@ -169,13 +169,12 @@ fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), 
     headers.insert(header::CONTENT_DISPOSITION, value(&format!("attachment; filename=\"{}\"", file.name))?);
     // Private: it belongs to a token. A file never changes, but it may be deleted, or followed by a newer one.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
-    match &file.snapshot {
-        Some(address) => headers.insert(header::CONTENT_LOCATION, value(address)?),
-        None => {
-            let digest = BASE64_STANDARD.encode(raw_digest(&file.digest.sha256));
-            headers.insert(REPR_DIGEST, value(&format!("sha-256=:{digest}:"))?)
-        }
-    };
+    if let Some(address) = &file.snapshot {
+        headers.insert(header::CONTENT_LOCATION, value(address)?);
+    } else {
+        let digest = BASE64_STANDARD.encode(raw_digest(&file.digest.sha256));
+        headers.insert(REPR_DIGEST, value(&format!("sha-256=:{digest}:"))?);
+    }
     Ok(())
 }
 

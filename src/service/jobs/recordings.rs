@@ -167,6 +167,9 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 }
 
 /// Makes the names in the folder of a file durable: a rename is one only then.
+///
+/// # Errors
+/// When the folder cannot be opened or flushed.
 pub fn sync_folder(file: &Path) -> Result<(), JobsError> {
     let Some(folder) = file.parent() else { return Ok(()) };
     File::open(folder).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(folder, e))

@@ -87,7 +87,9 @@ impl Store {
     /// # Errors
     /// When the store fails.
     pub async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
-        let states: String = page.states.iter().map(|s| format!(",{},", s.as_str())).collect();
+        // ",queued,running,": each name stands between commas.
+        let names: Vec<&str> = page.states.iter().map(|s| s.as_str()).collect();
+        let states = if names.is_empty() { String::new() } else { format!(",{},", names.join(",")) };
         let rows = sqlx::query(
             "SELECT * FROM job_rows
              WHERE owner = ?1 AND (?2 = '' OR instr(?2, ',' || state || ',') > 0) AND (?3 IS NULL OR seq < ?3)

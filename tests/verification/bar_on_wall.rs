@@ -1,0 +1,107 @@
+//! A bar thrown at a wall, after Doyen, Ern & Piperno, *Time-integration schemes for the finite element dynamic Signorini
+//! problem* (2011), scaled so that a finite-strain law stays linear.
+//!
+//! E = 900 Pa, ρ = 1 kg/m³, A = 1 m², L = 10 m, ν = 0, v₀ = 0.01 m/s, gap 0.005 m: c = 30 m/s, strain 1/3000. Contact lasts
+//! from 0.5 s to 0.5 + 2L/c = 1.166667 s at the constant pressure √(Eρ) v₀ = 0.3 Pa; then the bar flies off at +v₀.
+
+use crate::rig::{assert_close, contact_force, mean_velocity, order, plan, run};
+use serde_json::{Value, json};
+
+/// The bar in `n` elements.
+pub fn scene(n: u32) -> Value {
+    json!({
+        "name": "bar on wall",
+        "end_time_s": 1.5,
+        "bodies": [{
+            "name": "bar",
+            "mesh": {"generator": {"kind": "block", "min_m": [0.005, 0, 0], "max_m": [10.005, 1, 1], "elements": [n, 1, 1]}},
+            "velocity_m_per_s": [-0.01, 0, 0],
+            "parts": [{
+                "part": "block", "density_kg_per_m3": 1.0,
+                "material": {"law": "coupled_neo_hookean", "mu_pa": 450.0, "lambda_pa": 0.0}
+            }]
+        }],
+        "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [1, 0, 0]}],
+        "integrator": {"kind": "explicit", "safety_factor": 0.9, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0},
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+/// What is seen of one run.
+#[derive(Debug)]
+struct Seen {
+    steps: usize,
+    first: f64,
+    last: f64,
+    mean: f64,
+    deviation: f64,
+    overshoot: f64,
+    impulse: f64,
+    deepest: f64,
+    lost: f64,
+    numerical: f64,
+    rebound: f64,
+    balance: f64,
+    openings: usize,
+}
+
+fn look(n: u32) -> Seen {
+    let plan = plan(&scene(n));
+    let (mut force, mut deepest, mut last_energy, mut rebound) = (Vec::new(), 0.0_f64, None, 0.0);
+    let (outcome, _) = run(&plan, |frame| {
+        force.push((frame.time(), contact_force(frame).x));
+        deepest = deepest.min((0..plan.node_count()).map(|a| frame.position(a as u32).x).fold(0.0, f64::min));
+        last_energy = Some(frame.energy.clone());
+        rebound = mean_velocity(frame, 0).x;
+    });
+    let energy = last_energy.unwrap();
+    let touching: Vec<_> = force.iter().filter(|(_, f)| *f > 0.0).collect();
+    let mid: Vec<f64> = force.iter().filter(|(t, _)| (0.6..1.05).contains(t)).map(|(_, f)| *f).collect();
+    let mean = mid.iter().sum::<f64>() / mid.len() as f64;
+    let initial = energy.initial_total_j;
+    Seen {
+        steps: outcome.steps as usize,
+        first: touching[0].0,
+        last: touching[touching.len() - 1].0,
+        mean,
+        deviation: (mid.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / mid.len() as f64).sqrt(),
+        overshoot: force.iter().map(|(_, f)| *f).fold(0.0, f64::max) / 0.3 - 1.0,
+        impulse: energy.pairs[0].impulse_n_s[0],
+        deepest,
+        lost: 1.0 - energy.bodies.iter().map(|b| b.kinetic_j + b.strain_j).sum::<f64>() / initial,
+        numerical: energy.numerical_contact_j() / initial,
+        rebound,
+        balance: outcome.balance_error,
+        openings: force.windows(2).filter(|w| w[0].1 > 0.0 && w[1].1 == 0.0).count(),
+    }
+}
+
+#[test]
+fn contact_pressure_is_constant_and_only_the_caught_node_loses_energy() {
+    let [coarse, medium, fine] = [25, 50, 100].map(look);
+    for (seen, n) in [(&coarse, 25.0), (&medium, 50.0), (&fine, 100.0)] {
+        let step = 1.5 / seen.steps as f64;
+        // A step in which contact begins starts before the bar arrives; one in which it ends starts after it left.
+        assert!((0.5 - step..=0.5).contains(&seen.first), "{seen:?}");
+        assert!((seen.last - 7.0 / 6.0).abs() <= step, "{seen:?}");
+        // No chatter: once open, open for ever.
+        assert_eq!(seen.openings, 1, "{seen:?}");
+        // Positions of 10 m are known to 2e-15 m.
+        assert!(seen.deepest >= -2e-15, "{seen:?}");
+        // The strain is v₀/c = 1/3000, and so is what finite strain may add to the linear answer.
+        assert_close(seen.mean, 0.3, 1.0 / 3000.0, "pressure");
+        assert!(seen.overshoot < 0.08, "{seen:?}");
+        // What the lumped node at the wall loses when it is caught, and nothing else.
+        assert!(seen.lost > 0.0 && seen.lost <= 0.75 / n, "{seen:?}");
+        assert!((seen.lost - seen.numerical).abs() <= 1.01 * seen.balance, "{seen:?}");
+        assert!(seen.balance < 1e-4, "{seen:?}");
+        assert_close(seen.rebound, seen.impulse / 10.0 - 0.01, 1e-12, "momentum");
+    }
+    assert!(fine.deviation < 1e-4, "{fine:?}");
+    assert_close(fine.impulse, 0.2, 0.005, "impulse");
+    assert_close(fine.rebound, 0.01, 0.01, "rebound velocity");
+    // The node's impact is of the size of an element: first order in what it costs, faster in the ripple it leaves.
+    assert!(order(coarse.lost, fine.lost) / 2.0 > 0.95);
+    assert!(order(0.2 - coarse.impulse, 0.2 - fine.impulse) / 2.0 > 0.75);
+    assert!(order(coarse.deviation, medium.deviation) > 1.0 && order(medium.deviation, fine.deviation) > 1.0);
+}

@@ -1,0 +1,131 @@
+//! Patch test: a block cut into distorted hexahedra, under a linear field, has the one exact stress at every point and no
+//! net force on its inner nodes, for every law and formulation.
+//!
+//! On the block of 3×3×3 elements the 8 inner nodes are moved at random (up to 20 % of an edge), so that no element is a
+//! parallelepiped; F is far from the identity.
+
+use crate::rig::plan_with;
+use contuse::mechanics::force::{BATCH, BatchTotals, BlockTotals, SweepInput, SweepOutput};
+use contuse::mechanics::material::eval_point;
+use contuse::mechanics::tensor::{Mat3, Vec3};
+use contuse::mesh::Mesh;
+use contuse::mesh::generate::block::Block;
+use contuse::plan::Plan;
+use serde_json::{Value, json};
+
+const GRADIENT: [[f64; 3]; 3] = [[1.15, 0.20, -0.05], [0.03, 0.90, 0.12], [-0.08, 0.02, 1.05]];
+
+/// A unit cube of 3×3×3 elements with its inner nodes moved.
+fn distorted_block() -> Mesh {
+    let mut mesh = Block::uniform(Vec3::zeros(), Vec3::repeat(1.0), [3, 3, 3], "block").generate().unwrap();
+    // A linear congruence is random enough, and the same everywhere.
+    let mut seed = 1_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
+    };
+    for x in mesh.nodes.iter_mut().filter(|x| is_inside(x)) {
+        *x += Vec3::from_fn(|_, _| random()) * (0.2 / 3.0);
+    }
+    mesh
+}
+
+fn is_inside(X: &Vec3) -> bool {
+    X.iter().all(|c| *c > 0.01 && *c < 0.99)
+}
+
+fn scene(material: &Value, formulation: &str) -> Value {
+    json!({
+        "name": "patch",
+        "end_time_s": 1e-6,
+        "bodies": [{
+            "name": "patch",
+            "mesh": {"file": {"name": "patch"}},
+            "parts": [{
+                "part": "block", "density_kg_per_m3": 1000.0, "material": material, "formulation": formulation,
+                "fibre_frame": {"kind": "constant", "axis": [1, 1, 0], "plane": [0, 0, 1]}
+            }],
+            "initial_deformation": {"kind": "affine", "center_m": [0.3, 0.2, 0.1], "deformation_gradient": GRADIENT}
+        }]
+    })
+}
+
+/// Internal forces of all nodes [N], strain energy [J].
+fn sweep(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
+    let slots = plan.slot_count();
+    let zero = vec![0.0; slots];
+    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
+    let mut force = vec![Vec3::zeros(); 8 * slots];
+    let mut totals = vec![BatchTotals::default(); slots / BATCH];
+    let [block] = &plan.blocks[..] else { panic!("one part makes one block") };
+    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+    let output = SweepOutput {
+        force: &mut force,
+        dilatation: &mut dilatation,
+        viscous_pressure: &mut viscous_pressure,
+        totals: &mut totals,
+    };
+    block.sweep(0, &input, output);
+    let forces = (0..plan.node_count()).map(|node| plan.assembly.sum_at(node, &force)).collect();
+    (forces, BlockTotals::reduce(&totals).strain)
+}
+
+fn check(material: &Value, formulation: &str) {
+    let plan = plan_with(&scene(material, formulation), Some(distorted_block()));
+    let F = Mat3::from_fn(|i, j| GRADIENT[i][j]);
+    // The law in the axes of the part: rotate F into them and the stress back.
+    let e1 = Vec3::new(1.0, 1.0, 0.0).normalize();
+    let e2 = Vec3::z();
+    let Q = Mat3::from_columns(&[e1, e2, e1.cross(&e2)]);
+    let exact = eval_point(&plan.blocks[0].parameters.material, &(Q.transpose() * F * Q)).unwrap();
+    let cauchy = Q * exact.cauchy * Q.transpose();
+    let what = format!("{material} {formulation}");
+
+    // Rounding only: a hundred roundings of the stress.
+    let mut points = 0;
+    plan.blocks[0].for_each_point(&plan.X, &plan.initial_u, &mut |element, q, point| {
+        let error = (point.cauchy - cauchy).norm() / cauchy.norm();
+        assert!(error < 1e-13, "{what}, element {element}, point {q}: off by {error:.1e}");
+        points += 1;
+    });
+    assert_eq!(points, 27 * 8);
+
+    let (forces, strain) = sweep(&plan, &plan.initial_u);
+    let scale = forces.iter().map(Vec3::norm).fold(0.0, f64::max);
+    let mut inner = 0;
+    for (X, f) in plan.X.iter().zip(&forces).filter(|(X, _)| is_inside(X)) {
+        assert!(f.norm() < 1e-13 * scale, "{what}: {f:?} N at {X:?} against {scale} N on the skin");
+        inner += 1;
+    }
+    assert_eq!(inner, 8);
+    assert!((strain / exact.psi - 1.0).abs() < 1e-13, "{what}: {strain} J against {} J", exact.psi);
+}
+
+#[test]
+fn every_law_passes_in_every_formulation() {
+    let volumetrics = ["ln_squared", "quadratic", "quadratic_ln"];
+    for volumetric in volumetrics {
+        let laws = [
+            json!({"law": "mooney_rivlin", "c10_pa": 4e4, "c01_pa": 1e4, "bulk_modulus_pa": 1e6, "volumetric": volumetric}),
+            json!({"law": "neo_hookean", "c10_pa": 4e4, "bulk_modulus_pa": 1e6, "volumetric": volumetric}),
+            json!({
+                "law": "holzapfel_gasser_ogden", "c_pa": 3e4, "k1_pa": 2e4, "k2": 0.8, "kappa": 0.1,
+                "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": 1e6, "volumetric": volumetric
+            }),
+            json!({
+                "law": "holzapfel_gasser_ogden", "c_pa": 3e4, "k1_pa": 2e4, "k2": 0.8, "i4": "isochoric",
+                "fibres": {"angles_deg": [29.0]}, "bulk_modulus_pa": 1e6, "volumetric": volumetric
+            }),
+        ];
+        for law in &laws {
+            check(law, "mean_dilatation");
+            check(law, "full");
+        }
+    }
+    check(&json!({"law": "coupled_neo_hookean", "mu_pa": 1e5, "lambda_pa": 1e6}), "full");
+    let unsplit = json!({
+        "law": "holzapfel_gasser_ogden", "c_pa": 3e4, "k1_pa": 2e4, "k2": 0.8, "matrix": "coupled",
+        "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": 1e6
+    });
+    check(&unsplit, "full");
+}

@@ -1,0 +1,113 @@
+//! The test rig: a scene from JSON, its plan, its run, and what is seen on the way.
+
+use contuse::mechanics::tensor::Vec3;
+use contuse::mesh::Mesh;
+use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
+use contuse::plan::{Plan, compile};
+use contuse::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
+use contuse::step::{
+    Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
+};
+use serde_json::Value;
+use std::path::Path;
+
+/// One mesh in memory, whatever its name, or none.
+pub struct MeshInMemory(pub Option<Mesh>);
+
+impl MeshSource for MeshInMemory {
+    fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
+        let missing = || MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() };
+        let mesh = self.0.as_ref().ok_or_else(missing)?;
+        Ok(MeshBytes {
+            file_name: "mesh.msh".into(),
+            bytes: write_gmsh(mesh, Version::V4_1, Encoding::Ascii),
+        })
+    }
+}
+
+/// The plan of a scene document without mesh files.
+pub fn plan(document: &Value) -> Plan {
+    plan_with(document, None)
+}
+
+/// The plan of a scene document whose mesh files are all `mesh`.
+pub fn plan_with(document: &Value, mesh: Option<Mesh>) -> Plan {
+    let bytes = serde_json::to_vec(document).unwrap();
+    match load(&bytes, &MeshInMemory(mesh), &Budget::COMMAND_LINE) {
+        Ok(loaded) => compile(&loaded.scene).unwrap(),
+        Err(problems) => panic!("the scene is refused: {:#?}", problems.0),
+    }
+}
+
+/// The document of a scenario that ships.
+pub fn scenario(folder: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(folder).join("scene.json");
+    serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap()
+}
+
+/// A recorder that is a closure.
+struct Watch<W>(W);
+
+impl<W: FnMut(&Frame)> Recorder for Watch<W> {
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        (self.0)(frame);
+        Ok(())
+    }
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
+
+/// Runs a plan from a state on some threads, with a look at every step.
+pub fn run_on(plan: &Plan, state: State, threads: usize, watch: impl FnMut(&Frame)) -> (Outcome, State) {
+    let interrupt = || None::<Interrupt>;
+    run_from(plan, state, &RunOptions { threads, interrupt: &interrupt }, &mut [&mut Watch(watch)])
+}
+
+/// Runs a plan to its end on one thread, with a look at every step. It must finish.
+pub fn run(plan: &Plan, watch: impl FnMut(&Frame)) -> (Outcome, State) {
+    let (outcome, state) = run_on(plan, State::new(plan), 1, watch);
+    assert_eq!(outcome.ending, Ending::Finished, "{outcome:#?}");
+    (outcome, state)
+}
+
+/// Time and ledger of every step.
+pub fn energies(plan: &Plan) -> Vec<(f64, Energy)> {
+    let mut list = Vec::new();
+    run(plan, |frame| list.push((frame.time(), frame.energy.clone())));
+    list
+}
+
+/// Force of all contacts on their slaves at a step [N], in space.
+pub fn contact_force(frame: &Frame) -> Vec3 {
+    let impulse = |(contact, reaction): (&contuse::mechanics::contact::Contact, _)| {
+        let contuse::mechanics::contact::Reaction { impulse } = reaction;
+        contact.frame[0] * impulse[0] + contact.frame[1] * impulse[1] + contact.frame[2] * impulse[2]
+    };
+    let impulses = frame.contacts.iter().zip(frame.reactions.iter().copied()).map(impulse);
+    impulses.sum::<Vec3>() / frame.mean_step
+}
+
+/// Mass-weighted mean velocity of a body at the half step after t_n [m/s].
+pub fn mean_velocity(frame: &Frame, body: usize) -> Vec3 {
+    let b = &frame.plan.bodies[body];
+    let nodes = b.nodes.start as usize..b.nodes.end as usize;
+    nodes.map(|a| frame.v_after[a] * frame.plan.mass[a]).sum::<Vec3>() / b.mass + b.flight_velocity
+}
+
+/// Observed order of convergence of errors under halving.
+pub fn order(coarse: f64, fine: f64) -> f64 {
+    (coarse / fine).log2()
+}
+
+/// |got − expected| ≤ tolerance · |expected|.
+pub fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!(
+        (got - expected).abs() <= tolerance * expected.abs(),
+        "{what}: {got} against {expected} (off by {:.3e} of it, tolerance {tolerance:.1e})",
+        (got / expected - 1.0).abs()
+    );
+}

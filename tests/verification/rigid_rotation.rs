@@ -1,0 +1,63 @@
+//! A finite rigid rotation strains nothing: no stress, no energy, no force.
+
+use crate::rig::{plan, run};
+use contuse::mechanics::tensor::{Mat3, Vec3};
+use nalgebra::{Rotation3, Unit};
+use serde_json::{Value, json};
+
+/// A small ball turned by 137° about a skew axis, at rest.
+fn scene(material: &Value) -> Value {
+    let R = Rotation3::from_axis_angle(&Unit::new_normalize(Vec3::new(1.0, 2.0, 3.0)), 137_f64.to_radians());
+    let rows: Vec<Vec<f64>> = (0..3).map(|i| (0..3).map(|j| R[(i, j)]).collect()).collect();
+    json!({
+        "name": "turned",
+        "end_time_s": 1e-4,
+        "bodies": [{
+            "name": "ball",
+            "mesh": {"generator": {"kind": "solid_ball", "radius_m": 0.015, "elements_around": 2, "elements_through": 2}},
+            "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "material": material}],
+            "initial_deformation": {"kind": "affine", "center_m": [0.1, 0, 0], "deformation_gradient": rows}
+        }]
+    })
+}
+
+#[test]
+fn a_turned_body_stays_at_rest_without_stress_or_energy() {
+    let bulk = 1e6;
+    let laws = [
+        json!({"law": "mooney_rivlin", "c10_pa": 4e4, "c01_pa": 1e4, "bulk_modulus_pa": bulk}),
+        json!({"law": "neo_hookean", "c10_pa": 4e4, "bulk_modulus_pa": bulk}),
+        json!({"law": "coupled_neo_hookean", "mu_pa": 1e5, "lambda_pa": bulk}),
+        json!({
+            "law": "holzapfel_gasser_ogden", "c_pa": 3e4, "k1_pa": 2e4, "k2": 0.8, "kappa": 0.1,
+            "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": bulk
+        }),
+    ];
+    for law in &laws {
+        let plan = plan(&scene(law));
+        // The strain of a rotation is a difference of numbers of order 1, so stress is a few roundings of the bulk modulus.
+        let check_points = |u: &[Vec3], tolerance: f64, what: &str| {
+            for block in &plan.blocks {
+                block.for_each_point(&plan.X, u, &mut |_, _, point| {
+                    assert!(point.cauchy.norm() < tolerance * bulk, "{law} {what}: {}", point.cauchy);
+                    assert!(
+                        point.psi.abs() < tolerance * tolerance * bulk,
+                        "{law} {what}: {} J/m³",
+                        point.psi
+                    );
+                    assert!((point.F.transpose() * point.F - Mat3::identity()).norm() < tolerance);
+                });
+            }
+        };
+        check_points(&plan.initial_u, 1e-13, "at the start");
+
+        let mut fastest = 0.0_f64;
+        let (outcome, state) = run(&plan, |frame| {
+            fastest = frame.v_after.iter().map(Vec3::norm).fold(fastest, f64::max);
+        });
+        assert!(outcome.steps > 5);
+        // Waves of a strain of one rounding travel at 40 m/s.
+        assert!(fastest < 1e-11, "{law}: {fastest} m/s");
+        check_points(&state.u, 1e-12, "at the end");
+    }
+}
