@@ -2,6 +2,7 @@
 
 use crate::support::client::Client;
 use crate::support::*;
+use contuse::service::jobs::recordings::hexadecimal;
 use mcap::{MessageStream, Summary};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -119,8 +120,7 @@ fn from_a_scene_to_a_recording() {
     assert_eq!(end["simulated_time_s"], scene["end_time_s"]);
 
     let bytes = download(client, &format!("{job}/recording"), 50_000);
-    let digest: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
-    assert_eq!(end["recording"]["sha256"], digest);
+    assert_eq!(end["recording"]["sha256"], hexadecimal(&Sha256::digest(&bytes)));
     assert_eq!(count(&bytes, "/stress/block"), 11, "every hundredth of a millisecond, and the start");
     let steps = end["step"].as_u64().unwrap() as usize;
     assert_eq!(count(&bytes, "/energy"), steps + 1);

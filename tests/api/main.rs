@@ -1,5 +1,5 @@
 //! The service over HTTP. Modules mirror the URLs; `life` is about what outlives a request.
-#![allow(clippy::unwrap_used, clippy::expect_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::format_push_string, missing_docs)]
 
 mod edge;
 mod end_to_end;
