@@ -1,4 +1,5 @@
 //! The command line, as a user calls it: `validate`, `material` and `schema`, their output and their exit codes.
+#![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
 
 use serde_json::{Value, json};
 use std::io::Write as _;
@@ -82,7 +83,9 @@ fn an_invalid_scene_is_exit_code_2_with_all_its_problems() {
     assert_eq!(answer["valid"], false);
     let pointers: Vec<&str> =
         answer["problems"].as_array().unwrap().iter().map(|p| p["pointer"].as_str().unwrap()).collect();
-    for pointer in ["/colour", "/end_time_s", "/bodies/0/parts/0/material/lambda_pa", "/bodies/1/mesh/file/name"] {
+    for pointer in
+        ["/colour", "/end_time_s", "/bodies/0/parts/0/material/lambda_pa", "/bodies/1/mesh/file/name"]
+    {
         assert!(pointers.contains(&pointer), "{pointer} is not in {pointers:?}");
     }
 
@@ -101,7 +104,8 @@ fn rubber() -> Value {
 #[test]
 fn material_answers_energy_and_stresses_at_f() {
     // Cauchy stress and energy of another finite element code for the same law and deformation.
-    let question = json!({"material": rubber(), "F": [[1.12, 0.2, -0.05], [0.1, 0.95, 0.15], [0.05, -0.1, 1.03]]});
+    let question =
+        json!({"material": rubber(), "F": [[1.12, 0.2, -0.05], [0.1, 0.95, 0.15], [0.05, -0.1, 1.03]]});
     let output = run_with(&["material", "-"], &question.to_string());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -138,7 +142,10 @@ fn material_follows_paths_as_json_csv_and_svg() {
         // σ = 2 (λ² − 1/λ)(C10 + C01/λ) of the incompressible solid
         let expected = 2.0 * (stretch * stretch - 1.0 / stretch) * (5e5 + 1e5 / stretch);
         let got = row["cauchy_pa"][0][0].as_f64().unwrap();
-        assert!((got - expected).abs() <= 1e-4 * expected.abs() + 1.0, "λ = {stretch}: {got} against {expected}");
+        assert!(
+            (got - expected).abs() <= 1e-4 * expected.abs() + 1.0,
+            "λ = {stretch}: {got} against {expected}"
+        );
     }
 
     let csv = run_with(&[&path[..], &["--format", "csv"]].concat(), &question);
@@ -156,12 +163,12 @@ fn material_follows_paths_as_json_csv_and_svg() {
 
 #[test]
 fn wrong_questions_about_a_material_are_exit_code_2_and_say_why() {
-    let F = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+    let rest = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
     let mut unstable = rubber();
     unstable["c10_pa"] = json!(-1e6);
     for (input, words) in [
-        (json!({"material": {"law": "money_rivlin"}, "F": F}).to_string(), "mooney_rivlin"),
-        (json!({"material": unstable, "F": F}).to_string(), "unstable"),
+        (json!({"material": {"law": "money_rivlin"}, "F": rest}).to_string(), "mooney_rivlin"),
+        (json!({"material": unstable, "F": rest}).to_string(), "unstable"),
         (json!({"material": rubber()}).to_string(), "/F"),
         (json!({"material": rubber(), "F": [[1, 0], [0, 1]]}).to_string(), "/F"),
         (json!({"material": rubber(), "F": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}).to_string(), "inverted"),
@@ -174,14 +181,18 @@ fn wrong_questions_about_a_material_are_exit_code_2_and_say_why() {
         assert!(output.stdout.is_empty());
     }
     assert_eq!(run(&["material", "no/such/file.json"]).status.code(), Some(2));
-    let svg = run_with(&["material", "-", "--format", "svg"], &json!({"material": rubber(), "F": F}).to_string());
+    let svg = run_with(
+        &["material", "-", "--format", "svg"],
+        &json!({"material": rubber(), "F": rest}).to_string(),
+    );
     assert_eq!(svg.status.code(), Some(2), "a point is no picture");
 }
 
 #[test]
 fn schema_prints_the_committed_schema() {
     let output = run(&["schema"]);
-    let committed = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("api/scene.schema.json")).unwrap();
+    let committed =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("api/scene.schema.json")).unwrap();
     assert!(output.stdout == committed);
 }
 

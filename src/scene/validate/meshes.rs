@@ -67,7 +67,10 @@ pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Fi
             let bounds = mesh.bounding_box().unwrap_or_default().map(|x| [x.x, x.y, x.z]);
             Problem::error("empty_set", &here, format!("no node lies in the box of the set {:?}", set.name))
                 .value(serde_json::json!([set.min_m, set.max_m]))
-                .limit(format!("a box that holds a node of the body, which lies between {:?} and {:?} m", bounds[0], bounds[1]))
+                .limit(format!(
+                    "a box that holds a node of the body, which lies between {:?} and {:?} m",
+                    bounds[0], bounds[1]
+                ))
                 .remedy("give the box a small margin: its corners are compared exactly")
         });
         out.require(!mesh.node_sets.contains_key(&set.name) && set.name != "*", || {

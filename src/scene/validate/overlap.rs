@@ -20,7 +20,8 @@ enum Sides {
 /// Checks every pair that may touch; pairs whose boxes lie apart cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
-    let asked: Vec<Sides> = sides(document).into_iter().filter(|sides| start.may_overlap(document, *sides)).collect();
+    let asked: Vec<Sides> =
+        sides(document).into_iter().filter(|sides| start.may_overlap(document, *sides)).collect();
     if asked.is_empty() {
         return;
     }
@@ -142,5 +143,7 @@ fn problem(document: &SceneDocument, sides: Sides, count: usize, deepest: &Overl
     Problem::error("initial_overlap", &Pointer::root().key("bodies").index(body), message)
         .value(*depth)
         .limit(format!("at most {TOLERANCE:e} of the size of a face"))
-        .remedy(format!("move {name} away from {other} by at least this depth (placement, or the mesh itself)"))
+        .remedy(format!(
+            "move {name} away from {other} by at least this depth (placement, or the mesh itself)"
+        ))
 }
