@@ -1,4 +1,3 @@
-//! What the position projection must hold: the centre of mass stays, and so do open contacts and fixed sides; it is capped.
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 
 use super::*;
