@@ -1,0 +1,9 @@
+mod cancel;
+mod delete;
+mod events;
+mod list;
+mod one;
+mod recording;
+mod submit;
+mod summary;
+mod validate;
