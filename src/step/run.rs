@@ -10,7 +10,8 @@ use crate::plan::{Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
-/// Above this share of the initial energy, numerical contact dissipation is warned about.
+/// Above this share of the energy scale (the initial energy, where no external force works), numerical contact dissipation
+/// is warned about.
 const NOTABLE_CONTACT_LOSS: f64 = 0.02;
 
 /// Why a run is asked to stop before its end.
@@ -241,12 +242,12 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
     }
+    let scale = stepper.map_or(0.0, |s| s.extremes.energy_scale);
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
-    let initial = state.ledger.initial.unwrap_or(0.0);
-    if lost > NOTABLE_CONTACT_LOSS * initial && initial > 0.0 {
+    if lost > NOTABLE_CONTACT_LOSS * scale {
         outcome.warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the initial energy: a finer mesh at the contact lowers it.",
-            100.0 * lost / initial
+            "Numerical contact dissipation is {:.1} % of the energy of {scale:.3e} J: a finer mesh at the contact lowers it.",
+            100.0 * lost / scale
         ));
     }
     outcome
