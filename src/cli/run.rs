@@ -1,10 +1,21 @@
 //! `contuse run`: run a scene and record it.
 
 use super::{CliError, Exit};
-use crate::scene::{Budget, load_file};
+use crate::measure::{Summary, render_table};
+use crate::record::partial_path;
+use crate::scene::{Budget, FolderSource, Loaded, load};
+use crate::step::{Ending, Failure, Interrupt};
+use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
 use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Steps of the progress bar.
+const BAR_LENGTH: u64 = 1000;
 
 /// Arguments of `contuse run`.
 #[derive(Args, Debug)]
@@ -14,10 +25,10 @@ pub struct RunArgs {
     /// Recording to write [default: the scene's name with .mcap, in the current folder].
     #[arg(short, long)]
     pub output: Option<PathBuf>,
-    /// Print the summary as JSON.
+    /// Print the summary as JSON, and nothing else.
     #[arg(long)]
     pub json: bool,
-    /// Threads to use; by default all cores.
+    /// Threads to use; by default all cores. The results are the same for any number.
     #[arg(long)]
     pub threads: Option<usize>,
     /// No progress bar and no table.
@@ -28,11 +39,233 @@ pub struct RunArgs {
     pub deadline_s: Option<f64>,
 }
 
-/// Runs a scene.
+/// Runs a scene; the summary goes to `out`, progress and what is wrong to standard error.
 ///
 /// # Errors
-/// What is wrong with the scene.
-pub fn run(args: &RunArgs, _out: &mut dyn Write) -> Result<Exit, CliError> {
-    load_file(&args.scene, &Budget::COMMAND_LINE)?;
-    Err(CliError::Usage("this build has no stepper".into()))
+/// What is wrong with the scene or the flags. A run that fails with a diagnosis is told here and is the exit code.
+pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let deadline = deadline(args)?;
+    let (document_json, loaded) = read_scene(&args.scene)?;
+    let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
+    check_output(&path)?;
+    if !args.quiet {
+        loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+    }
+
+    let cancelled = watch_for_ctrl_c()?;
+    let interrupt = || {
+        if cancelled.load(Ordering::Relaxed) {
+            return Some(Interrupt::Cancel);
+        }
+        deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
+    };
+    let bar = progress_bar(args);
+    let result = run_scene(RunRequest {
+        scene: &loaded.scene,
+        document_json: &document_json,
+        recording: Some(&path),
+        threads: args.threads.unwrap_or_else(available_threads),
+        interrupt: &interrupt,
+        progress: &mut |progress| show(&bar, &progress),
+    });
+    bar.finish_and_clear();
+    let result = result.map_err(|error| CliError::Other(Box::new(error)))?;
+    report(args, out, &result, &path)?;
+    Ok(exit_of(&result.outcome.ending))
+}
+
+/// When to stop.
+fn deadline(args: &RunArgs) -> Result<Option<Instant>, CliError> {
+    let Some(seconds) = args.deadline_s else { return Ok(None) };
+    let duration = Duration::try_from_secs_f64(seconds)
+        .map_err(|error| CliError::Usage(format!("--deadline-s {seconds}: {error}")))?;
+    Ok(Instant::now().checked_add(duration))
+}
+
+/// The bytes of the document, for the recording, and what they mean.
+fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
+    let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let loaded = load(&bytes, &FolderSource::new(folder), &Budget::COMMAND_LINE)?;
+    Ok((bytes, loaded))
+}
+
+/// The scene's name as a file name in the current folder.
+fn default_output(name: &str) -> PathBuf {
+    let plain = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
+    let stem: String = name.chars().map(plain).collect();
+    let stem = stem.trim_matches(['.', ' ']);
+    PathBuf::from(format!("{}.mcap", if stem.is_empty() { "recording" } else { stem }))
+}
+
+/// Refuses a recording that could not be written, before the run and not after it.
+fn check_output(path: &Path) -> Result<(), CliError> {
+    if path.is_dir() {
+        return Err(CliError::Usage(format!("--output {} is a folder", path.display())));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return Err(CliError::Usage(format!(
+            "--output {}: there is no folder {}",
+            path.display(),
+            folder.display()
+        )));
+    }
+    Ok(())
+}
+
+/// A flag that Ctrl-C (or a polite kill) sets; the second Ctrl-C ends the process at once, as always.
+fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    const KILLED_BY_INTERRUPT: i32 = 128 + 2;
+    let flag = Arc::new(AtomicBool::new(false));
+    // In this order: the first signal finds the flag down, and then puts it up.
+    signal_hook::flag::register_conditional_shutdown(SIGINT, KILLED_BY_INTERRUPT, Arc::clone(&flag))?;
+    signal_hook::flag::register(SIGINT, Arc::clone(&flag))?;
+    signal_hook::flag::register(SIGTERM, Arc::clone(&flag))?;
+    Ok(flag)
+}
+
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// On standard error, and only on a terminal.
+fn progress_bar(args: &RunArgs) -> ProgressBar {
+    if args.quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(BAR_LENGTH);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3} % {msg} {elapsed} (left: {eta})") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+#[allow(clippy::cast_sign_loss)] // a fraction is never negative
+fn show(bar: &ProgressBar, progress: &Progress) {
+    bar.set_position((progress.fraction * BAR_LENGTH as f64) as u64);
+    bar.set_message(match progress.phase {
+        Phase::Compiling => "compiling".to_owned(),
+        Phase::Settling => "settling".to_owned(),
+        Phase::Running | Phase::Finished => {
+            format!("t = {:.2} µs, step {}", 1e6 * progress.time_s, progress.step)
+        }
+    });
+}
+
+/// Prints what came out.
+fn report(args: &RunArgs, out: &mut dyn Write, result: &RunResult, path: &Path) -> Result<(), CliError> {
+    if args.json {
+        writeln!(out, "{}", json_of(&result.summary)?)?;
+    } else if !args.quiet {
+        write!(out, "{}", render_table(&result.summary))?;
+        let cpu = result.cpu_s.map(|s| format!(", {s:.2} s of processor time")).unwrap_or_default();
+        writeln!(out, "\n{:.2} s{cpu}; recording: {}", result.wall_s, path.display())?;
+    }
+    if let Ending::Failed { failure } = &result.outcome.ending {
+        out.flush()?;
+        eprint!("{}", diagnosis(failure));
+        if partial_path(path).exists() {
+            eprintln!("  recording unfinished: {}", partial_path(path).display());
+        }
+    }
+    Ok(())
+}
+
+fn json_of(summary: &Summary) -> Result<String, CliError> {
+    summary.to_json().map_err(|error| CliError::Other(Box::new(error)))
+}
+
+/// A failure in full: cause, place, time, remedy.
+fn diagnosis(failure: &Failure) -> String {
+    let cause = serde_json::to_value(failure.cause)
+        .ok()
+        .and_then(|c| c.as_str().map(str::to_owned))
+        .unwrap_or_default();
+    let what = format!("contuse: the run failed: {cause}\n  {}\n", failure.message);
+    let when = format!("  when: t = {:.6e} s, step {}\n", failure.time_s, failure.step);
+    let place = failure.element.as_ref().map(|place| {
+        let [x, y, z] = place.position_m;
+        format!(
+            "  where: element {} of part {} of body {}, at ({x:.6}, {y:.6}, {z:.6}) m\n",
+            place.element, place.part, place.body
+        )
+    });
+    what + &when + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
+}
+
+/// The exit code of an ending.
+fn exit_of(ending: &Ending) -> Exit {
+    match ending {
+        Ending::Finished => Exit::Success,
+        Ending::Cancelled => Exit::Cancelled,
+        Ending::Failed { .. } => Exit::RunFailed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::{ElementPlace, FailureCause};
+
+    #[test]
+    fn names_become_file_names() {
+        assert_eq!(default_output("flashball_thigh"), Path::new("flashball_thigh.mcap"));
+        assert_eq!(default_output("../a b/c"), Path::new("_a b_c.mcap"));
+        assert_eq!(default_output("…/"), Path::new("__.mcap"));
+        assert_eq!(default_output(".."), Path::new("recording.mcap"));
+    }
+
+    #[test]
+    fn a_diagnosis_says_what_where_when_and_what_to_do() {
+        let element = ElementPlace {
+            body: "thigh".into(),
+            part: "muscle".into(),
+            element: 7,
+            position_m: [0.1, 0.0, -0.2],
+        };
+        let failure = Failure {
+            cause: FailureCause::ElementInverted,
+            message: "J = -0.1.".into(),
+            remedy: "Refine.".into(),
+            time_s: 1.5e-5,
+            step: 42,
+            element: Some(element),
+        };
+        let text = diagnosis(&failure);
+        for part in [
+            "element_inverted",
+            "J = -0.1.",
+            "1.500000e-5 s",
+            "step 42",
+            "element 7",
+            "muscle",
+            "thigh",
+            "Refine.",
+        ] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
+    }
+
+    #[test]
+    fn endings_have_exit_codes() {
+        assert_eq!(exit_of(&Ending::Finished), Exit::Success);
+        assert_eq!(exit_of(&Ending::Cancelled), Exit::Cancelled);
+    }
+
+    #[test]
+    fn a_deadline_must_be_a_time() {
+        let args = |deadline_s| RunArgs {
+            scene: PathBuf::new(),
+            output: None,
+            json: false,
+            threads: None,
+            quiet: true,
+            deadline_s,
+        };
+        assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());
+        assert!(deadline(&args(Some(2.0))).is_ok_and(|d| d.is_some()));
+        assert!(deadline(&args(None)).is_ok_and(|d| d.is_none()));
+    }
 }

@@ -107,6 +107,7 @@ impl AbsorbedEnergy {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
     use crate::step::BodyEnergy;

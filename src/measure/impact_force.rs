@@ -44,7 +44,7 @@ pub struct ImpactForce {
     pub largest_patch: ContactPatch,
     /// First and last time with r_n > 0 [s].
     pub contact_span: Option<[f64; 2]>,
-    /// Time with r_n > 0, summed over steps [s].
+    /// Time with r_n > 0, summed over the steps that begin so [s].
     pub contact_time: f64,
     /// Where the first contact was [m].
     pub first_contact: Option<Vec3>,
@@ -75,13 +75,16 @@ impl ImpactForce {
         self.now().patch.nodes > 0
     }
 
-    /// Takes in one step; `mean_step` is h̄ [s].
-    pub fn accumulate(&mut self, sample: PairSample, mean_step: f64) {
+    /// Takes in one step.
+    pub fn accumulate(&mut self, sample: PairSample) {
+        let before = self.now();
+        if before.patch.nodes > 0 {
+            self.contact_time += sample.time - before.time;
+        }
         self.history.push_back(sample);
         if sample.patch.nodes > 0 {
             let first = self.contact_span.map_or(sample.time, |span| span[0]);
             self.contact_span = Some([first, sample.time]);
-            self.contact_time += mean_step;
             self.first_contact = self.first_contact.or(Some(sample.patch.centre));
         }
         if sample.patch.area > self.largest_patch.area {
@@ -163,7 +166,7 @@ mod tests {
             let patch = ContactPatch { area: force, nodes, ..ContactPatch::default() };
             let sample =
                 PairSample { time: t, impulse: Vec3::z() * impulse(t), force: Vec3::z() * force, patch };
-            measure.accumulate(sample, step);
+            measure.accumulate(sample);
         }
         measure
     }

@@ -114,6 +114,8 @@ impl McapRecorder {
         }
         let start = format!("{}: {} elements, {} nodes", plan.name, plan.element_count(), plan.node_count());
         writer.write(log, 0.0, &log::message(0.0, Level::Info, &start))?;
+        // From here on a crash leaves a recording that says what it was.
+        writer.flush_if(0)?;
         Ok(Open {
             writer,
             contact,

@@ -50,13 +50,20 @@ pub fn snapshot(path: &Path, target: &Path) -> Result<Salvaged, RecordError> {
     copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run that goes on")
 }
 
-/// Copies every whole record of `source` to `target`.
+/// Copies every whole record of `source` to `target`; leaves nothing behind when that fails.
 fn copy_whole_records(
     source: &Path,
     target: &Path,
     ending: &str,
     why: &str,
 ) -> Result<Salvaged, RecordError> {
+    copy_records(source, target, ending, why).inspect_err(|_| {
+        // It may not even have been created; the first error is the one to tell.
+        let _ = std::fs::remove_file(partial_path(target));
+    })
+}
+
+fn copy_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result<Salvaged, RecordError> {
     let at = |path: &Path| {
         let path = path.to_owned();
         move |source| RecordError::File { path, source }

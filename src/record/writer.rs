@@ -180,6 +180,7 @@ pub(super) fn seal(file: BufWriter<File>, path: &Path) -> Result<(), RecordError
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
 

@@ -73,6 +73,9 @@ pub struct BodyDocument {
     /// Where it stands, applied to the mesh: scale, then rotation, then translation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementDocument>,
+    /// Node sets chosen by place, besides those that the mesh brings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sets: Vec<SetDocument>,
     /// One entry for every part of the mesh.
     pub parts: Vec<PartDocument>,
     /// Initial velocity of flight [m/s].
@@ -87,6 +90,18 @@ pub struct BodyDocument {
     /// Node sets held fixed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<FixedDocument>,
+}
+
+/// A node set chosen by place: all nodes of the placed mesh in a box, its faces included.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SetDocument {
+    /// Name, unlike those of the mesh.
+    pub name: String,
+    /// Lowest corner of the box [m].
+    pub min_m: [f64; 3],
+    /// Highest corner of the box [m].
+    pub max_m: [f64; 3],
 }
 
 /// Material and element of one part of the mesh.

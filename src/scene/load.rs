@@ -8,7 +8,7 @@ use super::source::{FolderSource, MeshSource};
 use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, check_document, meshes};
+use super::validate::{Findings, check_document, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -120,6 +120,7 @@ fn examine(
         return (out, None);
     }
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
+    overlap::check(document, &bodies, &mut out);
     let estimate = estimate::check(document, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
     (out, Some(Parts { bodies, summaries, estimate, content_hash }))
@@ -132,7 +133,8 @@ fn make_body(
     out: &mut Findings,
 ) -> Option<(SceneBody, BodySummary)> {
     let body = &document.bodies[index];
-    let mesh = builder.body_mesh(index, body, out)?;
+    let mut mesh = builder.body_mesh(index, body, out)?;
+    meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);

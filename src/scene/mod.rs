@@ -7,10 +7,11 @@
 //! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy.
 //! 3. `validate`: what the document alone can tell.
 //! 4. `build`: the meshes, in their places, with material axes; then what only they can tell.
-//! 5. `validate::estimate`: what the run will cost, against the budget.
+//! 5. `validate::overlap` and `validate::estimate`: what only the whole scene can tell, and what the run will cost.
 
 pub mod budget;
 pub mod build;
+mod deformation;
 pub mod document;
 pub mod frames;
 mod json;

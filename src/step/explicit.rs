@@ -190,6 +190,11 @@ impl<'p> Stepper<'p> {
         self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
     }
 
+    /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
+    pub fn unconverged(&self) -> (u64, f64) {
+        self.contact.as_ref().map_or((0, 0.0), |contact| contact.unconverged)
+    }
+
     /// h̄ [s].
     pub fn mean_step(&self, state: &State) -> f64 {
         0.5 * (state.last_step + self.step)

@@ -6,6 +6,7 @@
 
 mod bar_on_wall;
 mod breathing_hollow_ball;
+mod coulomb_cone;
 mod free_flight;
 mod incline;
 mod ledger;

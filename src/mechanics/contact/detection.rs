@@ -17,12 +17,11 @@
 //! What is found depends on the positions alone, never on how old the list of the broad phase is.
 
 use super::broad_phase::{Candidates, FaceTree, Motion, reach};
-use super::closest_point::Patch;
+use super::finder::{Finder, local_frame};
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
-use super::narrow_phase::{Proximity, choose_face};
 use super::self_contact::Exclusions;
 use super::skin::Skin;
-use super::time_of_impact::{Impact, Search};
+use super::time_of_impact::Search;
 use super::{Contact, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use thiserror::Error;
@@ -31,8 +30,6 @@ use thiserror::Error;
 const STEPS_PER_LIST: f64 = 12.0;
 /// Least and most slack of a list, in shares of the mean face size.
 const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
-/// A gap below this share of the face's size is a touch.
-const TOUCH: f64 = 1e-6;
 
 /// Why detection cannot answer.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -61,29 +58,36 @@ pub struct Detector {
     pairs: Vec<PairState>,
     /// Positions of each surface's nodes when the lists were made.
     snapshots: Vec<Vec<Vec3>>,
+    /// How far each surface has moved, in the present step.
+    moved: Vec<Moved>,
     search: Search,
 }
 
+/// A pair with what detection keeps for it.
 #[derive(Clone, Debug)]
-struct PairState {
-    slave: usize,
-    side: Side,
-    candidates: Candidates,
+pub(super) struct PairState {
+    /// The slave's surface.
+    pub slave: usize,
+    /// What the slave must stay outside of.
+    pub side: Side,
+    /// Who may meet whom.
+    pub candidates: Candidates,
 }
 
+/// A master, ready for detection.
 #[derive(Clone, Debug)]
-enum Side {
+pub(super) enum Side {
     Surface { master: usize, tree: FaceTree, exclusions: Exclusions },
     Plane { point: Vec3, frame: [Vec3; 3], size: f64 },
 }
 
 /// How far the nodes of a surface have moved.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moved {
+pub(super) struct Moved {
     /// From where they were when the lists were made, to either end of the step [m].
-    since_list: f64,
+    pub since_list: f64,
     /// Within the step [m].
-    in_step: f64,
+    pub in_step: f64,
 }
 
 impl Detector {
@@ -91,7 +95,8 @@ impl Detector {
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
         let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
         let pairs = pairs.iter().map(|p| PairState::new(p, &skins, x)).collect();
-        Self { skins, pairs, snapshots: Vec::new(), search: Search::default() }
+        let moved = vec![Moved::default(); skins.len()];
+        Self { skins, pairs, snapshots: Vec::new(), moved, search: Search::default() }
     }
 
     /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
@@ -111,13 +116,9 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        for i in 0..self.pairs.len() {
-            let master_moved = match self.pairs[i].side {
-                Side::Surface { master, .. } => self.moved(master, &motion)?,
-                Side::Plane { .. } => Moved::default(),
-            };
-            let Self { skins, pairs, snapshots, search } = self;
-            let pair = &pairs[i];
+        let Self { skins, pairs, snapshots, moved, search } = self;
+        for (i, pair) in pairs.iter().enumerate() {
+            let master_moved = pair.side.master().map_or(Moved::default(), |master| moved[master]);
             let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
         }
@@ -127,15 +128,11 @@ impl Detector {
     /// Makes the lists anew if any pair's no longer covers this step; whether it did.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         if !self.snapshots.is_empty() {
-            let mut covered = true;
-            for pair in &self.pairs {
-                let slave = self.moved(pair.slave, motion)?.since_list;
-                let master = match pair.side {
-                    Side::Surface { master, .. } => self.moved(master, motion)?.since_list,
-                    Side::Plane { .. } => 0.0,
-                };
-                covered &= pair.candidates.cover(slave, master);
-            }
+            self.measure_motion(motion)?;
+            let covered = self.pairs.iter().all(|pair| {
+                let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].since_list);
+                pair.candidates.cover(self.moved[pair.slave].since_list, of_master)
+            });
             if covered {
                 return Ok(false);
             }
@@ -145,34 +142,35 @@ impl Detector {
             snapshot.clear();
             snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
         }
-        for i in 0..self.pairs.len() {
-            let slave = self.pairs[i].slave;
-            let mut in_step = self.moved(slave, motion)?.in_step;
-            if let Side::Surface { master, .. } = self.pairs[i].side {
-                in_step += self.moved(master, motion)?.in_step;
-            }
-            self.pairs[i].rebuild(&self.skins, motion, in_step);
+        self.measure_motion(motion)?;
+        for pair in &mut self.pairs {
+            let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
+            pair.rebuild(&self.skins, motion, self.moved[pair.slave].in_step + of_master);
         }
         Ok(true)
     }
 
-    fn moved(&self, surface: usize, motion: &Motion) -> Result<Moved, DetectionError> {
-        let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
-        let mut check = 0.0;
-        for (&node, old) in self.skins[surface].nodes.iter().zip(&self.snapshots[surface]) {
-            let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
-            let (a, b, c) =
-                ((x - old).norm_squared(), (x_end - old).norm_squared(), (x_end - x).norm_squared());
-            since_list = since_list.max(a).max(b);
-            in_step = in_step.max(c);
-            // `max` drops NaN, a sum does not.
-            check += a + b;
+    fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
+        for (surface, skin) in self.skins.iter().enumerate() {
+            let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
+            let mut check = 0.0;
+            for (&node, old) in skin.nodes.iter().zip(&self.snapshots[surface]) {
+                let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
+                let start = (x - old).norm_squared();
+                let end = (x_end - old).norm_squared();
+                let step = (x_end - x).norm_squared();
+                // Plain comparisons: a NaN is dropped here and shows in the sum.
+                since_list = if start > since_list { start } else { since_list };
+                since_list = if end > since_list { end } else { since_list };
+                in_step = if step > in_step { step } else { in_step };
+                check += start + step;
+            }
+            if !check.is_finite() {
+                return Err(DetectionError::NotFinite { surface });
+            }
+            self.moved[surface] = Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() };
         }
-        if check.is_finite() {
-            Ok(Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() })
-        } else {
-            Err(DetectionError::NotFinite { surface })
-        }
+        Ok(())
     }
 
     /// Topology of a surface.
@@ -182,10 +180,7 @@ impl Detector {
 
     /// The master's skin of a pair, `None` for a plane.
     pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
-        match self.pairs[pair].side {
-            Side::Surface { master, .. } => Some(&self.skins[master]),
-            Side::Plane { .. } => None,
-        }
+        self.pairs[pair].side.master().map(|master| &self.skins[master])
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.
@@ -203,10 +198,17 @@ impl Detector {
 
     /// Slave surface, and master surface unless it is a plane, of each pair.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
-        self.pairs.iter().map(|p| match p.side {
-            Side::Surface { master, .. } => (p.slave, Some(master)),
-            Side::Plane { .. } => (p.slave, None),
-        })
+        self.pairs.iter().map(|p| (p.slave, p.side.master()))
+    }
+}
+
+impl Side {
+    /// The master's surface, `None` for a plane.
+    fn master(&self) -> Option<usize> {
+        match self {
+            Self::Surface { master, .. } => Some(*master),
+            Self::Plane { .. } => None,
+        }
     }
 }
 
@@ -248,170 +250,6 @@ impl PairState {
             }
         }
     }
-}
-
-/// One pair in one step.
-struct Finder<'a> {
-    pair: &'a PairState,
-    index: u32,
-    skins: &'a [Skin],
-    motion: Motion<'a>,
-    master_moved: Moved,
-    drift: Vec3,
-}
-
-impl Finder<'_> {
-    /// Appends the pair's contacts; returns how many were found by their time of impact.
-    fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
-        let moved = |place: usize, node: u32| {
-            let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
-            let old = snapshot[place];
-            (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
-        };
-        let mut impacts = 0;
-        match self.pair.side {
-            Side::Plane { point, frame, size } => {
-                for (node, _) in self.pair.candidates.within_reach(moved, 0.0) {
-                    contacts.extend(self.against_plane(node, &point, &frame, size));
-                }
-            }
-            Side::Surface { master, .. } => {
-                let master = &self.skins[master];
-                for (node, faces) in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
-                    let found = self.against_surface(master, node, faces, search);
-                    impacts += usize::from(matches!(found, Some((_, true))));
-                    contacts.extend(found.map(|(contact, _)| contact));
-                }
-            }
-        }
-        impacts
-    }
-
-    fn against_plane(&self, node: u32, point: &Vec3, frame: &[Vec3; 3], size: f64) -> Option<Contact> {
-        let gap = |x: &[Vec3]| frame[0].dot(&(x[node as usize] - point));
-        let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
-        (start.min(end) <= NEAR * size).then_some(Contact {
-            pair: self.index,
-            slave: node,
-            face: u32::MAX,
-            master: [node; 4],
-            weights: [0.0; 4],
-            frame: *frame,
-            gap: start,
-            drift: self.drift,
-        })
-    }
-
-    /// The contact of a slave node with one of `faces`, and whether it is by its time of impact.
-    fn against_surface(
-        &self,
-        master: &Skin,
-        node: u32,
-        faces: impl Iterator<Item = u32> + Clone,
-        search: &mut Search,
-    ) -> Option<(Contact, bool)> {
-        let Motion { x, x_end } = self.motion;
-        let (s, s_end) = (x[node as usize], x_end[node as usize]);
-        let slave = &self.skins[self.pair.slave];
-        let near = choose_face(master, faces.clone(), &s, || slave.node_normal(node, x), x);
-        // The usual step: nobody moves far.
-        let fast =
-            |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
-        let bound = (s_end - s).norm() + self.master_moved.in_step;
-        let mut quick =
-            faces.filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9)).filter(fast).peekable();
-        if quick.peek().is_none() {
-            return near.map(|p| (self.near_contact(master, node, &p), false));
-        }
-        let same_surface = std::ptr::eq(slave, master);
-        let mut first: Option<(Impact, u32)> = None;
-        for face in quick {
-            let (start, end) = (
-                Patch::new(&master.faces[face as usize], x),
-                Patch::new(&master.faces[face as usize], x_end),
-            );
-            let Some(hit) = search.first_impact(&start, &end, &s, &s_end) else { continue };
-            if same_surface && self.faces_away(master, face, &hit, node) {
-                continue;
-            }
-            if first.is_none_or(|(best, _)| hit.tau < best.tau) {
-                first = Some((hit, face));
-            }
-        }
-        let near = near.filter(|p| self.holds_when_fast(master, p, node, first.map(|(hit, _)| hit.tau)));
-        match (near, first) {
-            (Some(p), _) => Some((self.near_contact(master, node, &p), false)),
-            (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
-            (None, None) => None,
-        }
-    }
-
-    /// How far node and face move against each other in the step [m].
-    fn relative_motion(&self, master: &Skin, face: u32, node: u32) -> f64 {
-        let step = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
-        let own = step(node);
-        let corners = master.faces[face as usize].iter();
-        corners.map(|&corner| (own - step(corner)).norm_squared()).fold(0.0, f64::max).sqrt()
-    }
-
-    /// Whether the face at the start of a fast step still holds the node: it touches and closes, or it stays open
-    /// and no impact comes. A plane continued beyond its face must not stop a node that flies past.
-    fn holds_when_fast(&self, master: &Skin, p: &Proximity, node: u32, impact: Option<f64>) -> bool {
-        let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
-        let face = &master.faces[p.face as usize];
-        let point: Vec3 = face.iter().zip(&p.weights).map(|(&n, &w)| change(n) * w).sum();
-        let closing = p.normal.dot(&(change(node) - point));
-        if p.gap <= TOUCH * master.sizes[p.face as usize] && closing < 0.0 {
-            return true;
-        }
-        impact.is_none() && p.gap + closing >= 0.0
-    }
-
-    fn faces_away(&self, master: &Skin, face: u32, hit: &Impact, node: u32) -> bool {
-        let patch = Patch::between(&master.faces[face as usize], self.motion.x, self.motion.x_end, hit.tau);
-        master.node_normal(node, self.motion.x).dot(&patch.normal(&patch.weights(hit.a, hit.b))) >= 0.0
-    }
-
-    fn near_contact(&self, master: &Skin, node: u32, p: &Proximity) -> Contact {
-        let nodes = master.faces[p.face as usize];
-        let (along, _) = Patch::new(&nodes, self.motion.x).tangents(&p.weights);
-        self.contact(node, p.face, nodes, p.weights, local_frame(&p.normal, &along), p.gap)
-    }
-
-    fn impact_contact(&self, master: &Skin, node: u32, face: u32, hit: &Impact) -> Contact {
-        let Motion { x, x_end } = self.motion;
-        let nodes = master.faces[face as usize];
-        let then = Patch::between(&nodes, x, x_end, hit.tau);
-        let weights = then.weights(hit.a, hit.b);
-        let normal = then.normal(&weights);
-        let gap = normal.dot(&(x[node as usize] - Patch::new(&nodes, x).point(&weights)));
-        let (along, _) = then.tangents(&weights);
-        self.contact(node, face, nodes, weights, local_frame(&normal, &along), gap)
-    }
-
-    fn contact(
-        &self,
-        slave: u32,
-        face: u32,
-        master: [u32; 4],
-        weights: [f64; 4],
-        frame: [Vec3; 3],
-        gap: f64,
-    ) -> Contact {
-        Contact { pair: self.index, slave, face, master, weights, frame, gap, drift: self.drift }
-    }
-}
-
-/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as can be; any if that is along the normal or zero.
-fn local_frame(normal: &Vec3, along: &Vec3) -> [Vec3; 3] {
-    let flat = |v: &Vec3| v - normal * normal.dot(v);
-    let mut t1 = flat(along);
-    if t1.norm_squared() <= 1e-12 * along.norm_squared() {
-        let axis = Vec3::ith(normal.iamin(), 1.0);
-        t1 = flat(&axis);
-    }
-    let t1 = t1.normalize();
-    [*normal, t1, normal.cross(&t1)]
 }
 
 #[cfg(test)]

@@ -10,24 +10,27 @@
 //! so that `u_n ≥ 0` is the end-of-step gap over h (Stewart & Trinkle; Moreau). A negative gap enters as zero: it is
 //! removed by [`super::projection`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
 //! adds what changed to the velocities of its nodes at once. The order is that of the list, so results are
-//! reproducible.
+//! reproducible. Where sweeps stop making progress (strong friction may cycle), steps with friction are damped.
 //!
 //! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
 //!
 //! A pair without friction runs a sweep with one unknown per contact; the law is chosen once a pair.
 
-use super::local::{Local, LocalOperator, natural_map, solve_contact, solve_frictionless, solve_isotropic};
+use super::contact_row::{Row, squared};
+use super::local::{natural_map, solve_contact, solve_frictionless, solve_isotropic};
 use super::{Contact, Reaction};
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
-/// Two numbers of a diagonal closer than this are equal: the operator is a multiple of the identity.
-const ISOTROPY: f64 = 1e-14;
 /// Residuals below this many roundings of the velocities they come from cannot be lowered.
 const ROUNDINGS: f64 = 16.0;
-/// Normal compliance below this share of the trace: nothing can move along n.
-const IMMOVABLE: f64 = 1e-12;
+/// Sweeps between two looks at progress.
+const PATIENCE: usize = 50;
+/// Progress over them below this ratio of changes is none.
+const STALLED: f64 = 0.9;
+/// Factor on the steps of frictional contacts each time there was none, and its least value.
+const DAMPING: (f64, f64) = (0.7, 0.05);
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,25 +64,6 @@ pub struct SolveReport {
 pub struct Workspace {
     rows: Vec<Row>,
     blocks: Vec<Block>,
-}
-
-/// One contact, ready for sweeps.
-#[derive(Clone, Debug)]
-struct Row {
-    /// Its nodes and their signed weights: the slave (+1), then the master's with a weight (−w).
-    nodes: [u32; 5],
-    weights: [f64; 5],
-    node_count: usize,
-    frame: [Vec3; 3],
-    /// Local drift + (max(gap, 0)/h) n.
-    bias: Local,
-    /// `W_nn`, 0 for a contact between immovable sides, which is skipped.
-    w_nn: f64,
-    /// `tr W / 3`.
-    d: f64,
-    /// `W = d I`.
-    isotropic: bool,
-    W: LocalOperator,
 }
 
 /// The law of a run of contacts of one pair.
@@ -141,8 +125,16 @@ pub fn solve(
     }
 
     let mut residual = f64::INFINITY;
+    let (mut damping, mut last_look) = (1.0, f64::INFINITY);
     for sweep in 1..=options.max_sweeps {
-        let sums = workspace.sweep(inverse_mass, v, reactions);
+        let sums = workspace.sweep(inverse_mass, v, reactions, damping);
+        if sweep % PATIENCE == 0 {
+            let change = sums.change.sqrt() / damping;
+            if change > STALLED * last_look {
+                damping = (DAMPING.0 * damping).max(DAMPING.1);
+            }
+            last_look = change;
+        }
         let hint = (sums.change / closing.max(sums.impulse)).sqrt();
         // The change of a sweep only hints at the residual, at no cost; a look at all contacts decides.
         if sweep == 1 || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
@@ -171,13 +163,13 @@ impl Workspace {
         }
     }
 
-    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) -> Sums {
+    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction], damping: f64) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let (rows, reactions) = (&self.rows[block.rows.clone()], &mut reactions[block.rows.clone()]);
             match block.law {
                 Law::Frictionless => sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums),
-                Law::Coulomb(mu) => sweep_coulomb(rows, mu, inverse_mass, v, reactions, &mut sums),
+                Law::Coulomb(mu) => sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums),
             }
         }
         sums
@@ -236,7 +228,7 @@ fn sweep_frictionless(
 
 fn sweep_coulomb(
     rows: &[Row],
-    mu: f64,
+    (mu, damping): (f64, f64),
     inverse_mass: &[Vec3],
     v: &mut [Vec3],
     reactions: &mut [Reaction],
@@ -254,6 +246,8 @@ fn sweep_coulomb(
             let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
             solve_contact(W, q, mu)
         };
+        // A point between two of the cone is in the cone.
+        let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
         let change = [0, 1, 2].map(|i| new[i] - old[i]);
         if squared(change) > 0.0 {
             let f = &row.frame;
@@ -263,100 +257,6 @@ fn sweep_coulomb(
         sums.change += row.d * squared(change);
         sums.impulse += row.d * squared(new);
     }
-}
-
-fn squared(a: Local) -> f64 {
-    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-}
-
-impl Row {
-    fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
-        let (nodes, weights, node_count) = signed_weights(contact);
-        // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
-        let mut diagonal = Vec3::zeros();
-        for i in 0..node_count {
-            diagonal += inverse_mass[nodes[i] as usize] * (weights[i] * weights[i]);
-        }
-        let (least, most) = (diagonal.min(), diagonal.max());
-        let isotropic = most - least <= ISOTROPY * most;
-        let frame = contact.frame;
-        let mut W = [[0.0; 3]; 3];
-        for (row, a) in W.iter_mut().zip(&frame) {
-            for (x, b) in row.iter_mut().zip(&frame) {
-                *x = a.component_mul(&diagonal).dot(b);
-            }
-        }
-        let trace = diagonal.sum();
-        let d = if isotropic { diagonal.x } else { trace / 3.0 };
-        let n_n = if isotropic { d } else { W[0][0] };
-        let w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
-        let opening = contact.gap.max(0.0) / h;
-        let bias = [
-            frame[0].dot(&contact.drift) + opening,
-            frame[1].dot(&contact.drift),
-            frame[2].dot(&contact.drift),
-        ];
-        Self { nodes, weights, node_count, frame, bias, w_nn, d, isotropic, W }
-    }
-
-    /// `v_slave − Σ w_a v_a`, in space.
-    #[inline]
-    fn difference(&self, v: &[Vec3]) -> Vec3 {
-        let mut sum = v[self.nodes[0] as usize];
-        for i in 1..self.node_count {
-            sum += v[self.nodes[i] as usize] * self.weights[i];
-        }
-        sum
-    }
-
-    /// `u` in the local frame.
-    #[inline]
-    fn relative_velocity(&self, v: &[Vec3]) -> Local {
-        let w = self.difference(v);
-        [0, 1, 2].map(|i| self.frame[i].dot(&w) + self.bias[i])
-    }
-
-    /// `u_n` alone.
-    #[inline]
-    fn normal_velocity(&self, v: &[Vec3]) -> f64 {
-        self.frame[0].dot(&self.difference(v)) + self.bias[0]
-    }
-
-    /// Adds `M⁻¹ Cᵀ` of an impulse in space.
-    #[inline]
-    fn push(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
-        for i in 0..self.node_count {
-            let node = self.nodes[i] as usize;
-            v[node] += inverse_mass[node].component_mul(&impulse) * self.weights[i];
-        }
-    }
-
-    /// The size of the velocities that add up to `u`.
-    fn roundable(&self, v: &[Vec3]) -> f64 {
-        let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());
-        nodes.sum::<f64>() + squared(self.bias).sqrt()
-    }
-}
-
-/// The nodes of a contact with signed weights: the slave first, then the master's nodes of non-zero weight, each once.
-fn signed_weights(contact: &Contact) -> ([u32; 5], [f64; 5], usize) {
-    let mut nodes = [contact.slave; 5];
-    let mut weights = [0.0; 5];
-    weights[0] = 1.0;
-    let mut count = 1;
-    for (&node, &w) in contact.master.iter().zip(&contact.weights) {
-        if w == 0.0 {
-            continue;
-        }
-        if let Some(i) = nodes[..count].iter().position(|&n| n == node) {
-            weights[i] -= w;
-        } else {
-            nodes[count] = node;
-            weights[count] = -w;
-            count += 1;
-        }
-    }
-    (nodes, weights, count)
 }
 
 #[cfg(test)]

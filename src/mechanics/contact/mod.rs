@@ -5,7 +5,9 @@
 
 mod broad_phase;
 pub mod closest_point;
+mod contact_row;
 pub mod detection;
+mod finder;
 pub mod gauss_seidel;
 pub mod initial_overlap;
 pub mod local;

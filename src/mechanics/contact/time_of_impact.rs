@@ -28,6 +28,13 @@ pub struct Impact {
     pub b: f64,
 }
 
+impl Impact {
+    fn at(arguments: [f64; 3]) -> Self {
+        let [a, b, tau] = arguments.map(|x| x.clamp(0.0, 1.0));
+        Self { tau, a, b }
+    }
+}
+
 /// A box of (a, b, τ) with the values of F at its corners; bits 0, 1, 2 of an index stand for a, b, τ.
 #[derive(Clone, Copy)]
 struct Box3 {
@@ -50,17 +57,35 @@ impl std::fmt::Debug for Search {
 
 impl Search {
     /// The first impact of a node moving from `s` to `s_end` on the *outside* of a face moving from `face` to
-    /// `face_end` [m]; `None` if it does not reach it, or leaves through it from behind.
-    pub fn first_impact(&mut self, face: &Patch, face_end: &Patch, s: &Vec3, s_end: &Vec3) -> Option<Impact> {
+    /// `face_end` [m], before the share `before` of the step; `None` if it does not reach it, or leaves through it from
+    /// behind.
+    pub fn first_impact(
+        &mut self,
+        face: &Patch,
+        face_end: &Patch,
+        s: &Vec3,
+        s_end: &Vec3,
+        before: f64,
+    ) -> Option<Impact> {
         let whole = Box3::whole(face, face_end, s, s_end);
         let scale = face.corners.iter().map(|c| (c - face.corners[0]).amax()).fold(0.0, f64::max);
         let rounding = 1e-14 * whole.values.iter().map(Vec3::amax).fold(scale, f64::max);
+        if whole.excludes_zero(rounding) {
+            return None;
+        }
+        // A crossing from outside, found at once, is the first one: an earlier one would need two more.
+        if let Some(hit) = whole.guess(face, s).and_then(|start| whole.newton(&whole, start))
+            && whole.approaches(hit)
+        {
+            let found = Impact::at(hit);
+            return (found.tau < before).then_some(found);
+        }
         let mut best: Option<Impact> = None;
         self.stack.clear();
         self.stack.push(whole);
         let mut count = 0;
         while let Some(part) = self.stack.pop() {
-            let too_late = best.is_some_and(|b| part.low[2] >= b.tau);
+            let too_late = part.low[2] >= best.map_or(before, |b| b.tau);
             if too_late || part.excludes_zero(rounding) {
                 continue;
             }
@@ -68,16 +93,15 @@ impl Search {
             let extents = part.extents();
             let largest = extents[0].max(extents[1]).max(extents[2]);
             let hit = if largest <= LEAF_SHARE * scale || count > MAX_BOXES {
-                Some(part.centre())
+                Some(part.earliest())
             } else if largest <= NEWTON_SHARE * scale {
-                part.newton(&whole)
+                part.newton(&whole, part.middle())
             } else {
                 None
             };
             if let Some(at) = hit {
-                if whole.approaches(at) && best.is_none_or(|b| at[2] < b.tau) {
-                    let clamp = |x: f64| x.clamp(0.0, 1.0);
-                    best = Some(Impact { tau: clamp(at[2]), a: clamp(at[0]), b: clamp(at[1]) });
+                if whole.approaches(at) && at[2] < best.map_or(before, |b| b.tau) {
+                    best = Some(Impact::at(at));
                 }
                 continue;
             }
@@ -101,9 +125,28 @@ impl Box3 {
         Self { low: [0.0; 3], width: [1.0; 3], values }
     }
 
-    fn centre(&self) -> [f64; 3] {
-        // The earliest time of the box, to be conservative.
-        [self.low[0] + 0.5 * self.width[0], self.low[1] + 0.5 * self.width[1], self.low[2]]
+    fn middle(&self) -> [f64; 3] {
+        std::array::from_fn(|i| self.low[i] + 0.5 * self.width[i])
+    }
+
+    /// The middle of the face in the box at its earliest time, to be conservative.
+    fn earliest(&self) -> [f64; 3] {
+        let [a, b, _] = self.middle();
+        [a, b, self.low[2]]
+    }
+
+    /// Where the root is likely: from the closest point at the start, if the node is outside there and closes.
+    fn guess(&self, face: &Patch, s: &Vec3) -> Option<[f64; 3]> {
+        let closest = face.closest(s);
+        let [_, w1, w2, w3] = closest.weights;
+        let b = w2 + w3;
+        let a = if face.triangle { w1 / (1.0 - b) } else { w1 + w2 };
+        let a = if a.is_finite() { a } else { 0.5 };
+        let normal = face.normal(&closest.weights);
+        let gap = normal.dot(&(s - closest.point));
+        let closing = normal.dot(&self.eval([a, b, 0.0]).1[2]);
+        let tau = gap / closing;
+        (gap >= 0.0 && closing > 0.0 && tau <= 1.5).then_some([a, b, tau.min(1.0)])
     }
 
     fn excludes_zero(&self, rounding: f64) -> bool {
@@ -153,9 +196,9 @@ impl Box3 {
         (over_face(&along_tau), [d_a, d_b, over_face(&change)])
     }
 
-    /// A root of F in this box (with some room around it), by Newton's method from its centre.
-    fn newton(&self, whole: &Self) -> Option<[f64; 3]> {
-        let mut at: [f64; 3] = std::array::from_fn(|i| self.low[i] + 0.5 * self.width[i]);
+    /// A root of F, whose values on all of its arguments `whole` has, in this box (with some room around it), by Newton's
+    /// method.
+    fn newton(&self, whole: &Self, mut at: [f64; 3]) -> Option<[f64; 3]> {
         for _ in 0..12 {
             let (f, d) = whole.eval(at);
             let step = Mat3::from_columns(&d).lu().solve(&f)?;
@@ -188,6 +231,7 @@ impl Box3 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 mod tests {
     use super::*;
 
@@ -200,12 +244,12 @@ mod tests {
     fn straight_fall_and_miss_and_exit() {
         let mut search = Search::default();
         let (face, from, to) = (square(0.0), Vec3::new(0.3, 0.6, 1.0), Vec3::new(0.3, 0.6, -3.0));
-        let hit = search.first_impact(&face, &face, &from, &to).unwrap();
+        let hit = search.first_impact(&face, &face, &from, &to, 2.0).unwrap();
         assert!((hit.tau - 0.25).abs() < 1e-12 && (hit.a - 0.3).abs() < 1e-12 && (hit.b - 0.6).abs() < 1e-12);
         // From behind it is no impact, nor beside, nor too short.
-        assert_eq!(search.first_impact(&face, &face, &to, &from), None);
-        assert_eq!(search.first_impact(&face, &face, &(from + Vec3::x()), &(to + Vec3::x())), None);
-        assert_eq!(search.first_impact(&face, &face, &from, &Vec3::new(0.3, 0.6, 0.01)), None);
+        assert_eq!(search.first_impact(&face, &face, &to, &from, 2.0), None);
+        assert_eq!(search.first_impact(&face, &face, &(from + Vec3::x()), &(to + Vec3::x()), 2.0), None);
+        assert_eq!(search.first_impact(&face, &face, &from, &Vec3::new(0.3, 0.6, 0.01), 2.0), None);
     }
 
     #[test]
@@ -219,7 +263,7 @@ mod tests {
             *c += Vec3::new(0.4, -0.2, 0.7 + 0.1 * k as f64);
         }
         let (s, s_end) = (Vec3::new(0.9, 0.2, 1.4), Vec3::new(0.3, 0.8, -0.9));
-        let hit = search.first_impact(&start, &end, &s, &s_end).unwrap();
+        let hit = search.first_impact(&start, &end, &s, &s_end, 2.0).unwrap();
         let face = Patch {
             corners: std::array::from_fn(|k| {
                 start.corners[k] + (end.corners[k] - start.corners[k]) * hit.tau
@@ -244,7 +288,7 @@ mod tests {
             let d = Vec3::new((1.3 * t).sin(), 0.2 * (2.1 * t).cos(), -1.0 - 0.5 * (0.7 * t).sin().abs());
             let at = Vec3::new(1.0, 0.5 + 0.4 * (0.37 * t).sin(), 0.0);
             let (s, s_end) = (at - d * 0.7, at + d * 300.0);
-            let hits = [&left, &right].map(|face| search.first_impact(face, face, &s, &s_end));
+            let hits = [&left, &right].map(|face| search.first_impact(face, face, &s, &s_end, 2.0));
             assert!(hits.iter().any(Option::is_some), "path {k} tunnels");
         }
     }
@@ -255,6 +299,6 @@ mod tests {
         let face = square(0.0);
         let (s, s_end) = (Vec3::new(-1.0, 0.5, 0.0), Vec3::new(2.0, 0.5, 0.0));
         // Touching without approaching is no impact; the search must only end.
-        assert_eq!(search.first_impact(&face, &face, &s, &s_end), None);
+        assert_eq!(search.first_impact(&face, &face, &s, &s_end, 2.0), None);
     }
 }

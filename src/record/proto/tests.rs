@@ -80,8 +80,8 @@ fn array() -> PackedArray {
     }
 }
 
-fn vector() -> Option<Vector3> {
-    Some(Vector3 { x: 1.0, y: 2.0, z: 3.0 })
+fn vector() -> Vector3 {
+    Vector3 { x: 1.0, y: 2.0, z: 3.0 }
 }
 
 /// One message of each kind with no field left at its default.
@@ -90,9 +90,9 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         pair: "p".into(),
         slave_body: "s".into(),
         master_body: "m".into(),
-        force_n: vector(),
+        force_n: Some(vector()),
         force_norm_n: 1.0,
-        impulse_n_s: vector(),
+        impulse_n_s: Some(vector()),
         impulse_norm_n_s: 1.0,
         patch_area_m2: 1.0,
         patch_long_axis_m: 1.0,
@@ -129,8 +129,8 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         balance_error: 1.0,
         absorbed_by_tissue_j: 1.0,
         absorbed_by_tissue_work_j: 1.0,
-        momentum_kg_m_per_s: vector(),
-        angular_momentum_kg_m2_per_s: vector(),
+        momentum_kg_m_per_s: Some(vector()),
+        angular_momentum_kg_m2_per_s: Some(vector()),
     };
     let stress =
         Stress { time_s: 1.0, step: 1, body: "b".into(), nodal: vec![array()], element: vec![array()] };
@@ -142,7 +142,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         positions: Some(array()),
         hexes: Some(array()),
         part_of: Some(array()),
-        flight_velocity_m_per_s: vector(),
+        flight_velocity_m_per_s: Some(vector()),
     };
     let summary = Summary {
         time_s: 1.0,
@@ -173,7 +173,7 @@ fn foxglove_examples() -> Vec<(&'static str, Vec<u8>)> {
     let color = Color { r: 0.1, g: 0.2, b: 0.3, a: 1.0 };
     let orientation = Some(Quaternion { x: 0.1, y: 0.1, z: 0.1, w: 1.0 });
     let triangles = TriangleListPrimitive {
-        pose: Some(Pose { position: vector(), orientation }),
+        pose: Some(Pose { position: Some(vector()), orientation }),
         points: vec![Point3 { x: 1.0, y: 2.0, z: 3.0 }],
         color: Some(color),
         colors: vec![color],
@@ -240,7 +240,7 @@ fn enumerations_have_the_numbers_of_foxglove() {
     let all = messages();
     let value = |message: &str, name: &str| {
         let values = all[message].enum_type.iter().flat_map(|e| &e.value);
-        values.clone().find(|v| v.name() == name).map(|v| v.number()).unwrap()
+        values.clone().find(|v| v.name() == name).map(prost_types::EnumValueDescriptorProto::number).unwrap()
     };
     assert_eq!(value(".foxglove.PackedElementField", "FLOAT32"), NumericType::Float32 as i32);
     for (name, level) in [("INFO", Level::Info), ("WARNING", Level::Warning), ("ERROR", Level::Error)] {

@@ -143,6 +143,8 @@ fn meshes() -> Vec<Break> {
         ("/bodies/0/mesh", json!({"file": {"name": "noise.msh"}}), "/bodies/0/mesh/file/name", "bad_mesh"),
         ("/bodies/0/mesh", json!({"file": {"name": "bad.msh"}}), "/bodies/0/mesh", "negative_jacobian"),
         ("/bodies/0/mesh", json!({"file": {"name": "cube.msh", "parts": ["cueb"]}}), "/bodies/0/mesh/file/parts/0", "unknown_part"),
+        ("/bodies/0/sets", json!([{"name": "pole", "min_m": [1, 1, 1], "max_m": [2, 2, 2]}]), "/bodies/0/sets/0", "empty_set"),
+        ("/bodies/0/sets", json!([{"name": "outer", "min_m": [-1, -1, -1], "max_m": [1, 1, 1]}]), "/bodies/0/sets/0/name", "repeated_name"),
         ("/bodies/0/placement/scale", json!(0), "/bodies/0/placement/scale", "not_positive"),
         ("/bodies/0/placement/scale", json!(1000), "/bodies/0/mesh", "unusual_unit"),
         ("/bodies/0/placement/scale", json!(1e300), "/bodies/0/mesh", "impossible_size"),

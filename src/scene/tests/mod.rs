@@ -250,6 +250,31 @@ fn coupled_laws_refuse_mean_dilatation() {
 }
 
 #[test]
+fn bodies_that_start_inside_each_other_are_refused_with_place_and_depth() {
+    let overlaps = |document: &Value| -> Vec<Problem> {
+        problems(document).into_iter().filter(|p| p.code == "initial_overlap").collect()
+    };
+    // The top of the limb is at z = 0.07; an even count gives the ball a node at its pole, 0.015 below its centre.
+    let mut sunk = with("/bodies/0/placement/translation_m", json!([0, 0, 0.084]));
+    set(&mut sunk, "/bodies/0/mesh/generator/elements_around", json!(4));
+    let found = overlaps(&sunk);
+    assert_eq!((found.len(), found[0].pointer.as_str()), (1, "/bodies/0"), "{found:#?}");
+    let depth = found[0].value.as_f64().unwrap();
+    assert!((depth - 0.001).abs() < 2e-4, "{}", found[0]);
+    assert!(found[0].message.contains("ball and limb") && found[0].message.contains("0.069"), "{}", found[0]);
+
+    let through_floor = with("/planes/0/point_m", json!([0, 0, -0.069]));
+    let found = overlaps(&through_floor);
+    assert_eq!((found.len(), found[0].pointer.as_str()), (1, "/bodies/1"));
+    assert!((found[0].value.as_f64().unwrap() - 0.001).abs() < 1e-5, "{}", found[0]);
+
+    assert!(overlaps(&with("/contact/pairs", json!([]))).is_empty(), "what may not touch may overlap");
+    let mut all = sunk;
+    set(&mut all, "/contact/pairs", json!("all"));
+    assert_eq!(overlaps(&all).len(), 1);
+}
+
+#[test]
 fn a_strange_service_allows_less() {
     let budget = Budget { elements: 200, ..Budget::SERVICE };
     let Problems(found) = load(sound().to_string().as_bytes(), &files(), &budget).unwrap_err();

@@ -11,8 +11,8 @@ use crate::scene::problem::{Pointer, Problem, suggest};
 /// Elements listed in a problem.
 const LISTED: usize = 20;
 
-/// Smallest and largest usual size of a body [m].
-const USUAL_SIZE: [f64; 2] = [10e-6, 10.0];
+/// Smallest and largest usual size of a body [m]: a cell, and more than a person.
+const USUAL_SIZE: [f64; 2] = [10e-6, 5.0];
 
 /// Sizes [m] beyond which volumes leave the range of `f64`.
 const POSSIBLE_SIZE: [f64; 2] = [1e-30, 1e30];
@@ -54,6 +54,33 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
     }
     let entries: Option<Vec<usize>> = entries.into_iter().collect();
     entries.map(|entries| mesh.part_of.iter().map(|&part| entries[part as usize] as u32).collect())
+}
+
+/// Adds the node sets that the document chooses by place.
+pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Findings) {
+    let here = Pointer::root().key("bodies").index(index).key("sets");
+    for (i, set) in body.sets.iter().enumerate() {
+        let here = here.index(i);
+        let inside = |x: &Vec3| (0..3).all(|k| set.min_m[k] <= x[k] && x[k] <= set.max_m[k]);
+        let nodes: Vec<u32> = (0..).zip(&mesh.nodes).filter(|(_, x)| inside(x)).map(|(a, _)| a).collect();
+        out.require(!nodes.is_empty(), || {
+            let bounds = mesh.bounding_box().unwrap_or_default().map(|x| [x.x, x.y, x.z]);
+            Problem::error("empty_set", &here, format!("no node lies in the box of the set {:?}", set.name))
+                .value(serde_json::json!([set.min_m, set.max_m]))
+                .limit(format!(
+                    "a box that holds a node of the body, which lies between {:?} and {:?} m",
+                    bounds[0], bounds[1]
+                ))
+                .remedy("give the box a small margin: its corners are compared exactly")
+        });
+        out.require(!mesh.node_sets.contains_key(&set.name) && set.name != "*", || {
+            Problem::error("repeated_name", &here.key("name"), "a node set has this name already")
+                .value(set.name.as_str())
+                .limit("unique among the node sets of the body, and not \"*\"")
+                .remedy("give the set another name")
+        });
+        mesh.node_sets.entry(set.name.clone()).or_insert(nodes);
+    }
 }
 
 /// Checks the node sets that the scene names: those held fixed, and the skin of the tissue.
@@ -188,11 +215,11 @@ pub fn check_deformation(index: usize, body: &BodyDocument, mesh: &Mesh, out: &m
     // r³ = R³ + A³ (λ³ − 1)
     let cubed = nearest.powi(3) + inner_radius_m.powi(3) * (inner_stretch.powi(3) - 1.0);
     let place = Pointer::root().key("bodies").index(index).key("initial_deformation").key("inner_stretch");
-    out.require(cubed > 0.0, || {
+    out.require(cubed > 0.0 && nearest > 0.0, || {
         let message = format!("a node at {nearest} m from the centre would pass through it");
         Problem::error("inverted", &place, message)
             .value(*inner_stretch)
-            .limit("R³ + A³ (λ³ − 1) > 0 for every node")
+            .limit("R > 0 and R³ + A³ (λ³ − 1) > 0 for every node")
             .remedy("raise the stretch, or give the true centre and inner radius")
     });
 }

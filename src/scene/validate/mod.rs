@@ -11,6 +11,7 @@ pub mod measures;
 pub mod meshes;
 pub mod motion;
 pub mod names;
+pub mod overlap;
 pub mod timing;
 
 pub use findings::Findings;

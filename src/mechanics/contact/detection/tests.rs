@@ -1,3 +1,6 @@
+//! What detection must hold: nothing tunnels, nothing is missed, and nothing depends on the age of the list.
+#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
+
 use super::*;
 
 /// A flat box of n × n × m cells, as a closed skin appended to `x`; `place` maps its unit cube.
@@ -282,11 +285,18 @@ fn the_age_of_the_list_never_shows() {
             };
             *p += speed + Vec3::new(p.y, p.z, p.x) * (2e-4 * (0.3 * t + i as f64).sin());
         }
+        // Now and then a step that would carry the ball far, from the same place.
+        let slow_end = x_end.clone();
+        if step % 7 == 3 {
+            for p in &mut x_end[first_slave..] {
+                *p += Vec3::new(0.05, -0.03, -0.2);
+            }
+        }
         rebuilt += usize::from(aged.detect(&x, &x_end, &drifts, &mut from_aged).unwrap().rebuilt);
         Detector::new(&surfaces, &pairs, &start).detect(&x, &x_end, &drifts, &mut from_fresh).unwrap();
         assert_eq!(from_aged, from_fresh, "step {step}");
         total += from_aged.len();
-        x = x_end;
+        x = slow_end;
     }
     assert!(total > 2000 && rebuilt < 60, "{total} contacts, {rebuilt} lists");
 }
@@ -318,4 +328,53 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
     x[3].y = f64::NAN;
     let error = detector.detect(&x, &x, &drifts, &mut contacts).unwrap_err();
     assert_eq!(error, DetectionError::NotFinite { surface: 0 });
+}
+
+#[test]
+fn whoever_would_end_inside_a_deforming_block_is_stopped() {
+    use crate::mechanics::contact::initial_overlap::initial_overlaps;
+    let mut x = Vec::new();
+    let target = block(4, 4, &mut x, |p| p);
+    let count = x.len();
+    let mut bullets = Surface { nodes: Vec::new(), faces: Vec::new() };
+    for k in 0..60 {
+        bullets.nodes.push((count + k) as u32);
+        x.push(Vec3::zeros());
+    }
+    let surfaces = [target, bullets];
+    let pairs = [pair(1, Master::Surface(0))];
+    let random = |i: usize, k: usize| ((i as f64 * 12.9898 + k as f64 * 78.233).sin() * 43_758.545_3).fract();
+    let mut reference = x.clone();
+    reference.truncate(count);
+    let (mut stopped, mut inside) = (0, 0);
+    for round in 0..100 {
+        let vector = |i: usize, k: usize| {
+            Vec3::new(random(i, 7 * round + k), random(i, 7 * round + k + 1), random(i, 7 * round + k + 2))
+        };
+        // Warped faces that move and turn while the bullets fly through from all around.
+        let mut x_end = x.clone();
+        for i in 0..count {
+            x[i] = reference[i] + vector(i, 0) * 0.04;
+            x_end[i] = x[i] + vector(i, 3) * 0.04 + Vec3::new(0.1 * x[i].y, 0.2, -0.1 * x[i].x);
+        }
+        for i in count..x.len() {
+            let from = vector(i, 0).normalize() * 1.5;
+            x[i] = Vec3::repeat(0.5) + from;
+            x_end[i] = Vec3::repeat(0.5) - from * (0.5 + 0.5 * random(i, round)) + vector(i, 3) * 0.3;
+        }
+        let mut contacts = Vec::new();
+        let mut detector = Detector::new(&surfaces, &pairs, &x);
+        detector.detect(&x, &x_end, &[Vec3::zeros()], &mut contacts).unwrap();
+        assert_frames(&contacts);
+        for overlap in initial_overlaps(&detector, &x_end) {
+            let held = contacts.iter().find(|c| c.slave == overlap.node);
+            assert!(
+                held.is_some_and(|c| linear_gap(c, &x, &x_end) < 0.0),
+                "{overlap:?} in round {round}: {held:?}"
+            );
+            inside += 1;
+        }
+        stopped += contacts.len();
+    }
+    assert!(inside > 500 && stopped > inside, "{inside} would end inside, {stopped} are stopped");
 }

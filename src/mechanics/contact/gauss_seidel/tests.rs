@@ -1,3 +1,6 @@
+//! What the sweeps must hold: agreement with the dense operator, momentum, the cone, and a word when they do not converge.
+#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
+
 use super::*;
 use crate::mechanics::contact::local::proj_coulomb_cone;
 
@@ -298,4 +301,15 @@ fn running_out_of_sweeps_is_said() {
         &mut Workspace::default(),
     );
     assert!(!report.converged && report.sweeps == 2 && report.residual > 1e-14, "{report:?}");
+}
+#[test]
+fn strong_friction_that_makes_sweeps_cycle_converges_by_damping() {
+    let mut random = Random(16);
+    for case in 0..500 {
+        let (contacts, inverse_mass, v) = random_problem(&mut random, 1 + case % 20, 40, f64::INFINITY);
+        for mu in [3.0, 30.0] {
+            let (_, report) = run(&contacts, mu, &inverse_mass, 0.1, &mut v.clone());
+            assert!(report.converged, "case {case}, mu {mu}: {report:?}");
+        }
+    }
 }

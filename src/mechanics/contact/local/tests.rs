@@ -1,3 +1,6 @@
+//! The exact solution of one contact against the law, and the projection against its definition.
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+
 use super::*;
 
 /// A small reproducible generator (SplitMix64), uniform in (−1, 1).

@@ -1,0 +1,174 @@
+//! The contacts of one pair in one step: each slave node against the faces that the broad phase left.
+
+use super::Contact;
+use super::broad_phase::Motion;
+use super::closest_point::Patch;
+use super::detection::{Moved, PairState, Side};
+use super::narrow_phase::{NEAR, Proximity, choose_face};
+use super::skin::Skin;
+use super::time_of_impact::{Impact, Search};
+use crate::mechanics::tensor::Vec3;
+
+/// A gap below this share of the face's size is a touch.
+const TOUCH: f64 = 1e-6;
+
+/// One pair in one step.
+pub(super) struct Finder<'a> {
+    pub pair: &'a PairState,
+    pub index: u32,
+    pub skins: &'a [Skin],
+    pub motion: Motion<'a>,
+    pub master_moved: Moved,
+    pub drift: Vec3,
+}
+
+impl Finder<'_> {
+    /// Appends the pair's contacts; returns how many were found by their time of impact.
+    pub fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
+        let moved = |place: usize, node: u32| {
+            let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
+            let old = snapshot[place];
+            (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
+        };
+        let mut impacts = 0;
+        match self.pair.side {
+            Side::Plane { point, frame, size } => {
+                for (node, _) in self.pair.candidates.within_reach(moved, 0.0) {
+                    contacts.extend(self.against_plane(node, &point, &frame, size));
+                }
+            }
+            Side::Surface { master, .. } => {
+                let master = &self.skins[master];
+                for (node, faces) in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
+                    let found = self.against_surface(master, node, faces, search);
+                    impacts += usize::from(matches!(found, Some((_, true))));
+                    contacts.extend(found.map(|(contact, _)| contact));
+                }
+            }
+        }
+        impacts
+    }
+
+    fn against_plane(&self, node: u32, point: &Vec3, frame: &[Vec3; 3], size: f64) -> Option<Contact> {
+        let gap = |x: &[Vec3]| frame[0].dot(&(x[node as usize] - point));
+        let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
+        (start.min(end) <= NEAR * size).then_some(Contact {
+            pair: self.index,
+            slave: node,
+            face: u32::MAX,
+            master: [node; 4],
+            weights: [0.0; 4],
+            frame: *frame,
+            gap: start,
+            drift: self.drift,
+        })
+    }
+
+    /// The contact of a slave node with one of `faces`, and whether it is by its time of impact.
+    fn against_surface(
+        &self,
+        master: &Skin,
+        node: u32,
+        faces: impl Iterator<Item = u32> + Clone,
+        search: &mut Search,
+    ) -> Option<(Contact, bool)> {
+        let Motion { x, x_end } = self.motion;
+        let (s, s_end) = (x[node as usize], x_end[node as usize]);
+        let slave = &self.skins[self.pair.slave];
+        let near = choose_face(master, faces.clone(), &s, || slave.node_normal(node, x), x);
+        // The usual step: nobody moves far.
+        let fast =
+            |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
+        let bound = (s_end - s).norm() + self.master_moved.in_step;
+        let mut quick =
+            faces.filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9)).filter(fast).peekable();
+        if quick.peek().is_none() {
+            return near.map(|p| (self.near_contact(master, node, &p), false));
+        }
+        let same_surface = std::ptr::eq(slave, master);
+        let mut first: Option<(Impact, u32)> = None;
+        for face in quick {
+            let nodes = &master.faces[face as usize];
+            let (start, end) = (Patch::new(nodes, x), Patch::new(nodes, x_end));
+            let before = first.map_or(f64::INFINITY, |(hit, _)| hit.tau);
+            if let Some(hit) = search.first_impact(&start, &end, &s, &s_end, before)
+                && !(same_surface && self.faces_away(master, face, &hit, node))
+            {
+                first = Some((hit, face));
+            }
+        }
+        let near = near.filter(|p| self.holds_when_fast(master, p, node, first.map(|(hit, _)| hit.tau)));
+        match (near, first) {
+            (Some(p), _) => Some((self.near_contact(master, node, &p), false)),
+            (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
+            (None, None) => None,
+        }
+    }
+
+    /// How far node and face move against each other in the step [m].
+    fn relative_motion(&self, master: &Skin, face: u32, node: u32) -> f64 {
+        let step = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
+        let own = step(node);
+        let corners = master.faces[face as usize].iter();
+        corners.map(|&corner| (own - step(corner)).norm_squared()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Whether the face at the start of a fast step still holds the node: it touches and closes, or it stays open
+    /// and no impact comes. A plane continued beyond its face must not stop a node that flies past.
+    fn holds_when_fast(&self, master: &Skin, p: &Proximity, node: u32, impact: Option<f64>) -> bool {
+        let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
+        let face = &master.faces[p.face as usize];
+        let point: Vec3 = face.iter().zip(&p.weights).map(|(&n, &w)| change(n) * w).sum();
+        let closing = p.normal.dot(&(change(node) - point));
+        if p.gap <= TOUCH * master.sizes[p.face as usize] && closing < 0.0 {
+            return true;
+        }
+        impact.is_none() && p.gap + closing >= 0.0
+    }
+
+    fn faces_away(&self, master: &Skin, face: u32, hit: &Impact, node: u32) -> bool {
+        let patch = Patch::between(&master.faces[face as usize], self.motion.x, self.motion.x_end, hit.tau);
+        master.node_normal(node, self.motion.x).dot(&patch.normal(&patch.weights(hit.a, hit.b))) >= 0.0
+    }
+
+    fn near_contact(&self, master: &Skin, node: u32, p: &Proximity) -> Contact {
+        let nodes = master.faces[p.face as usize];
+        let (along, _) = Patch::new(&nodes, self.motion.x).tangents(&p.weights);
+        self.contact(node, p.face, nodes, p.weights, local_frame(&p.normal, &along), p.gap)
+    }
+
+    fn impact_contact(&self, master: &Skin, node: u32, face: u32, hit: &Impact) -> Contact {
+        let Motion { x, x_end } = self.motion;
+        let nodes = master.faces[face as usize];
+        let then = Patch::between(&nodes, x, x_end, hit.tau);
+        let weights = then.weights(hit.a, hit.b);
+        let normal = then.normal(&weights);
+        let gap = normal.dot(&(x[node as usize] - Patch::new(&nodes, x).point(&weights)));
+        let (along, _) = then.tangents(&weights);
+        self.contact(node, face, nodes, weights, local_frame(&normal, &along), gap)
+    }
+
+    fn contact(
+        &self,
+        slave: u32,
+        face: u32,
+        master: [u32; 4],
+        weights: [f64; 4],
+        frame: [Vec3; 3],
+        gap: f64,
+    ) -> Contact {
+        Contact { pair: self.index, slave, face, master, weights, frame, gap, drift: self.drift }
+    }
+}
+
+/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as can be; any if that is along the normal or zero.
+pub(super) fn local_frame(normal: &Vec3, along: &Vec3) -> [Vec3; 3] {
+    let flat = |v: &Vec3| v - normal * normal.dot(v);
+    let mut t1 = flat(along);
+    if t1.norm_squared() <= 1e-12 * along.norm_squared() {
+        let axis = Vec3::ith(normal.iamin(), 1.0);
+        t1 = flat(&axis);
+    }
+    let t1 = t1.normalize();
+    [*normal, t1, normal.cross(&t1)]
+}

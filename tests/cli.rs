@@ -1,0 +1,205 @@
+//! The command line, as a user calls it: `validate`, `material` and `schema`, their output and their exit codes.
+#![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
+
+use serde_json::{Value, json};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn contuse(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+    command.args(args).env_remove("RUST_LOG");
+    command
+}
+
+fn run(args: &[&str]) -> Output {
+    contuse(args).output().unwrap()
+}
+
+/// Runs with `input` on standard input.
+fn run_with(args: &[&str], input: &str) -> Output {
+    let mut child =
+        contuse(args).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+    child.wait_with_output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+fn scenario(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)
+}
+
+#[test]
+fn every_scenario_that_ships_is_valid() {
+    let mut count = 0;
+    for folder in std::fs::read_dir(scenario("")).unwrap() {
+        for file in std::fs::read_dir(folder.unwrap().path()).unwrap() {
+            let path = file.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap();
+            if name.starts_with("scene") && path.extension().is_some_and(|e| e == "json") {
+                let output = run(&["validate", path.to_str().unwrap()]);
+                assert_eq!(output.status.code(), Some(0), "{}: {}", path.display(), text(&output.stdout));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 6);
+}
+
+#[test]
+fn validate_tells_bodies_quality_and_masses() {
+    let path = scenario("ball_on_block/scene.json");
+    let output = run(&["validate", "--json", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0));
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["valid"], true);
+    assert_eq!(answer["estimate"]["elements"], 2336);
+    assert_eq!(answer["bodies"][0]["name"], "ball");
+    // ½ m v² of the faceted ball.
+    let mass = answer["bodies"][0]["mass_kg"].as_f64().unwrap();
+    assert!((0.5 * mass * 100.0 * 100.0 - 33.917).abs() < 5e-4, "{mass}");
+    assert!((answer["bodies"][1]["mass_kg"].as_f64().unwrap() - 0.53).abs() < 1e-9);
+    assert!(answer["bodies"][0]["min_scaled_jacobian"].as_f64().unwrap() > 0.5);
+}
+
+#[test]
+fn an_invalid_scene_is_exit_code_2_with_all_its_problems() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    let scene = std::fs::read_to_string(scenario("two_bars/scene.json")).unwrap();
+    let mut scene: Value = serde_json::from_str(&scene).unwrap();
+    scene["end_time_s"] = json!(-1);
+    scene["bodies"][0]["parts"][0]["material"]["lambda_pa"] = json!(-1e12);
+    scene["bodies"][1]["mesh"] = json!({"file": {"name": "../secret.msh"}});
+    scene["colour"] = json!("red");
+    std::fs::write(&path, scene.to_string()).unwrap();
+
+    let output = run(&["validate", "--json", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["valid"], false);
+    let pointers: Vec<&str> =
+        answer["problems"].as_array().unwrap().iter().map(|p| p["pointer"].as_str().unwrap()).collect();
+    for pointer in
+        ["/colour", "/end_time_s", "/bodies/0/parts/0/material/lambda_pa", "/bodies/1/mesh/file/name"]
+    {
+        assert!(pointers.contains(&pointer), "{pointer} is not in {pointers:?}");
+    }
+
+    let output = run(&["validate", path.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stdout).contains("4 error(s)"), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("remedy:"));
+    assert_eq!(run(&["validate", "no/such/scene.json"]).status.code(), Some(2));
+    assert_eq!(run(&["validate"]).status.code(), Some(2), "missing arguments are invalid input too");
+}
+
+fn rubber() -> Value {
+    json!({"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5.96e7})
+}
+
+#[test]
+fn material_answers_energy_and_stresses_at_f() {
+    // Cauchy stress and energy of another finite element code for the same law and deformation.
+    let question =
+        json!({"material": rubber(), "F": [[1.12, 0.2, -0.05], [0.1, 0.95, 0.15], [0.05, -0.1, 1.03]]});
+    let output = run_with(&["material", "-"], &question.to_string());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let close = |value: &Value, expected: f64| (value.as_f64().unwrap() / expected - 1.0).abs() < 1e-9;
+    assert!(close(&answer["J"], 1.096_495));
+    assert!(close(&answer["psi_j_per_m3"], 318_155.906_739));
+    let cauchy = &answer["cauchy_pa"];
+    for (i, j, expected) in [
+        (0, 0, 5_202_371.889_16),
+        (1, 1, 4_828_681.403_86),
+        (2, 2, 4_990_290.833_19),
+        (0, 1, 303_741.317_649),
+        (1, 2, 69_550.551_975_5),
+        (0, 2, -18_696.102_621_5),
+    ] {
+        assert!(close(&cauchy[i][j], expected) && close(&cauchy[j][i], expected), "{i}{j}: {}", cauchy[i][j]);
+    }
+    assert_eq!(answer["P_pa"].as_array().unwrap().len(), 3);
+
+    let list = json!([question, question]);
+    let output = run_with(&["material", "-"], &list.to_string());
+    let answers: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answers, json!([answer, answer]), "a list is answered by a list");
+}
+
+#[test]
+fn material_follows_paths_as_json_csv_and_svg() {
+    let mut law = rubber();
+    law["bulk_modulus_pa"] = json!(1e12);
+    let question = json!({"material": law}).to_string();
+    let path = ["material", "-", "--path", "uniaxial", "--from", "0.5", "--to", "2", "--points", "4"];
+    let rows: Value = serde_json::from_slice(&run_with(&path, &question).stdout).unwrap();
+    for (row, stretch) in rows.as_array().unwrap().iter().zip([0.5_f64, 1.0, 1.5, 2.0]) {
+        // σ = 2 (λ² − 1/λ)(C10 + C01/λ) of the incompressible solid
+        let expected = 2.0 * (stretch * stretch - 1.0 / stretch) * (5e5 + 1e5 / stretch);
+        let got = row["cauchy_pa"][0][0].as_f64().unwrap();
+        assert!(
+            (got - expected).abs() <= 1e-4 * expected.abs() + 1.0,
+            "λ = {stretch}: {got} against {expected}"
+        );
+    }
+
+    let csv = run_with(&[&path[..], &["--format", "csv"]].concat(), &question);
+    let lines: Vec<&str> = text(&csv.stdout).lines().collect();
+    assert_eq!(lines.len(), 5);
+    let columns = lines[0].split(',').count();
+    assert!(lines[0].starts_with("item,stretch,J,psi_j_per_m3,P_xx_pa"));
+    assert!(lines.iter().all(|line| line.split(',').count() == columns));
+
+    let svg = run_with(&[&path[..], &["--format", "svg"]].concat(), &question);
+    let picture = text(&svg.stdout);
+    assert!(picture.starts_with("<svg") && picture.trim_end().ends_with("</svg>"));
+    assert!(picture.contains("stress [MPa]") && picture.matches("<polyline").count() >= 2);
+}
+
+#[test]
+fn wrong_questions_about_a_material_are_exit_code_2_and_say_why() {
+    let rest = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+    let mut unstable = rubber();
+    unstable["c10_pa"] = json!(-1e6);
+    for (input, words) in [
+        (json!({"material": {"law": "money_rivlin"}, "F": rest}).to_string(), "mooney_rivlin"),
+        (json!({"material": unstable, "F": rest}).to_string(), "unstable"),
+        (json!({"material": rubber()}).to_string(), "/F"),
+        (json!({"material": rubber(), "F": [[1, 0], [0, 1]]}).to_string(), "/F"),
+        (json!({"material": rubber(), "F": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}).to_string(), "inverted"),
+        ("{".into(), "not JSON"),
+    ] {
+        let output = run_with(&["material", "-"], &input);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{input}: {said}");
+        assert!(said.contains(words), "{input}: {said}");
+        assert!(output.stdout.is_empty());
+    }
+    assert_eq!(run(&["material", "no/such/file.json"]).status.code(), Some(2));
+    let svg = run_with(
+        &["material", "-", "--format", "svg"],
+        &json!({"material": rubber(), "F": rest}).to_string(),
+    );
+    assert_eq!(svg.status.code(), Some(2), "a point is no picture");
+}
+
+#[test]
+fn schema_prints_the_committed_schema() {
+    let output = run(&["schema"]);
+    let committed =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("api/scene.schema.json")).unwrap();
+    assert!(output.stdout == committed);
+}
+
+#[test]
+fn a_reader_that_leaves_early_is_no_failure() {
+    let mut child = contuse(&["schema"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), ""));
+}

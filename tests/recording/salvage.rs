@@ -1,0 +1,99 @@
+//! What a killed writer leaves can be read, up to its last whole chunk.
+
+use super::{read, record, scene};
+use contuse::record::{partial_path, reindex_incomplete, snapshot};
+use std::path::Path;
+use std::sync::Mutex;
+
+/// What stands on the disk in the middle of a run, as a kill would leave it.
+fn partial_bytes(folder: &Path, at: u64) -> Vec<u8> {
+    let path = folder.join("run.mcap");
+    let bytes = Mutex::new(Vec::new());
+    record(&scene(&[]), &path, 1, &|asked| {
+        if asked == at {
+            *bytes.lock().unwrap() = std::fs::read(partial_path(&path)).unwrap();
+        }
+        None
+    });
+    bytes.into_inner().unwrap()
+}
+
+fn salvage(folder: &Path, bytes: &[u8]) -> Result<contuse::record::Salvaged, contuse::record::RecordError> {
+    let path = folder.join("killed.mcap");
+    std::fs::write(partial_path(&path), bytes).unwrap();
+    reindex_incomplete(&path)
+}
+
+#[test]
+fn a_killed_run_is_readable_and_marked() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = partial_bytes(folder.path(), 35);
+    let salvaged = salvage(folder.path(), &bytes).unwrap();
+    assert!(salvaged.messages > 20 && salvaged.time_s > 0.0, "{salvaged:?}");
+    let path = folder.path().join("killed.mcap");
+    assert!(!partial_path(&path).exists());
+    let contents = read(&path);
+    assert_eq!((&contents.ending["ending"][..], &contents.ending["complete"][..]), ("worker_lost", "false"));
+    assert_eq!(contents.attachments, ["scene.json", "plan_report.json"]);
+    assert_eq!(contents.topics.values().map(Vec::len).sum::<usize>() as u64, salvaged.messages);
+}
+
+#[test]
+fn every_cut_keeps_what_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    record(&scene(&[]), &folder.path().join("run.mcap"), 1, &|_| None);
+    let whole = std::fs::read(folder.path().join("run.mcap")).unwrap();
+    let mut last = 0;
+    // The header is 8 + 9 + a few bytes; a cut in it leaves no recording.
+    for cut in (1..=40).map(|i| whole.len() * i / 40) {
+        let Ok(salvaged) = salvage(folder.path(), &whole[..cut]) else {
+            panic!("cut at {cut} of {}", whole.len())
+        };
+        assert!(salvaged.messages >= last, "less is left of more: {cut}");
+        last = salvaged.messages;
+        assert_eq!(read(&folder.path().join("killed.mcap")).ending["complete"], "false");
+    }
+    let all: usize = read(&folder.path().join("run.mcap")).topics.values().map(Vec::len).sum();
+    assert_eq!(last, all as u64);
+}
+
+#[test]
+fn a_damaged_chunk_is_the_end_of_what_is_good() {
+    let folder = tempfile::tempdir().unwrap();
+    record(&scene(&[]), &folder.path().join("run.mcap"), 1, &|_| None);
+    let mut bytes = std::fs::read(folder.path().join("run.mcap")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    let salvaged = salvage(folder.path(), &bytes).unwrap();
+    let all: usize = read(&folder.path().join("run.mcap")).topics.values().map(Vec::len).sum();
+    assert!(salvaged.messages > 0 && salvaged.messages < all as u64);
+    read(&folder.path().join("killed.mcap"));
+}
+
+#[test]
+fn what_is_no_recording_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(salvage(folder.path(), b"no recording at all, but long enough for a header").is_err());
+    assert!(
+        !folder.path().join("killed.mcap").exists()
+            && !folder.path().join("killed.salvaged.partial").exists()
+    );
+    assert!(reindex_incomplete(&folder.path().join("nothing.mcap")).is_err());
+}
+
+#[test]
+fn a_running_recording_can_be_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, target) = (folder.path().join("run.mcap"), folder.path().join("look.mcap"));
+    let seen = Mutex::new(None);
+    record(&scene(&[]), &path, 1, &|asked| {
+        if asked == 30 {
+            *seen.lock().unwrap() = Some(snapshot(&path, &target).unwrap());
+        }
+        None
+    });
+    let seen = seen.into_inner().unwrap().unwrap();
+    assert!(seen.messages > 20);
+    assert_eq!(read(&target).ending["ending"], "running");
+    assert_eq!(read(&path).ending["ending"], "finished", "looking does not disturb");
+}
