@@ -10,6 +10,7 @@ fn service_is_there_and_ready() {
     let landing = server.client().get("/");
     assert!(landing.header("content-type").unwrap().starts_with("text/html"));
     assert!(landing.text().contains("not a medical device"));
+    assert!(server.client().get("/landing.css").header("content-type").unwrap().starts_with("text/css"));
 }
 
 #[test]

@@ -62,6 +62,7 @@ pub fn router(app: Arc<App>) -> Router {
     let docs: Router<Arc<App>> = SwaggerUi::new("/docs").config(Config::from("/openapi.json")).into();
     let all = calls
         .route("/", get(pages::landing))
+        .route("/landing.css", get(pages::landing_style))
         .route("/openapi.json", get(pages::openapi_json))
         .merge(docs)
         .fallback(async || problem::Problem::no_such_address())

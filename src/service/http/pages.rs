@@ -53,6 +53,11 @@ pub async fn scene_schema() -> Response {
 
 /// The way in for people.
 pub async fn landing() -> Response {
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; frame-ancestors 'none'";
+    let policy = "default-src 'none'; style-src 'self'; base-uri 'none'; frame-ancestors 'none'";
     ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("landing.html"))).into_response()
+}
+
+/// How it looks.
+pub async fn landing_style() -> Response {
+    ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], include_str!("landing.css")).into_response()
 }

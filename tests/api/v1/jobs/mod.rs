@@ -1,3 +1,5 @@
+//! `/v1/jobs` and below: one file a call.
+
 mod cancel;
 mod delete;
 mod events;
