@@ -70,8 +70,6 @@ pub(super) struct Extremes {
     pub smallest_j: f64,
     pub most_contacts: usize,
     pub balance_error: f64,
-    /// What errors of energy are measured against, at the end [J].
-    pub energy_scale: f64,
 }
 
 impl<'p> Stepper<'p> {
@@ -97,7 +95,6 @@ impl<'p> Stepper<'p> {
                 smallest_j: f64::INFINITY,
                 most_contacts: 0,
                 balance_error: 0.0,
-                energy_scale: 0.0,
             },
         }
     }
@@ -153,7 +150,6 @@ impl<'p> Stepper<'p> {
         ledger.add_work(&work, Half::After);
         self.ledger = ledger;
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
-        self.extremes.energy_scale = energy.scale_j;
         energy
     }
 

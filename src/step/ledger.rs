@@ -290,6 +290,15 @@ impl Ledger {
         energy
     }
 
+    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and at least what rounding
+    /// leaves [J].
+    pub fn scale(&self, plan: &Plan) -> f64 {
+        let pairs = self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs()).sum::<f64>();
+        let dissipation = self.viscous.iter().sum::<f64>() + pairs;
+        let started_with = self.initial.unwrap_or(0.0);
+        started_with.max(self.peak_strain).max(self.absolute_external).max(dissipation).max(plan.rounding_energy)
+    }
+
     /// Totals and the error of the balance.
     fn close(&mut self, work: &StepWork, energy: &mut Energy) {
         let strain: f64 = work.strain.iter().sum();
@@ -302,12 +311,7 @@ impl Ledger {
         energy.total_j = kinetic + strain + viscous + friction + numerical;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
-        let dissipation = viscous + friction + numerical.abs();
-        energy.scale_j = initial
-            .max(self.peak_strain)
-            .max(self.absolute_external)
-            .max(dissipation)
-            .max(work.plan.rounding_energy);
+        energy.scale_j = self.scale(work.plan);
         energy.balance_error = (energy.total_j - initial - energy.external_work_j).abs() / energy.scale_j;
     }
 }

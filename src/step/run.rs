@@ -10,8 +10,7 @@ use crate::plan::{Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
-/// Above this share of the energy scale (the initial energy, where no external force works), numerical contact dissipation
-/// is warned about.
+/// Above this share of the energy scale, numerical contact dissipation is warned about.
 const NOTABLE_CONTACT_LOSS: f64 = 0.02;
 
 /// Why a run is asked to stop before its end.
@@ -248,11 +247,11 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
             ));
         }
     }
-    let scale = stepper.map_or(0.0, |s| s.extremes.energy_scale);
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
-    if lost > NOTABLE_CONTACT_LOSS * scale {
+    let scale = state.ledger.scale(plan);
+    if lost > NOTABLE_CONTACT_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the energy of {scale:.3e} J: a finer mesh at the contact lowers it.",
+            "Numerical contact dissipation is {:.1} % of the energy scale: a finer mesh at the contact lowers it.",
             100.0 * lost / scale
         ));
     }
