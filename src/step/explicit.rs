@@ -233,6 +233,7 @@ impl<'p> Stepper<'p> {
             };
             self.threads.sweep(block, &input, output);
             let totals = BlockTotals::reduce(&self.totals[batches]);
+            self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain;
             self.viscous[block.body] += totals.viscous;
@@ -240,7 +241,6 @@ impl<'p> Stepper<'p> {
             if step < stable.0 {
                 stable = (step, block.elements.get(slot).copied());
             }
-            self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
         }
         Ok(stable)
     }

@@ -58,10 +58,7 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
 #[test]
 fn a_crushed_element_is_named_with_its_place_and_the_time() {
     let plan = plan(&scene(300.0));
-    let mut last = None;
-    let (outcome, state) =
-        run_on(&plan, State::new(&plan), 1, |frame| last = Some((frame.time(), frame.is_field_time)));
-    println!("{outcome:?}");
+    let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| {});
     let failure = failure(outcome);
     // Twice the speed of sound: the foot of the ball is crushed along an edge without turning inside out.
     assert_eq!(failure.cause, FailureCause::StepCollapsed);
@@ -71,6 +68,51 @@ fn a_crushed_element_is_named_with_its_place_and_the_time() {
     assert!(x.hypot(y) < 0.008 && (0.0..0.003).contains(&z), "{:?}", place.position_m);
     // The wall is 0.1 mm away.
     assert!(failure.time_s > 0.1e-3 / 300.0 && failure.time_s == state.time);
+}
+
+/// A stiff stud is driven into a soft block between its nodes.
+#[test]
+fn an_inverted_element_is_named_with_its_place_and_the_time() {
+    let plan = plan(&json!({
+        "name": "stud",
+        "end_time_s": 2e-3,
+        "bodies": [
+            {
+                "name": "stud",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [0.011, 0.012, 0.0201], "max_m": [0.014, 0.015, 0.024], "elements": [2, 2, 2]
+                }},
+                "velocity_m_per_s": [20, 10, -100],
+                "parts": [{"part": "block", "density_kg_per_m3": 8000.0, "material": {
+                    "law": "neo_hookean", "c10_pa": 1e8, "bulk_modulus_pa": 5e8
+                }}]
+            },
+            {
+                "name": "jelly",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [0, 0, 0], "max_m": [0.02, 0.02, 0.02], "elements": [2, 2, 2]
+                }},
+                "fixed": [{"set": "z_min"}],
+                "parts": [{"part": "block", "density_kg_per_m3": 1000.0, "material": {
+                    "law": "neo_hookean", "c10_pa": 10.0, "bulk_modulus_pa": 5e4, "volumetric": "quadratic"
+                }}]
+            }
+        ],
+        "integrator": {"kind": "explicit", "energy_gate": 1.0},
+        "record": {"fields": [], "field_times_s": []}
+    }));
+    let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| {});
+    let smallest = outcome.smallest_jacobian;
+    let failure = failure(outcome);
+    assert_eq!(failure.cause, FailureCause::ElementInverted);
+    assert!(
+        failure.message.contains(&format!("J = {smallest:.4}")) && smallest <= 0.0,
+        "{}",
+        failure.message
+    );
+    assert_eq!((failure.time_s, failure.step), (state.time, state.step));
+    let place = failure.element.unwrap();
+    assert_eq!((place.body.as_str(), place.part.as_str()), ("jelly", "block"));
 }
 
 #[test]

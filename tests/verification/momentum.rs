@@ -74,7 +74,6 @@ fn look(step: f64) -> Errors {
 #[test]
 fn momenta_are_kept_and_each_body_gains_what_the_reactions_do_on_it() {
     let [coarse, fine] = [4e-6, 1e-6].map(look);
-    println!("{coarse:?}\n{fine:?}");
     // Half of an order a halving is lost at most to where nodes change faces.
     let order = |coarse: f64, fine: f64| order(coarse, fine) / 2.0;
     for errors in [&coarse, &fine] {
