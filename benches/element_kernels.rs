@@ -1,2 +1,194 @@
-//! Kernels of blocks of elements: force sweep, stretch rates, assembly.
-fn main() {}
+//! Kernels of one block of elements on one thread: force sweep, stretch rates, sum of forces at the nodes.
+//!
+//! `cargo bench --bench element_kernels`; an item is one element swept once, so the throughput column is element-steps
+//! per second and core. The block is sheared and stretched, so that fibres pull and bulk viscosity acts.
+
+use contuse::mechanics::element::ReferenceGeometry;
+use contuse::mechanics::force::{
+    Assembly, BatchTotals, BlockInput, BlockParameters, ElementBlock, SweepInput, SweepOutput,
+    largest_stretch_rate,
+};
+use contuse::mechanics::material::{
+    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
+    NeoHookean, Volumetric,
+};
+use contuse::mechanics::tensor::{Mat3, Vec3};
+use contuse::mesh::Mesh;
+use contuse::mesh::generate::block::Block;
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+use std::fmt;
+
+fn main() {
+    divan::main();
+}
+
+/// Elements along each axis: 2 000 (in the second-level cache, but for the element forces) and 100 000 (in memory).
+const SIZES: [[u32; 3]; 2] = [[20, 10, 10], [50, 50, 40]];
+
+#[derive(Clone, Copy)]
+enum Law {
+    MooneyRivlin,
+    NeoHookean,
+    CoupledNeoHookean,
+    HolzapfelGasserOgden,
+}
+
+/// One column of the table: a law, a formulation, a size.
+#[derive(Clone, Copy)]
+struct Case {
+    law: Law,
+    mean_dilatation: bool,
+    counts: [u32; 3],
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let law = match self.law {
+            Law::MooneyRivlin => "Mooney–Rivlin",
+            Law::NeoHookean => "neo-Hookean",
+            Law::CoupledNeoHookean => "coupled neo-Hookean",
+            Law::HolzapfelGasserOgden => "HGO, two families",
+        };
+        let formulation = if self.mean_dilatation { "mean dilatation" } else { "full" };
+        write!(f, "{law}, {formulation}, {}", self.counts.iter().product::<u32>())
+    }
+}
+
+/// Every law in the formulations that it knows, in both sizes.
+fn cases() -> impl Iterator<Item = Case> {
+    let kinds = [
+        (Law::MooneyRivlin, true),
+        (Law::MooneyRivlin, false),
+        (Law::NeoHookean, true),
+        (Law::NeoHookean, false),
+        (Law::CoupledNeoHookean, false),
+        (Law::HolzapfelGasserOgden, true),
+        (Law::HolzapfelGasserOgden, false),
+    ];
+    let of_size = move |counts| kinds.map(|(law, mean_dilatation)| Case { law, mean_dilatation, counts });
+    SIZES.into_iter().flat_map(of_size)
+}
+
+fn material(law: Law) -> Option<Material> {
+    let volumetric = Volumetric::LnSquared(1e8);
+    Some(match law {
+        Law::MooneyRivlin => Material::MooneyRivlin(MooneyRivlin { c10: 5e5, c01: 1e5, volumetric }),
+        Law::NeoHookean => Material::NeoHookean(NeoHookean { c10: 5e5, volumetric }),
+        Law::CoupledNeoHookean => Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1e6, lambda: 1e8 }),
+        Law::HolzapfelGasserOgden => Material::HolzapfelGasserOgden(HolzapfelGasserOgden {
+            c: 1e5,
+            k1: 1e5,
+            k2: 1.0,
+            kappa: 0.1,
+            families: FibreFamilies::new(&[[1.0, 0.5, 0.0], [1.0, -0.5, 0.0]])?,
+            i4: I4Form::Full,
+            matrix: MatrixForm::Isochoric,
+            volumetric,
+        }),
+    })
+}
+
+/// A block of elements in a deformed state, with the buffers of a sweep.
+struct Bench {
+    mesh: Mesh,
+    block: ElementBlock,
+    u: Vec<Vec3>,
+    before: Vec<f64>,
+    force: Vec<Vec3>,
+    dilatation: Vec<f64>,
+    viscous_pressure: Vec<f64>,
+    totals: Vec<BatchTotals>,
+}
+
+impl Bench {
+    /// `None` when the case could not be made, which its bench reports.
+    fn new(case: &Case) -> Option<Self> {
+        let size = Vec3::from(case.counts.map(|n| 1e-3 * f64::from(n)));
+        let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
+        let parameters = BlockParameters {
+            material: material(case.law)?,
+            mean_dilatation: case.mean_dilatation,
+            density: 1000.0,
+            linear_viscosity: 0.06,
+            quadratic_viscosity: 1.2,
+        };
+        let input = |e: usize| BlockInput {
+            element: e as u32,
+            nodes: mesh.hexes[e],
+            axes: Mat3::identity(),
+            geometry: ReferenceGeometry::new(&mesh.corners(e)),
+        };
+        let inputs: Vec<BlockInput> = (0..mesh.hexes.len()).map(input).collect();
+        let block = ElementBlock::new(0, parameters, 0, &inputs);
+        let slots = block.slot_count();
+        let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
+        Some(Self {
+            u,
+            before: vec![0.02; slots],
+            force: vec![Vec3::zeros(); 8 * slots],
+            dilatation: vec![0.0; slots],
+            viscous_pressure: vec![0.0; slots],
+            totals: vec![BatchTotals::default(); block.batch_count()],
+            block,
+            mesh,
+        })
+    }
+
+    fn sweep(&mut self) {
+        let input = SweepInput {
+            u: &self.u,
+            inverse_step: 1e6,
+            dilatation: &self.before,
+            viscous_pressure: &self.before,
+        };
+        let output = SweepOutput {
+            force: &mut self.force,
+            dilatation: &mut self.dilatation,
+            viscous_pressure: &mut self.viscous_pressure,
+            totals: &mut self.totals,
+        };
+        self.block.sweep(0, black_box(&input), output);
+    }
+}
+
+/// Internal forces, energies and stable steps.
+#[divan::bench(args = cases())]
+fn force_sweep(bencher: Bencher, case: Case) {
+    let Some(mut bench) = Bench::new(&case) else { return };
+    bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| bench.sweep());
+}
+
+/// The limit of the step by stretch rates.
+#[divan::bench(args = SIZES)]
+fn stretch_rate_sweep(bencher: Bencher, counts: [u32; 3]) {
+    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
+    let Some(bench) = Bench::new(&case) else { return };
+    let (block, X, v) = (&bench.block, &bench.mesh.nodes, &bench.u);
+    bencher
+        .counter(ItemsCount::new(bench.mesh.hexes.len()))
+        .bench_local(|| largest_stretch_rate(block, 0..block.batch_count(), black_box(X), black_box(v)));
+}
+
+/// The sum of the element forces at each node.
+#[divan::bench(args = SIZES)]
+fn assembly(bencher: Bencher, counts: [u32; 3]) {
+    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
+    let Some(mut bench) = Bench::new(&case) else { return };
+    bench.sweep();
+    let corners: Vec<(u32, u32)> = bench
+        .mesh
+        .hexes
+        .as_flattened()
+        .iter()
+        .enumerate()
+        .map(|(corner, node)| (corner as u32, *node))
+        .collect();
+    let assembly = Assembly::new(bench.mesh.nodes.len(), &corners);
+    let mut sums = vec![Vec3::zeros(); bench.mesh.nodes.len()];
+    bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| {
+        for (node, sum) in sums.iter_mut().enumerate() {
+            *sum = assembly.sum_at(node, black_box(&bench.force));
+        }
+    });
+}

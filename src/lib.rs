@@ -13,8 +13,6 @@
 //! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top `service` and [`cli`].
 //!
 //! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < service < cli`.
-// Symbols of the field are what they are on paper: X reference position, F deformation gradient, J its determinant.
-#![allow(non_snake_case)]
 
 pub mod cli;
 pub mod measure;

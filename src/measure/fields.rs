@@ -19,10 +19,42 @@ pub fn pressure(cauchy: &Mat3) -> f64 {
 
 /// Largest principal Green–Lagrange strain, the largest eigenvalue of E = ½ (FᵀF − I) [-].
 ///
-/// E is formed from ∇u = F − I, E = ½ (∇u + ∇uᵀ + ∇uᵀ∇u), so that it is exactly 0 at rest and nothing cancels.
+/// E is formed from ∇u = F − I, E = ½ (∇u + ∇uᵀ + ∇uᵀ∇u), so that it is exactly 0 at rest and nothing cancels. Its largest
+/// eigenvalue is in closed form (Smith 1961): with q = tr E / 3, B = E − q I, p² = B:B / 6 and cos 3φ = det B / (2 p³) it is
+/// q + 2 p cos φ. An iteration would take longer than the law itself.
 pub fn principal_strain(F: &Mat3) -> f64 {
     let H = F - Mat3::identity();
-    ((H + H.transpose() + H.transpose() * H) * 0.5).symmetric_eigenvalues().max()
+    let E = (H + H.transpose() + H.transpose() * H) * 0.5;
+    let q = E.trace() / 3.0;
+    let B = E - Mat3::identity() * q;
+    let p = (B.norm_squared() / 6.0).sqrt();
+    if p == 0.0 {
+        return q;
+    }
+    let cos_3_phi = 0.5 * (B / p).determinant();
+    q + 2.0 * p * (cos_3_phi.clamp(-1.0, 1.0).acos() / 3.0).cos()
+}
+
+/// What the measures and the fields read of a quadrature point, evaluated once for both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointValues {
+    /// Von Mises stress [Pa].
+    pub von_mises: f64,
+    /// Pressure, positive in compression [Pa].
+    pub pressure: f64,
+    /// Largest principal Green–Lagrange strain [-].
+    pub principal_strain: f64,
+}
+
+impl PointValues {
+    /// At a quadrature point.
+    pub fn eval(point: &PointField) -> Self {
+        Self {
+            von_mises: von_mises(&point.cauchy),
+            pressure: pressure(&point.cauchy),
+            principal_strain: principal_strain(&point.F),
+        }
+    }
 }
 
 /// Nodal and element fields of the whole model at one time. A field that nobody asked for is empty.
@@ -97,7 +129,7 @@ impl Fields {
     }
 
     /// Adds quadrature point `q` of an element (global number).
-    pub fn accumulate(&mut self, element: u32, q: usize, point: &PointField) {
+    pub fn accumulate(&mut self, element: u32, q: usize, point: &PointField, values: &PointValues) {
         let volume = point.volume;
         if let Some(mean) = self.element_cauchy.get_mut(element as usize) {
             let s = &point.cauchy;
@@ -115,13 +147,13 @@ impl Fields {
             }
         };
         if !self.von_mises.is_empty() {
-            add(&mut self.von_mises, von_mises(&point.cauchy));
+            add(&mut self.von_mises, values.von_mises);
         }
         if !self.pressure.is_empty() {
-            add(&mut self.pressure, pressure(&point.cauchy));
+            add(&mut self.pressure, values.pressure);
         }
         if !self.principal_strain.is_empty() {
-            add(&mut self.principal_strain, principal_strain(&point.F));
+            add(&mut self.principal_strain, values.principal_strain);
         }
         add(&mut self.nodal_volume, 1.0);
     }
@@ -180,6 +212,18 @@ mod tests {
         assert!(principal_strain(&rotation).abs() < 1e-15);
         let stretch = Mat3::from_diagonal(&Vec3::new(1.2, 0.9, 1.0));
         assert!((principal_strain(&(rotation * stretch)) - 0.22).abs() < 1e-14);
+        let swollen = Mat3::identity() * 1.1;
+        assert!((principal_strain(&swollen) - 0.105).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_closed_form_is_the_largest_eigenvalue() {
+        for seed in 0..50 {
+            let wave = |i: usize, j: usize| 0.3 * f64::from(seed).mul_add(1.7, (5 * i + 3 * j) as f64).sin();
+            let F = Mat3::identity() + Mat3::from_fn(wave);
+            let largest = ((F.transpose() * F - Mat3::identity()) * 0.5).symmetric_eigenvalues().max();
+            assert!((principal_strain(&F) - largest).abs() < 1e-13, "{seed}");
+        }
     }
 
     #[test]
@@ -204,8 +248,9 @@ mod tests {
         for _ in 0..2 {
             fields.clear();
             for q in 0..POINTS {
-                fields.accumulate(0, q, &point(3.0, 1.0));
-                fields.accumulate(1, q, &point(9.0, 2.0));
+                let (a, b) = (point(3.0, 1.0), point(9.0, 2.0));
+                fields.accumulate(0, q, &a, &PointValues::eval(&a));
+                fields.accumulate(1, q, &b, &PointValues::eval(&b));
             }
             fields.average();
         }
@@ -227,7 +272,7 @@ mod tests {
             let cauchy = Mat3::identity() * -Hex8::point(q)[0];
             let position = Vec3::zeros();
             let point = PointField { position, volume: 1.0, F: Mat3::identity(), cauchy, psi: 0.0, J: 1.0 };
-            fields.accumulate(0, q, &point);
+            fields.accumulate(0, q, &point, &PointValues::eval(&point));
         }
         fields.average();
         // p = ξ at points ±1/√3 with weights (1 ± ξ)/2: the projection of ξ to the corner ξ = 1 is 1/3.

@@ -4,7 +4,7 @@ use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
 use super::contact_patch::PatchGeometry;
 use super::deflection::Deflection;
-use super::fields::{Fields, for_each_point};
+use super::fields::{Fields, PointValues, for_each_point};
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::stress_depth::StressDepth;
 use super::summary::Summary;
@@ -77,11 +77,12 @@ impl Measures {
             fields.clear();
         }
         for_each_point(frame.plan, &frame.state.u, &mut |element, q, point| {
+            let values = PointValues::eval(point);
             if let Some(stress) = stress {
-                stress.accumulate(element, point);
+                stress.accumulate(element, point, &values);
             }
             if let Some(fields) = fields {
-                fields.accumulate(element, q, point);
+                fields.accumulate(element, q, point, &values);
             }
         });
         if let Some(stress) = stress {

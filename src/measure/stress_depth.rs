@@ -3,7 +3,7 @@
 //! Evaluated at the field times and at the end, not at every step: a peak between two field times is not seen, so ask for
 //! field times that are close enough to each other.
 
-use super::fields::{principal_strain, von_mises};
+use super::fields::PointValues;
 use crate::mechanics::force::PointField;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::distance::DepthField;
@@ -117,7 +117,7 @@ impl StressDepth {
     }
 
     /// Takes in one quadrature point of an element (global number); the order of the points is that of every sweep.
-    pub fn accumulate(&mut self, element: u32, point: &PointField) {
+    pub fn accumulate(&mut self, element: u32, point: &PointField, values: &PointValues) {
         if !self.elements.iter().any(|range| range.contains(&element)) {
             return;
         }
@@ -126,9 +126,9 @@ impl StressDepth {
         if self.depth.len() <= index {
             self.depth.push(f64::NAN);
         }
-        let stress = von_mises(&point.cauchy);
+        let stress = values.von_mises;
         self.von_mises.raise(stress, point.position, self.time);
-        self.principal_strain.raise(principal_strain(&point.F), point.position, self.time);
+        self.principal_strain.raise(values.principal_strain, point.position, self.time);
         self.energy_density.raise(point.psi, point.position, self.time);
         if self.exceedances.first().is_none_or(|lowest| stress <= lowest.threshold) {
             return;
@@ -169,21 +169,25 @@ mod tests {
         }
     }
 
+    fn feed(measure: &mut StressDepth, element: u32, point: &PointField) {
+        measure.accumulate(element, point, &PointValues::eval(point));
+    }
+
     #[test]
     fn depth_is_the_deepest_point_above_each_threshold() {
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0), Vec3::y()];
         let skin = DepthField::new(&[[0, 1, 2, 3]], &corners).unwrap();
         let mut measure = StressDepth::of(Some(skin), vec![10..20], &[1.0, 5.0]);
         measure.begin(1.0);
-        measure.accumulate(3, &point(-9.0, 100.0)); // another body
-        measure.accumulate(10, &point(-0.1, 7.0));
-        measure.accumulate(11, &point(-0.3, 2.0));
-        measure.accumulate(12, &point(-0.8, 0.5));
+        feed(&mut measure, 3, &point(-9.0, 100.0)); // another body
+        feed(&mut measure, 10, &point(-0.1, 7.0));
+        feed(&mut measure, 11, &point(-0.3, 2.0));
+        feed(&mut measure, 12, &point(-0.8, 0.5));
         measure.end();
         measure.begin(2.0);
-        measure.accumulate(10, &point(-0.1, 3.0));
-        measure.accumulate(11, &point(-0.3, 0.0));
-        measure.accumulate(12, &point(-0.8, 0.5));
+        feed(&mut measure, 10, &point(-0.1, 3.0));
+        feed(&mut measure, 11, &point(-0.3, 0.0));
+        feed(&mut measure, 12, &point(-0.8, 0.5));
         measure.end();
         let [low, high] = [measure.exceedances[0], measure.exceedances[1]];
         assert!((low.depth - 0.3).abs() < 1e-12 && low.depth_time == 1.0);
@@ -197,7 +201,7 @@ mod tests {
     fn without_a_skin_there_is_volume_but_no_depth() {
         let mut measure = StressDepth::of(None, vec![0..1], &[1.0]);
         measure.begin(0.0);
-        measure.accumulate(0, &point(-1.0, 2.0));
+        feed(&mut measure, 0, &point(-1.0, 2.0));
         measure.end();
         assert!(
             !measure.has_skin()

@@ -11,7 +11,9 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan};
 
 /// Sweeps of Gauss–Seidel before it is said not to converge.
-const MOST_SWEEPS: usize = 5000;
+const MOST_SWEEPS: usize = 2000;
+/// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and warned about.
+const LARGEST_RESIDUAL: f64 = 1e-4;
 
 /// Detector and buffers of the contact solve; derived from the plan and the positions, so no part of the state.
 pub(super) struct ContactStep<'p> {
@@ -26,6 +28,8 @@ pub(super) struct ContactStep<'p> {
     reactions: Vec<Reaction>,
     workspace: Workspace,
     moved: Vec<(u32, Vec3)>,
+    /// Solves that ended above the scene's tolerance: how many, and the largest residual.
+    pub unconverged: (u64, f64),
 }
 
 impl<'p> ContactStep<'p> {
@@ -43,6 +47,7 @@ impl<'p> ContactStep<'p> {
             reactions: Vec::new(),
             workspace: Workspace::default(),
             moved: Vec::new(),
+            unconverged: (0, 0.0),
         }
     }
 
@@ -80,11 +85,16 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
+        if report.residual <= LARGEST_RESIDUAL {
+            // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to
+            // more digits than the mesh resolves. It is counted, and the user is told.
+            self.unconverged = (self.unconverged.0 + 1, self.unconverged.1.max(report.residual));
+            return Ok(());
+        }
         let message = format!(
-            "The contact solver stopped at a residual of {:.2e} after {} sweeps (tolerance {:.0e}, {} contacts).",
+            "The contact solver stopped at a residual of {:.2e} after {} sweeps (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
             report.residual,
             report.sweeps,
-            self.plan.tolerance,
             self.contacts.len()
         );
         Err((FailureCause::ContactNotConverged, message))

@@ -136,8 +136,16 @@ impl<'p> Stepper<'p> {
             *sum += dissipated;
         }
         let work = self.work(state);
-        ledger.add_work(&work, Half::Before);
-        let energy = ledger.balance(&work);
+        let energy = if state.last_step == 0.0 {
+            // At the start nothing has been done yet, and the velocity is known at t_0 itself.
+            let energy = ledger.balance(&StepWork { v_after: &state.v, ..work });
+            ledger.add_work(&work, Half::Before);
+            ledger.add_first_half_step(&work, &self.f_int);
+            energy
+        } else {
+            ledger.add_work(&work, Half::Before);
+            ledger.balance(&work)
+        };
         ledger.add_work(&work, Half::After);
         self.ledger = ledger;
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
@@ -175,6 +183,11 @@ impl<'p> Stepper<'p> {
     /// Contacts and reactions of the last [`Stepper::solve`].
     pub fn contacts(&self) -> (&[Contact], &[crate::mechanics::contact::Reaction]) {
         self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
+    }
+
+    /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
+    pub fn unconverged(&self) -> (u64, f64) {
+        self.contact.as_ref().map_or((0, 0.0), |contact| contact.unconverged)
     }
 
     /// h̄ [s].

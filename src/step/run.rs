@@ -240,6 +240,12 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
             if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
+        let (count, residual) = stepper.unconverged();
+        if count > 0 {
+            outcome.warnings.push(format!(
+                "The contact solver ended {count} times above its tolerance, at a residual of {residual:.1e} at most."
+            ));
+        }
     }
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
     let initial = state.ledger.initial.unwrap_or(0.0);

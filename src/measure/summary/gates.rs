@@ -17,7 +17,8 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let energy = &measures.energy;
     let scale = energy.scale_j;
     let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
-    let numerical: f64 = energy.pairs.iter().map(|p| p.numerical_j).sum();
+    // An empty sum is −0, and would be printed as such.
+    let numerical: f64 = energy.pairs.iter().map(|p| p.numerical_j).sum::<f64>() + 0.0;
     // A scene that starts from rest has no initial energy to compare with.
     let reference = if energy.initial_total_j > 0.0 { energy.initial_total_j } else { scale };
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
@@ -29,7 +30,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
         numerical_contact_dissipation_share: over(numerical, reference),
-        friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum(),
+        friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
 }

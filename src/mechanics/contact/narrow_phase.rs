@@ -8,8 +8,10 @@ use std::cell::OnceCell;
 /// A node this share of the face's size outside a face is a candidate: it may close within the step, also when the
 /// reaction of another contact pushes it.
 pub const NEAR: f64 = 0.05;
-/// A node this share of the face's size behind a face is still held by it; deeper ones belong to another side.
-pub const DEPTH: f64 = 0.25;
+/// A node this share of the face's size behind a face is still held by it; deeper ones belong to another side. What
+/// linearisation leaves behind a face is much less; a thin wall that is being crushed comes nearer than its thickness at
+/// rest, and its far side must not be taken for a penetration.
+pub const DEPTH: f64 = 0.08;
 /// A face reaches this share of its size beyond its border, so that nodes that lie on the edge of a body stay in
 /// contact while rounding (or the difference of two lateral strains) moves them across.
 pub const BAND: f64 = 0.01;

@@ -1,3 +1,4 @@
+//! What detection must hold: nothing tunnels, nothing is missed, and nothing depends on the age of the list.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
 use super::*;
@@ -376,68 +377,4 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
         stopped += contacts.len();
     }
     assert!(inside > 500 && stopped > inside, "{inside} would end inside, {stopped} are stopped");
-}
-
-/// Not a check: prints what detection and solution cost in a scene of 2 000 faces with a patch in contact. Medians and
-/// means, because other programs on the machine may interrupt.
-#[test]
-#[ignore = "a timing, to be run alone in an optimised build"]
-fn timing_of_a_ball_on_a_block() {
-    use crate::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
-    use std::time::Instant;
-    let mut x = Vec::new();
-    let ground = block(20, 10, &mut x, |p| Vec3::new(0.1 * p.x, 0.1 * p.y, 0.05 * p.z - 0.05));
-    let first = x.len();
-    let ball = block(8, 8, &mut x, |p| {
-        let c = p * 2.0 - Vec3::repeat(1.0);
-        Vec3::new(0.05, 0.05, 0.0151) + c * (0.015 * c.amax() / c.norm().max(1e-9))
-    });
-    let faces = ground.faces.len() + ball.faces.len();
-    let (surfaces, pairs) = ([ground, ball], [pair(1, Master::Surface(0))]);
-    let mut detector = Detector::new(&surfaces, &pairs, &x);
-    let inverse_mass: Vec<Vec3> =
-        (0..x.len()).map(|i| Vec3::repeat(if i < first { 5e4 } else { 2e5 })).collect();
-    let (mut contacts, mut reactions, mut workspace) = (Vec::new(), Vec::new(), Workspace::default());
-    // Steps of 30 µm, and of 300 µm, when times of impact are needed.
-    for (mu, h) in [(0.3, 3e-7), (0.0, 3e-7), (0.3, 3e-6)] {
-        let mut y = x.clone();
-        let (mut times, mut rebuilds, mut sweeps, mut count) =
-            ([Vec::new(), Vec::new(), Vec::new()], 0, 0, 0);
-        for _ in 0..(6e-5 / h) as usize {
-            // The ball comes down by 6 mm and is pressed flat where it meets the block.
-            let mut v: Vec<Vec3> = (0..x.len())
-                .map(|i| if i < first { Vec3::zeros() } else { Vec3::new(10.0, 0.0, -100.0) })
-                .collect();
-            let y_end: Vec<Vec3> = y.iter().zip(&v).map(|(x, v)| x + v * h).collect();
-            let start = Instant::now();
-            let report = detector.detect(&y, &y_end, &[Vec3::zeros()], &mut contacts).unwrap();
-            let time = start.elapsed().as_nanos();
-            times[if report.rebuilt { 2 } else { 0 }].push(time);
-            let start = Instant::now();
-            let options = Options::default();
-            let solved =
-                solve(&contacts, &[mu], &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);
-            times[1].push(start.elapsed().as_nanos());
-            rebuilds += usize::from(report.rebuilt);
-            (sweeps, count) = (sweeps + solved.sweeps, count + contacts.len());
-            for y in &mut y[first..] {
-                *y += Vec3::new(10.0, 0.0, -100.0) * h;
-                y.z = y.z.max(0.0);
-            }
-        }
-        for (name, times) in ["detection", "solution", "detection with a new list"].iter().zip(&mut times) {
-            let mean = times.iter().sum::<u128>() / times.len() as u128;
-            times.sort_unstable();
-            println!(
-                "{faces} faces, mu {mu}, h {h}, {name}: median {} ns, mean {mean} ns",
-                times[times.len() / 2]
-            );
-        }
-        println!(
-            "{} contacts and {} sweeps in all, {rebuilds} lists in {} steps",
-            times[1].len(),
-            count,
-            sweeps
-        );
-    }
 }

@@ -1,3 +1,4 @@
+//! What the sweeps must hold: agreement with the dense operator, momentum, the cone, and a word when they do not converge.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
 use super::*;

@@ -1,3 +1,4 @@
+//! The exact solution of one contact against the law, and the projection against its definition.
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 
 use super::*;

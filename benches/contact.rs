@@ -1,0 +1,100 @@
+//! Contact of a ball pressed into a block, on one thread: detection and solution of one step; an item is one contact.
+//!
+//! `cargo bench --bench contact`. The step of 0.3 µs moves nodes by less than a face's neighbourhood, so the closest faces
+//! decide; at 3 µs times of impact are needed.
+
+use contuse::mechanics::contact::detection::Detector;
+use contuse::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
+use contuse::mechanics::contact::{Contact, ContactPair, Master, Surface};
+use contuse::mechanics::tensor::Vec3;
+use contuse::mesh::MeshError;
+use contuse::mesh::generate::block::Block;
+use contuse::mesh::generate::hollow_ball::HollowBall;
+use contuse::mesh::surface::{skin, skin_nodes};
+use divan::counter::ItemsCount;
+use divan::{Bencher, black_box};
+
+fn main() {
+    divan::main();
+}
+
+const SHORT_STEP: f64 = 3e-7;
+const LONG_STEP: f64 = 3e-6;
+
+/// A ball that has come 1 mm down into a block and goes on at 100 m/s; the pressed part is flat.
+struct Pressed {
+    detector: Detector,
+    x: Vec<Vec3>,
+    x_end: Vec<Vec3>,
+    v: Vec<Vec3>,
+    inverse_mass: Vec<Vec3>,
+    contacts: Vec<Contact>,
+}
+
+impl Pressed {
+    fn new(h: f64) -> Result<Self, MeshError> {
+        let corner = Vec3::new(-0.05, -0.05, -0.05);
+        let block = Block::uniform(corner, Vec3::new(0.1, 0.1, 0.05), [20, 20, 10], "block").generate()?;
+        let ball = HollowBall {
+            center: Vec3::new(0.0, 0.0, 0.014),
+            outer_radius_m: 0.015,
+            inner_radius_m: 0.012,
+            elements_around: 8,
+            elements_through: 2,
+            part: "ball".into(),
+        }
+        .generate()?;
+        let first = block.nodes.len() as u32;
+        let ball_hexes: Vec<[u32; 8]> = ball.hexes.iter().map(|hex| hex.map(|node| node + first)).collect();
+        let surface = |hexes: &[[u32; 8]]| {
+            let faces = skin(hexes);
+            Surface { nodes: skin_nodes(&faces), faces }
+        };
+        let surfaces = [surface(&block.hexes), surface(&ball_hexes)];
+        let pairs =
+            [ContactPair { name: "ball–block".into(), slave: 1, master: Master::Surface(0), mu: 0.3 }];
+        let is_ball = |node: usize| node >= first as usize;
+        let at_rest: Vec<Vec3> = block.nodes.iter().chain(&ball.nodes).copied().collect();
+        // The list of the broad phase is made where nothing overlaps.
+        let lift = |(node, x): (usize, &Vec3)| if is_ball(node) { x + Vec3::z() * 0.0011 } else { *x };
+        let apart: Vec<Vec3> = at_rest.iter().enumerate().map(lift).collect();
+        let x: Vec<Vec3> = at_rest
+            .iter()
+            .enumerate()
+            .map(|(node, x)| if is_ball(node) { Vec3::new(x.x, x.y, x.z.max(0.0)) } else { *x })
+            .collect();
+        let falling = |node: usize| if is_ball(node) { Vec3::new(10.0, 0.0, -100.0) } else { Vec3::zeros() };
+        let v: Vec<Vec3> = (0..x.len()).map(falling).collect();
+        let x_end = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
+        let inverse_mass =
+            (0..x.len()).map(|node| Vec3::repeat(if is_ball(node) { 2e5 } else { 5e4 })).collect();
+        let detector = Detector::new(&surfaces, &pairs, &apart);
+        Ok(Self { detector, x, x_end, v, inverse_mass, contacts: Vec::new() })
+    }
+
+    fn detect(&mut self) -> usize {
+        let report = self.detector.detect(&self.x, &self.x_end, &[Vec3::zeros()], &mut self.contacts);
+        black_box(report).map_or(0, |_| self.contacts.len())
+    }
+}
+
+/// All candidates of one step, with a list of the broad phase that is still good.
+#[divan::bench(args = [SHORT_STEP, LONG_STEP])]
+fn detection(bencher: Bencher, h: f64) {
+    let Ok(mut pressed) = Pressed::new(h) else { return };
+    let count = pressed.detect();
+    bencher.counter(ItemsCount::new(count)).bench_local(|| pressed.detect());
+}
+
+/// Gauss–Seidel to 10⁻¹⁰.
+#[divan::bench(args = [0.0, 0.3])]
+fn solution(bencher: Bencher, mu: f64) {
+    let Ok(mut pressed) = Pressed::new(SHORT_STEP) else { return };
+    let count = pressed.detect();
+    let (mut reactions, mut workspace) = (Vec::new(), Workspace::default());
+    let Pressed { contacts, inverse_mass, v, .. } = &pressed;
+    let options = Options::default();
+    bencher.counter(ItemsCount::new(count)).with_inputs(|| v.clone()).bench_local_values(|mut v| {
+        solve(contacts, &[mu], inverse_mass, SHORT_STEP, &mut v, &mut reactions, &options, &mut workspace)
+    });
+}
