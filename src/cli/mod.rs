@@ -4,6 +4,8 @@ mod exit;
 pub mod material;
 pub mod run;
 pub mod schema;
+#[cfg(feature = "service")]
+pub mod serve;
 pub mod validate;
 
 mod plot;
@@ -35,6 +37,15 @@ pub enum Command {
     Material(material::MaterialArgs),
     /// Print the JSON Schema of the scene document.
     Schema,
+    /// Serve jobs over HTTP.
+    #[cfg(feature = "service")]
+    Serve(Box<serve::ServeArgs>),
+    /// Print the OpenAPI document of the service.
+    #[cfg(feature = "service")]
+    Openapi,
+    /// Ask a service whether it is ready.
+    #[cfg(feature = "service")]
+    Health(serve::HealthArgs),
 }
 
 /// Does what was asked.
@@ -47,5 +58,11 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Validate(args) => validate::validate(&args, out),
         Command::Material(args) => material::material(&args, out),
         Command::Schema => schema::print(out),
+        #[cfg(feature = "service")]
+        Command::Serve(args) => serve::serve(*args, out),
+        #[cfg(feature = "service")]
+        Command::Openapi => serve::print_openapi(out),
+        #[cfg(feature = "service")]
+        Command::Health(args) => serve::health(&args),
     }
 }

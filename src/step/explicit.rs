@@ -135,6 +135,7 @@ impl<'p> Stepper<'p> {
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
         }
+        ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         let energy = if state.last_step == 0.0 {
             // At the start nothing has been done yet, and the velocity is known at t_0 itself.
@@ -171,12 +172,12 @@ impl<'p> Stepper<'p> {
             for b in 0..self.plan.bodies.len() {
                 place_body(self.plan, b, state, phase, &mut self.x);
             }
-            for (node, du) in contact.project(&mut self.x, &self.plan.inverse_mass) {
-                let body = self.plan.body_of_node(*node);
+            state.projected.clear();
+            state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
+            for (node, du) in &state.projected {
                 state.u[*node as usize] += du;
-                // The strain energy that the shift puts in, by the internal force at t_n.
-                state.ledger.projection[body] += self.f_int[*node as usize].dot(du);
             }
+            state.ledger.add_projection(self.plan, &state.projected, &self.f_int);
         }
     }
 

@@ -10,7 +10,7 @@ use crate::plan::{Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
-/// Above this share of the initial energy, numerical contact dissipation is warned about.
+/// Above this share of the energy scale, numerical contact dissipation is warned about.
 const NOTABLE_CONTACT_LOSS: f64 = 0.02;
 
 /// Why a run is asked to stop before its end.
@@ -248,11 +248,11 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
         }
     }
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
-    let initial = state.ledger.initial.unwrap_or(0.0);
-    if lost > NOTABLE_CONTACT_LOSS * initial && initial > 0.0 {
+    let scale = state.ledger.scale(plan);
+    if lost > NOTABLE_CONTACT_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the initial energy: a finer mesh at the contact lowers it.",
-            100.0 * lost / initial
+            "Numerical contact dissipation is {:.1} % of the energy scale: a finer mesh at the contact lowers it.",
+            100.0 * lost / scale
         ));
     }
     outcome

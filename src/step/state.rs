@@ -21,6 +21,9 @@ pub struct State {
     pub dilatation: Vec<f64>,
     /// Viscous pressure of each element at t_{n−1} [Pa], in the order of the slots.
     pub viscous_pressure: Vec<f64>,
+    /// Shifts [m] of nodes that were projected out of the other side on arriving at t_n; half of their work is booked, by
+    /// the forces before, the other half is to be by the forces at t_n.
+    pub projected: Vec<(u32, Vec3)>,
     /// What has been done to whom up to t_n, without the work of the forces that act at t_n.
     pub ledger: Ledger,
 }
@@ -40,6 +43,7 @@ impl State {
             last_step: 0.0,
             dilatation: vec![0.0; slots],
             viscous_pressure: vec![0.0; slots],
+            projected: Vec::new(),
             ledger: Ledger::new(plan),
         }
     }

@@ -3,86 +3,109 @@
 //! μ = 0.3, g = 9.81 m/s². At 15° it sticks. At 30° a = g (sin 30° − μ cos 30°) = 2.356287237 m/s², x(1 s) = 1.178143618 m,
 //! friction work per mass 3.002749677 J/kg. On the flat with v₀ = 3 m/s, μ = 0.2 it stops at t = 1.529051988 s,
 //! x = 2.293577982 m.
+//!
+//! Friction excites vibrations of an elastic block that slides without damping, whose slip to the sides takes a part of
+//! the friction: a block of 4×4×2 elements is 0.1 % too fast at 1 s (0.01 % with b1 = 1). The 2×2×1 of the tests stays quiet.
 
-use crate::rig::{assert_close, mean_velocity, plan, run};
+use crate::rig::{assert_close, mean_velocity, order, plan, run};
 use contuse::mechanics::tensor::Vec3;
 use serde_json::{Value, json};
 
 const G: f64 = 9.81;
 
-/// A block on the plane z = 0, gravity turned by the angle of the incline towards +x.
-pub fn scene(degrees: f64, mu: f64, speed: f64, end: f64) -> Value {
+/// A block on the plane z = 0, gravity turned by the angle of the incline towards +x; `shear` modulus [Pa].
+fn scene(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Value {
     let (sin, cos) = degrees.to_radians().sin_cos();
     json!({
         "name": "block on incline",
         "end_time_s": end,
         "bodies": [{
             "name": "block",
-            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.2, 0.2, 0.05], "elements": [6, 6, 2]}},
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.2, 0.2, 0.05], "elements": [2, 2, 1]}},
             "velocity_m_per_s": [speed, 0, 0],
             "parts": [{"part": "block", "density_kg_per_m3": 1000.0, "material": {
-                "law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 5e5
+                "law": "neo_hookean", "c10_pa": 0.5 * shear, "bulk_modulus_pa": 2.5 * shear
             }}]
         }],
         "planes": [{"name": "incline", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
         "contact": {"friction": mu},
         "gravity_m_per_s2": [G * sin, 0, -G * cos],
-        "settle": {"duration_s": 0.5, "damping_per_s": 100.0},
+        "settle": {"duration_s": 0.3, "damping_per_s": 200.0},
         "record": {"fields": [], "field_times_s": []}
     })
 }
 
+/// The block at one time.
 struct Row {
     t: f64,
-    x: Vec3,
-    v: Vec3,
+    /// Of the centre of mass from its start [m].
+    x: f64,
+    /// Of the centre of mass [m/s].
+    v: f64,
+    /// Friction work per mass [J/kg].
     friction: f64,
-    bottom: f64,
+    /// Places of the bottom's nodes [m].
+    bottom: Vec<Vec3>,
 }
 
-fn look(degrees: f64, mu: f64, speed: f64, end: f64) -> Vec<Row> {
-    let plan = plan(&scene(degrees, mu, speed, end));
-    let bottom: Vec<usize> = (0..plan.node_count()).filter(|a| plan.X[*a].z == 0.0).collect();
+fn look(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Vec<Row> {
+    let plan = plan(&scene(degrees, mu, speed, end, shear));
+    let bottom: Vec<u32> = (0..plan.node_count() as u32).filter(|a| plan.X[*a as usize].z == 0.0).collect();
+    let mass = plan.bodies[0].mass;
+    let mut start = None;
     let mut rows = Vec::new();
-    let mut start: Option<(Vec3, Vec<Vec3>)> = None;
-    let (outcome, _) = run(&plan, |frame| {
-        let x = (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]).sum::<Vec3>()
-            / plan.bodies[0].mass;
-        let places: Vec<Vec3> = bottom.iter().map(|a| frame.position(*a as u32)).collect();
-        let (x0, places0) = start.get_or_insert((x, places.clone()));
-        let creep = places.iter().zip(places0.iter()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    run(&plan, |frame| {
+        let x = (0..plan.node_count()).map(|a| frame.position(a as u32).x * plan.mass[a]).sum::<f64>() / mass;
+        let x0 = *start.get_or_insert(x);
         rows.push(Row {
             t: frame.time(),
-            x: x - *x0,
-            v: mean_velocity(frame, 0),
-            friction: frame.energy.pairs[0].friction_j / plan.bodies[0].mass,
-            bottom: creep,
+            x: x - x0,
+            v: mean_velocity(frame, 0).x,
+            friction: frame.energy.pairs[0].friction_j / mass,
+            bottom: bottom.iter().map(|a| frame.position(*a)).collect(),
         });
     });
-    println!("{outcome:?}");
     rows
 }
 
 #[test]
-fn print() {
-    for (d, mu, v, end) in [(15.0, 0.3, 0.0, 2.0), (30.0, 0.3, 0.0, 1.0), (0.0, 0.2, 3.0, 2.0)] {
-        let t = std::time::Instant::now();
-        let rows = look(d, mu, v, end);
-        println!("{d} {mu} {v}: {} rows {:?}", rows.len(), t.elapsed());
-        for r in rows.iter().step_by(rows.len() / 20) {
-            println!(
-                "{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}",
-                r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom
-            );
-        }
-        let r = rows.last().unwrap();
-        println!(
-            "{:.4} x {:.8} {:.2e} v {:.6} fr {:.6} creep {:.3e}",
-            r.t, r.x.x, r.x.z, r.v.x, r.friction, r.bottom
-        );
-        if v > 0.0 {
-            println!("stop {:?}", rows.iter().find(|r| r.v.x <= 0.0).map(|r| (r.t, r.x.x)));
-        }
-    }
-    let _ = assert_close;
+fn at_15_degrees_it_sticks_for_ever() {
+    let rows = look(15.0, 0.3, 0.0, 2.0, 1e6);
+    let last = rows.last().unwrap();
+    let moved =
+        |row: &Row| row.bottom.iter().zip(&last.bottom).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    // Settling held every node; on release the few that were held too strongly slip once, by less than a thousandth of the
+    // block's height, and then no node moves by a single bit.
+    assert!(moved(&rows[0]) < 5e-5, "{}", moved(&rows[0]));
+    let second = rows.iter().find(|row| row.t >= 1.0).unwrap();
+    assert_eq!(moved(second), 0.0, "creep over 1 s");
+}
+
+#[test]
+fn at_30_degrees_it_slides_as_a_rigid_block() {
+    let (a, x, friction) = (2.356_287_237, 1.178_143_618, 3.002_749_677);
+    let [soft, stiff] = [1e6, 4e6].map(|shear| look(30.0, 0.3, 0.0, 1.0, shear));
+    let x_errors = [&soft, &stiff].map(|rows| (rows.last().unwrap().x / x - 1.0).abs());
+    // What is left is the vibration from its release, of an amplitude that falls with the root of the stiffness.
+    assert!(x_errors[0] < 1e-4 && order(x_errors[0], x_errors[1]) > 0.9, "{x_errors:?}");
+    let last = stiff.last().unwrap();
+    assert_close(last.friction, friction, 2e-4, "friction work per mass");
+    // The slope of v by least squares, so that the vibration averages out.
+    let (n, t_mean, v_mean) =
+        stiff.iter().fold((0.0, 0.0, 0.0), |(n, t, v), row| (n + 1.0, t + row.t, v + row.v));
+    let (t_mean, v_mean) = (t_mean / n, v_mean / n);
+    let above: f64 = stiff.iter().map(|row| (row.t - t_mean) * (row.v - v_mean)).sum();
+    let below: f64 = stiff.iter().map(|row| (row.t - t_mean).powi(2)).sum();
+    assert_close(above / below, a, 1e-4, "acceleration");
+}
+
+#[test]
+fn on_the_flat_it_stops() {
+    let rows = look(0.0, 0.2, 3.0, 2.0, 1e6);
+    let last = rows.last().unwrap();
+    assert_close(last.x, 2.293_577_982, 1e-6, "stopping distance");
+    assert_close(last.friction, 4.5, 1e-5, "friction work per mass, v₀²/2");
+    // It stops rocking: a share of the period 4H/c_s = 6 ms.
+    let stopped = rows.iter().find(|row| row.v <= 0.0).unwrap();
+    assert!((stopped.t - 1.529_051_988).abs() < 1e-3, "stopped at {} s", stopped.t);
 }

@@ -1,115 +1,116 @@
 //! Oblique impact of a soft solid ball without spin on a plane with friction.
+//!
+//! While all of the patch slides, friction is μ times the normal force: `Δv_t = μ (1 + e) v_n` with the ball's own e. Friction
+//! acts in the plane, so about a point of it only the normal force has a moment; with its resultant below the centre,
+//! `m v_t' R + I ω = m v_t R` for any μ, up to the arm that the ball's flattening δ takes from R.
+//!
+//! R = 15 mm, E = 100 MPa, ρ = 1000 kg/m³, v_n = 1 m/s: δ/R is about 0.017.
 
-use crate::rig::{assert_close, mean_velocity, order, plan, run};
+use crate::rig::{assert_close, mean_velocity, plan, run};
 use contuse::mechanics::tensor::Vec3;
+use contuse::step::Frame;
 use serde_json::{Value, json};
 
 const RADIUS: f64 = 0.015;
+/// Height of the centre at the start [m].
+const HEIGHT: f64 = 1.001 * RADIUS;
 
-pub fn scene(n: u32, mu: f64, v_t: f64, v_n: f64, young: f64) -> Value {
-    let nu = 0.3;
+fn scene(n: u32, mu: f64, v_t: f64) -> Value {
+    let (E, nu) = (1e8, 0.3);
     json!({
         "name": "oblique soft ball",
-        "end_time_s": std::env::var("END").map_or(1.2e-3, |s| s.parse::<f64>().unwrap()),
+        "end_time_s": 1.1e-3,
         "bodies": [{
             "name": "ball",
             "mesh": {"generator": {
-                "kind": "solid_ball", "center_m": [0, 0, RADIUS * 1.001], "radius_m": RADIUS, "elements_around": n, "elements_through": n / 2
+                "kind": "solid_ball", "center_m": [0, 0, HEIGHT], "radius_m": RADIUS, "elements_around": n,
+                "elements_through": n / 2
             }},
-            "velocity_m_per_s": [v_t, 0, -v_n],
+            "velocity_m_per_s": [v_t, 0, -1],
             "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "material": {
-                "law": "neo_hookean", "c10_pa": young / (4.0 * (1.0 + nu)), "bulk_modulus_pa": young / (3.0 * (1.0 - 2.0 * nu))
+                "law": "neo_hookean", "c10_pa": E / (4.0 * (1.0 + nu)), "bulk_modulus_pa": E / (3.0 * (1.0 - 2.0 * nu))
             }}]
         }],
         "planes": [{"name": "plane", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
         "contact": {"friction": mu},
-        "integrator": {"kind": "explicit", "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0},
         "record": {"fields": [], "field_times_s": []}
     })
 }
 
-fn look(n: u32, mu: f64, v_t: f64, v_n: f64, young: f64) {
-    let t = std::time::Instant::now();
-    let plan = plan(&scene(n, mu, v_t, v_n, young));
-    let mass = plan.bodies[0].mass;
-    let center = |frame: &contuse::step::Frame| {
-        (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]).sum::<Vec3>() / mass
-    };
-    let inertia: f64 = (0..plan.node_count())
-        .map(|a| {
-            let r = plan.X[a] - Vec3::new(0.0, 0.0, RADIUS * 1.001);
-            plan.mass[a] * (r.x * r.x + r.z * r.z)
-        })
-        .sum();
-    let (mut last, mut first, mut end, mut nodes) = (None, f64::NAN, f64::NAN, 0);
-    let mut moment = 0.0;
-    let mut sums = [0.0; 3];
-    let mut low = [0.0_f64; 3];
-    let (outcome, _) = crate::rig::run_on(&plan, contuse::step::State::new(&plan), 1, |frame| {
-        for (c, r) in frame.contacts.iter().zip(frame.reactions) {
-            let vm = frame.state.v[c.slave as usize] + c.drift;
-            let vp = frame.v_after[c.slave as usize] + c.drift;
-            let [n, t1, t2] = c.frame;
-            let pt = t1 * r.impulse[1] + t2 * r.impulse[2];
-            sums[0] -= 0.5 * r.impulse[0] * n.dot(&(vm + vp));
-            if pt.norm() >= mu * r.impulse[0] * (1.0 - 1e-6) {
-                sums[1] += 0.5 * pt.dot(&(vp - vm));
-            } else {
-                sums[2] -= 0.5 * pt.dot(&(vp + vm));
-            }
-            for i in 0..3 {
-                low[i] = low[i].min(sums[i]);
-            }
+struct Seen {
+    /// After the rebound [m/s].
+    v: Vec3,
+    /// m v_t' R + I ω over m v_t R [-].
+    kept: f64,
+    /// Angular momentum about the origin after, less before and less the moment of all reactions, over m v_t R [-].
+    unexplained: f64,
+    /// Largest flattening δ [m], from the lowest place of the centre.
+    flattening: f64,
+    still_touching: bool,
+}
+
+fn center(frame: &Frame) -> Vec3 {
+    let plan = frame.plan;
+    let weighted = (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]);
+    weighted.sum::<Vec3>() / plan.bodies[0].mass
+}
+
+fn look(n: u32, mu: f64, v_t: f64) -> Seen {
+    let plan = plan(&scene(n, mu, v_t));
+    let m = plan.bodies[0].mass;
+    let (mut moment, mut lowest, mut seen) = (0.0, f64::MAX, None);
+    run(&plan, |frame| {
+        let x = center(frame);
+        lowest = lowest.min(x.z);
+        for (contact, reaction) in frame.contacts.iter().zip(frame.reactions) {
+            let [p_n, p_1, p_2] = reaction.impulse;
+            let p = contact.frame[0] * p_n + contact.frame[1] * p_1 + contact.frame[2] * p_2;
+            moment += frame.position(contact.slave).cross(&p).y;
         }
         let v = mean_velocity(frame, 0);
-        let spin = Vec3::from(frame.energy.angular_momentum_kg_m2_per_s)
-            - center(frame).cross(&Vec3::from(frame.energy.momentum_kg_m_per_s));
-        let touching = frame.reactions.iter().filter(|r| r.impulse[0] > 0.0).count();
-        nodes = nodes.max(touching);
-        if touching > 0 {
-            if first.is_nan() {
-                first = frame.time();
-            }
-            end = frame.time();
-        }
-        for (c, r) in frame.contacts.iter().zip(frame.reactions) {
-            let p = c.frame[0] * r.impulse[0] + c.frame[1] * r.impulse[1] + c.frame[2] * r.impulse[2];
-            moment += frame.position(c.slave).cross(&p).y;
-        }
-        last = Some((
+        let angular = Vec3::from(frame.energy.angular_momentum_kg_m2_per_s);
+        let spin = (angular - x.cross(&Vec3::from(frame.energy.momentum_kg_m_per_s))).y;
+        seen = Some(Seen {
             v,
-            spin.y / inertia,
-            frame.energy.clone(),
-            Vec3::from(frame.energy.angular_momentum_kg_m2_per_s).y,
-        ));
+            kept: (m * v.x * RADIUS + spin) / (m * v_t * RADIUS),
+            unexplained: (angular.y - m * v_t * HEIGHT - moment) / (m * v_t * RADIUS),
+            flattening: HEIGHT - 0.001 * RADIUS - lowest,
+            still_touching: frame.reactions.iter().any(|r| r.impulse[0] > 0.0),
+        });
     });
-    let (v, omega, energy, angular) = last.unwrap();
-    println!(
-        "normal {:.3e} slip {:.3e} stick {:.3e} lows {low:?} of {}",
-        sums[0], sums[1], sums[2], energy.scale_j
-    );
-    let e = v.z / v_n;
-    let dv = v_t - v.x;
-    println!(
-        "n {n} mu {mu} v {v_t} {v_n}: steps {} {:?} contact {first:.3e}..{end:.3e} nodes {nodes} e {e:.4} dv_t/(mu(1+e)v_n) {:.6} omega {omega:.3} (m v R + I w)/(m v_t R) {:.5} {:.5} num {:.4} balance {:.1e} vy {:.1e} ang {:.2e}",
-        outcome.steps,
-        t.elapsed(),
-        dv / (mu * (1.0 + e) * v_n),
-        (mass * v.x * RADIUS + inertia * omega) / (mass * v_t * RADIUS),
-        inertia * omega / (mass * dv * RADIUS),
-        energy.numerical_contact_j() / energy.initial_total_j,
-        outcome.balance_error,
-        v.y,
-        (angular - mass * v_t * RADIUS * 1.001 - moment) / (mass * v_t * RADIUS)
-    );
+    seen.unwrap()
 }
 
 #[test]
-fn print_oblique() {
-    for n in [4, 8, 12] {
-        look(n, 0.1, 5.0, 1.0, 1e8);
-        look(n, 0.1, 5.0, 0.5, 1e8);
-        look(n, 0.6, 1.0, 1.0, 1e8);
+fn friction_is_mu_times_the_normal_impulse_while_the_ball_slides() {
+    for (n, spread) in [(4, 1e-9), (8, 1e-5)] {
+        let mu = 0.1;
+        let seen = look(n, mu, 5.0);
+        assert!(!seen.still_touching);
+        let e = seen.v.z;
+        assert!((0.9..1.0).contains(&e), "restitution {e}");
+        // One node that slides (n = 4) does so along x; a patch spreads, by some thousandths of the 5 m/s to the sides.
+        assert_close(5.0 - seen.v.x, mu * (1.0 + e), spread, "change of the tangential velocity");
+        assert!(seen.v.y.abs() < 1e-12, "{}", seen.v);
+        assert_moments(&seen, 5.0);
     }
-    let _ = (order, assert_close);
+}
+
+/// Reactions explain all of the angular momentum; what is not kept about the contact point is the arm that flattening takes.
+fn assert_moments(seen: &Seen, v_t: f64) {
+    assert!(seen.unexplained.abs() < 1e-12, "{}", seen.unexplained);
+    // Friction of Δv_t acts at R − δ, and the resultant of the pressure moves ahead or behind by as much.
+    let missing = 2.0 * seen.flattening / RADIUS * (v_t - seen.v.x) / v_t;
+    assert!((0.01..0.025).contains(&(seen.flattening / RADIUS)));
+    assert!((seen.kept - 1.0).abs() < missing.max(0.002), "{} against ±{missing}", seen.kept);
+}
+
+#[test]
+fn angular_momentum_about_the_contact_point_is_kept_for_any_friction() {
+    for (mu, v_t) in [(0.05, 2.0), (0.1, 1.0), (0.3, 1.0), (0.6, 1.0)] {
+        let [coarse, fine] = [4, 8].map(|n| look(n, mu, v_t));
+        assert_moments(&fine, v_t);
+        // On the coarse ball one node turns with the ball, away from below its centre.
+        assert!((fine.kept - 1.0).abs() < (coarse.kept - 1.0).abs(), "{mu}: {} → {}", coarse.kept, fine.kept);
+    }
 }

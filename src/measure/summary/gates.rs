@@ -5,7 +5,7 @@ use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
 use crate::step::{FailureCause, Outcome};
 
-/// Share of the initial energy above which numerical contact dissipation is warned about.
+/// Share of the energy scale above which numerical contact dissipation is warned about.
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
@@ -19,8 +19,6 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     // An empty sum is −0, and would be printed as such.
     let numerical: f64 = energy.pairs.iter().map(|p| p.numerical_j).sum::<f64>() + 0.0;
-    // A scene that starts from rest has no initial energy to compare with.
-    let reference = if energy.initial_total_j > 0.0 { energy.initial_total_j } else { scale };
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
@@ -29,7 +27,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         energy_scale_j: scale,
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
-        numerical_contact_dissipation_share: over(numerical, reference),
+        numerical_contact_dissipation_share: over(numerical, scale),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
@@ -48,7 +46,7 @@ pub(super) fn gates(numerics: &Numerics, plan: &Plan) -> Vec<Gate> {
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
         gate(
             "contact_creates_no_energy",
-            "energy created by contact over the initial energy",
+            "energy created by contact over the energy scale",
             // NaN passes through, a dissipation counts as nothing created.
             if creation < 0.0 { 0.0 } else { creation + 0.0 },
             CONTACT_CREATION_LIMIT,
@@ -83,7 +81,7 @@ pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: 
     // At the end the stepper itself says so.
     if share > CONTACT_DISSIPATION_WARNING && !has_ended {
         warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the initial energy (above {:.0} %): refine the contact surfaces.",
+            "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
             100.0 * share,
             100.0 * CONTACT_DISSIPATION_WARNING
         ));

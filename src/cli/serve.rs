@@ -1,0 +1,235 @@
+//! `contuse serve`, `contuse openapi`, `contuse health`: the service and what belongs to it.
+
+use super::{CliError, Exit};
+use crate::scene::Budget;
+use crate::service::config::{ServiceConfig, Tokens};
+use crate::service::jobs::simulator::Simulator;
+use crate::service::{Service, http};
+use clap::Args;
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::watch;
+
+/// Flags of `contuse serve`.
+#[derive(Args, Clone, Debug)]
+pub struct ServeArgs {
+    /// Address to listen on; port 0 takes a free one. The address taken is printed on standard output.
+    #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Folder of jobs, meshes and recordings.
+    #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
+    data: PathBuf,
+    /// Jobs that run at the same time [default: the number of cores]
+    #[arg(long, env = "CONTUSE_WORKERS")]
+    workers: Option<usize>,
+    /// Threads of each run.
+    #[arg(long, env = "CONTUSE_THREADS_PER_JOB", default_value_t = 1)]
+    threads_per_job: usize,
+    /// Largest scene document in bytes; k, M, G are understood.
+    #[arg(long, env = "CONTUSE_MAX_BODY", default_value_t = Budget::SERVICE.document_bytes, value_parser = size)]
+    max_body: u64,
+    /// Largest mesh in bytes.
+    #[arg(long, env = "CONTUSE_MAX_MESH", default_value_t = Budget::SERVICE.mesh_bytes, value_parser = size)]
+    max_mesh: u64,
+    /// Most elements of a scene.
+    #[arg(long, env = "CONTUSE_MAX_ELEMENTS", default_value_t = Budget::SERVICE.elements)]
+    max_elements: u64,
+    /// Most time steps of a scene.
+    #[arg(long, env = "CONTUSE_MAX_STEPS", default_value_t = Budget::SERVICE.steps)]
+    max_steps: u64,
+    /// Most memory of a run in bytes.
+    #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
+    max_memory: u64,
+    /// Most bytes of the fields of a recording, before compression.
+    #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
+    max_recording: u64,
+    /// Most jobs that wait.
+    #[arg(long, env = "CONTUSE_MAX_QUEUED", default_value_t = 1000)]
+    max_queued: u64,
+    /// Most connections at the same time.
+    #[arg(long, env = "CONTUSE_MAX_CONNECTIONS", default_value_t = 512)]
+    max_connections: usize,
+    /// Wall-clock time that a job may run, in seconds.
+    #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
+    deadline_s: u64,
+    /// How long running jobs and open answers may go on after SIGTERM, in seconds; then jobs go back to the queue.
+    #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
+    grace_s: u64,
+    /// File of bearer tokens, `name token` on each line; without it everybody may use the service.
+    #[arg(long, env = "CONTUSE_TOKENS_FILE")]
+    tokens_file: Option<PathBuf>,
+    /// Origin of web pages that may start and stop jobs; may be given several times.
+    #[arg(long = "cors-origin", env = "CONTUSE_CORS_ORIGINS", value_delimiter = ',')]
+    cors_origins: Vec<String>,
+}
+
+impl ServeArgs {
+    /// The configuration that the flags ask for.
+    ///
+    /// # Errors
+    /// When the tokens cannot be read, or a number makes no sense.
+    pub fn config(self) -> Result<ServiceConfig, CliError> {
+        let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
+        let defaults = ServiceConfig::default();
+        let workers = self.workers.unwrap_or(defaults.workers);
+        if workers == 0 || self.threads_per_job == 0 || self.max_connections == 0 {
+            let message = "--workers, --threads-per-job and --max-connections must be at least 1";
+            return Err(CliError::Usage(message.into()));
+        }
+        Ok(ServiceConfig {
+            listen: self.listen,
+            data: self.data,
+            workers,
+            threads_per_job: self.threads_per_job,
+            max_queued: self.max_queued,
+            max_connections: self.max_connections,
+            deadline: Duration::from_secs(self.deadline_s),
+            grace: Duration::from_secs(self.grace_s),
+            budget: Budget {
+                document_bytes: self.max_body,
+                mesh_bytes: self.max_mesh,
+                elements: self.max_elements,
+                steps: self.max_steps,
+                memory_bytes: self.max_memory,
+                recording_bytes: self.max_recording,
+                ..Budget::SERVICE
+            },
+            tokens,
+            cors_origins: self.cors_origins,
+            ..defaults
+        })
+    }
+}
+
+/// The tokens of a file.
+fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
+    let input = |source| CliError::Input { path: file.to_owned(), source };
+    let text = std::fs::read_to_string(file).map_err(input)?;
+    let tokens = Tokens::parse(&text).map_err(|e| CliError::Usage(format!("{}: {e}", file.display())))?;
+    if tokens.is_open() {
+        return Err(CliError::Usage(format!(
+            "{} holds no token: nobody could use the service",
+            file.display()
+        )));
+    }
+    Ok(tokens)
+}
+
+/// Serves until SIGTERM or SIGINT; a second one hurries.
+///
+/// # Errors
+/// When the service cannot start.
+pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let config = args.config()?;
+    let engine = Arc::new(Simulator::new(config.budget.clone()));
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let signals = count_signals()?;
+        let service = Service::start(config, engine).await.map_err(|e| CliError::Other(Box::new(e)))?;
+        // With port 0 nobody knows otherwise where it listens.
+        writeln!(out, "listening on http://{}", service.address())?;
+        out.flush()?;
+        service.run_until(signalled(signals.clone(), 1), signalled(signals, 2)).await;
+        Ok(Exit::Success)
+    })
+}
+
+/// Counts SIGTERM and SIGINT from here on.
+fn count_signals() -> io::Result<watch::Receiver<u32>> {
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let (count, counted) = watch::channel(0);
+    tokio::spawn(async move {
+        loop {
+            tokio::select! {
+                _ = terminate.recv() => {}
+                _ = interrupt.recv() => {}
+            }
+            count.send_modify(|n| *n += 1);
+        }
+    });
+    Ok(counted)
+}
+
+/// Waits for the `n`th signal.
+async fn signalled(mut count: watch::Receiver<u32>, n: u32) {
+    // The counter lives as long as the runtime.
+    let _ = count.wait_for(|counted| *counted >= n).await;
+}
+
+/// Prints the OpenAPI document of the service.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn print_openapi(out: &mut dyn Write) -> Result<Exit, CliError> {
+    out.write_all(http::openapi_text().as_bytes())?;
+    Ok(Exit::Success)
+}
+
+/// Flags of `contuse health`.
+#[derive(Args, Clone, Debug)]
+pub struct HealthArgs {
+    /// Address of the service, host and port.
+    #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080")]
+    address: String,
+}
+
+/// Asks a service whether it is ready. For containers that hold nothing but this binary.
+///
+/// # Errors
+/// When it is not.
+pub fn health(args: &HealthArgs) -> Result<Exit, CliError> {
+    // A service that listens on every address is asked on this machine's own.
+    let address = args.address.replace("0.0.0.0:", "127.0.0.1:").replace("[::]:", "[::1]:");
+    let status =
+        ask(&address).map_err(|e| CliError::Other(format!("{address} does not answer: {e}").into()))?;
+    if status.split(' ').nth(1) == Some("200") {
+        Ok(Exit::Success)
+    } else {
+        Err(CliError::Other(format!("{address} is not ready: {status}").into()))
+    }
+}
+
+/// The status line of `/readyz`.
+fn ask(address: &str) -> io::Result<String> {
+    let limit = Duration::from_secs(3);
+    let socket = address.to_socket_addrs()?.next().ok_or(io::ErrorKind::NotFound)?;
+    let mut stream = TcpStream::connect_timeout(&socket, limit)?;
+    stream.set_read_timeout(Some(limit))?;
+    write!(stream, "GET /readyz HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n")?;
+    let mut answer = String::new();
+    stream.take(4096).read_to_string(&mut answer)?;
+    Ok(answer.lines().next().unwrap_or_default().to_owned())
+}
+
+/// A number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
+fn size(text: &str) -> Result<u64, String> {
+    let (digits, shift) = match text.as_bytes().last() {
+        Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
+        Some(b'M') => (&text[..text.len() - 1], 20),
+        Some(b'G') => (&text[..text.len() - 1], 30),
+        _ => (text, 0),
+    };
+    let number: u64 = digits.parse().map_err(|_| format!("{text:?} is no number of bytes"))?;
+    number.checked_mul(1 << shift).ok_or_else(|| format!("{text:?} is too large"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_suffixes() {
+        assert_eq!(size("4096"), Ok(4096));
+        assert_eq!(size("64k"), Ok(64 << 10));
+        assert_eq!(size("4M"), Ok(4 << 20));
+        assert_eq!(size("2G"), Ok(2 << 30));
+        assert!(
+            size("").is_err() && size("M").is_err() && size("1T").is_err() && size("99999999999G").is_err()
+        );
+    }
+}

@@ -1,0 +1,120 @@
+//! What handlers take from a request. axum's own extractors answer errors in plain text; these answer problems.
+
+use super::App;
+use super::problem::Problem;
+use crate::service::jobs::JobId;
+use axum::body::Bytes;
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, header};
+use serde::de::DeserializeOwned;
+use std::sync::Arc;
+
+/// The owner of a request: the name of its bearer token, empty when the service is open to everybody.
+#[derive(Clone, Debug)]
+pub struct Owner(pub String);
+
+impl FromRequestParts<Arc<App>> for Owner {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
+        let tokens = &app.config.tokens;
+        if tokens.is_open() {
+            return Ok(Self(String::new()));
+        }
+        let value = parts.headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
+        let token =
+            value.and_then(|v| v.split_once(' ')).filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+        let owner = token.and_then(|(_, token)| tokens.owner(token.trim()));
+        owner.map(|name| Self(name.to_owned())).ok_or_else(Problem::unauthorized)
+    }
+}
+
+/// The id of a job in the path. What is no id is no job.
+#[derive(Clone, Copy, Debug)]
+pub struct JobPath(pub JobId);
+
+impl FromRequestParts<Arc<App>> for JobPath {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
+        let Path(text) =
+            Path::<String>::from_request_parts(parts, app).await.map_err(|_| Problem::no_such_job())?;
+        // Only the usual form: one job has one address.
+        match text.parse::<JobId>() {
+            Ok(id) if id.to_string() == text => Ok(Self(id)),
+            _ => Err(Problem::no_such_job()),
+        }
+    }
+}
+
+/// The parameters behind the question mark.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters<T>(pub T);
+
+impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
+        let Query(value) = Query::<T>::from_request_parts(parts, app)
+            .await
+            .map_err(|e| Problem::bad_parameter(e.body_text()))?;
+        Ok(Self(value))
+    }
+}
+
+/// A body that is JSON, as it came. What it says is judged by the engine, which knows the place of every problem.
+#[derive(Clone, Debug)]
+pub struct JsonText(pub Bytes);
+
+impl FromRequest<Arc<App>> for JsonText {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, app: &Arc<App>) -> Result<Self, Problem> {
+        if !is_json(request.headers()) {
+            return Err(Problem::unsupported_media_type("application/json"));
+        }
+        let limit = app.config.budget.document_bytes;
+        if declared_length(request.headers()).is_some_and(|n| n > limit) {
+            return Err(Problem::too_large(limit));
+        }
+        let reading = axum::body::to_bytes(request.into_body(), usize::try_from(limit).unwrap_or(usize::MAX));
+        let bytes = match tokio::time::timeout(app.config.request_timeout, reading).await {
+            Err(_) => return Err(Problem::too_slow()),
+            Ok(Err(error)) if is_over_limit(&error) => return Err(Problem::too_large(limit)),
+            Ok(Err(_)) => return Err(Problem::broken_body()),
+            Ok(Ok(bytes)) => bytes,
+        };
+        // A whole value and not one that is skipped: what is skipped is not looked at (encoding, escapes).
+        serde_json::from_slice::<serde_json::Value>(&bytes).map_err(|e| Problem::bad_json(&e))?;
+        Ok(Self(bytes))
+    }
+}
+
+/// The length that a body says it has.
+pub fn declared_length(headers: &HeaderMap) -> Option<u64> {
+    headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
+}
+
+/// Whether a body is declared as JSON, with or without parameters.
+fn is_json(headers: &HeaderMap) -> bool {
+    media_type(headers).is_some_and(|m| m == "application/json" || m.ends_with("+json"))
+}
+
+/// The media type of a body in lower case, without parameters.
+pub fn media_type(headers: &HeaderMap) -> Option<String> {
+    let text = headers.get(header::CONTENT_TYPE)?.to_str().ok()?;
+    Some(text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase())
+}
+
+/// Whether reading stopped at the limit and not because the client went away.
+fn is_over_limit(error: &axum::Error) -> bool {
+    let mut source: Option<&dyn std::error::Error> = Some(error);
+    while let Some(e) = source {
+        if e.to_string().contains("length limit exceeded") {
+            return true;
+        }
+        source = e.source();
+    }
+    false
+}

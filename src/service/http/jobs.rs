@@ -1,0 +1,285 @@
+//! `/v1/jobs`: submit, validate, list, look, cancel, delete.
+
+use super::App;
+use super::extract::{JobPath, JsonText, Owner, Parameters};
+use super::problem::{Problem, ProblemBody};
+use super::wire::{Job, JobList, SceneBody, Validation};
+use crate::service::jobs::JobState;
+use crate::service::jobs::engine::{CheckedScene, SceneProblem};
+use crate::service::jobs::recordings::hexadecimal;
+use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
+use crate::service::meshes::MeshShelf;
+use axum::Json;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+use utoipa::IntoParams;
+
+/// Tells that an answer is that of an earlier request.
+const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
+
+/// Submit a scene.
+///
+/// The answer comes when the job is durable. With an `Idempotency-Key` the same request can be sent again without making
+/// a second job.
+#[utoipa::path(
+    post, path = "/v1/jobs", tag = "jobs", operation_id = "submit_job",
+    request_body(content = SceneBody, content_type = "application/json"),
+    params(("Idempotency-Key" = Option<String>, Header, description = "1 to 255 visible ASCII characters of the client's choice")),
+    responses(
+        (status = 202, description = "Accepted", body = Job, headers(
+            ("Location" = String, description = "Address of the job"),
+            ("Idempotent-Replayed" = String, description = "`true` when the key was seen before with this body"))),
+        (status = 400, description = "Not JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "Idempotency-Key of another body", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 503, description = "Queue full or shutting down", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn submit(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    headers: HeaderMap,
+    JsonText(body): JsonText,
+) -> Result<Response, Problem> {
+    if app.queue.is_closing() {
+        return Err(Problem::unavailable("The service shuts down."));
+    }
+    let idempotency_key = idempotency_key(&headers)?;
+    let body_sha256 = hexadecimal(&Sha256::digest(&body));
+    // A replay needs no second judgement of the scene.
+    if let Some(key) = &idempotency_key
+        && let Some(earlier) = app.queue.store.replay(&owner, key, &body_sha256).await?
+    {
+        return submitted(earlier);
+    }
+    let engine = Arc::clone(&app.queue.engine);
+    let scene = body.clone();
+    let checked: CheckedScene = judge(&app, &owner, move |shelf| engine.check(&scene, shelf)).await?;
+    let new = NewJob {
+        owner,
+        idempotency_key,
+        body_sha256,
+        scene: body.to_vec(),
+        name: checked.name,
+        content_hash: checked.content_hash,
+        end_time_s: checked.end_time_s,
+        warnings: checked.warnings,
+    };
+    submitted(app.queue.submit(&new).await?)
+}
+
+/// Validate a scene and see what it would be.
+///
+/// Runs nothing: quality of the meshes, the plan with what it keeps and leaves out, expected run time and memory; or
+/// every problem at once.
+#[utoipa::path(
+    post, path = "/v1/jobs/validate", tag = "jobs", operation_id = "validate_scene",
+    request_body(content = SceneBody, content_type = "application/json"),
+    responses(
+        (status = 200, description = "The scene may run", body = Validation),
+        (status = 400, description = "Not JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn validate(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JsonText(body): JsonText,
+) -> Result<Json<Validation>, Problem> {
+    let engine = Arc::clone(&app.queue.engine);
+    let preview = judge(&app, &owner, move |shelf| engine.preview(&body, shelf)).await?;
+    Ok(Json(Validation::of(preview)))
+}
+
+/// Which jobs to list.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct ListParameters {
+    /// Only jobs in this state; several with commas.
+    state: Option<String>,
+    /// At most so many, 1 to 200; 50 by default.
+    limit: Option<u32>,
+    /// `next_cursor` of the page before.
+    cursor: Option<String>,
+}
+
+/// List jobs, newest first.
+#[utoipa::path(
+    get, path = "/v1/jobs", tag = "jobs", operation_id = "list_jobs", params(ListParameters),
+    responses(
+        (status = 200, description = "A page of jobs", body = JobList),
+        (status = 400, description = "A bad parameter", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn list(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    Parameters(parameters): Parameters<ListParameters>,
+) -> Result<Json<JobList>, Problem> {
+    let page = page_of(&parameters)?;
+    // One more than asked for tells whether there is another page.
+    let mut rows = app.queue.store.jobs(&owner, &Page { limit: page.limit + 1, ..page.clone() }).await?;
+    let has_more = rows.len() > page.limit as usize;
+    rows.truncate(page.limit as usize);
+    let next_cursor = rows.last().filter(|_| has_more).map(|row| format!("{:x}", row.seq));
+    Ok(Json(JobList { jobs: rows.into_iter().map(Job::of).collect(), next_cursor }))
+}
+
+/// Look at a job.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "get_job", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "The job as it stands", body = Job),
+        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn get(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(Job::of(row))).into_response())
+}
+
+/// Cancel a job.
+///
+/// A job that waits is cancelled at once; one that runs stops within a step or two, and its recording so far is kept.
+#[utoipa::path(
+    post, path = "/v1/jobs/{id}/cancel", tag = "jobs", operation_id = "cancel_job", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "It is cancelled", body = Job),
+        (status = 202, description = "It will stop", body = Job),
+        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "It has ended already", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn cancel(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let status = match app.queue.cancel(&owner, id).await? {
+        CancelAnswer::Cancelled { .. } | CancelAnswer::AlreadyCancelled => StatusCode::OK,
+        CancelAnswer::Stopping => StatusCode::ACCEPTED,
+        CancelAnswer::TooLate(state) => return Err(Problem::too_late_to_cancel(state)),
+        CancelAnswer::Unknown => return Err(Problem::no_such_job()),
+    };
+    let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    Ok((status, Json(Job::of(row))).into_response())
+}
+
+/// Delete a job and its recording.
+///
+/// A job that runs is cancelled first; nobody can ask for it from the answer on.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "delete_job", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 204, description = "It is gone"),
+        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn delete(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<StatusCode, Problem> {
+    if app.queue.delete(&owner, id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
+}
+
+/// The summary of a job that has ended.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/summary", tag = "jobs", operation_id = "get_summary", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "Numbers with unit, estimated numerical error and the gate that they passed", body = serde_json::Value),
+        (status = 404, description = "No such job, or it left no summary", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn summary(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    if !row.state.is_final() {
+        return Err(Problem::not_yet("summary", row.state));
+    }
+    let text =
+        app.queue.store.summary(&owner, id).await?.ok_or_else(|| Problem::never("summary", row.state))?;
+    Ok(([(header::CONTENT_TYPE, "application/json")], text).into_response())
+}
+
+/// Judges a scene on a thread that may compute, so that the others go on answering. Only so many at a time: each may
+/// hold a mesh in memory.
+async fn judge<T: Send + 'static>(
+    app: &Arc<App>,
+    owner: &str,
+    judgement: impl FnOnce(&MeshShelf) -> Result<T, Vec<SceneProblem>> + Send + 'static,
+) -> Result<T, Problem> {
+    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
+    let shelf = app.queue.shelf(owner);
+    let judged =
+        tokio::task::spawn_blocking(move || judgement(&shelf)).await.map_err(|e| Problem::internal(&e))?;
+    judged.map_err(Problem::invalid_scene)
+}
+
+/// The answer to a submission.
+fn submitted(submitted: Submitted) -> Result<Response, Problem> {
+    let (row, is_replay) = match submitted {
+        Submitted::Created(row) => (row, false),
+        Submitted::Replayed(row) => (row, true),
+        Submitted::KeyReused => return Err(Problem::idempotency_key_reused()),
+    };
+    let location =
+        HeaderValue::try_from(format!("/v1/jobs/{}", row.id)).map_err(|e| Problem::internal(&e))?;
+    let mut response = (StatusCode::ACCEPTED, Json(Job::of(*row))).into_response();
+    response.headers_mut().insert(header::LOCATION, location);
+    if is_replay {
+        response.headers_mut().insert(REPLAYED, HeaderValue::from_static("true"));
+    }
+    Ok(response)
+}
+
+/// The client's name for its request, if it gave one.
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let key = value
+        .to_str()
+        .ok()
+        .filter(|k| (1..=255).contains(&k.len()) && k.bytes().all(|b| b.is_ascii_graphic()));
+    let refusal = || Problem::bad_header("Idempotency-Key", "1 to 255 visible ASCII characters");
+    key.map(|k| Some(k.to_owned())).ok_or_else(refusal)
+}
+
+/// The page that was asked for.
+fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
+    let names = parameters.state.as_deref().unwrap_or_default();
+    let states = names.split(',').filter(|name| !name.is_empty()).map(|name| {
+        let known = || JobState::ALL.map(JobState::as_str).join(", ");
+        JobState::from_name(name).ok_or_else(|| {
+            Problem::bad_parameter(format!("There is no state {name:?}; there are {}.", known()))
+        })
+    });
+    let limit = parameters.limit.unwrap_or(50);
+    if !(1..=200).contains(&limit) {
+        return Err(Problem::bad_parameter("`limit` has to be between 1 and 200."));
+    }
+    let before = match &parameters.cursor {
+        None => None,
+        Some(text) => Some(
+            i64::from_str_radix(text, 16)
+                .map_err(|_| Problem::bad_parameter("`cursor` has to be the `next_cursor` of a page."))?,
+        ),
+    };
+    Ok(Page { states: states.collect::<Result<_, _>>()?, before, limit })
+}

@@ -1,0 +1,133 @@
+//! `/v1/meshes`: upload a mesh, look at one.
+
+use super::App;
+use super::extract::{Owner, Parameters, declared_length, media_type};
+use super::problem::{Problem, ProblemBody};
+use super::wire::UploadedMesh;
+use crate::service::jobs::JobsError;
+use crate::service::jobs::recordings::{hexadecimal, sync_folder};
+use crate::service::meshes::{MeshFormat, is_id, mesh_file};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::{Path, Request, State};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use futures::StreamExt;
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::path::PathBuf;
+use std::sync::Arc;
+use tokio::io::AsyncWriteExt;
+use utoipa::IntoParams;
+
+/// How to read an upload.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct UploadParameters {
+    /// The format, when its first character does not tell: `msh` or `inp`.
+    format: Option<MeshFormat>,
+}
+
+/// Upload a mesh.
+///
+/// The body is the file itself (`curl --data-binary @ball.inp`). Its id is the SHA-256 of its bytes: the same file has
+/// the same id, and a scene names it by `{"file": {"name": "<id>"}}`.
+#[utoipa::path(
+    post, path = "/v1/meshes", tag = "meshes", operation_id = "upload_mesh", params(UploadParameters),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream"),
+    responses(
+        (status = 200, description = "It was uploaded before", body = UploadedMesh),
+        (status = 201, description = "It is kept", body = UploadedMesh, headers(("Location" = String, description = "Address of the mesh"))),
+        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "Not a mesh", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn upload(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    Parameters(parameters): Parameters<UploadParameters>,
+    request: Request,
+) -> Result<Response, Problem> {
+    if media_type(request.headers()).is_some_and(|m| m.starts_with("multipart/") || m == "application/json") {
+        return Err(Problem::unsupported_media_type("application/octet-stream"));
+    }
+    let limit = app.config.budget.mesh_bytes;
+    if declared_length(request.headers()).is_some_and(|n| n > limit) {
+        return Err(Problem::too_large(limit));
+    }
+    let receiving = receive(&app, request.into_body(), limit);
+    let upload = tokio::time::timeout(app.config.upload_timeout, receiving)
+        .await
+        .map_err(|_| Problem::too_slow())??;
+
+    // Read and judged on a thread that may compute; only so many at a time, each holds a mesh in memory.
+    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
+    let (engine, path) = (Arc::clone(&app.queue.engine), upload.path.clone());
+    let inspecting = tokio::task::spawn_blocking(move || engine.inspect_mesh(&path, parameters.format));
+    let (format, report) = inspecting.await.map_err(|e| Problem::internal(&e))??;
+
+    let kept = mesh_file(&app.queue.folder.meshes(), &upload.id, format);
+    std::fs::rename(&upload.path, &kept).map_err(|e| JobsError::file(&kept, e))?;
+    sync_folder(&kept)?;
+    let is_new = app.queue.store.add_mesh(&owner, &upload.id, format, upload.bytes, &report).await?;
+    let mesh = app.queue.store.mesh(&owner, &upload.id).await?.ok_or_else(Problem::no_such_mesh)?;
+    let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
+    let location = format!("/v1/meshes/{}", mesh.id);
+    Ok((status, [(header::LOCATION, location)], Json(UploadedMesh::of(mesh))).into_response())
+}
+
+/// Look at an uploaded mesh.
+#[utoipa::path(
+    get, path = "/v1/meshes/{id}", tag = "meshes", operation_id = "get_mesh", params(("id" = String, Path, description = "SHA-256 of the file")),
+    responses(
+        (status = 200, description = "What it holds, and how good it is", body = UploadedMesh),
+        (status = 404, description = "No such mesh", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn get(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    path: Result<Path<String>, axum::extract::rejection::PathRejection>,
+) -> Result<Json<UploadedMesh>, Problem> {
+    let id = path.ok().map(|Path(id)| id).filter(|id| is_id(id)).ok_or_else(Problem::no_such_mesh)?;
+    let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
+    Ok(Json(UploadedMesh::of(mesh)))
+}
+
+/// An upload that has come to its end, in a file of its own. The file goes with the value, unless it was renamed.
+struct Upload {
+    path: PathBuf,
+    id: String,
+    bytes: u64,
+}
+
+impl Drop for Upload {
+    fn drop(&mut self) {
+        // Fails when the file was renamed, which is as it should be.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// Writes a body into a file of its own and flushes it to the disk, counting and digesting it on the way.
+async fn receive(app: &App, body: Body, limit: u64) -> Result<Upload, Problem> {
+    let path = app.queue.folder.uploads().join(uuid::Uuid::new_v4().to_string());
+    let mut upload = Upload { path, id: String::new(), bytes: 0 };
+    let failed = |e: std::io::Error| Problem::from(JobsError::file("uploads", e));
+    let mut file = tokio::fs::File::create(&upload.path).await.map_err(failed)?;
+    let mut sha = Sha256::new();
+    let mut stream = body.into_data_stream();
+    while let Some(piece) = stream.next().await {
+        let piece = piece.map_err(|_| Problem::broken_body())?;
+        upload.bytes += piece.len() as u64;
+        if upload.bytes > limit {
+            return Err(Problem::too_large(limit));
+        }
+        sha.update(&piece);
+        file.write_all(&piece).await.map_err(failed)?;
+    }
+    file.sync_all().await.map_err(failed)?;
+    upload.id = hexadecimal(&sha.finalize());
+    Ok(upload)
+}

@@ -1,0 +1,71 @@
+//! The service over HTTP: every call on this screen.
+
+mod edge;
+mod events;
+mod extract;
+mod jobs;
+mod meshes;
+mod openapi;
+mod pages;
+mod problem;
+mod range;
+mod recording;
+mod wire;
+
+pub use openapi::text as openapi_text;
+
+use super::config::ServiceConfig;
+use super::jobs::queue::Queue;
+use super::metrics::Metrics;
+use axum::Router;
+use axum::routing::get;
+use std::sync::Arc;
+use tokio::sync::Semaphore;
+use utoipa::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+/// What handlers work with.
+pub struct App {
+    /// The jobs.
+    pub queue: Arc<Queue>,
+    /// Limits and tokens.
+    pub config: Arc<ServiceConfig>,
+    /// Counters.
+    pub metrics: Arc<Metrics>,
+    /// Scenes and meshes that may be judged at the same time.
+    pub judges: Semaphore,
+}
+
+/// The calls that the contract names.
+fn routes() -> OpenApiRouter<Arc<App>> {
+    OpenApiRouter::with_openapi(openapi::Contract::openapi())
+        .routes(routes!(jobs::submit, jobs::list))
+        .routes(routes!(jobs::validate))
+        .routes(routes!(jobs::get, jobs::delete))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(events::follow))
+        .routes(routes!(jobs::summary))
+        .routes(routes!(recording::download))
+        .routes(routes!(meshes::upload))
+        .routes(routes!(meshes::get))
+        .routes(routes!(pages::healthz))
+        .routes(routes!(pages::readyz))
+        .routes(routes!(pages::metrics))
+        .routes(routes!(pages::scene_schema))
+}
+
+/// Everything that the service answers.
+pub fn router(app: Arc<App>) -> Router {
+    let (calls, _) = routes().split_for_parts();
+    let docs: Router<Arc<App>> = SwaggerUi::new("/docs").config(Config::from("/openapi.json")).into();
+    let all = calls
+        .route("/", get(pages::landing))
+        .route("/landing.css", get(pages::landing_style))
+        .route("/openapi.json", get(pages::openapi_json))
+        .merge(docs)
+        .fallback(async || problem::Problem::no_such_address())
+        .method_not_allowed_fallback(async || problem::Problem::method_not_allowed());
+    edge::layered(all, &app).with_state(app)
+}

@@ -1,0 +1,54 @@
+//! The contract: OpenAPI 3.1, made from the handlers, so that it cannot say anything else than they do.
+
+use super::routes;
+use crate::scene::scene_schema;
+use std::sync::LazyLock;
+use utoipa::OpenApi;
+use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
+
+/// What the document says besides the calls.
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "Contuse",
+        description = "What a blunt impact does to soft tissue: submit a scene, follow the run, download the recording.\n\n\
+            Research use only: not a medical device, not a diagnosis.",
+    ),
+    servers((url = "/")),
+    security((), ("bearer" = [])),
+    modifiers(&Bearer),
+    tags(
+        (name = "jobs", description = "Scenes that wait, run and end"),
+        (name = "meshes", description = "Meshes that scenes can name"),
+        (name = "service", description = "The service itself"),
+    )
+)]
+pub struct Contract;
+
+/// Bearer tokens, when the service has any.
+struct Bearer;
+
+impl utoipa::Modify for Bearer {
+    fn modify(&self, openapi: &mut utoipa::openapi::OpenApi) {
+        let scheme = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
+        openapi.components.get_or_insert_default().add_security_scheme("bearer", scheme);
+    }
+}
+
+static TEXT: LazyLock<String> = LazyLock::new(|| {
+    let (_, document) = routes().split_for_parts();
+    // Pretty, and with a newline at its end: it is committed.
+    document.to_pretty_json().unwrap_or_default() + "\n"
+});
+
+/// The document as JSON text.
+pub fn text() -> &'static str {
+    &TEXT
+}
+
+static SCENE_SCHEMA: LazyLock<String> = LazyLock::new(|| format!("{:#}\n", scene_schema()));
+
+/// The JSON Schema of a scene document as text.
+pub fn scene_schema_text() -> &'static str {
+    &SCENE_SCHEMA
+}

@@ -1,0 +1,63 @@
+//! Pages about the service itself: is it there, is it ready, how much does it do, what can it be asked.
+
+use super::extract::Owner;
+use super::problem::{Problem, ProblemBody};
+use super::{App, openapi};
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{Html, IntoResponse, Response};
+use std::sync::Arc;
+
+/// Is the process there?
+#[utoipa::path(get, path = "/healthz", tag = "service", operation_id = "healthz",
+    responses((status = 200, description = "It is there", body = String, content_type = "text/plain")))]
+pub async fn healthz() -> &'static str {
+    "ok\n"
+}
+
+/// Does it take work?
+#[utoipa::path(get, path = "/readyz", tag = "service", operation_id = "readyz",
+    responses(
+        (status = 200, description = "It takes work", body = String, content_type = "text/plain"),
+        (status = 503, description = "It shuts down, or its store does not answer", body = ProblemBody, content_type = "application/problem+json")))]
+pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem> {
+    if app.queue.is_closing() {
+        return Err(Problem::unavailable("The service shuts down."));
+    }
+    app.queue.store.ping().await.map_err(|error| {
+        tracing::error!(%error, "the store does not answer");
+        Problem::unavailable("The job store does not answer.")
+    })?;
+    Ok("ok\n")
+}
+
+/// Counters for Prometheus.
+#[utoipa::path(get, path = "/metrics", tag = "service", operation_id = "metrics",
+    responses((status = 200, description = "Queue depth, jobs by state, run times, requests", body = String, content_type = "text/plain")))]
+pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, Problem> {
+    let text = app.metrics.render(&app.queue.store.counts().await?);
+    Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
+}
+
+/// This document.
+pub async fn openapi_json() -> Response {
+    ([(header::CONTENT_TYPE, "application/json")], openapi::text()).into_response()
+}
+
+/// The JSON Schema of a scene document.
+#[utoipa::path(get, path = "/scene.schema.json", tag = "service", operation_id = "scene_schema",
+    responses((status = 200, description = "JSON Schema, draft 2020-12", body = serde_json::Value, content_type = "application/schema+json")))]
+pub async fn scene_schema() -> Response {
+    ([(header::CONTENT_TYPE, "application/schema+json")], openapi::scene_schema_text()).into_response()
+}
+
+/// The way in for people.
+pub async fn landing() -> Response {
+    let policy = "default-src 'none'; style-src 'self'; base-uri 'none'; frame-ancestors 'none'";
+    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("landing.html"))).into_response()
+}
+
+/// How it looks.
+pub async fn landing_style() -> Response {
+    ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], include_str!("landing.css")).into_response()
+}

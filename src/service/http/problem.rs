@@ -1,0 +1,282 @@
+//! Errors as `application/problem+json` (RFC 9457). The one place that knows which error has which status.
+
+use crate::service::jobs::engine::SceneProblem;
+use crate::service::jobs::{JobState, JobsError};
+use crate::service::meshes::MeshRefusal;
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// What went wrong with a request.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    status: StatusCode,
+    // Boxed: every handler returns one of these or an answer, and most return answers.
+    body: Box<ProblemBody>,
+    headers: Vec<(HeaderName, HeaderValue)>,
+}
+
+/// A problem on the wire.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct ProblemBody {
+    /// Kind of the problem, `urn:contuse:problem:…`, for programs.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// The kind in words.
+    pub title: String,
+    /// The HTTP status.
+    pub status: u16,
+    /// What is wrong with this request.
+    pub detail: String,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+    /// Every problem of a scene.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub errors: Vec<SceneProblem>,
+    /// Line of a JSON text, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<usize>,
+    /// Column of a JSON text, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
+    /// Name of this occurrence in the log of the service.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instance: Option<String>,
+}
+
+impl Problem {
+    fn new(status: StatusCode, kind: &str, title: &str, detail: impl Into<String>) -> Self {
+        let body = ProblemBody {
+            kind: format!("urn:contuse:problem:{kind}"),
+            title: title.to_owned(),
+            status: status.as_u16(),
+            detail: detail.into(),
+            remedy: None,
+            errors: Vec::new(),
+            line: None,
+            column: None,
+            instance: None,
+        };
+        Self { status, body: Box::new(body), headers: Vec::new() }
+    }
+
+    fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.body.remedy = Some(remedy.into());
+        self
+    }
+
+    fn header(mut self, name: HeaderName, value: HeaderValue) -> Self {
+        self.headers.push((name, value));
+        self
+    }
+
+    /// Nothing has this address.
+    pub fn no_such_address() -> Self {
+        Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", "Nothing has this address.")
+            .remedy("The addresses are listed at /docs.")
+    }
+
+    /// There is no such job, or it belongs to somebody else: the answer is the same.
+    pub fn no_such_job() -> Self {
+        Self::new(StatusCode::NOT_FOUND, "job-not-found", "Job not found", "There is no job with this id.")
+    }
+
+    /// There is no such mesh, or it belongs to somebody else.
+    pub fn no_such_mesh() -> Self {
+        Self::new(StatusCode::NOT_FOUND, "mesh-not-found", "Mesh not found", "There is no mesh with this id.")
+            .remedy("Upload it to /v1/meshes; its id is in the answer.")
+    }
+
+    /// The address exists, but not for this method.
+    pub fn method_not_allowed() -> Self {
+        let detail = "This address does not take this method; the header Allow names those that it takes.";
+        Self::new(StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed", "Method not allowed", detail)
+    }
+
+    /// The body is larger than this service takes.
+    pub fn too_large(limit: u64) -> Self {
+        let detail = format!("The body is larger than {limit} bytes.");
+        Self::new(StatusCode::PAYLOAD_TOO_LARGE, "body-too-large", "Body too large", detail)
+            .remedy(
+                "Upload meshes to /v1/meshes and name them by id; or ask the operator for a larger limit.",
+            )
+            // The rest of the body is not read, so the connection cannot go on.
+            .header(header::CONNECTION, HeaderValue::from_static("close"))
+    }
+
+    /// The body did not come in time.
+    pub fn too_slow() -> Self {
+        let detail = "The body did not come in time.";
+        Self::new(StatusCode::REQUEST_TIMEOUT, "body-too-slow", "Body too slow", detail)
+            .header(header::CONNECTION, HeaderValue::from_static("close"))
+    }
+
+    /// The body broke off.
+    pub fn broken_body() -> Self {
+        Self::new(
+            StatusCode::BAD_REQUEST,
+            "body-broken",
+            "Body broken",
+            "The body could not be read to its end.",
+        )
+    }
+
+    /// The body is declared to be something else.
+    pub fn unsupported_media_type(expected: &str) -> Self {
+        let detail = format!("The body has to be {expected}.");
+        Self::new(
+            StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            "unsupported-media-type",
+            "Unsupported media type",
+            detail,
+        )
+        .remedy(format!("Send the header `Content-Type: {expected}`."))
+    }
+
+    /// The body is not JSON.
+    pub fn bad_json(error: &serde_json::Error) -> Self {
+        let mut problem = Self::new(StatusCode::BAD_REQUEST, "bad-json", "Not JSON", error.to_string());
+        problem.body.line = Some(error.line());
+        problem.body.column = Some(error.column());
+        problem
+    }
+
+    /// A parameter of the address is wrong.
+    pub fn bad_parameter(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, "bad-parameter", "Bad parameter", detail)
+    }
+
+    /// A header is wrong.
+    pub fn bad_header(name: &str, expected: &str) -> Self {
+        let detail = format!("The header {name} has to be {expected}.");
+        Self::new(StatusCode::BAD_REQUEST, "bad-header", "Bad header", detail)
+    }
+
+    /// Nobody is named, or nobody known.
+    pub fn unauthorized() -> Self {
+        let detail = "This service wants a bearer token that it knows.";
+        Self::new(StatusCode::UNAUTHORIZED, "unauthorized", "Unauthorized", detail)
+            .remedy("Send the header `Authorization: Bearer …`.")
+            .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
+    }
+
+    /// A web page of another origin wants to change something.
+    pub fn cross_origin() -> Self {
+        let detail = "A web page of another origin may not change anything here.";
+        Self::new(StatusCode::FORBIDDEN, "cross-origin", "Cross-origin request", detail)
+            .remedy("The operator can allow the origin with --cors-origin.")
+    }
+
+    /// The scene cannot run.
+    pub fn invalid_scene(errors: Vec<SceneProblem>) -> Self {
+        let count = errors.iter().filter(|e| e.severity == "error").count();
+        let detail = format!("The scene has {count} error(s); every one is listed with its place.");
+        let mut problem =
+            Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
+        problem.body.errors = errors;
+        problem
+    }
+
+    /// The key names an earlier request with another body.
+    pub fn idempotency_key_reused() -> Self {
+        let detail = "This Idempotency-Key belongs to an earlier request with another body.";
+        Self::new(StatusCode::CONFLICT, "idempotency-key-reused", "Idempotency-Key reused", detail)
+            .remedy("Take a new key for a new request.")
+    }
+
+    /// The job ended before it could be cancelled.
+    pub fn too_late_to_cancel(state: JobState) -> Self {
+        let detail = format!("The job has {} already.", state.as_str());
+        Self::new(StatusCode::CONFLICT, "job-ended", "Job ended", detail)
+    }
+
+    /// The job has not come to what was asked for.
+    pub fn not_yet(what: &str, state: JobState) -> Self {
+        let detail = format!("The job is {}: it has no {what} yet.", state.as_str());
+        Self::new(StatusCode::CONFLICT, "not-yet", "Not yet", detail)
+            .remedy("Follow /v1/jobs/{id}/events to its end, then ask again.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("1"))
+    }
+
+    /// The job ended without what was asked for.
+    pub fn never(what: &str, state: JobState) -> Self {
+        let detail = format!("The job has {} and left no {what}.", state.as_str());
+        Self::new(StatusCode::NOT_FOUND, "not-left", "Nothing left", detail)
+            .remedy("The job says why at /v1/jobs/{id}.")
+    }
+
+    /// The snapshot is not kept any more.
+    pub fn snapshot_gone() -> Self {
+        let detail = "This snapshot is not kept: only the last few are, and only while the job runs.";
+        Self::new(StatusCode::GONE, "snapshot-gone", "Snapshot gone", detail)
+            .remedy("Ask without `snapshot` for the latest one, or for the final recording.")
+    }
+
+    /// No byte of the range exists.
+    pub fn range_not_satisfiable(length: u64) -> Self {
+        let detail = format!("The recording has {length} bytes; the range has none of them.");
+        let problem = Self::new(
+            StatusCode::RANGE_NOT_SATISFIABLE,
+            "range-not-satisfiable",
+            "Range not satisfiable",
+            detail,
+        );
+        match HeaderValue::try_from(format!("bytes */{length}")) {
+            Ok(value) => problem.header(header::CONTENT_RANGE, value),
+            Err(_) => problem,
+        }
+    }
+
+    /// The recording is not the one that the client has.
+    pub fn precondition_failed() -> Self {
+        let detail = "The recording is not the one that If-Match names.";
+        Self::new(StatusCode::PRECONDITION_FAILED, "precondition-failed", "Precondition failed", detail)
+    }
+
+    /// The service shuts down or has too much to do.
+    pub fn unavailable(detail: &str) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Unavailable", detail)
+            .remedy("Try again later.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("5"))
+    }
+
+    /// A fault of the service. What it was is in the log, under the name that the answer carries.
+    pub fn internal(error: &dyn std::fmt::Display) -> Self {
+        let instance = uuid::Uuid::new_v4().urn().to_string();
+        tracing::error!(instance, %error, "internal error");
+        let detail = "A fault of the service; its log says more under the name of this instance.";
+        let mut problem = Self::new(StatusCode::INTERNAL_SERVER_ERROR, "internal", "Internal error", detail);
+        problem.body.instance = Some(instance);
+        problem
+    }
+}
+
+impl From<JobsError> for Problem {
+    fn from(error: JobsError) -> Self {
+        match error {
+            JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
+            other => Self::internal(&other),
+        }
+    }
+}
+
+impl From<MeshRefusal> for Problem {
+    fn from(refusal: MeshRefusal) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message)
+            .remedy("Send a Gmsh .msh (2.2 or 4.1) or an Abaqus .inp file of eight-node hexahedra.")
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let body = serde_json::to_vec(&self.body).unwrap_or_default();
+        let mut response = (self.status, body).into_response();
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        headers.extend(self.headers);
+        response
+    }
+}

@@ -1,0 +1,260 @@
+//! What goes over the wire.
+
+use crate::service::jobs::engine::{BodyPreview, ScenePreview, SceneProblem};
+use crate::service::jobs::store::{JobRow, StoredMesh};
+use crate::service::jobs::{JobFailure, JobState, Phase};
+use crate::service::meshes::{MeshFormat, MeshReport};
+use serde::Serialize;
+use utoipa::openapi::{Ref, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+use uuid::Uuid;
+
+/// What this service is not. It is said in every job and in a header of every answer.
+pub const NOTICE: &str = "Research use only: not a medical device, not a diagnosis.";
+
+/// A scene document; its schema is a file of its own, which the service also serves at `/scene.schema.json`.
+#[derive(Debug)]
+pub struct SceneBody;
+
+impl PartialSchema for SceneBody {
+    fn schema() -> RefOr<Schema> {
+        RefOr::Ref(Ref::new("scene.schema.json"))
+    }
+}
+impl ToSchema for SceneBody {
+    fn name() -> std::borrow::Cow<'static, str> {
+        "Scene".into()
+    }
+}
+
+/// A job.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Job {
+    /// Its id.
+    pub id: Uuid,
+    /// Name of the scene.
+    pub name: String,
+    /// Where it stands.
+    pub state: JobState,
+    /// What it does at the moment.
+    pub phase: Phase,
+    /// Share of the run that is done, 0 … 1.
+    pub progress: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Steps expected in all.
+    pub expected_steps: Option<u64>,
+    /// Simulated time reached [s]; negative while settling.
+    pub simulated_time_s: f64,
+    /// Simulated time to the end [s].
+    pub end_time_s: f64,
+    /// Expected time to the end on the wall clock [s].
+    pub eta_s: Option<f64>,
+    /// Its place among those that wait, the next one is 1.
+    pub queue_position: Option<u64>,
+    /// How often a worker took it.
+    pub attempts: u32,
+    /// Whether it was asked to stop.
+    pub cancel_requested: bool,
+    /// When it came, RFC 3339.
+    pub created_at: String,
+    /// When a worker took it last.
+    pub started_at: Option<String>,
+    /// When it ended.
+    pub finished_at: Option<String>,
+    /// Digest of the document and its meshes: the name of the question.
+    pub content_hash: String,
+    /// What is odd about the scene.
+    pub warnings: Vec<SceneProblem>,
+    /// Why it failed.
+    pub failure: Option<JobFailure>,
+    /// Its recording, when final.
+    pub recording: Option<Recording>,
+    /// Where more can be asked.
+    pub links: JobLinks,
+    /// What the numbers are not.
+    pub notice: &'static str,
+}
+
+/// A recording that will not change any more.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Recording {
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// Whether it holds the whole run.
+    pub complete: bool,
+}
+
+/// Addresses of a job.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct JobLinks {
+    /// The job.
+    #[serde(rename = "self")]
+    pub this: String,
+    /// Its events.
+    pub events: String,
+    /// Stops it.
+    pub cancel: String,
+    /// Its summary, if it has one.
+    pub summary: Option<String>,
+    /// Its recording, if it has one.
+    pub recording: Option<String>,
+}
+
+impl Job {
+    /// The job of a row of the store.
+    pub fn of(row: JobRow) -> Self {
+        let this = format!("/v1/jobs/{}", row.id);
+        let links = JobLinks {
+            events: format!("{this}/events"),
+            cancel: format!("{this}/cancel"),
+            summary: row.has_summary.then(|| format!("{this}/summary")),
+            recording: row.recording.is_some().then(|| format!("{this}/recording")),
+            this,
+        };
+        let recording =
+            row.recording.map(|r| Recording { bytes: r.bytes, sha256: r.sha256, complete: r.complete });
+        Self {
+            id: row.id,
+            name: row.name,
+            state: row.state,
+            phase: row.progress.phase,
+            progress: row.progress.progress,
+            step: row.progress.step,
+            expected_steps: row.progress.expected_steps,
+            simulated_time_s: row.progress.simulated_time_s,
+            end_time_s: row.end_time_s,
+            eta_s: row.progress.eta_s,
+            queue_position: row.queue_position,
+            attempts: row.attempts,
+            cancel_requested: row.cancel_requested,
+            created_at: row.created_at,
+            started_at: row.started_at,
+            finished_at: row.finished_at,
+            content_hash: row.content_hash,
+            warnings: row.warnings,
+            failure: row.failure,
+            recording,
+            links,
+            notice: NOTICE,
+        }
+    }
+}
+
+/// A page of jobs.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct JobList {
+    /// The jobs, newest first.
+    pub jobs: Vec<Job>,
+    /// `cursor` of the next page; null on the last one.
+    pub next_cursor: Option<String>,
+}
+
+/// What a valid scene would be.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct Validation {
+    /// Always true: what is not valid is answered as a problem.
+    pub valid: bool,
+    /// Name of the scene.
+    pub name: String,
+    /// Digest of the document and its meshes.
+    pub content_hash: String,
+    /// What is odd, but not wrong.
+    pub warnings: Vec<SceneProblem>,
+    /// The bodies and their meshes, placed [m].
+    pub bodies: Vec<BodyPreview>,
+    /// What the run would cost, and what it would do.
+    pub plan: PlanPreview,
+    /// What the numbers are not.
+    pub notice: &'static str,
+}
+
+/// The plan of a scene.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct PlanPreview {
+    /// Number of nodes.
+    pub nodes: u64,
+    /// Number of elements.
+    pub elements: u64,
+    /// Memory of the plan and its state, about [bytes].
+    pub memory_bytes: u64,
+    /// Stable step at the start [s].
+    pub stable_step_s: f64,
+    /// Steps to the end at that step.
+    pub expected_steps: u64,
+    /// Expected run time on one core [s].
+    pub expected_run_time_s: f64,
+    /// What is kept.
+    pub kept: Vec<String>,
+    /// What is left out, and why.
+    pub left_out: Vec<LeftOutOfPlan>,
+}
+
+/// Something that a plan does without.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct LeftOutOfPlan {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+}
+
+impl Validation {
+    /// The answer to a scene that may run.
+    pub fn of(preview: ScenePreview) -> Self {
+        let plan = preview.plan;
+        Self {
+            valid: true,
+            name: preview.checked.name,
+            content_hash: preview.checked.content_hash,
+            warnings: preview.checked.warnings,
+            bodies: preview.bodies,
+            plan: PlanPreview {
+                nodes: plan.nodes as u64,
+                elements: plan.elements as u64,
+                memory_bytes: plan.memory_bytes,
+                stable_step_s: plan.stable_step_s,
+                expected_steps: plan.expected_steps,
+                expected_run_time_s: plan.expected_run_time_s,
+                kept: plan.kept,
+                left_out: plan
+                    .left_out
+                    .into_iter()
+                    .map(|l| LeftOutOfPlan { what: l.what, why: l.why })
+                    .collect(),
+            },
+            notice: NOTICE,
+        }
+    }
+}
+
+/// An uploaded mesh.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+pub struct UploadedMesh {
+    /// SHA-256 of its bytes, hexadecimal: the name by which scenes use it.
+    pub id: String,
+    /// Its format.
+    pub format: MeshFormat,
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// When it came first, RFC 3339.
+    pub created_at: String,
+    /// What it holds.
+    #[serde(flatten)]
+    pub report: MeshReport,
+}
+
+impl UploadedMesh {
+    /// The mesh of a row of the store.
+    pub fn of(mesh: StoredMesh) -> Self {
+        Self {
+            id: mesh.id,
+            format: mesh.format,
+            bytes: mesh.bytes,
+            created_at: mesh.created_at,
+            report: mesh.report,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! How a running job is stopped, and why.
+
+use crate::step::Interrupt;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::{Duration, Instant};
+
+/// Why a running job is asked to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// Its owner cancelled or deleted it.
+    Cancel,
+    /// It ran longer than a job may.
+    Deadline,
+    /// The service shuts down: the job goes back to the queue.
+    Shutdown,
+}
+
+const GO_ON: u8 = 0;
+const CANCEL: u8 = 1;
+const DEADLINE: u8 = 2;
+const SHUTDOWN: u8 = 3;
+
+/// The brake of one running job, shared by its worker and by those who may stop it.
+#[derive(Debug)]
+pub struct RunControl {
+    reason: AtomicU8,
+    started: Instant,
+    deadline: Duration,
+}
+
+impl RunControl {
+    /// A job that starts now and may run for `deadline`.
+    pub fn new(deadline: Duration) -> Self {
+        Self { reason: AtomicU8::new(GO_ON), started: Instant::now(), deadline }
+    }
+
+    /// Asks the job to stop. The first reason stays, except that a cancel overrules a shutdown: what its owner does not
+    /// want must not come back after a restart.
+    pub fn stop(&self, reason: StopReason) {
+        let code = match reason {
+            StopReason::Cancel => CANCEL,
+            StopReason::Deadline => DEADLINE,
+            StopReason::Shutdown => SHUTDOWN,
+        };
+        let first = self.reason.compare_exchange(GO_ON, code, Ordering::SeqCst, Ordering::SeqCst);
+        if first == Err(SHUTDOWN) && code == CANCEL {
+            self.reason.store(CANCEL, Ordering::SeqCst);
+        }
+    }
+
+    /// Why it was asked to stop, if it was.
+    pub fn reason(&self) -> Option<StopReason> {
+        match self.reason.load(Ordering::SeqCst) {
+            CANCEL => Some(StopReason::Cancel),
+            DEADLINE => Some(StopReason::Deadline),
+            SHUTDOWN => Some(StopReason::Shutdown),
+            _ => None,
+        }
+    }
+
+    /// What the stepper asks before every step.
+    pub fn interrupt(&self) -> Option<Interrupt> {
+        if self.reason().is_none() && self.started.elapsed() > self.deadline {
+            self.stop(StopReason::Deadline);
+        }
+        self.reason().map(|reason| match reason {
+            StopReason::Deadline => Interrupt::Deadline,
+            StopReason::Cancel | StopReason::Shutdown => Interrupt::Cancel,
+        })
+    }
+
+    /// How long it has been running.
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn first_reason_stays_but_cancel_overrules_shutdown() {
+        let control = RunControl::new(Duration::from_secs(60));
+        assert_eq!(control.interrupt(), None);
+        control.stop(StopReason::Shutdown);
+        assert_eq!(control.interrupt(), Some(Interrupt::Cancel));
+        control.stop(StopReason::Cancel);
+        assert_eq!(control.reason(), Some(StopReason::Cancel));
+        control.stop(StopReason::Shutdown);
+        assert_eq!(control.reason(), Some(StopReason::Cancel));
+    }
+
+    #[test]
+    fn deadline_stops_by_itself() {
+        let control = RunControl::new(Duration::ZERO);
+        std::thread::sleep(Duration::from_millis(2));
+        assert_eq!(control.interrupt(), Some(Interrupt::Deadline));
+        assert_eq!(control.reason(), Some(StopReason::Deadline));
+    }
+}

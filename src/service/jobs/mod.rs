@@ -1,0 +1,228 @@
+//! Jobs: scenes that wait, run and end, and survive the process that runs them.
+//!
+//! - [`store`]: the one place that speaks SQL; every change of a job and the event that tells of it are one
+//!   transaction.
+//! - [`queue`]: what can be asked of jobs: submit, cancel, delete; and recovery at the start.
+//! - [`worker`]: threads that claim a job, run it by an [`engine::Engine`] and say how it ended.
+//! - [`recordings`]: files that are written under one name and immutable under another.
+//! - [`snapshots`]: what can be seen of a recording while it is written.
+//! - [`control`]: how a running job is stopped, and why.
+
+pub mod control;
+pub mod engine;
+mod error;
+pub mod queue;
+pub mod recordings;
+pub mod simulator;
+pub mod snapshots;
+pub mod store;
+pub mod worker;
+
+pub use error::JobsError;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+/// Name of a job. Version 7: ids sort by their time of arrival and cannot be guessed.
+pub type JobId = Uuid;
+
+/// Where a job stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// It waits for a worker.
+    Queued,
+    /// A worker has it.
+    Running,
+    /// It reached the end time, and its gates were passed.
+    Succeeded,
+    /// It ended early; `failure` says why.
+    Failed,
+    /// Somebody stopped it.
+    Cancelled,
+}
+
+impl JobState {
+    /// All of them, in the order of a life.
+    pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
+
+    /// The name on the wire and in the store.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Succeeded => "succeeded",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
+    /// The state of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.as_str() == name)
+    }
+
+    /// Whether nothing will change any more.
+    pub fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
+}
+
+/// What a job does at the moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Phase {
+    /// It waits for a worker.
+    Waiting,
+    /// Meshes are made or read, the scene is compiled.
+    Loading,
+    /// It settles before the clock starts.
+    Settling,
+    /// It steps through time.
+    Stepping,
+    /// The recording is closed and its digest computed.
+    Closing,
+    /// Nothing any more.
+    Done,
+}
+
+impl Phase {
+    const ALL: [Self; 6] =
+        [Self::Waiting, Self::Loading, Self::Settling, Self::Stepping, Self::Closing, Self::Done];
+
+    /// The name on the wire and in the store.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Loading => "loading",
+            Self::Settling => "settling",
+            Self::Stepping => "stepping",
+            Self::Closing => "closing",
+            Self::Done => "done",
+        }
+    }
+
+    /// The phase of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.as_str() == name)
+    }
+}
+
+/// Why a job failed, as a code that programs can match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JobFailureCause {
+    /// The scene that was accepted is not valid any more (a mesh is gone, the engine changed).
+    InvalidScene,
+    /// An element's Jacobian became zero or negative.
+    ElementInverted,
+    /// The stable step fell below what can finish.
+    StepCollapsed,
+    /// The contact solver did not reach its tolerance.
+    ContactNotConverged,
+    /// The energy balance failed its gate.
+    EnergyGate,
+    /// A fibre was stretched beyond what its exponential can represent.
+    FibreOverstretched,
+    /// A number became infinite or not a number.
+    NotFinite,
+    /// The wall-clock budget ran out.
+    Deadline,
+    /// The process that ran it was lost, more often than a job may lose one.
+    WorkerLost,
+    /// The recording could not be written.
+    RecordingFailed,
+    /// A fault of the program.
+    Internal,
+}
+
+/// The diagnosis of a job that failed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct JobFailure {
+    /// The cause.
+    pub cause: JobFailureCause,
+    /// What happened, with values and limits.
+    pub message: String,
+    /// What to do about it.
+    pub remedy: String,
+    /// Simulated time [s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<u64>,
+    /// Where, when it is about an element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<FailedElement>,
+}
+
+impl JobFailure {
+    /// The diagnosis of a fault of the program. What it was is in the log and not for the world.
+    pub fn internal() -> Self {
+        Self {
+            cause: JobFailureCause::Internal,
+            message: "A fault of the program stopped the run.".into(),
+            remedy: "Report it with the id of the job and the log of the service around its end.".into(),
+            time_s: None,
+            step: None,
+            element: None,
+        }
+    }
+}
+
+/// The element that a failure is about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FailedElement {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the part.
+    pub part: String,
+    /// Index of the element in the body, from 0.
+    pub element: u32,
+    /// Its centre at that time [m]; absent when that is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
+}
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RunProgress {
+    /// What it does.
+    pub phase: Phase,
+    /// Share of the run that is done, 0 … 1.
+    pub progress: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Steps expected in all.
+    pub expected_steps: Option<u64>,
+    /// Simulated time reached [s]; negative while settling.
+    pub simulated_time_s: f64,
+    /// Expected time to the end on the wall clock [s].
+    pub eta_s: Option<f64>,
+}
+
+impl RunProgress {
+    /// A run that has only begun.
+    pub fn loading() -> Self {
+        Self {
+            phase: Phase::Loading,
+            progress: 0.0,
+            step: 0,
+            expected_steps: None,
+            simulated_time_s: 0.0,
+            eta_s: None,
+        }
+    }
+}
+
+/// A recording that will not change any more.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinalRecording {
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// Whether it holds the whole run.
+    pub complete: bool,
+}

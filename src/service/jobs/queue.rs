@@ -1,0 +1,262 @@
+//! What can be asked of jobs, and what is done with them at the start.
+
+use super::control::{RunControl, StopReason};
+use super::engine::Engine;
+use super::recordings::DataFolder;
+use super::snapshots::{Snapshot, Snapshots, Which};
+use super::store::{CancelAnswer, ClaimedJob, DeleteAnswer, NewJob, Recovered, Store, Submitted};
+use super::{FinalRecording, JobId, JobsError};
+use crate::record::partial_path;
+use crate::service::config::ServiceConfig;
+use crate::service::meshes::MeshShelf;
+use crate::service::metrics::Metrics;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::sync::{Notify, broadcast, watch};
+
+/// The queue: the store, the workers' brakes, and the bell that rings when something happened to a job.
+pub struct Queue {
+    /// The job store.
+    pub store: Store,
+    /// The simulator.
+    pub engine: Arc<dyn Engine>,
+    /// The files.
+    pub folder: DataFolder,
+    /// Limits.
+    pub config: Arc<ServiceConfig>,
+    /// Counters.
+    pub metrics: Arc<Metrics>,
+    running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
+    snapshots: Snapshots,
+    arrivals: Notify,
+    bell: broadcast::Sender<i64>,
+    closing: watch::Sender<bool>,
+}
+
+impl Queue {
+    /// A queue that takes over what the process before it left: jobs that ran wait again, or end if they lost their
+    /// worker too often.
+    ///
+    /// # Errors
+    /// When the store or the files fail.
+    pub async fn open(
+        config: Arc<ServiceConfig>,
+        engine: Arc<dyn Engine>,
+        metrics: Arc<Metrics>,
+    ) -> Result<Self, JobsError> {
+        let folder = DataFolder::open(&config.data)?;
+        let store = Store::open(&folder.store_file()).await?;
+        let queue = Self {
+            store,
+            engine,
+            folder,
+            config,
+            metrics,
+            running: Mutex::default(),
+            snapshots: Snapshots::default(),
+            arrivals: Notify::new(),
+            bell: broadcast::channel(256).0,
+            closing: watch::channel(false).0,
+        };
+        queue.recover().await?;
+        Ok(queue)
+    }
+
+    /// Settles what the process before this one left.
+    async fn recover(&self) -> Result<(), JobsError> {
+        for (seq, id, attempt, fate) in self.store.orphans(self.config.max_attempts).await? {
+            tracing::warn!(job = %id, attempt, ?fate, "found a job without its worker");
+            match fate {
+                Recovered::Requeue => {
+                    self.folder.remove_recordings(id)?;
+                    self.store.requeue_orphan(seq).await?;
+                }
+                Recovered::Cancel | Recovered::GiveUp => {
+                    let recording = self.keep_recording(id, false)?;
+                    self.store.end_orphan(seq, attempt, fate == Recovered::Cancel, recording).await?;
+                }
+                Recovered::Erase => {
+                    self.folder.remove_recordings(id)?;
+                    self.store.erase(seq).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The recording that an ended run left, with its digest. One that its writer did not close is mended first; nothing
+    /// when nothing of it can be read.
+    pub(super) fn keep_recording(
+        &self,
+        id: JobId,
+        complete: bool,
+    ) -> Result<Option<FinalRecording>, JobsError> {
+        let recording = self.folder.recording(id);
+        if !recording.exists()
+            && partial_path(&recording).exists()
+            && let Err(reason) = self.engine.mend_recording(&recording)
+        {
+            tracing::warn!(job = %id, reason, "nothing of the recording can be read");
+            self.folder.remove_recordings(id)?;
+        }
+        self.folder.seal_recording(id, complete)
+    }
+
+    /// Keeps a new job; it is durable when this returns.
+    ///
+    /// # Errors
+    /// `QueueFull`, or when the store fails.
+    pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobsError> {
+        let submitted = self.store.submit(new, self.config.max_queued).await?;
+        if let Submitted::Created(job) = &submitted {
+            tracing::info!(job = %job.id, name = new.name, "accepted");
+            self.arrivals.notify_one();
+            self.ring(job.seq);
+        }
+        Ok(submitted)
+    }
+
+    /// Cancels a job that waits; stops one that runs.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
+        let answer = self.store.cancel(owner, id).await?;
+        match answer {
+            CancelAnswer::Cancelled { seq } => self.ring(seq),
+            CancelAnswer::Stopping => self.stop(id, StopReason::Cancel),
+            _ => {}
+        }
+        Ok(answer)
+    }
+
+    /// Deletes a job: nobody can ask for it from now on. The files of a job that runs go when its worker has let go of
+    /// them, a step or two later. False when there is no such job.
+    ///
+    /// # Errors
+    /// When the store or the files fail.
+    pub async fn delete(&self, owner: &str, id: JobId) -> Result<bool, JobsError> {
+        match self.store.hide(owner, id).await? {
+            DeleteAnswer::Unknown => return Ok(false),
+            DeleteAnswer::Running { seq } => {
+                self.stop(id, StopReason::Cancel);
+                self.ring(seq);
+            }
+            DeleteAnswer::Idle { seq } => {
+                self.folder.remove_recordings(id)?;
+                self.store.erase(seq).await?;
+                self.ring(seq);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The next job to run; waits for one. `None` when the service shuts down.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn next(&self) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
+        let mut closing = self.closing.subscribe();
+        loop {
+            // Registered before the look into the store, so that no arrival falls between the two.
+            let arrival = self.arrivals.notified();
+            if *closing.borrow_and_update() {
+                return Ok(None);
+            }
+            if let Some(job) = self.store.claim().await? {
+                // One arrival wakes one worker; there may be work for another.
+                self.arrivals.notify_one();
+                let control = self.take_control(&job).await;
+                self.ring(job.seq);
+                return Ok(Some((job, control)));
+            }
+            tokio::select! {
+                () = arrival => {}
+                _ = closing.changed() => {}
+            }
+        }
+    }
+
+    /// The brake of a job that begins, pulled already if its owner cancelled or deleted it in between.
+    async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
+        let control = Arc::new(RunControl::new(self.config.deadline));
+        self.controls().insert(job.id, Arc::clone(&control));
+        match self.store.is_unwanted(job.seq).await {
+            Ok(true) => control.stop(StopReason::Cancel),
+            Ok(false) => {}
+            // The job is claimed and has to run: a cancel that was missed here is only late.
+            Err(error) => tracing::warn!(job = %job.id, %error, "could not see whether it is still wanted"),
+        }
+        control
+    }
+
+    /// Lets go of the brake of a job that has ended.
+    pub(super) fn release(&self, job: &ClaimedJob) {
+        self.controls().remove(&job.id);
+        self.snapshots.close(&self.folder, job.id);
+        self.ring(job.seq);
+    }
+
+    /// What can be seen of the recording of a job that runs. Copies files: not for threads of the runtime.
+    ///
+    /// # Errors
+    /// When the files fail.
+    pub fn snapshot(&self, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
+        if !self.controls().contains_key(&id) {
+            return Ok(None);
+        }
+        self.snapshots.look(self.engine.as_ref(), &self.folder, id, which)
+    }
+
+    /// The meshes that an owner's scenes may name. To be used outside the threads of the runtime only.
+    pub fn shelf(&self, owner: &str) -> MeshShelf {
+        MeshShelf::new(
+            self.folder.meshes(),
+            self.store.clone(),
+            owner.to_owned(),
+            tokio::runtime::Handle::current(),
+        )
+    }
+
+    /// A bell that names the job that something happened to.
+    pub fn listen(&self) -> broadcast::Receiver<i64> {
+        self.bell.subscribe()
+    }
+
+    /// True from the moment on that the service shuts down.
+    pub fn closing(&self) -> watch::Receiver<bool> {
+        self.closing.subscribe()
+    }
+
+    /// Whether the service shuts down.
+    pub fn is_closing(&self) -> bool {
+        *self.closing.borrow()
+    }
+
+    /// No job is taken up from now on.
+    pub fn close(&self) {
+        self.closing.send_replace(true);
+    }
+
+    /// Stops what runs; it goes back to the queue.
+    pub fn interrupt_all(&self) {
+        for control in self.controls().values() {
+            control.stop(StopReason::Shutdown);
+        }
+    }
+
+    /// Rings the bell for a job. Nobody may be listening, and that is fine.
+    pub(super) fn ring(&self, seq: i64) {
+        let _ = self.bell.send(seq);
+    }
+
+    fn stop(&self, id: JobId, reason: StopReason) {
+        if let Some(control) = self.controls().get(&id) {
+            control.stop(reason);
+        }
+    }
+
+    fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, Arc<RunControl>>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

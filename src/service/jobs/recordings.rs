@@ -1,0 +1,217 @@
+//! Files of the service: one folder that one process may use, recordings that never change under their final name.
+//!
+//! A run writes `<id>.mcap.partial`, and its recorder gives the file its name when it is whole. Everything else that a job
+//! has begins with `<id>.` too, so that it can be found when the job goes.
+
+use super::{FinalRecording, JobId, JobsError};
+use sha2::{Digest, Sha256};
+use std::fs::{File, TryLockError};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The data folder, locked for this process as long as this value lives.
+#[derive(Debug)]
+pub struct DataFolder {
+    root: PathBuf,
+    // Held for its lock, which the system releases however the process ends.
+    _lock: File,
+}
+
+impl DataFolder {
+    /// Takes a folder, and makes it and its rooms if need be.
+    ///
+    /// # Errors
+    /// `InUse` when another process has it; `File` when it cannot be made.
+    pub fn open(root: &Path) -> Result<Self, JobsError> {
+        for folder in [root.to_owned(), root.join("recordings"), root.join("meshes"), root.join("uploads")] {
+            std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
+        }
+        let lock_file = root.join("lock");
+        let lock = File::create(&lock_file).map_err(|e| JobsError::file(&lock_file, e))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(JobsError::InUse { path: root.to_owned() }),
+            Err(TryLockError::Error(e)) => return Err(JobsError::file(&lock_file, e)),
+        }
+        let folder = Self { root: root.to_owned(), _lock: lock };
+        folder.sweep()?;
+        Ok(folder)
+    }
+
+    /// The job store.
+    pub fn store_file(&self) -> PathBuf {
+        self.root.join("jobs.sqlite")
+    }
+
+    /// Meshes, named by their digest.
+    pub fn meshes(&self) -> PathBuf {
+        self.root.join("meshes")
+    }
+
+    /// Uploads that have not ended yet.
+    pub fn uploads(&self) -> PathBuf {
+        self.root.join("uploads")
+    }
+
+    /// The recording of a job that has ended.
+    pub fn recording(&self, id: JobId) -> PathBuf {
+        self.root.join("recordings").join(format!("{id}.mcap"))
+    }
+
+    /// Removes whatever a job left.
+    ///
+    /// # Errors
+    /// When a file is there and stays.
+    pub fn remove_recordings(&self, id: JobId) -> Result<(), JobsError> {
+        self.remove_files(id, "")
+    }
+
+    /// Removes the files of a job whose name goes on like this after the id and a point.
+    fn remove_files(&self, id: JobId, rest: &str) -> Result<(), JobsError> {
+        let folder = self.root.join("recordings");
+        let beginning = format!("{id}.{rest}");
+        for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
+            let entry = entry.map_err(|e| JobsError::file(&folder, e))?;
+            if entry.file_name().to_str().is_some_and(|name| name.starts_with(&beginning)) {
+                remove(&entry.path())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Size and digest of the recording of a run that has ended. `None` when the run left none.
+    ///
+    /// # Errors
+    /// When the file cannot be read or made durable.
+    pub fn seal_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
+        let path = self.recording(id);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let FileDigest { bytes, sha256 } = FileDigest::of(&path)?;
+        File::open(&path).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(&path, e))?;
+        sync_folder(&path)?;
+        Ok(Some(FinalRecording { bytes, sha256, complete }))
+    }
+
+    /// What a snapshot of the recording of a job that runs is called.
+    pub fn snapshot(&self, id: JobId, number: u32) -> PathBuf {
+        self.root.join("recordings").join(format!("{id}.{SNAPSHOT}{number}.mcap"))
+    }
+
+    /// Removes the snapshots of a job.
+    ///
+    /// # Errors
+    /// When a file is there and stays.
+    pub fn remove_snapshots(&self, id: JobId) -> Result<(), JobsError> {
+        self.remove_files(id, SNAPSHOT)
+    }
+
+    /// Removes what the process before this one can have left: uploads that will never end, snapshots that nobody knows.
+    fn sweep(&self) -> Result<(), JobsError> {
+        for (folder, mark) in [(self.uploads(), ""), (self.root.join("recordings"), SNAPSHOT)] {
+            for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {
+                let entry = entry.map_err(|e| JobsError::file(&folder, e))?;
+                if entry.file_name().to_str().is_some_and(|name| name.contains(mark)) {
+                    remove(&entry.path())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// In the name of a snapshot, before its number.
+const SNAPSHOT: &str = "snapshot-";
+
+/// Size and digest of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileDigest {
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+}
+
+impl FileDigest {
+    /// Reads a file to its end.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of(path: &Path) -> Result<Self, JobsError> {
+        let read = || -> std::io::Result<Self> {
+            let mut file = File::open(path)?;
+            let mut sha = Sha256::new();
+            let mut buffer = vec![0_u8; 1 << 20];
+            let mut bytes = 0;
+            loop {
+                let n = file.read(&mut buffer)?;
+                if n == 0 {
+                    return Ok(Self { bytes, sha256: hexadecimal(&sha.finalize()) });
+                }
+                sha.update(&buffer[..n]);
+                bytes += n as u64;
+            }
+        };
+        read().map_err(|e| JobsError::file(path, e))
+    }
+}
+
+/// Lower-case hexadecimal digits of bytes.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// Makes the names in the folder of a file durable: a rename is one only then.
+///
+/// # Errors
+/// When the folder cannot be opened or flushed.
+pub fn sync_folder(file: &Path) -> Result<(), JobsError> {
+    let Some(folder) = file.parent() else { return Ok(()) };
+    File::open(folder).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(folder, e))
+}
+
+/// Removes a file that may be there.
+fn remove(path: &Path) -> Result<(), JobsError> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(JobsError::file(path, e)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_process_has_the_folder() {
+        let dir = tempfile::tempdir().unwrap();
+        let first = DataFolder::open(dir.path()).unwrap();
+        assert!(matches!(DataFolder::open(dir.path()), Err(JobsError::InUse { .. })));
+        drop(first);
+        DataFolder::open(dir.path()).unwrap();
+    }
+
+    #[test]
+    fn sealed_recording_has_its_digest_and_its_name() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = DataFolder::open(dir.path()).unwrap();
+        let id = JobId::now_v7();
+        assert_eq!(folder.seal_recording(id, true).unwrap(), None);
+        std::fs::write(folder.recording(id), b"abc").unwrap();
+        let sealed = folder.seal_recording(id, true).unwrap().unwrap();
+        assert_eq!(sealed.bytes, 3);
+        // SHA-256 of "abc", FIPS 180-2, appendix B.1.
+        assert_eq!(sealed.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(std::fs::read(folder.recording(id)).unwrap(), b"abc");
+        let other = JobId::now_v7();
+        std::fs::write(folder.recording(other), b"abc").unwrap();
+        folder.remove_recordings(id).unwrap();
+        folder.remove_recordings(id).unwrap();
+        assert!(!folder.recording(id).exists() && folder.recording(other).exists());
+    }
+}

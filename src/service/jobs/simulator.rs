@@ -1,0 +1,316 @@
+//! The engine that ships: scenes are loaded, compiled and run as by the command line.
+
+use super::engine::{
+    BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
+    SceneProblem,
+};
+use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
+use crate::mesh::Mesh;
+use crate::mesh::quality::quality;
+use crate::mesh::read::{self, read_mesh};
+use crate::plan::compile;
+use crate::record::{reindex_incomplete, snapshot};
+use crate::scene::summary::BodySummary;
+use crate::scene::{
+    Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load,
+};
+use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
+use crate::step::{Ending, Failure, FailureCause};
+use crate::study::{self, RunRequest, run_scene};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Loads, compiles and runs scenes within a budget.
+#[derive(Clone, Debug)]
+pub struct Simulator {
+    budget: Budget,
+}
+
+impl Simulator {
+    /// A simulator that takes scenes within `budget`.
+    pub fn new(budget: Budget) -> Self {
+        Self { budget }
+    }
+
+    fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
+        load(scene, meshes, &self.budget)
+            .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect())
+    }
+}
+
+impl Engine for Simulator {
+    fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        self.load(scene, meshes).map(|loaded| checked(&loaded))
+    }
+
+    fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+        let loaded = self.load(scene, meshes)?;
+        let plan =
+            compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
+        let bodies = loaded.bodies.iter().map(BodyPreview::from).collect();
+        Ok(ScenePreview { checked: checked(&loaded), bodies, plan: plan.report })
+    }
+
+    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+        let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
+        let estimated_steps = loaded.estimate.steps;
+        let mut reached = RunProgress::loading();
+        let mut progress = |p: study::Progress| {
+            reached = RunProgress {
+                phase: Phase::from(p.phase),
+                progress: p.fraction,
+                step: p.step,
+                expected_steps: Some(expected_steps(p.step, p.fraction, estimated_steps)),
+                simulated_time_s: p.time_s,
+                eta_s: None,
+            };
+            (order.progress)(reached);
+        };
+        let result = run_scene(RunRequest {
+            scene: &loaded.scene,
+            document_json: order.scene,
+            recording: Some(order.recording),
+            threads: order.threads,
+            interrupt: &|| order.control.interrupt(),
+            progress: &mut progress,
+        });
+        let result = result.map_err(|error| {
+            let problem = SceneProblem::of_document(&error.to_string());
+            invalid_scene(&[problem])
+        })?;
+        let ending = match result.outcome.ending {
+            Ending::Finished => RunEnding::Finished,
+            Ending::Cancelled => RunEnding::Stopped,
+            Ending::Failed { failure } => RunEnding::Failed(failure.into()),
+        };
+        // The very text that is attached to the recording.
+        let summary = result.summary.to_json().map_err(|error| {
+            tracing::error!(%error, "the summary cannot be written as JSON");
+            JobFailure::internal()
+        })?;
+        Ok(RunReport { ending, summary: Some(summary), progress: reached })
+    }
+
+    fn mend_recording(&self, recording: &Path) -> Result<(), String> {
+        reindex_incomplete(recording).map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String> {
+        snapshot(recording, target).map(|_| ()).map_err(|error| error.to_string())
+    }
+
+    fn inspect_mesh(
+        &self,
+        file: &Path,
+        format: Option<MeshFormat>,
+    ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+        let refusal = |message: String| MeshRefusal { message };
+        let bytes = std::fs::read(file).map_err(|error| {
+            tracing::error!(%error, "an upload cannot be read");
+            refusal("the upload could not be read".into())
+        })?;
+        let format = format.or_else(|| read::MeshFormat::sniff(&bytes).map(MeshFormat::from));
+        let format =
+            format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
+        let mesh = read_mesh(&bytes, format.into()).map_err(|error| refusal(error.to_string()))?;
+        let report = report(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
+        Ok((format, report))
+    }
+}
+
+/// Uploaded meshes, by id.
+impl MeshSource for MeshShelf {
+    fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
+        let (path, _) = self.find(name).map_err(|error| match error {
+            // Other ids are not offered: a list of them would help nobody find a name.
+            ShelfError::Unknown => MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() },
+            ShelfError::Jobs(error) => unreadable(name, &error),
+        })?;
+        let size = std::fs::metadata(&path).map_err(|error| unreadable(name, &error))?.len();
+        if size > limit {
+            return Err(MeshSourceError::TooLarge { name: name.to_owned(), bytes: size, limit });
+        }
+        let bytes = std::fs::read(&path).map_err(|error| unreadable(name, &error))?;
+        let file_name = path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(MeshBytes { file_name, bytes })
+    }
+}
+
+/// Why a mesh that is there cannot be read: the reason is in the log, paths of the server are not for the world.
+fn unreadable(name: &str, error: &dyn std::fmt::Display) -> MeshSourceError {
+    tracing::error!(mesh = name, %error, "a mesh cannot be read");
+    MeshSourceError::Unreadable { name: name.to_owned(), reason: "the storage of the service failed".into() }
+}
+
+fn checked(loaded: &Loaded) -> CheckedScene {
+    CheckedScene {
+        name: loaded.scene.document.name.clone(),
+        content_hash: loaded.scene.content_hash.clone(),
+        end_time_s: loaded.scene.document.end_time_s,
+        warnings: loaded.warnings.iter().cloned().map(SceneProblem::from).collect(),
+    }
+}
+
+/// Steps in all, from those that a share of the run took; from the estimate while that share says nothing yet.
+fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
+    const SAYS_SOMETHING: f64 = 0.02;
+    if share < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / share).round() as u64 }
+}
+
+/// The diagnosis of a scene that was valid when it was accepted.
+fn invalid_scene(problems: &[SceneProblem]) -> JobFailure {
+    let errors: Vec<String> = problems
+        .iter()
+        .filter(|p| p.severity == "error")
+        .map(|p| format!("{}: {}", p.pointer, p.message))
+        .collect();
+    JobFailure {
+        cause: JobFailureCause::InvalidScene,
+        message: format!("The scene cannot run: {}", errors.join("; ")),
+        remedy: "Send the scene to /v1/jobs/validate, which says more about every problem.".into(),
+        time_s: None,
+        step: None,
+        element: None,
+    }
+}
+
+/// What an uploaded mesh holds; `None` when that is nothing.
+fn report(mesh: &Mesh) -> Option<MeshReport> {
+    let quality = quality(mesh)?;
+    let mut elements_of_part = vec![0_u64; mesh.parts.len()];
+    mesh.part_of.iter().for_each(|&part| elements_of_part[part as usize] += 1);
+    let [low, high] = quality.bounding_box_m;
+    Some(MeshReport {
+        nodes: mesh.nodes.len() as u64,
+        elements: mesh.hexes.len() as u64,
+        parts: mesh.parts.iter().cloned().zip(elements_of_part).collect(),
+        node_sets: mesh
+            .node_sets
+            .iter()
+            .map(|(name, set)| (name.clone(), set.len() as u64))
+            .collect::<BTreeMap<_, _>>(),
+        bounding_box_min: [low.x, low.y, low.z],
+        bounding_box_max: [high.x, high.y, high.z],
+        quality: MeshQualityReport {
+            min_scaled_jacobian: quality.min_scaled_jacobian,
+            worst_element: quality.worst_element,
+            negative_elements: quality.negative.count as u64,
+            first_negative_elements: quality.negative.first,
+            folded_elements: quality.folded_corners.count as u64,
+            max_aspect_ratio: quality.max_aspect_ratio,
+            coincident_nodes: quality.coincident_nodes.count as u64,
+            min_edge: quality.min_edge_m,
+            max_edge: quality.max_edge_m,
+            volume: quality.volume_m3,
+        },
+        notes: mesh.notes.clone(),
+    })
+}
+
+impl From<Problem> for SceneProblem {
+    fn from(problem: Problem) -> Self {
+        let severity = match problem.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        Self {
+            severity: severity.to_owned(),
+            code: problem.code.into_owned(),
+            pointer: problem.pointer,
+            message: problem.message,
+            value: problem.value,
+            limit: problem.limit,
+            remedy: problem.remedy,
+        }
+    }
+}
+
+impl From<&BodySummary> for BodyPreview {
+    fn from(body: &BodySummary) -> Self {
+        let part = |p: &crate::scene::summary::PartSummary| PartPreview {
+            name: p.name.clone(),
+            elements: p.elements as u64,
+            mass_kg: p.mass_kg,
+        };
+        Self {
+            name: body.name.clone(),
+            nodes: body.nodes as u64,
+            elements: body.elements as u64,
+            volume_m3: body.volume_m3,
+            mass_kg: body.mass_kg,
+            bounding_box_m: body.bounding_box_m,
+            min_scaled_jacobian: body.min_scaled_jacobian,
+            worst_element: body.worst_element,
+            max_aspect_ratio: body.max_aspect_ratio,
+            min_edge_m: body.min_edge_m,
+            parts: body.parts.iter().map(part).collect(),
+            notes: body.notes.clone(),
+        }
+    }
+}
+
+impl From<MeshFormat> for read::MeshFormat {
+    fn from(format: MeshFormat) -> Self {
+        match format {
+            MeshFormat::Msh => Self::Gmsh,
+            MeshFormat::Inp => Self::Abaqus,
+        }
+    }
+}
+
+impl From<read::MeshFormat> for MeshFormat {
+    fn from(format: read::MeshFormat) -> Self {
+        match format {
+            read::MeshFormat::Gmsh => Self::Msh,
+            read::MeshFormat::Abaqus => Self::Inp,
+        }
+    }
+}
+
+impl From<study::Phase> for Phase {
+    fn from(phase: study::Phase) -> Self {
+        match phase {
+            study::Phase::Compiling => Self::Loading,
+            study::Phase::Settling => Self::Settling,
+            study::Phase::Running => Self::Stepping,
+            study::Phase::Finished => Self::Closing,
+        }
+    }
+}
+
+impl From<Failure> for JobFailure {
+    fn from(failure: Failure) -> Self {
+        let cause = match failure.cause {
+            FailureCause::ElementInverted => JobFailureCause::ElementInverted,
+            FailureCause::StepCollapsed => JobFailureCause::StepCollapsed,
+            FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
+            FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,
+            FailureCause::EnergyGate => JobFailureCause::EnergyGate,
+            FailureCause::NotFinite => JobFailureCause::NotFinite,
+            FailureCause::Deadline => JobFailureCause::Deadline,
+            FailureCause::RecordingFailed => JobFailureCause::RecordingFailed,
+            FailureCause::Internal => JobFailureCause::Internal,
+        };
+        // What the system said of a file names its path, which is not for the world.
+        let is_about_files = cause == JobFailureCause::RecordingFailed;
+        if is_about_files {
+            tracing::error!(reason = failure.message, "a recording failed");
+        }
+        let message =
+            if is_about_files { "The recording could not be written.".into() } else { failure.message };
+        Self {
+            cause,
+            message,
+            remedy: failure.remedy,
+            // JSON has no numbers that are not finite, and a run that ended for one may have them here.
+            time_s: Some(failure.time_s).filter(|t| t.is_finite()),
+            step: Some(failure.step),
+            element: failure.element.map(|place| FailedElement {
+                body: place.body,
+                part: place.part,
+                element: place.element,
+                position_m: Some(place.position_m).filter(|x| x.iter().all(|c| c.is_finite())),
+            }),
+        }
+    }
+}

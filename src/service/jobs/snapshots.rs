@@ -1,0 +1,137 @@
+//! Looks at recordings that are still written: whole files of their own, numbered, that never change.
+//!
+//! A growing file must not be downloaded: parts of it would not fit together. A snapshot is taken when somebody asks and
+//! the last one is old; the last few are kept, so that a download in parts can come to its end.
+
+use super::engine::Engine;
+use super::recordings::{DataFolder, FileDigest};
+use super::{JobId, JobsError};
+use crate::record::partial_path;
+use std::collections::{BTreeMap, VecDeque};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Snapshots kept of a job.
+const KEPT: usize = 3;
+/// Least age of a snapshot before another is taken.
+const LEAST_AGE: Duration = Duration::from_secs(1);
+/// A snapshot copies the recording so far; at most this share of the time goes into that.
+const MOST_SHARE: u32 = 10;
+
+/// A whole file that shows a run as it was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Snapshot {
+    /// Its number, from 1.
+    pub number: u32,
+    /// Where it is.
+    pub path: PathBuf,
+    /// Size and digest.
+    pub digest: FileDigest,
+}
+
+/// Which snapshot is wanted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// The one of this digest if it is still kept, else the latest.
+    OfDigest(String),
+    /// The one of this number.
+    Number(u32),
+    /// The latest.
+    Latest,
+}
+
+/// The snapshots of all jobs that run.
+#[derive(Debug, Default)]
+pub struct Snapshots {
+    albums: Mutex<BTreeMap<JobId, Arc<Mutex<Album>>>>,
+}
+
+/// The snapshots of one job.
+#[derive(Debug, Default)]
+struct Album {
+    kept: VecDeque<Snapshot>,
+    last_number: u32,
+    /// When the last one was taken, how long that took, and how long the partial file was.
+    last: Option<(Instant, Duration, u64)>,
+    /// The run is over: nothing is taken any more.
+    closed: bool,
+}
+
+impl Snapshots {
+    /// A snapshot of a job that runs; `None` when there is none such, or nothing to see yet. Copies files: not for threads
+    /// of the runtime.
+    ///
+    /// # Errors
+    /// When the files fail.
+    pub fn look(
+        &self,
+        engine: &dyn Engine,
+        folder: &DataFolder,
+        id: JobId,
+        which: &Which,
+    ) -> Result<Option<Snapshot>, JobsError> {
+        let album =
+            Arc::clone(self.albums.lock().unwrap_or_else(PoisonError::into_inner).entry(id).or_default());
+        // One at a time for each job; who comes second finds what the first one took.
+        let mut album = album.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = |album: &Album| match which {
+            Which::OfDigest(sha256) => album.kept.iter().find(|s| s.digest.sha256 == *sha256).cloned(),
+            Which::Number(number) => album.kept.iter().find(|s| s.number == *number).cloned(),
+            Which::Latest => None,
+        };
+        if let Some(snapshot) = kept(&album) {
+            return Ok(Some(snapshot));
+        }
+        if matches!(which, Which::Number(_)) {
+            return Ok(None);
+        }
+        album.renew(engine, folder, id)?;
+        Ok(album.kept.back().cloned())
+    }
+
+    /// Forgets the snapshots of a job that has ended, and removes their files.
+    pub fn close(&self, folder: &DataFolder, id: JobId) {
+        let album = self.albums.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+        let Some(album) = album else { return };
+        let mut album = album.lock().unwrap_or_else(PoisonError::into_inner);
+        album.closed = true;
+        album.kept.clear();
+        if let Err(error) = folder.remove_snapshots(id) {
+            tracing::warn!(job = %id, %error, "snapshots stay");
+        }
+    }
+}
+
+impl Album {
+    /// Takes another snapshot if the last one is old and the recording has grown.
+    fn renew(&mut self, engine: &dyn Engine, folder: &DataFolder, id: JobId) -> Result<(), JobsError> {
+        let recording = folder.recording(id);
+        let Ok(partial) = std::fs::metadata(partial_path(&recording)) else { return Ok(()) };
+        let is_fresh = self.last.is_some_and(|(taken, cost, length)| {
+            taken.elapsed() < LEAST_AGE.max(cost * MOST_SHARE) || length == partial.len()
+        });
+        if self.closed || is_fresh {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let number = self.last_number + 1;
+        let path = folder.snapshot(id, number);
+        if let Err(reason) = engine.snapshot(&recording, &path) {
+            // The run has ended in between, or has written nothing that can be read.
+            tracing::debug!(job = %id, reason, "no snapshot");
+            return Ok(());
+        }
+        let digest = FileDigest::of(&path)?;
+        self.last_number = number;
+        self.last = Some((Instant::now(), started.elapsed(), partial.len()));
+        self.kept.push_back(Snapshot { number, path, digest });
+        if self.kept.len() > KEPT
+            && let Some(old) = self.kept.pop_front()
+            && let Err(error) = std::fs::remove_file(&old.path)
+        {
+            tracing::warn!(job = %id, %error, "an old snapshot stays");
+        }
+        Ok(())
+    }
+}

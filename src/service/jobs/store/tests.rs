@@ -1,0 +1,126 @@
+//! What the store promises, without HTTP.
+
+use super::*;
+use crate::service::jobs::{JobFailureCause, JobState, Phase, RunProgress};
+
+async fn store() -> (tempfile::TempDir, Store) {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::open(&dir.path().join("jobs.sqlite")).await.unwrap();
+    (dir, store)
+}
+
+fn new(name: &str) -> NewJob {
+    NewJob {
+        owner: "anna".into(),
+        idempotency_key: None,
+        body_sha256: "0".into(),
+        scene: b"{}".to_vec(),
+        name: name.into(),
+        content_hash: "0".into(),
+        end_time_s: 1.0,
+        warnings: vec![],
+    }
+}
+
+async fn submitted(store: &Store, name: &str) -> JobRow {
+    match store.submit(&new(name), 10).await.unwrap() {
+        Submitted::Created(row) => *row,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn end(state: JobState) -> JobEnd {
+    JobEnd { state, failure: None, summary: None, recording: None, progress: None }
+}
+
+#[tokio::test]
+async fn jobs_are_claimed_once_in_the_order_of_their_coming() {
+    let (_dir, store) = store().await;
+    for name in ["a", "b", "c"] {
+        submitted(&store, name).await;
+    }
+    let claims = futures::future::join_all((0..5).map(|_| store.claim())).await;
+    let mut seqs: Vec<i64> = claims.into_iter().filter_map(|c| c.unwrap()).map(|c| c.seq).collect();
+    seqs.sort_unstable();
+    assert_eq!(seqs, [1, 2, 3]);
+    assert!(store.claim().await.unwrap().is_none());
+}
+
+#[tokio::test]
+async fn attempt_that_is_over_changes_nothing() {
+    let (_dir, store) = store().await;
+    let job = submitted(&store, "a").await;
+    let first = store.claim().await.unwrap().unwrap();
+    store.requeue_orphan(first.seq).await.unwrap();
+    let second = store.claim().await.unwrap().unwrap();
+    assert_eq!((first.attempt, second.attempt), (1, 2));
+
+    let progress = RunProgress { phase: Phase::Stepping, progress: 0.5, ..RunProgress::loading() };
+    store.record_progress(first.seq, first.attempt, &progress).await.unwrap();
+    assert!(!store.finish(first.seq, first.attempt, &end(JobState::Succeeded)).await.unwrap());
+    store.put_back(first.seq, first.attempt, "late").await.unwrap();
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!((row.state, row.progress.progress), (JobState::Running, 0.0));
+
+    assert!(store.finish(second.seq, second.attempt, &end(JobState::Succeeded)).await.unwrap());
+    assert!(!store.finish(second.seq, second.attempt, &end(JobState::Failed)).await.unwrap());
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!((row.state, row.progress.progress), (JobState::Succeeded, 1.0));
+    let (events, ended) = store.events_after(job.seq, 0, 100).await.unwrap();
+    let kinds: Vec<&str> = events.iter().map(|e| e.kind.as_str()).collect();
+    assert_eq!(kinds, ["queued", "running", "requeued", "running", "succeeded"]);
+    assert!(ended);
+}
+
+#[tokio::test]
+async fn orphans_have_the_fate_that_they_deserve() {
+    let (_dir, store) = store().await;
+    let mut jobs = Vec::new();
+    for name in ["again", "cancelled", "deleted", "poison", "waiting"] {
+        jobs.push(submitted(&store, name).await);
+    }
+    for _ in 0..4 {
+        store.claim().await.unwrap().unwrap();
+    }
+    assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
+    let deleted = store.hide("anna", jobs[2].id).await.unwrap();
+    assert_eq!(deleted, DeleteAnswer::Running { seq: jobs[2].seq });
+    let fates: Vec<Recovered> = store.orphans(2).await.unwrap().into_iter().map(|(.., fate)| fate).collect();
+    assert_eq!(fates, [Recovered::Requeue, Recovered::Cancel, Recovered::Erase, Recovered::Requeue]);
+
+    let fates: Vec<Recovered> = store.orphans(1).await.unwrap().into_iter().map(|(.., fate)| fate).collect();
+    assert_eq!(fates, [Recovered::GiveUp, Recovered::Cancel, Recovered::Erase, Recovered::GiveUp]);
+    store.end_orphan(jobs[3].seq, 1, false, None).await.unwrap();
+    let row = store.job("anna", jobs[3].id).await.unwrap().unwrap();
+    assert_eq!(row.failure.unwrap().cause, JobFailureCause::WorkerLost);
+}
+
+#[tokio::test]
+async fn queue_has_an_end() {
+    let (_dir, store) = store().await;
+    store.submit(&new("a"), 1).await.unwrap();
+    assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
+}
+
+#[tokio::test]
+async fn owners_do_not_see_each_other() {
+    let (_dir, store) = store().await;
+    let job = submitted(&store, "a").await;
+    assert!(store.job("bert", job.id).await.unwrap().is_none());
+    assert_eq!(store.cancel("bert", job.id).await.unwrap(), CancelAnswer::Unknown);
+    assert_eq!(store.hide("bert", job.id).await.unwrap(), DeleteAnswer::Unknown);
+    let page = Page { states: vec![], before: None, limit: 10 };
+    assert!(store.jobs("bert", &page).await.unwrap().is_empty());
+    assert_eq!(store.jobs("anna", &page).await.unwrap().len(), 1);
+}
+
+#[tokio::test]
+async fn synchronous_is_full_and_the_journal_is_written_ahead() {
+    let (_dir, store) = store().await;
+    let mut connection = store.pool.acquire().await.unwrap();
+    let (synchronous,): (i64,) =
+        sqlx::query_as("PRAGMA synchronous").fetch_one(&mut *connection).await.unwrap();
+    let (journal,): (String,) =
+        sqlx::query_as("PRAGMA journal_mode").fetch_one(&mut *connection).await.unwrap();
+    assert_eq!((synchronous, journal.as_str()), (2, "wal"));
+}

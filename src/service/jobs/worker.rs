@@ -1,0 +1,240 @@
+//! Workers: threads that take one job at a time.
+//!
+//! A run computes for minutes without a pause, so it has a thread of its own and not one of the runtime's; the thread
+//! speaks with the store by blocking on it.
+
+use super::control::{RunControl, StopReason};
+use super::engine::{RunEnding, RunOrder, RunReport};
+use super::queue::Queue;
+use super::store::{ClaimedJob, JobEnd};
+use super::{JobFailure, JobFailureCause, JobState, JobsError, Phase, RunProgress};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use tokio::runtime::Handle;
+
+/// Least time between two persisted reports of one run.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
+/// A run writes about so many reports in every e-fold of its duration, however long it runs.
+const PROGRESS_PER_EFOLD: u32 = 100;
+/// Attempts to write the end of a job, with growing pauses: a full disk may be emptied in the meantime.
+const FINISH_ATTEMPTS: u32 = 5;
+
+/// Starts the workers of a queue. They end when the queue closes.
+///
+/// # Errors
+/// When the system gives no thread.
+pub fn start(queue: &Arc<Queue>) -> std::io::Result<Vec<JoinHandle<()>>> {
+    let runtime = Handle::current();
+    (0..queue.config.workers)
+        .map(|index| {
+            let (queue, runtime) = (Arc::clone(queue), runtime.clone());
+            std::thread::Builder::new()
+                .name(format!("worker-{index}"))
+                .spawn(move || Worker { queue, runtime }.work())
+        })
+        .collect()
+}
+
+struct Worker {
+    queue: Arc<Queue>,
+    runtime: Handle,
+}
+
+impl Worker {
+    fn work(&self) {
+        loop {
+            match self.runtime.block_on(self.queue.next()) {
+                Ok(Some((job, control))) => self.run(&job, &control),
+                Ok(None) => return,
+                Err(error) => {
+                    tracing::error!(%error, "cannot take a job");
+                    std::thread::sleep(Duration::from_secs(1));
+                }
+            }
+        }
+    }
+
+    /// Runs one job and says how it ended.
+    fn run(&self, job: &ClaimedJob, control: &RunControl) {
+        tracing::info!(job = %job.id, attempt = job.attempt, "running");
+        let result = self.simulate(job, control);
+        let outcome = match control.reason() {
+            // Deleted: nobody may ask for it any more.
+            Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
+            Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == RunEnding::Stopped) => {
+                self.put_back(job)
+            }
+            _ => self.finish(job, result),
+        };
+        if let Err(error) = outcome {
+            // The row still says "running": the next start of the service finds it and settles it.
+            tracing::error!(job = %job.id, %error, "could not write how the job ended");
+        }
+        self.queue.metrics.run_ended(control.elapsed());
+        self.queue.release(job);
+    }
+
+    /// Calls the engine. A panic in it is a fault of the program, and of this job alone.
+    fn simulate(&self, job: &ClaimedJob, control: &RunControl) -> Result<RunReport, JobFailure> {
+        let _runtime = self.runtime.enter();
+        let recording = self.queue.folder.recording(job.id);
+        // What an earlier attempt left.
+        self.queue.folder.remove_recordings(job.id).map_err(|e| recording_failed(&e))?;
+        let shelf = self.queue.shelf(&job.owner);
+        let mut reporter = Reporter::new(self, job);
+        let mut progress = |p: RunProgress| reporter.report(p);
+        let order = RunOrder {
+            scene: &job.scene,
+            meshes: &shelf,
+            recording: &recording,
+            threads: self.queue.config.threads_per_job,
+            control,
+            progress: &mut progress,
+        };
+        let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
+        called.unwrap_or_else(|payload| {
+            let words = panic_words(payload.as_ref());
+            tracing::error!(job = %job.id, panic = words, "a run panicked");
+            self.queue.metrics.run_panicked();
+            Err(JobFailure::internal())
+        })
+    }
+
+    fn finish(&self, job: &ClaimedJob, result: Result<RunReport, JobFailure>) -> Result<(), JobsError> {
+        let (state, failure, report) = match result {
+            Ok(report) => match report.ending.clone() {
+                RunEnding::Finished => (JobState::Succeeded, None, Some(report)),
+                RunEnding::Stopped => (JobState::Cancelled, None, Some(report)),
+                RunEnding::Failed(failure) => (JobState::Failed, Some(failure), Some(report)),
+            },
+            Err(failure) => (JobState::Failed, Some(failure), None),
+        };
+        let mut end = JobEnd {
+            state,
+            failure,
+            summary: report.as_ref().and_then(|r| r.summary.clone()),
+            recording: None,
+            progress: report.as_ref().map(|r| r.progress),
+        };
+        match self.queue.keep_recording(job.id, end.state == JobState::Succeeded) {
+            Ok(recording) => end.recording = recording,
+            // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
+            Err(error) => {
+                tracing::error!(job = %job.id, %error, "the recording could not be kept");
+                if end.state != JobState::Failed {
+                    end.state = JobState::Failed;
+                    end.failure = Some(recording_failed(&error));
+                }
+            }
+        }
+        self.write_end(job, &end)
+    }
+
+    /// Writes how a job ended, again and again for a while if the store does not take it.
+    fn write_end(&self, job: &ClaimedJob, end: &JobEnd) -> Result<(), JobsError> {
+        for attempt in 1.. {
+            match self.runtime.block_on(self.queue.store.finish(job.seq, job.attempt, end)) {
+                Ok(true) => {
+                    tracing::info!(job = %job.id, state = end.state.as_str(), cause = ?end.failure.as_ref().map(|f| f.cause), "ended");
+                    self.queue.metrics.job_ended(end.state);
+                    break;
+                }
+                Ok(false) => break,
+                Err(error) if attempt == FINISH_ATTEMPTS => return Err(error),
+                Err(error) => {
+                    tracing::warn!(job = %job.id, %error, attempt, "the store did not take the end of a job");
+                    std::thread::sleep(Duration::from_millis(200) * 2_u32.pow(attempt));
+                }
+            }
+        }
+        // Deleted while it was ending: nobody else will erase it.
+        if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
+    }
+
+    fn put_back(&self, job: &ClaimedJob) -> Result<(), JobsError> {
+        tracing::info!(job = %job.id, "put back into the queue");
+        self.queue.folder.remove_recordings(job.id)?;
+        self.runtime.block_on(self.queue.store.put_back(job.seq, job.attempt, "the service was shut down"))
+    }
+
+    fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
+        tracing::info!(job = %job.id, "deleted");
+        self.queue.folder.remove_recordings(job.id)?;
+        self.runtime.block_on(self.queue.store.erase(job.seq))
+    }
+
+    fn is_hidden(&self, job: &ClaimedJob) -> bool {
+        self.runtime.block_on(self.queue.store.is_hidden(job.seq)).unwrap_or_else(|error| {
+            tracing::warn!(job = %job.id, %error, "could not see whether it was deleted");
+            false
+        })
+    }
+}
+
+/// Persists how far a run has come, at a modest rate.
+struct Reporter<'a> {
+    worker: &'a Worker,
+    job: &'a ClaimedJob,
+    started: Instant,
+    last: Option<(Instant, Phase)>,
+}
+
+impl<'a> Reporter<'a> {
+    fn new(worker: &'a Worker, job: &'a ClaimedJob) -> Self {
+        Self { worker, job, started: Instant::now(), last: None }
+    }
+
+    fn report(&mut self, mut progress: RunProgress) {
+        let elapsed = self.started.elapsed();
+        let interval = PROGRESS_INTERVAL.max(elapsed / PROGRESS_PER_EFOLD);
+        let is_due = self.last.is_none_or(|(at, phase)| at.elapsed() >= interval || phase != progress.phase);
+        if !is_due {
+            return;
+        }
+        self.last = Some((Instant::now(), progress.phase));
+        progress.eta_s = eta_s(elapsed, progress.progress);
+        let queue = &self.worker.queue;
+        let written = self.worker.runtime.block_on(queue.store.record_progress(
+            self.job.seq,
+            self.job.attempt,
+            &progress,
+        ));
+        match written {
+            Ok(()) => queue.ring(self.job.seq),
+            // The run is worth more than the report of it.
+            Err(error) => tracing::warn!(job = %self.job.id, %error, "could not write its progress"),
+        }
+    }
+}
+
+/// The diagnosis of a recording that could not be kept. Paths of the server stay in the log.
+fn recording_failed(error: &JobsError) -> JobFailure {
+    let reason = match error {
+        JobsError::File { source, .. } => source.kind().to_string(),
+        _ => "the store failed".to_owned(),
+    };
+    JobFailure {
+        cause: JobFailureCause::RecordingFailed,
+        message: format!("The recording could not be kept: {reason}."),
+        remedy: "Look at the free space of the data folder; delete old jobs; submit the scene again.".into(),
+        time_s: None,
+        step: None,
+        element: None,
+    }
+}
+
+/// Expected time to the end [s] of a run that has done a share of itself in `elapsed`.
+fn eta_s(elapsed: Duration, share: f64) -> Option<f64> {
+    (share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share)
+}
+
+/// What a panic said.
+fn panic_words(payload: &(dyn std::any::Any + Send)) -> &str {
+    payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no words")
+}

@@ -1,0 +1,88 @@
+//! Uploaded meshes: named by what they are, seen only by those who uploaded them.
+
+mod shelf;
+
+pub use shelf::{MeshShelf, ShelfError, file as mesh_file, is_id};
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use utoipa::ToSchema;
+
+/// The formats that can be uploaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshFormat {
+    /// Gmsh 2.2 or 4.1, ASCII or binary.
+    Msh,
+    /// Abaqus input.
+    Inp,
+}
+
+impl MeshFormat {
+    /// The extension of its files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Msh => "msh",
+            Self::Inp => "inp",
+        }
+    }
+
+    /// The format of an extension.
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        [Self::Msh, Self::Inp].into_iter().find(|f| f.extension() == extension)
+    }
+}
+
+/// What a mesh holds, and how good it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeshReport {
+    /// Number of nodes.
+    pub nodes: u64,
+    /// Number of elements.
+    pub elements: u64,
+    /// Number of elements of each part.
+    pub parts: BTreeMap<String, u64>,
+    /// Number of nodes of each node set.
+    pub node_sets: BTreeMap<String, u64>,
+    /// Lowest corner of the box around it, in the unit of the file.
+    pub bounding_box_min: [f64; 3],
+    /// Highest corner.
+    pub bounding_box_max: [f64; 3],
+    /// How good its elements are.
+    pub quality: MeshQualityReport,
+    /// What its reader noticed.
+    pub notes: Vec<String>,
+}
+
+/// How good the elements of a mesh are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct MeshQualityReport {
+    /// Smallest scaled Jacobian at corners and quadrature points [-], 1 for bricks; not positive: the mesh cannot run.
+    pub min_scaled_jacobian: f64,
+    /// The element where that is.
+    pub worst_element: u32,
+    /// Elements with a Jacobian that is not positive at a quadrature point.
+    pub negative_elements: u64,
+    /// The first of them.
+    pub first_negative_elements: Vec<u32>,
+    /// Elements that are sound inside but folded at a corner: they can run, with poor accuracy.
+    pub folded_elements: u64,
+    /// Largest ratio of longest to shortest edge in one element [-].
+    pub max_aspect_ratio: f64,
+    /// Nodes at exactly the position of an earlier one.
+    pub coincident_nodes: u64,
+    /// Shortest edge, in the unit of the file.
+    pub min_edge: f64,
+    /// Longest edge.
+    pub max_edge: f64,
+    /// Volume, in the cube of that unit.
+    pub volume: f64,
+}
+
+/// Why an upload is not a mesh.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{message}")]
+pub struct MeshRefusal {
+    /// What is wrong, and where in the file.
+    pub message: String,
+}

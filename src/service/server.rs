@@ -1,0 +1,78 @@
+//! The listener: accepts connections within limits, and lets them finish when the service shuts down.
+//!
+//! `axum::serve` sets no limit on slow headers, on their size or on the number of connections; this does.
+
+use super::config::ServiceConfig;
+use axum::Router;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, watch};
+
+/// Header fields of a request.
+const MAX_HEADERS: usize = 64;
+/// Bytes of the head of a request.
+const MAX_HEAD_BYTES: usize = 32 << 10;
+/// How long the service waits when it cannot accept (too many open files).
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// Answers requests until `closing` turns true, then until every connection has had its answer or `grace` is over.
+pub async fn serve(
+    listener: TcpListener,
+    app: Router,
+    config: Arc<ServiceConfig>,
+    mut closing: watch::Receiver<bool>,
+) {
+    let connections = Arc::new(Semaphore::new(config.max_connections));
+    let graceful = GracefulShutdown::new();
+    loop {
+        let stream = tokio::select! {
+            accepted = accept(&listener, &connections) => accepted,
+            _ = closing.wait_for(|closing| *closing) => break,
+        };
+        let Some((stream, permit)) = stream else { continue };
+        let service = TowerToHyperService::new(app.clone());
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(config.request_timeout)
+            .max_headers(MAX_HEADERS)
+            .max_buf_size(MAX_HEAD_BYTES)
+            .serve_connection(TokioIo::new(stream), service);
+        let connection = graceful.watch(connection);
+        tokio::spawn(async move {
+            if let Err(error) = connection.await {
+                tracing::debug!(%error, "a connection broke");
+            }
+            drop(permit);
+        });
+    }
+    // Nobody can connect from here on.
+    drop(listener);
+    if tokio::time::timeout(config.grace, graceful.shutdown()).await.is_err() {
+        tracing::warn!("some connections did not end in time");
+    }
+}
+
+/// The next connection, within the limit on their number.
+async fn accept(
+    listener: &TcpListener,
+    connections: &Arc<Semaphore>,
+) -> Option<(TcpStream, tokio::sync::OwnedSemaphorePermit)> {
+    let permit = Arc::clone(connections).acquire_owned().await.ok()?;
+    match listener.accept().await {
+        Ok((stream, _)) => {
+            // Events are small and should not wait for company.
+            let _ = stream.set_nodelay(true);
+            Some((stream, permit))
+        }
+        Err(error) => {
+            tracing::warn!(%error, "cannot accept a connection");
+            tokio::time::sleep(ACCEPT_PAUSE).await;
+            None
+        }
+    }
+}

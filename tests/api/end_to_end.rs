@@ -1,0 +1,271 @@
+//! The whole line, with the real program and the real engine: from a scene by HTTP to a recording that other programs read.
+
+use crate::support::client::Client;
+use crate::support::*;
+use contuse::service::jobs::recordings::hexadecimal;
+use mcap::{MessageStream, Summary};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// `contuse serve` as a process of its own, killed when it is dropped.
+struct Program {
+    child: Child,
+    client: Client,
+}
+
+impl Program {
+    fn start(data: &Path, flags: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_contuse"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"])
+            .arg(data)
+            .args(flags)
+            .env("RUST_LOG", "error")
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().strip_prefix("listening on http://").unwrap_or_else(|| panic!("{line:?}"));
+        let client = Client::new(address.parse().unwrap());
+        Self { child, client }
+    }
+
+    fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    fn terminate(mut self) -> ExitStatus {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        let limit = Instant::now() + Duration::from_secs(20);
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(Instant::now() < limit, "it does not end");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn example(name: &str) -> Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("api/examples").join(name);
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// The example with so small a step that it runs for a second or more.
+fn slow() -> Value {
+    let mut scene = example("job.request.json");
+    scene["integrator"] = json!({ "kind": "explicit", "max_step_s": 2e-8 });
+    scene["record"] = json!({ "field_interval_s": 1e-6, "every_steps": 100 });
+    scene
+}
+
+fn data() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Downloads a recording in parts that belong to one file.
+fn download(client: &Client, address: &str, part: usize) -> Vec<u8> {
+    let head = client.send("HEAD", address, &[], b"");
+    let (length, etag) =
+        (head.header("content-length").unwrap().parse().unwrap(), head.header("etag").unwrap());
+    let mut bytes: Vec<u8> = Vec::new();
+    while bytes.len() < length {
+        let range = format!("bytes={}-{}", bytes.len(), bytes.len() + part - 1);
+        let answer = client.get_with(address, &[("Range", &range), ("If-Range", etag)]);
+        assert_eq!(answer.status, 206, "{:?}", answer.headers);
+        bytes.extend(answer.body);
+    }
+    bytes
+}
+
+/// The attachment of a recording.
+fn attachment(bytes: &[u8], name: &str) -> Vec<u8> {
+    let summary = Summary::read(bytes).unwrap().unwrap();
+    let index = summary.attachment_indexes.iter().find(|a| a.name == name).unwrap();
+    mcap::read::attachment(bytes, index).unwrap().data.into_owned()
+}
+
+/// Messages of each topic.
+fn count(bytes: &[u8], topic: &str) -> usize {
+    MessageStream::new(bytes).unwrap().filter(|m| m.as_ref().unwrap().channel.topic == topic).count()
+}
+
+#[test]
+fn from_a_scene_to_a_recording() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let client = &program.client;
+    let scene = example("job.request.json");
+
+    let job = submit(client, &scene);
+    let events: Vec<_> = client.follow(&format!("{job}/events"), None).collect();
+    assert_eq!(events.last().unwrap().kind, "succeeded", "{events:?}");
+    let end = client.get(&job).json();
+    assert_eq!(end["progress"], 1.0);
+    assert_eq!(end["simulated_time_s"], scene["end_time_s"]);
+
+    let bytes = download(client, &format!("{job}/recording"), 50_000);
+    assert_eq!(end["recording"]["sha256"], hexadecimal(&Sha256::digest(&bytes)));
+    assert_eq!(count(&bytes, "/stress/block"), 11, "every hundredth of a millisecond, and the start");
+    let steps = end["step"].as_u64().unwrap() as usize;
+    assert_eq!(count(&bytes, "/energy"), steps + 1);
+
+    let summary = client.get(&format!("{job}/summary"));
+    assert_eq!(summary.body, attachment(&bytes, "summary.json"), "the summary is the one in the recording");
+    assert_eq!(summary.json()["steps"], steps);
+    let sent: Value = serde_json::from_slice(&attachment(&bytes, "scene.json")).unwrap();
+    assert_eq!(sent, scene);
+}
+
+#[test]
+fn killed_program_leaves_no_job_behind() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let running = submit(&program.client, &slow());
+    let waiting = submit(&program.client, &example("job.request.json"));
+    eventually("it has begun", || program.client.get(&running).json()["step"].as_u64().unwrap() > 0);
+    program.kill();
+
+    let program = Program::start(data.path(), &[]);
+    let end = wait_for(&program.client, &running, "succeeded");
+    assert_eq!(end["attempts"], 2);
+    wait_for(&program.client, &waiting, "succeeded");
+    let kinds: Vec<String> =
+        program.client.follow(&format!("{running}/events"), None).map(|e| e.kind).collect();
+    let told: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
+    assert_eq!(told, ["queued", "running", "requeued", "running", "succeeded"]);
+    let bytes = program.client.get(&format!("{running}/recording")).body;
+    assert!(Summary::read(&bytes).unwrap().is_some());
+}
+
+#[test]
+fn job_that_kills_its_program_ends_as_failed_with_what_can_be_read() {
+    let data = data();
+    let mut job = String::new();
+    for attempt in 1..=3 {
+        let program = Program::start(data.path(), &[]);
+        if attempt == 1 {
+            job = submit(&program.client, &slow());
+        }
+        // Something is on the disk when a snapshot can be had.
+        eventually("it records", || program.client.get(&format!("{job}/recording")).status == 200);
+        program.kill();
+    }
+    let program = Program::start(data.path(), &[]);
+    let end = program.client.get(&job).json();
+    assert_eq!(end["state"], "failed");
+    assert_eq!(end["failure"]["cause"], "worker_lost");
+    assert_eq!(end["attempts"], 3);
+    assert_eq!(end["recording"]["complete"], false);
+    let bytes = program.client.get(&format!("{job}/recording")).body;
+    assert!(count(&bytes, "/stress/block") > 0);
+}
+
+#[test]
+fn terminated_program_puts_its_job_back_and_ends_well() {
+    let data = data();
+    let program = Program::start(data.path(), &["--grace-s", "0"]);
+    let job = submit(&program.client, &slow());
+    eventually("it has begun", || program.client.get(&job).json()["step"].as_u64().unwrap() > 0);
+    assert!(program.terminate().success());
+
+    let program = Program::start(data.path(), &[]);
+    assert_eq!(wait_for(&program.client, &job, "succeeded")["attempts"], 1);
+}
+
+#[test]
+fn cancelled_run_stops_soon_and_leaves_a_readable_recording() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let job = submit(&program.client, &slow());
+    eventually("it has begun", || program.client.get(&job).json()["step"].as_u64().unwrap() > 0);
+    let asked = Instant::now();
+    program.client.post(&format!("{job}/cancel"));
+    wait_for(&program.client, &job, "cancelled");
+    assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+    let bytes = program.client.get(&format!("{job}/recording")).body;
+    assert!(Summary::read(&bytes).unwrap().is_some());
+    assert_eq!(program.client.get(&format!("{job}/summary")).json()["ending"], "cancelled");
+}
+
+#[test]
+fn uploaded_mesh_runs() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/ball_on_block/scene_L0.inp");
+    let bytes = std::fs::read(file).unwrap();
+    let octets = [("Content-Type", "application/octet-stream")];
+    let answer = program.client.send("POST", "/v1/meshes", &octets, &bytes);
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    let mesh = answer.json();
+    assert!(mesh["quality"]["min_scaled_jacobian"].as_f64().unwrap() > 0.0);
+
+    // One part of it, thrown at nothing.
+    let part = mesh["parts"].as_object().unwrap().keys().next().unwrap();
+    let scene = json!({
+        "name": "free flight of an uploaded mesh", "end_time_s": 1e-6,
+        "bodies": [{
+            "name": "it", "velocity_m_per_s": [0, 0, 1],
+            "mesh": { "file": { "name": mesh["id"], "parts": [part] } },
+            "parts": [{ "part": part, "density_kg_per_m3": 1000,
+                        "material": { "law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e7 } }]
+        }]
+    });
+    let job = submit(&program.client, &scene);
+    wait_for(&program.client, &job, "succeeded");
+
+    let mut unknown = scene;
+    unknown["bodies"][0]["mesh"]["file"]["name"] = json!("../meshes/jobs.sqlite");
+    let body = problem(&program.client.post_json("/v1/jobs", &unknown), 422, "invalid-scene");
+    assert_eq!(body["errors"][0]["pointer"], "/bodies/0/mesh/file/name", "{body}");
+}
+
+#[test]
+fn validation_says_everything_at_once() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let valid = program.client.post_json("/v1/jobs/validate", &example("job.request.json"));
+    assert_eq!(valid.status, 200, "{}", valid.text());
+    let plan = &valid.json()["plan"];
+    assert!(plan["stable_step_s"].as_f64().unwrap() > 0.0 && plan["elements"] == 240, "{plan}");
+
+    let mut wrong = example("job.request.json");
+    wrong["end_time_s"] = json!(-1.0);
+    wrong["bodies"][0]["parts"][0]["density_kg_per_m3"] = json!(0);
+    wrong["bodies"][1]["fixed"][0]["set"] = json!("nothing");
+    let body = problem(&program.client.post_json("/v1/jobs/validate", &wrong), 422, "invalid-scene");
+    let pointers: Vec<&str> =
+        body["errors"].as_array().unwrap().iter().map(|e| e["pointer"].as_str().unwrap()).collect();
+    for pointer in ["/end_time_s", "/bodies/0/parts/0/density_kg_per_m3", "/bodies/1/fixed/0/set"] {
+        assert!(pointers.contains(&pointer), "{pointer} is not in {pointers:?}");
+    }
+}
+
+#[test]
+fn health_command_tells_whether_the_service_is_ready() {
+    let data = data();
+    let program = Program::start(data.path(), &[]);
+    let ask = |address: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+        command.args(["health", "--address", address]).stderr(Stdio::null()).status().unwrap().success()
+    };
+    let address = program.client.address.to_string();
+    assert!(ask(&address));
+    program.kill();
+    assert!(!ask(&address));
+}

@@ -1,0 +1,58 @@
+//! Jobs outlive the process that runs them.
+
+use crate::support::*;
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Duration;
+
+#[test]
+fn one_process_has_the_data() {
+    let server = Server::start();
+    let path = server.data.path().to_owned();
+    assert!(contuse::service::jobs::recordings::DataFolder::open(&path).is_err());
+}
+
+#[test]
+fn waiting_jobs_are_taken_up_by_the_next_process() {
+    let server = Server::with(|c| c.workers = 0);
+    let jobs: Vec<String> = (0..3).map(|_| submit(&server.client(), &quick())).collect();
+    let again = Server::on(server.stop(), |_| {});
+    for job in jobs {
+        wait_for(&again.client(), &job, "succeeded");
+    }
+}
+
+#[test]
+fn shutdown_puts_running_jobs_back_without_counting_the_attempt() {
+    let server = Server::start();
+    let job =
+        submit(&server.client(), &json!({ "name": "slow", "end_time_s": 1.0, "steps": 800, "step_ms": 1 }));
+    wait_for(&server.client(), &job, "running");
+    let data = server.stop();
+    let again = Server::on(data, |_| {});
+    let end = wait_for(&again.client(), &job, "succeeded");
+    assert_eq!(end["attempts"], 1);
+    let kinds: Vec<String> = again.client().follow(&format!("{job}/events"), None).map(|e| e.kind).collect();
+    let told: Vec<&str> = kinds.iter().map(String::as_str).filter(|k| *k != "progress").collect();
+    assert_eq!(told, ["queued", "running", "requeued", "running", "succeeded"]);
+}
+
+#[test]
+fn shutdown_waits_for_jobs_that_end_in_time() {
+    let server = Server::with(|c| c.grace = Duration::from_secs(10));
+    let job =
+        submit(&server.client(), &json!({ "name": "short", "end_time_s": 1.0, "steps": 300, "step_ms": 1 }));
+    wait_for(&server.client(), &job, "running");
+    let again = Server::on(server.stop(), |c| c.workers = 0);
+    assert_eq!(again.client().get(&job).json()["state"], "succeeded");
+}
+
+#[test]
+fn shutdown_ends_event_streams() {
+    let server = Server::with(|c| c.workers = 0);
+    let job = submit(&server.client(), &quick());
+    let mut events = server.client().follow(&format!("{job}/events"), None);
+    assert_eq!(events.next().unwrap().kind, "queued");
+    let _data: Arc<_> = server.stop();
+    assert_eq!(events.next(), None);
+}

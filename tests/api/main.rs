@@ -1,0 +1,10 @@
+//! The service over HTTP. Modules mirror the URLs; `life` is about what outlives a request.
+#![allow(clippy::unwrap_used, clippy::format_push_string, missing_docs)]
+
+mod edge;
+mod end_to_end;
+mod examples;
+mod life;
+mod pages;
+mod support;
+mod v1;

@@ -1,0 +1,203 @@
+//! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
+
+use contuse::plan::PlanReport;
+use contuse::record::partial_path;
+use contuse::service::jobs::engine::{
+    BodyPreview, CheckedScene, Engine, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
+};
+use contuse::service::jobs::{JobFailure, JobFailureCause, Phase, RunProgress};
+use contuse::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
+use contuse::step::Interrupt;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+pub struct ScriptedEngine;
+
+#[derive(Deserialize)]
+struct Script {
+    end_time_s: f64,
+    steps: u64,
+    #[serde(default)]
+    step_ms: u64,
+    #[serde(default)]
+    ending: Option<String>,
+    #[serde(default)]
+    recording_bytes: Option<usize>,
+    /// The recording grows by a byte with every step.
+    #[serde(default)]
+    grows: bool,
+}
+
+/// The bytes of a recording of the scripted engine.
+pub fn recording(length: usize) -> Vec<u8> {
+    (0..length).map(|i| (i * 31 % 251) as u8).collect()
+}
+
+fn problem(pointer: &str, message: &str, value: &Value) -> SceneProblem {
+    SceneProblem {
+        severity: "error".into(),
+        code: "scripted".into(),
+        pointer: pointer.into(),
+        message: message.into(),
+        value: value.clone(),
+        limit: "> 0".into(),
+        remedy: "mend it".into(),
+    }
+}
+
+fn failure(cause: JobFailureCause) -> JobFailure {
+    let message = "as the script says".into();
+    JobFailure { cause, message, remedy: "none".into(), time_s: Some(1e-4), step: Some(7), element: None }
+}
+
+fn report() -> MeshReport {
+    let quality = MeshQualityReport {
+        min_scaled_jacobian: 1.0,
+        worst_element: 0,
+        negative_elements: 0,
+        first_negative_elements: vec![],
+        folded_elements: 0,
+        max_aspect_ratio: 1.0,
+        coincident_nodes: 0,
+        min_edge: 1.0,
+        max_edge: 1.0,
+        volume: 1.0,
+    };
+    MeshReport {
+        nodes: 8,
+        elements: 1,
+        parts: BTreeMap::from([("cube".into(), 1)]),
+        node_sets: BTreeMap::new(),
+        bounding_box_min: [0.0; 3],
+        bounding_box_max: [1.0; 3],
+        quality,
+        notes: vec![],
+    }
+}
+
+impl Engine for ScriptedEngine {
+    fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        let document: Value = serde_json::from_slice(scene).unwrap();
+        assert!(document["panic_in_check"] != true, "as the script says");
+        let mut problems = Vec::new();
+        for (key, is_good) in [
+            ("name", document["name"].is_string()),
+            ("end_time_s", document["end_time_s"].as_f64().is_some_and(|t| t > 0.0)),
+            ("steps", document["steps"].is_u64()),
+        ] {
+            if !is_good {
+                problems.push(problem(&format!("/{key}"), "not good", &document[key]));
+            }
+        }
+        if let Some(name) = document["mesh"].as_str()
+            && meshes.find(name).is_err()
+        {
+            problems.push(problem("/mesh", "no such mesh", &document["mesh"]));
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        Ok(CheckedScene {
+            name: document["name"].as_str().unwrap().into(),
+            content_hash: "0".repeat(64),
+            end_time_s: document["end_time_s"].as_f64().unwrap(),
+            warnings: vec![],
+        })
+    }
+
+    fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+        let checked = self.check(scene, meshes)?;
+        let body = BodyPreview {
+            name: "cube".into(),
+            nodes: 8,
+            elements: 1,
+            volume_m3: 1.0,
+            mass_kg: 1.0,
+            bounding_box_m: [[0.0; 3], [1.0; 3]],
+            min_scaled_jacobian: 1.0,
+            worst_element: 0,
+            max_aspect_ratio: 1.0,
+            min_edge_m: 1.0,
+            parts: vec![],
+            notes: vec![],
+        };
+        Ok(ScenePreview {
+            checked,
+            bodies: vec![body],
+            plan: PlanReport { nodes: 8, ..PlanReport::default() },
+        })
+    }
+
+    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+        let script: Script = serde_json::from_slice(order.scene).unwrap();
+        let partial = partial_path(order.recording);
+        std::fs::write(&partial, recording(script.recording_bytes.unwrap_or(1000))).unwrap();
+        match script.ending.as_deref() {
+            Some("panic") => panic!("as the script says, at /secret/path"),
+            Some("abort") => std::process::abort(),
+            Some("refused") => return Err(failure(JobFailureCause::InvalidScene)),
+            _ => {}
+        }
+        let mut progress = RunProgress {
+            phase: Phase::Stepping,
+            progress: 0.0,
+            step: 0,
+            expected_steps: Some(script.steps),
+            simulated_time_s: 0.0,
+            eta_s: None,
+        };
+        let mut ending = match script.ending.as_deref() {
+            Some("failed") => RunEnding::Failed(failure(JobFailureCause::ElementInverted)),
+            _ => RunEnding::Finished,
+        };
+        for step in 0..script.steps {
+            match order.control.interrupt() {
+                Some(Interrupt::Cancel) => ending = RunEnding::Stopped,
+                Some(Interrupt::Deadline) => ending = RunEnding::Failed(failure(JobFailureCause::Deadline)),
+                None => {}
+            }
+            if order.control.reason().is_some() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(script.step_ms));
+            if script.grows {
+                std::fs::OpenOptions::new().append(true).open(&partial).unwrap().write_all(b"+").unwrap();
+            }
+            progress.step = step + 1;
+            progress.progress = progress.step as f64 / script.steps as f64;
+            progress.simulated_time_s = script.end_time_s * progress.progress;
+            (order.progress)(progress);
+        }
+        std::fs::rename(&partial, order.recording).unwrap();
+        let summary = Some(json!({ "peak_force_n": 42.0, "steps": progress.step }).to_string());
+        Ok(RunReport { ending, summary, progress })
+    }
+
+    fn mend_recording(&self, recording: &Path) -> Result<(), String> {
+        let mut bytes = std::fs::read(partial_path(recording)).map_err(|e| e.to_string())?;
+        bytes.extend_from_slice(b"mended");
+        std::fs::write(recording, bytes).map_err(|e| e.to_string())?;
+        std::fs::remove_file(partial_path(recording)).map_err(|e| e.to_string())
+    }
+
+    fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String> {
+        std::fs::copy(partial_path(recording), target).map(|_| ()).map_err(|e| e.to_string())
+    }
+
+    fn inspect_mesh(
+        &self,
+        file: &Path,
+        format: Option<MeshFormat>,
+    ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
+        let bytes = std::fs::read(file).unwrap();
+        let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Msh));
+        match format {
+            Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),
+            _ => Err(MeshRefusal { message: "line 1: not a mesh".into() }),
+        }
+    }
+}

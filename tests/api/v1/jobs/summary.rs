@@ -1,0 +1,31 @@
+//! `GET /v1/jobs/{id}/summary`
+
+use crate::support::*;
+use serde_json::json;
+
+#[test]
+fn summary_is_what_the_engine_said() {
+    let server = Server::start();
+    let (job, _) = finished(&server.client(), &quick());
+    let answer = server.client().get(&format!("{job}/summary"));
+    assert_eq!(answer.header("content-type"), Some("application/json"));
+    assert!(answer.header("contuse-notice").unwrap().contains("not a diagnosis"));
+    assert_eq!(answer.json(), json!({ "peak_force_n": 42.0, "steps": 3 }));
+}
+
+#[test]
+fn no_summary_before_the_end() {
+    let server = Server::start();
+    let job = submit(&server.client(), &endless());
+    problem(&server.client().get(&format!("{job}/summary")), 409, "not-yet");
+}
+
+#[test]
+fn run_that_never_began_left_none() {
+    let server = Server::start();
+    let mut scene = quick();
+    scene["ending"] = json!("refused");
+    let job = submit(&server.client(), &scene);
+    wait_for(&server.client(), &job, "failed");
+    problem(&server.client().get(&format!("{job}/summary")), 404, "not-left");
+}
