@@ -8,7 +8,7 @@ use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, Formulation, InitialDeformation, IntegratorDocument, Role};
+use crate::scene::document::{Axis, BodyDocument, Formulation, IntegratorDocument, Role};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -212,19 +212,7 @@ fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Ve
 }
 
 fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
-    match &document.initial_deformation {
-        None => Vec3::zeros(),
-        Some(InitialDeformation::SphericalInflation { center_m, inner_radius_m, inner_stretch }) => {
-            let R = X - Vec3::from(*center_m);
-            let radius = R.norm();
-            let swept = inner_radius_m.powi(3) * (inner_stretch.powi(3) - 1.0);
-            R * ((radius.powi(3) + swept).cbrt() / radius - 1.0)
-        }
-        Some(InitialDeformation::Affine { center_m, deformation_gradient }) => {
-            let F = Mat3::from_fn(|i, j| deformation_gradient[i][j]);
-            (F - Mat3::identity()) * (X - Vec3::from(*center_m))
-        }
-    }
+    document.initial_deformation.as_ref().map_or_else(Vec3::zeros, |deformation| deformation.position(X) - X)
 }
 
 /// ω × (x − c) about the centre of mass, zero along the axes that are held.

@@ -11,6 +11,7 @@
 
 pub mod budget;
 pub mod build;
+mod choice;
 mod deformation;
 pub mod document;
 pub mod frames;

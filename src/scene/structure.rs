@@ -4,6 +4,7 @@
 //! What is broken is then *mended* in a copy (removed, or replaced by a placeholder), so that the checks of meaning can
 //! look at the rest; what they say of a placeholder is dropped.
 
+use super::choice::{Choice, choices, only, resolve};
 use super::problem::{Pointer, Problem, suggest};
 use super::schema::Compiled;
 use super::validate::Findings;
@@ -167,113 +168,6 @@ impl Checked {
             object.insert(name.replace("~1", "/").replace("~0", "~"), value);
         }
         self.placeholders.push(pointer.as_str().to_owned());
-    }
-}
-
-/// How a document chooses one variant of an enum.
-enum Choice {
-    /// By being this word.
-    Word(Value),
-    /// By this word under this tag.
-    Tag(&'static str, Value),
-    /// By having this member alone.
-    Member(String),
-    /// By being of this type.
-    Type(Value),
-    /// By choosing one of these.
-    Nested(Vec<Choice>),
-}
-
-impl Choice {
-    /// Whether `found` makes this choice.
-    fn is_made_by(&self, found: &Value) -> bool {
-        match self {
-            Self::Word(word) => found == word,
-            Self::Tag(tag, word) => found.get(tag) == Some(word),
-            Self::Member(name) => found.get(name).is_some(),
-            Self::Type(_) => self.has_type_of(found),
-            Self::Nested(choices) => choices.iter().any(|c| c.is_made_by(found)),
-        }
-    }
-    /// Whether `found` has the type of whoever makes this choice.
-    fn has_type_of(&self, found: &Value) -> bool {
-        match self {
-            Self::Word(_) => found.is_string(),
-            Self::Tag(..) | Self::Member(_) => found.is_object(),
-            Self::Type(name) => name == type_of(found),
-            Self::Nested(choices) => choices.iter().any(|c| c.has_type_of(found)),
-        }
-    }
-    /// The tag under which the choice is made.
-    fn tag(&self) -> Option<&'static str> {
-        match self {
-            Self::Tag(tag, _) => Some(tag),
-            Self::Nested(choices) => choices.iter().find_map(Self::tag),
-            _ => None,
-        }
-    }
-    /// What may be written to make it.
-    fn words(&self) -> Vec<String> {
-        match self {
-            Self::Word(word) | Self::Tag(_, word) => vec![word.as_str().unwrap_or_default().to_owned()],
-            Self::Member(name) => vec![format!("{{{name:?}: …}}")],
-            Self::Type(name) => vec![name.as_str().unwrap_or("anything").to_owned()],
-            Self::Nested(choices) => choices.iter().flat_map(Self::words).collect(),
-        }
-    }
-}
-
-/// The choices of the variants of `schema`, in their order.
-fn choices(schema: &Value, root: &Value) -> Vec<Choice> {
-    let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
-    variants.into_iter().flatten().map(|variant| choice(variant, root)).collect()
-}
-
-fn choice(variant: &Value, root: &Value) -> Choice {
-    if let Some(target) = resolve(variant, root) {
-        return choice(target, root);
-    }
-    if let Some(word) = variant.get("const") {
-        return Choice::Word(word.clone());
-    }
-    let properties = variant.get("properties").and_then(Value::as_object);
-    for tag in TAGS {
-        if let Some(word) = properties.and_then(|p| p.get(tag)?.get("const")) {
-            return Choice::Tag(tag, word.clone());
-        }
-    }
-    if let Some(name) = properties.filter(|p| p.len() == 1).and_then(|p| p.keys().next()) {
-        return Choice::Member(name.clone());
-    }
-    let nested = choices(variant, root);
-    if nested.is_empty() {
-        Choice::Type(variant.get("type").cloned().unwrap_or_default())
-    } else {
-        Choice::Nested(nested)
-    }
-}
-
-/// Index of the only choice that keeps to `condition`.
-fn only(choices: &[Choice], condition: impl Fn(&Choice) -> bool) -> Option<usize> {
-    let mut kept = choices.iter().enumerate().filter(|(_, choice)| condition(choice));
-    let (index, _) = kept.next()?;
-    kept.next().is_none().then_some(index)
-}
-
-/// What a `$ref` points to.
-fn resolve<'a>(schema: &Value, root: &'a Value) -> Option<&'a Value> {
-    root.pointer(schema.get("$ref")?.as_str()?.strip_prefix('#')?)
-}
-
-/// The name of a value's type in JSON Schema.
-fn type_of(value: &Value) -> &'static str {
-    match value {
-        Value::Null => "null",
-        Value::Bool(_) => "boolean",
-        Value::Number(_) => "number",
-        Value::String(_) => "string",
-        Value::Array(_) => "array",
-        Value::Object(_) => "object",
     }
 }
 

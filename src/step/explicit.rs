@@ -11,7 +11,7 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause};
+use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::state::State;
 use crate::mechanics::contact::Contact;
@@ -103,10 +103,11 @@ impl<'p> Stepper<'p> {
     /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
     pub fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
-        let stable = self.sweep(state)?;
+        let (stable, stiffest) = self.sweep(state)?;
         self.threads.assemble(&self.plan.assembly, &self.element_force, &mut self.f_int);
         self.place(state, phase);
-        let mut target = self.choose_step(state, stable)?;
+        let mut target = self.choose_step(state, stable);
+        self.check_collapse(state, target, || stiffest)?;
         loop {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
@@ -122,7 +123,7 @@ impl<'p> Stepper<'p> {
                 break;
             }
             target = self.step * (0.9 * LARGEST_STRAIN_INCREMENT / (self.step * rate)).max(0.1);
-            self.check_collapse(state, target)?;
+            self.check_collapse(state, target, || fastest_stretched(self.plan, &self.x, &self.v_after))?;
         }
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
         Ok(())
@@ -209,12 +210,12 @@ impl<'p> Stepper<'p> {
         }
     }
 
-    /// Internal forces; returns the stable step. Fails where an element is inverted or a fibre overstretched.
-    fn sweep(&mut self, state: &State) -> Result<f64, Failure> {
+    /// Internal forces; returns the stable step and the element that it comes from. Fails where an element is inverted or a fibre overstretched.
+    fn sweep(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
         self.viscous.fill(0.0);
         let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
-        let mut stable = f64::INFINITY;
+        let mut stable = (f64::INFINITY, None);
         for block in &self.plan.blocks {
             let slots = block.first_slot..block.first_slot + block.slot_count();
             let batches = slots.start / BATCH..slots.end / BATCH;
@@ -232,11 +233,14 @@ impl<'p> Stepper<'p> {
             };
             self.threads.sweep(block, &input, output);
             let totals = BlockTotals::reduce(&self.totals[batches]);
+            self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain;
             self.viscous[block.body] += totals.viscous;
-            stable = stable.min(totals.stable_step.0);
-            self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
+            let (step, slot) = totals.stable_step;
+            if step < stable.0 {
+                stable = (step, block.elements.get(slot).copied());
+            }
         }
         Ok(stable)
     }
@@ -248,16 +252,20 @@ impl<'p> Stepper<'p> {
         }
     }
 
-    fn choose_step(&self, state: &State, stable: f64) -> Result<f64, Failure> {
+    fn choose_step(&self, state: &State, stable: f64) -> f64 {
         let mut step = (self.plan.explicit.safety * stable).min(self.plan.explicit.max_step);
         if state.last_step > 0.0 {
             step = step.min(LARGEST_GROWTH * state.last_step);
         }
-        self.check_collapse(state, step)?;
-        Ok(step)
+        step
     }
 
-    fn check_collapse(&self, state: &State, step: f64) -> Result<(), Failure> {
+    fn check_collapse(
+        &self,
+        state: &State,
+        step: f64,
+        element: impl Fn() -> Option<u32>,
+    ) -> Result<(), Failure> {
         let limit = COLLAPSE * self.plan.report.stable_step_s;
         if step >= limit {
             return Ok(());
@@ -266,7 +274,8 @@ impl<'p> Stepper<'p> {
             "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
              crushed or stretched without bound."
         );
-        Err(Failure::new(state, FailureCause::StepCollapsed, message))
+        let element = element().map(|e| place_element(self.plan, state, e));
+        Err(Failure { element, ..Failure::new(state, FailureCause::StepCollapsed, message) })
     }
 
     /// v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean velocity.
@@ -315,7 +324,7 @@ fn check_block(
 ) -> Result<(), Failure> {
     let diagnose = |cause: FailureCause, slot: usize, message: String| {
         let element = block.elements.get(slot).copied();
-        let place = element.map(|e| super::failure::place_element(plan, state, e));
+        let place = element.map(|e| place_element(plan, state, e));
         Failure { element: place, ..Failure::new(state, cause, message) }
     };
     let (j, slot) = totals.smallest_j;

@@ -1,6 +1,7 @@
 //! Why a run went wrong, where, when, and what to do about it.
 
 use super::state::State;
+use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -98,6 +99,20 @@ impl FailureCause {
             Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
         }
     }
+}
+
+/// The element that is being stretched or crushed fastest along an edge or a diagonal.
+pub(super) fn fastest_stretched(plan: &Plan, x: &[Vec3], v: &[Vec3]) -> Option<u32> {
+    let rate = |hex: &[u32; 8]| {
+        let along = |(a, b): (usize, usize)| {
+            let (a, b) = (hex[a] as usize, hex[b] as usize);
+            let dx = x[b] - x[a];
+            (v[b] - v[a]).dot(&dx).abs() / dx.norm_squared().max(f64::MIN_POSITIVE)
+        };
+        HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)
+    };
+    let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.hexes.iter().map(rate)));
+    rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 
 /// An element in the words of the user.

@@ -296,7 +296,11 @@ impl Ledger {
         let pairs = self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs()).sum::<f64>();
         let dissipation = self.viscous.iter().sum::<f64>() + pairs;
         let started_with = self.initial.unwrap_or(0.0);
-        started_with.max(self.peak_strain).max(self.absolute_external).max(dissipation).max(plan.rounding_energy)
+        started_with
+            .max(self.peak_strain)
+            .max(self.absolute_external)
+            .max(dissipation)
+            .max(plan.rounding_energy)
     }
 
     /// Totals and the error of the balance.

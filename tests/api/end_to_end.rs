@@ -216,7 +216,7 @@ fn cancelled_run_stops_soon_and_leaves_a_readable_recording() {
 fn uploaded_mesh_runs() {
     let data = data();
     let program = Program::start(data.path(), &[]);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/ball_on_block/scene_L0.inp");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ball_on_block/scene_L0.inp");
     let bytes = std::fs::read(file).unwrap();
     let octets = [("Content-Type", "application/octet-stream")];
     let answer = program.client.send("POST", "/v1/meshes", &octets, &bytes);

@@ -77,7 +77,6 @@ fn a_large_amplitude_converges_to_the_incompressible_motion() {
         [1.0 - seen.energy / ENERGY, seen.turning_point / TURNING_POINT - 1.0, seen.period / PERIOD - 1.0]
     };
     let (coarse_errors, medium_errors, errors) = (errors(&coarse), errors(&medium), errors(&fine));
-    println!("{coarse_errors:?} {medium_errors:?} {errors:?}");
     // Facets: a ball of 8 elements a quarter has 0.7 % less volume; second order in all three.
     for i in 0..3 {
         assert!(

@@ -47,7 +47,6 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
     plan.explicit.safety = 3.0;
     let mut last = 0.0;
     let (outcome, state) = run_on(&plan, State::new(&plan), 1, |frame| last = frame.energy.balance_error);
-    println!("{outcome:?}");
     let failure = failure(outcome);
     assert_eq!(failure.cause, FailureCause::EnergyGate);
     assert!(last > 0.01, "the last frame shows the error: {last}");
@@ -57,19 +56,119 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
 }
 
 #[test]
-fn an_inversion_names_the_element_the_place_and_the_time() {
+fn a_crushed_element_is_named_with_its_place_and_the_time() {
     let plan = plan(&scene(300.0));
-    let mut frames = 0;
-    let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| frames += 1);
-    println!("{outcome:?} {frames}");
+    let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| {});
+    let failure = failure(outcome);
+    // Twice the speed of sound: the foot of the ball is crushed along an edge without turning inside out.
+    assert_eq!(failure.cause, FailureCause::StepCollapsed);
+    let place = failure.element.unwrap();
+    assert_eq!((place.body.as_str(), place.part.as_str()), ("ball", "ball"));
+    let [x, y, z] = place.position_m;
+    assert!(x.hypot(y) < 0.008 && (0.0..0.003).contains(&z), "{:?}", place.position_m);
+    // The wall is 0.1 mm away.
+    assert!(failure.time_s > 0.1e-3 / 300.0 && failure.time_s == state.time);
+}
+
+/// A stiff stud is driven into a soft block between its nodes.
+#[test]
+fn an_inverted_element_is_named_with_its_place_and_the_time() {
+    let plan = plan(&json!({
+        "name": "stud",
+        "end_time_s": 2e-3,
+        "bodies": [
+            {
+                "name": "stud",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [0.011, 0.012, 0.0201], "max_m": [0.014, 0.015, 0.024], "elements": [2, 2, 2]
+                }},
+                "velocity_m_per_s": [20, 10, -100],
+                "parts": [{"part": "block", "density_kg_per_m3": 8000.0, "material": {
+                    "law": "neo_hookean", "c10_pa": 1e8, "bulk_modulus_pa": 5e8
+                }}]
+            },
+            {
+                "name": "jelly",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [0, 0, 0], "max_m": [0.02, 0.02, 0.02], "elements": [2, 2, 2]
+                }},
+                "fixed": [{"set": "z_min"}],
+                "parts": [{"part": "block", "density_kg_per_m3": 1000.0, "material": {
+                    "law": "neo_hookean", "c10_pa": 10.0, "bulk_modulus_pa": 5e4, "volumetric": "quadratic"
+                }}]
+            }
+        ],
+        "integrator": {"kind": "explicit", "energy_gate": 1.0},
+        "record": {"fields": [], "field_times_s": []}
+    }));
+    let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| {});
     let smallest = outcome.smallest_jacobian;
     let failure = failure(outcome);
     assert_eq!(failure.cause, FailureCause::ElementInverted);
-    assert!(smallest <= 0.0);
+    assert!(
+        failure.message.contains(&format!("J = {smallest:.4}")) && smallest <= 0.0,
+        "{}",
+        failure.message
+    );
+    assert_eq!((failure.time_s, failure.step), (state.time, state.step));
     let place = failure.element.unwrap();
-    assert_eq!((place.body.as_str(), place.part.as_str()), ("ball", "ball"));
-    // At the wall, below the centre of the ball.
-    let [x, y, z] = place.position_m;
-    assert!(x.hypot(y) < 0.015 && (0.0..0.01).contains(&z), "{:?}", place.position_m);
-    assert!(failure.time_s > 3e-7 && failure.time_s == state.time);
+    assert_eq!((place.body.as_str(), place.part.as_str()), ("jelly", "block"));
+}
+
+#[test]
+fn a_run_that_is_stopped_says_so_and_its_state_goes_on() {
+    let plan = plan(&scene(5.0));
+    let (_, whole) = run(&plan, |_| {});
+    for (interrupt, expected) in
+        [(Interrupt::Cancel, None), (Interrupt::Deadline, Some(FailureCause::Deadline))]
+    {
+        let asked = AtomicUsize::new(0);
+        let after_ten = || (asked.fetch_add(1, Ordering::Relaxed) >= 10).then_some(interrupt);
+        let mut last = Last::default();
+        let options = RunOptions { threads: 1, interrupt: &after_ten };
+        let (outcome, state) = run_from(&plan, State::new(&plan), &options, &mut [&mut last]);
+        match expected {
+            None => assert_eq!(outcome.ending, Ending::Cancelled),
+            Some(cause) => assert_eq!(failure(outcome).cause, cause),
+        }
+        // The last frame is that of the state, complete, and the recorder was closed.
+        assert_eq!((state.step, last.step, last.is_field_time, last.finished), (10, 10, true, true));
+        let (_, state) = run_on(&plan, state, 1, |_| {});
+        assert!(state == whole);
+    }
+}
+
+#[derive(Default)]
+struct Last {
+    step: u64,
+    is_field_time: bool,
+    finished: bool,
+    fails_at: Option<u64>,
+}
+
+impl Recorder for Last {
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        (self.step, self.is_field_time) = (frame.state.step, frame.is_field_time);
+        if self.fails_at == Some(self.step) { Err(RecorderError("no space left".into())) } else { Ok(()) }
+    }
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        self.finished = true;
+        Ok(())
+    }
+}
+
+#[test]
+fn a_recorder_that_cannot_write_ends_the_run_and_the_others_are_closed() {
+    let plan = plan(&scene(5.0));
+    let mut bad = Last { fails_at: Some(3), ..Last::default() };
+    let mut good = Last::default();
+    let options = RunOptions { threads: 1, interrupt: &|| None };
+    let (outcome, state) = run_from(&plan, State::new(&plan), &options, &mut [&mut good, &mut bad]);
+    let failure = failure(outcome);
+    assert_eq!((failure.cause, failure.step, state.step), (FailureCause::RecordingFailed, 3, 3));
+    assert!(failure.message.contains("no space left"), "{}", failure.message);
+    assert!(good.finished && bad.finished);
 }

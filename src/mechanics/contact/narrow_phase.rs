@@ -34,6 +34,8 @@ pub(super) struct Proximity {
     pub gap: f64,
     /// Distance of the node from the face [m].
     pub distance: f64,
+    /// The closest point is on an edge or a corner and the normal points from there to the node, or back.
+    pub beyond: bool,
 }
 
 /// Distance and sign of `s` [m] against one face, or `None` where the face does not speak for the point: beyond the
@@ -49,7 +51,9 @@ pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Op
         return None;
     }
     let along = normal.dot(&offset);
-    let found = |normal, gap| Some(Proximity { face, weights: closest.weights, normal, gap, distance });
+    let found = |normal, gap| {
+        Some(Proximity { face, weights: closest.weights, normal, gap, distance, beyond: false })
+    };
     let (pseudo_normal, border) = match closest.feature {
         Feature::Interior => return found(normal, along),
         Feature::Edge(k) => match skin.neighbours[face as usize][k] {
@@ -72,7 +76,8 @@ pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Op
         return None;
     }
     let sign = if pseudo_normal.dot(&offset) >= 0.0 { 1.0 } else { -1.0 };
-    found(offset * (sign / distance), sign * distance)
+    let normal = offset * (sign / distance);
+    Some(Proximity { face, weights: closest.weights, normal, gap: sign * distance, distance, beyond: true })
 }
 
 /// Normal of a face at the point of it nearest to `p`.
@@ -83,26 +88,58 @@ fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
 
 /// The face that holds the node, of those given in ascending order: the closest one within reach and opposed to the
 /// slave's own normal (zero: any), and of equally close ones the most opposed. The normal is asked for only if needed.
+///
+/// The sign at an edge or a corner is right only where that is the closest place of the whole surface. So a node is
+/// behind a face only if no other face, however it is turned, has it in front and closer.
 pub(super) fn choose_face(
     skin: &Skin,
-    faces: impl Iterator<Item = u32>,
+    faces: impl Iterator<Item = u32> + Clone,
     s: &Vec3,
     slave_normal: impl Fn() -> Vec3,
     x: &[Vec3],
 ) -> Option<Proximity> {
     let normal = OnceCell::new();
-    let mut best: Option<Proximity> = None;
-    for found in faces.filter_map(|face| eval_within_reach(skin, face, s, x)) {
-        let normal = normal.get_or_init(&slave_normal);
-        let opposed = *normal == Vec3::zeros() || normal.dot(&found.normal) < OPPOSED;
-        if opposed && best.is_none_or(|b| is_better(skin, &found, &b, normal)) {
-            best = Some(found);
+    let found = || faces.clone().filter_map(|face| eval_within_reach(skin, face, s, x));
+    let mut in_front = f64::INFINITY;
+    let mut best = None;
+    for p in found() {
+        if p.gap > 0.0 {
+            in_front = in_front.min(p.distance);
         }
+        keep_better(skin, &mut best, p, &normal, &slave_normal);
+    }
+    let held = best?;
+    if held.gap >= 0.0 || in_front >= held.distance - BAND * skin.sizes[held.face as usize] {
+        return best;
+    }
+    let mut best = None;
+    for p in found().filter(|p| p.gap >= 0.0) {
+        keep_better(skin, &mut best, p, &normal, &slave_normal);
     }
     best
 }
 
-/// The proximity of a face that may hold the node.
+/// Takes the face if it may hold the node, is opposed and better.
+fn keep_better(
+    skin: &Skin,
+    best: &mut Option<Proximity>,
+    found: Proximity,
+    normal: &OnceCell<Vec3>,
+    slave_normal: impl Fn() -> Vec3,
+) {
+    let size = skin.sizes[found.face as usize];
+    let within = found.gap <= NEAR * size && found.gap >= -DEPTH * size && found.distance <= DEPTH * size;
+    if !within {
+        return;
+    }
+    let normal = normal.get_or_init(slave_normal);
+    let opposed = *normal == Vec3::zeros() || normal.dot(&found.normal) < OPPOSED;
+    if opposed && best.is_none_or(|b| is_better(skin, &found, &b, normal)) {
+        *best = Some(found);
+    }
+}
+
+/// The proximity of a face that may hold the node, or have it in front closer than the one that seems to.
 fn eval_within_reach(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
     let size = skin.sizes[face as usize];
     // A sphere around the face, before anything costly.
@@ -113,9 +150,7 @@ fn eval_within_reach(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Pro
     if (s - centre).norm_squared() > reach * reach {
         return None;
     }
-    let found = eval_proximity(skin, face, s, x)?;
-    let within = found.gap <= NEAR * size && found.gap >= -DEPTH * size && found.distance <= DEPTH * size;
-    within.then_some(found)
+    eval_proximity(skin, face, s, x)
 }
 
 /// Closer, or as close and more opposed; faces come in ascending order, so equals keep the first.

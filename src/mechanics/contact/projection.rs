@@ -80,7 +80,8 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
         let skin = detector.master_skin(contact.pair as usize)?;
         let size = skin.sizes[contact.face as usize];
         let p = eval_proximity(skin, contact.face, s, x)?;
-        if p.gap < -DEPTH * size {
+        // Slid off the face: whether it is inside is for its new face to say.
+        if p.beyond || p.gap < -DEPTH * size {
             return None;
         }
         Penetration { depth: -p.gap, normal: p.normal, weights: p.weights, size }

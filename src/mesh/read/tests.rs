@@ -12,8 +12,8 @@ use crate::mesh::surface::{skin, skin_nodes, topology_problems};
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use proptest::prelude::*;
 
-const MSH: &[u8] = include_bytes!("../../../tests/data/ball_on_block/scene_L0.msh");
-const INP: &[u8] = include_bytes!("../../../tests/data/ball_on_block/scene_L0.inp");
+const MSH: &[u8] = include_bytes!("../../../scenarios/ball_on_block/scene_L0.msh");
+const INP: &[u8] = include_bytes!("../../../scenarios/ball_on_block/scene_L0.inp");
 
 const ALL: [(Version, Encoding); 6] = [
     (Version::V2_2, Encoding::Ascii),

@@ -378,3 +378,19 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
     }
     assert!(inside > 500 && stopped > inside, "{inside} would end inside, {stopped} are stopped");
 }
+
+#[test]
+fn a_node_in_front_of_one_face_is_not_behind_the_edge_of_its_neighbour() {
+    // Beside a block, lower than its top: from the top alone, the edge's normal says that it is inside.
+    let mut x = Vec::new();
+    let master = block(1, 1, &mut x, |p| p);
+    let outside = Vec3::new(1.02, 0.5, 1.0 - 0.06);
+    let slave = node(&mut x, outside);
+    let found = detect(&[slave, master], &[pair(0, Master::Surface(1))], &x, &x);
+    assert!(found.iter().all(|c| c.gap > 0.0), "{found:?}");
+    // Farther than a face reaches, nobody holds it.
+    *x.last_mut().unwrap() = Vec3::new(1.055, 0.5, 1.0 - 0.057);
+    let master = block(1, 1, &mut Vec::new(), |p| p);
+    let slave = Surface { nodes: vec![x.len() as u32 - 1], faces: Vec::new() };
+    assert_eq!(detect(&[slave, master], &[pair(0, Master::Surface(1))], &x, &x), []);
+}
