@@ -16,5 +16,3 @@ pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
 pub use ledger::{BodyEnergy, Energy, Ledger, PairLedger};
 pub use run::{Interrupt, RunOptions, run, run_from};
 pub use state::State;
-#[cfg(test)]
-mod tests;

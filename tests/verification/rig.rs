@@ -6,10 +6,9 @@ use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use contuse::plan::{Plan, compile};
 use contuse::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
 use contuse::step::{
-    Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
+    Ending, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
 };
 use serde_json::Value;
-use std::path::Path;
 
 /// One mesh in memory, whatever its name, or none.
 pub struct MeshInMemory(pub Option<Mesh>);
@@ -39,12 +38,6 @@ pub fn plan_with(document: &Value, mesh: Option<Mesh>) -> Plan {
     }
 }
 
-/// The document of a scenario that ships.
-pub fn scenario(folder: &str) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(folder).join("scene.json");
-    serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap()
-}
-
 /// A recorder that is a closure.
 struct Watch<W>(W);
 
@@ -72,13 +65,6 @@ pub fn run(plan: &Plan, watch: impl FnMut(&Frame)) -> (Outcome, State) {
     let (outcome, state) = run_on(plan, State::new(plan), 1, watch);
     assert_eq!(outcome.ending, Ending::Finished, "{outcome:#?}");
     (outcome, state)
-}
-
-/// Time and ledger of every step.
-pub fn energies(plan: &Plan) -> Vec<(f64, Energy)> {
-    let mut list = Vec::new();
-    run(plan, |frame| list.push((frame.time(), frame.energy.clone())));
-    list
 }
 
 /// Force of all contacts on their slaves at a step [N], in space.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 const INCH: f64 = 0.0254;
 /// 1 psi [Pa].
-const PSI: f64 = 6894.757_293_168_361;
+const PSI: f64 = 6_894.757_293_168_361;
 /// 1 lbf s²/in⁴ [kg/m³].
 const SLINCH: f64 = 4.448_221_615_260_5 / (INCH * INCH * INCH * INCH);
 const SPEED: f64 = 202.2 * INCH;

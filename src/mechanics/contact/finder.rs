@@ -75,7 +75,7 @@ impl Finder<'_> {
         let Motion { x, x_end } = self.motion;
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
         let slave = &self.skins[self.pair.slave];
-        let near = choose_face(master, faces.clone(), &s, || slave.node_normal(node, x), x);
+        let near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
         // The usual step: nobody moves far.
         let fast =
             |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];

@@ -93,7 +93,7 @@ fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
 /// behind a face only if no other face, however it is turned, has it in front and closer.
 pub(super) fn choose_face(
     skin: &Skin,
-    faces: impl Iterator<Item = u32> + Clone,
+    faces: &(impl Iterator<Item = u32> + Clone),
     s: &Vec3,
     slave_normal: impl Fn() -> Vec3,
     x: &[Vec3],
