@@ -26,6 +26,17 @@ pub struct Cli {
     pub command: Command,
 }
 
+impl Cli {
+    /// What is logged when `RUST_LOG` does not say: a service tells what it does, a command only what is wrong.
+    pub fn default_log(&self) -> &'static str {
+        match self.command {
+            #[cfg(feature = "service")]
+            Command::Serve(_) => "warn,contuse=info",
+            _ => "warn",
+        }
+    }
+}
+
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {

@@ -125,7 +125,7 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
 /// When the service cannot start.
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
-    let engine = Arc::new(Simulator::new(config.budget.clone()));
+    let engine = Arc::new(Simulator::new(&config));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
         let signals = count_signals()?;

@@ -14,6 +14,7 @@ pub mod jobs;
 pub mod meshes;
 pub mod metrics;
 pub mod server;
+mod stall;
 
 use config::ServiceConfig;
 use http::App;

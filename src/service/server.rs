@@ -1,8 +1,10 @@
 //! The listener: accepts connections within limits, and lets them finish when the service shuts down.
 //!
-//! `axum::serve` sets no limit on slow headers, on their size or on the number of connections; this does.
+//! `axum::serve` sets no limit on slow headers, on their size, on clients that do not read or on the number of
+//! connections; this does.
 
 use super::config::ServiceConfig;
+use super::stall::Impatient;
 use axum::Router;
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -41,7 +43,7 @@ pub async fn serve(
             .header_read_timeout(config.request_timeout)
             .max_headers(MAX_HEADERS)
             .max_buf_size(MAX_HEAD_BYTES)
-            .serve_connection(TokioIo::new(stream), service);
+            .serve_connection(TokioIo::new(Impatient::new(stream, config.request_timeout)), service);
         let connection = graceful.watch(connection);
         tokio::spawn(async move {
             if let Err(error) = connection.await {

@@ -12,6 +12,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
+const SERVE: [&str; 6] = ["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"];
+
 /// `contuse serve` as a process of its own, killed when it is dropped.
 struct Program {
     child: Child,
@@ -20,14 +22,21 @@ struct Program {
 
 impl Program {
     fn start(data: &Path, flags: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_contuse"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--workers", "1", "--data"])
-            .arg(data)
-            .args(flags)
-            .env("RUST_LOG", "error")
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_contuse"));
+        command.args(SERVE).arg(data).args(flags);
+        Self::spawn(command)
+    }
+
+    /// With a limit on the size of files, in blocks of 512 bytes: a write beyond it fails as on a full disk.
+    fn limited(data: &Path, blocks: u32) -> Self {
+        let mut command = Command::new("sh");
+        let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_contuse")]).args(SERVE).arg(data);
+        Self::spawn(command)
+    }
+
+    fn spawn(mut command: Command) -> Self {
+        let mut child = command.env("RUST_LOG", "error").stdout(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.trim().strip_prefix("listening on http://").unwrap_or_else(|| panic!("{line:?}"));
@@ -254,6 +263,28 @@ fn validation_says_everything_at_once() {
     for pointer in ["/end_time_s", "/bodies/0/parts/0/density_kg_per_m3", "/bodies/1/fixed/0/set"] {
         assert!(pointers.contains(&pointer), "{pointer} is not in {pointers:?}");
     }
+}
+
+#[test]
+fn scene_that_cannot_end_in_time_is_refused() {
+    let data = data();
+    let program = Program::start(data.path(), &["--deadline-s", "0"]);
+    let body =
+        problem(&program.client.post_json("/v1/jobs", &example("job.request.json")), 422, "invalid-scene");
+    assert_eq!(body["errors"][0]["code"], "budget_wall_time");
+}
+
+#[test]
+fn full_disk_fails_the_job_and_not_the_service() {
+    let data = data();
+    // Files may grow to 512 kB, which is less than the recording of the slow scene and more than the store needs.
+    let program = Program::limited(data.path(), 1024);
+    let job = submit(&program.client, &slow());
+    let end = wait_for(&program.client, &job, "failed");
+    assert_eq!(end["failure"]["cause"], "recording_failed");
+    assert!(!leaks(&end.to_string(), data.path()), "{end}");
+    let job = submit(&program.client, &example("job.request.json"));
+    wait_for(&program.client, &job, "succeeded");
 }
 
 #[test]

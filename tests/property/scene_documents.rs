@@ -117,7 +117,7 @@ fn apply(document: &mut Value, choice: prop::sample::Index, change: Change) {
             match (document.pointer_mut(parent), change) {
                 (Some(Value::Object(members)), Change::Remove) => drop(members.remove(name)),
                 (Some(Value::Array(items)), Change::Remove) => {
-                    drop(items.remove(name.parse::<usize>().unwrap()))
+                    items.remove(name.parse::<usize>().unwrap());
                 }
                 (Some(Value::Array(items)), _) => items.push(items[name.parse::<usize>().unwrap()].clone()),
                 _ => {}

@@ -3,8 +3,8 @@
 use super::block::{Batch, BlockParameters, ElementBlock};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{BATCH, Lane};
-use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Volumetric};
-use crate::mechanics::real::Real;
+use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
+use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Tensor, Vec3, tensor};
 use crate::with_law;
 use pulp::{Simd, WithSimd};
@@ -190,16 +190,21 @@ impl<L: Law> ElementSweep<'_, L> {
         let local = Hex8::local_gradients(&u);
 
         // First pass: displacement gradients and the element's volume.
-        let mut H = [Tensor::diagonal(zero); POINTS];
+        let (mut H, mut j) = ([Tensor::diagonal(zero); POINTS], [zero; POINTS]);
         let (mut volume, mut change, mut smallest) = (zero, zero, zero.constant(f64::MAX));
         for q in 0..POINTS {
             let inverse: Tensor<Lane<S>> = tensor!(k, j => load!(&self.batch.inverse_jacobian[q][3 * k + j]));
             H[q] = Hex8::local_gradient_at(&local, q).dot(&inverse);
-            let j = volume_change(&H[q]);
+            j[q] = volume_change(&H[q]);
             let w = load!(&self.batch.volume[q]);
             volume += w;
-            change = w.mul_add(j, change);
-            smallest = smallest.min(j);
+            change = w.mul_add(j[q], change);
+            smallest = smallest.min(j[q]);
+        }
+        // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
+        let mut a = [zero; POINTS];
+        for q in 0..POINTS {
+            a[q] = inverse_cbrt_m1(j[q]);
         }
         let mean = change / volume.max(zero.constant(f64::MIN_POSITIVE));
         let viscous = self.viscous_pressure(load!(&self.batch.length), mean, load!(&before[0]));
@@ -213,7 +218,7 @@ impl<L: Law> ElementSweep<'_, L> {
         let mut sums: LocalGradients<Lane<S>> = [[[[zero; 2]; 2]; 3]; 3];
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
         for q in 0..POINTS {
-            let k = Kinematics::new(&H[q]);
+            let k = Kinematics::with_volume_change(&H[q], j[q], a[q]);
             let w = load!(&self.batch.volume[q]);
             let mut fibres = [[zero; 3]; MAX_FAMILIES];
             for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
@@ -278,15 +283,6 @@ impl<L: Law> ElementSweep<'_, L> {
         let q = density * length * rate * (scaled_rate + linear);
         (q, density * length * (scaled_rate * 2.0 + linear) / J)
     }
-}
-
-/// J − 1 of F = I + H, without cancellation.
-#[inline(always)]
-fn volume_change<R: Real>(H: &Tensor<R>) -> R {
-    let cof = H.cofactor();
-    let h = &H.0;
-    let det = h[0][2].mul_add(cof.0[0][2], h[0][1].mul_add(cof.0[0][1], h[0][0] * cof.0[0][0]));
-    H.trace() + cof.trace() + det
 }
 
 #[inline(always)]

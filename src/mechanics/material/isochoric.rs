@@ -71,9 +71,7 @@ pub(super) fn bound_first_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &In
 pub(super) fn bound_second_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &Invariants<R>) -> R {
     let Y = inv.trace_C_inverse;
     let y2 = inv.max_C_inverse;
-    let one = Y.constant(1.0);
-    let J2_inverse = one / (k.J * k.J);
+    let J2_inverse = k.J_inverse * k.J_inverse;
     let spread = Y * Y * 4.0 - inv.I1 * J2_inverse * 15.0 + J2_inverse * 27.0 / Y;
-    let j23_inverse = one / (k.j23_m1() + 1.0);
-    j23_inverse * (y2 * (y2 * 6.0 - Y * (2.0 / 3.0)) + spread.max(Y.zero()) * (4.0 / 9.0)) * c
+    k.J23() * (y2 * (y2 * 6.0 - Y * (2.0 / 3.0)) + spread.max(Y.zero()) * (4.0 / 9.0)) * c
 }

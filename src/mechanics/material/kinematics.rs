@@ -18,26 +18,32 @@ pub struct Kinematics<R> {
     pub E: Sym<R>,
     /// J^(−1/3) − 1, to full relative accuracy [-].
     pub a: R,
+    /// 1/J, as the cube of J^(−1/3): a division is as long as the rest of the cofactor [-].
+    pub J_inverse: R,
 }
 
 impl<R: Real> Kinematics<R> {
     /// From the displacement gradient `H = ∇u = F − I`. J must be positive (the caller checks `j > −1`).
     #[inline(always)]
     pub fn new(H: &Tensor<R>) -> Self {
+        let j = volume_change(H);
+        Self::with_volume_change(H, j, inverse_cbrt_m1(j))
+    }
+
+    /// As [`Kinematics::new`], for those who have `j = J − 1` of [`volume_change`] and `a = J^(−1/3) − 1` already.
+    #[inline(always)]
+    pub fn with_volume_change(H: &Tensor<R>, j: R, a: R) -> Self {
         let h = &H.0;
         let one = h[0][0].constant(1.0);
         let F = H.plus(&Tensor::diagonal(one));
         let cof = F.cofactor();
-        let cof_h = H.cofactor();
-        // det(I + H) − 1 = tr H + tr cof H + det H
-        let det_h = h[0][2].mul_add(cof_h.0[0][2], h[0][1].mul_add(cof_h.0[0][1], h[0][0] * cof_h.0[0][0]));
-        let j = H.trace() + cof_h.trace() + det_h;
         let mut E = Sym([one; 6]);
         for (e, (a, b)) in E.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
             let quadratic = h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a] * h[0][b]));
             *e = (quadratic + h[a][b] + h[b][a]) * 0.5;
         }
-        Self { F, cof, j, J: j + 1.0, E, a: inverse_cbrt_m1(j) }
+        let root = a + 1.0;
+        Self { F, cof, j, J: j + 1.0, E, a, J_inverse: root * root * root }
     }
 
     /// J^(−2/3) − 1.
@@ -49,8 +55,23 @@ impl<R: Real> Kinematics<R> {
     /// F⁻ᵀ.
     #[inline(always)]
     pub fn inverse_transpose(&self) -> Tensor<R> {
-        self.cof.scaled(self.J.constant(1.0) / self.J)
+        self.cof.scaled(self.J_inverse)
     }
+
+    /// J^(2/3).
+    #[inline(always)]
+    pub fn J23(&self) -> R {
+        self.J * (self.a + 1.0)
+    }
+}
+
+/// J − 1 of F = I + H, without cancellation: `det(I + H) − 1 = tr H + tr cof H + det H`.
+#[inline(always)]
+pub fn volume_change<R: Real>(H: &Tensor<R>) -> R {
+    let cof = H.cofactor();
+    let h = &H.0;
+    let det = h[0][2].mul_add(cof.0[0][2], h[0][1].mul_add(cof.0[0][1], h[0][0] * cof.0[0][0]));
+    H.trace() + cof.trace() + det
 }
 
 /// Invariants of C and bounds of the principal stretches, for the stiffness bounds.
@@ -80,13 +101,13 @@ impl<R: Real> Invariants<R> {
         let t = k.E.trace();
         let I1 = t * 2.0 + 3.0;
         let I2 = t * 4.0 + 3.0 + (t * t - E2.trace()) * 2.0;
-        let J2 = k.J * k.J;
-        let trace_C_inverse = I2 / J2;
+        let J2_inverse = k.J_inverse * k.J_inverse;
+        let trace_C_inverse = I2 * J2_inverse;
         let dev_C = k.E.deviator().norm_squared() * 4.0;
         // cof C = C² − I1 C + I2 I, so its deviator is that of 4E² + 2(2 − I1) E.
         let four = I1.constant(4.0);
         let dev_cof = E2.scaled(four).plus_scaled(I1 * -2.0 + 4.0, &k.E).deviator();
-        let dev_C_inverse = dev_cof.norm_squared() / (J2 * J2);
+        let dev_C_inverse = dev_cof.norm_squared() * (J2_inverse * J2_inverse);
         Self {
             I1,
             I2,

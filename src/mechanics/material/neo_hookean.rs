@@ -53,7 +53,7 @@ pub struct CoupledNeoHookean {
 pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sym<R>) {
     let (half_excess, _) = eval_first_invariant(0.5, k);
     let j23_m1 = k.j23_m1();
-    let J23 = k.J.constant(1.0) / (j23_m1 + 1.0);
+    let J23 = k.J23();
     let psi = (J23 * half_excess + ln_1p_defect(-(j23_m1 * J23)) * 1.5) * mu;
     (psi, k.E.scaled(k.J.constant(2.0 * mu)))
 }

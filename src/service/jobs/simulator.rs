@@ -10,31 +10,60 @@ use crate::mesh::quality::quality;
 use crate::mesh::read::{self, read_mesh};
 use crate::plan::compile;
 use crate::record::{reindex_incomplete, snapshot};
+use crate::scene::problem::Pointer;
 use crate::scene::summary::BodySummary;
 use crate::scene::{
     Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load,
 };
+use crate::service::config::ServiceConfig;
 use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
 use crate::step::{Ending, Failure, FailureCause};
 use crate::study::{self, RunRequest, run_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
+
+/// Element-steps per second of one thread that no machine is known to reach: a scene that would take longer than the
+/// deadline at this speed is refused, and none that could have been in time.
+const UNREACHED_ELEMENT_STEPS_PER_SECOND: f64 = 3e7;
 
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Clone, Debug)]
 pub struct Simulator {
     budget: Budget,
+    deadline: Duration,
+    threads: usize,
 }
 
 impl Simulator {
-    /// A simulator that takes scenes within `budget`.
-    pub fn new(budget: Budget) -> Self {
-        Self { budget }
+    /// A simulator that takes what the service may run.
+    pub fn new(config: &ServiceConfig) -> Self {
+        Self { budget: config.budget.clone(), deadline: config.deadline, threads: config.threads_per_job }
     }
 
     fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
-        load(scene, meshes, &self.budget)
-            .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect())
+        let loaded = load(scene, meshes, &self.budget)
+            .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect::<Vec<_>>())?;
+        match self.too_long(&loaded) {
+            Some(problem) => Err(vec![problem.into()]),
+            None => Ok(loaded),
+        }
+    }
+
+    /// The problem of a scene that cannot end before its deadline.
+    fn too_long(&self, loaded: &Loaded) -> Option<Problem> {
+        let element_steps = loaded.estimate.elements as f64 * loaded.estimate.steps as f64;
+        let least_s = element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * self.threads as f64);
+        let limit_s = self.deadline.as_secs_f64();
+        (least_s > limit_s).then(|| {
+            let message = format!("the run would take at least {least_s:.0} s of wall time");
+            Problem::error("budget_wall_time", &Pointer::root().key("end_time_s"), message)
+                .value(loaded.scene.document.end_time_s)
+                .limit(format!("a run of at most {limit_s:.0} s"))
+                .remedy(
+                    "end earlier, take fewer or larger elements, or ask the operator for a longer deadline",
+                )
+        })
     }
 }
 

@@ -46,7 +46,7 @@ impl Worker {
     fn work(&self) {
         loop {
             match self.runtime.block_on(self.queue.next()) {
-                Ok(Some((job, control))) => self.run(&job, &control),
+                Ok(Some((job, control))) => self.run_guarded(&job, &control),
                 Ok(None) => return,
                 Err(error) => {
                     tracing::error!(%error, "cannot take a job");
@@ -54,6 +54,21 @@ impl Worker {
                 }
             }
         }
+    }
+
+    /// Runs one job. Should the worker itself have a fault, the job fails for it and the worker goes on.
+    fn run_guarded(&self, job: &ClaimedJob, control: &RunControl) {
+        if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
+            tracing::error!(job = %job.id, "the worker panicked");
+            self.queue.metrics.run_panicked();
+            let failure = Some(JobFailure::internal());
+            let end =
+                JobEnd { state: JobState::Failed, failure, summary: None, recording: None, progress: None };
+            if let Err(error) = self.write_end(job, &end) {
+                tracing::error!(job = %job.id, %error, "could not write how the job ended");
+            }
+        }
+        self.queue.release(job);
     }
 
     /// Runs one job and says how it ended.
@@ -73,7 +88,6 @@ impl Worker {
             tracing::error!(job = %job.id, %error, "could not write how the job ended");
         }
         self.queue.metrics.run_ended(control.elapsed());
-        self.queue.release(job);
     }
 
     /// Calls the engine. A panic in it is a fault of the program, and of this job alone.

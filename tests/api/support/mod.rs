@@ -41,7 +41,7 @@ impl Server {
 
     /// With the engine that ships.
     pub fn simulating() -> Self {
-        let engine = Simulator::new(ServiceConfig::default().budget);
+        let engine = Simulator::new(&ServiceConfig::default());
         Self::with_engine(Arc::new(tempfile::tempdir().unwrap()), Arc::new(engine), |_| {})
     }
 
