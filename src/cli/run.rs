@@ -29,8 +29,8 @@ pub struct RunArgs {
     #[arg(long)]
     pub json: bool,
     /// Threads to use; by default all cores. The results are the same for any number.
-    #[arg(long)]
-    pub threads: Option<usize>,
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// No progress bar and no table.
     #[arg(short, long)]
     pub quiet: bool,
@@ -64,7 +64,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         scene: &loaded.scene,
         document_json: &document_json,
         recording: Some(&path),
-        threads: args.threads.unwrap_or_else(available_threads),
+        threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &interrupt,
         progress: &mut |progress| show(&bar, &progress),
     });
@@ -85,6 +85,12 @@ fn deadline(args: &RunArgs) -> Result<Option<Instant>, CliError> {
 /// The bytes of the document, for the recording, and what they mean.
 fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
     let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
+    if path.exists() && !is_recording(path) {
+        return Err(CliError::Usage(format!(
+            "--output {} exists and is no recording: it would be lost; remove it or name another file",
+            path.display()
+        )));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let loaded = load(&bytes, &FolderSource::new(folder), &Budget::COMMAND_LINE)?;
     Ok((bytes, loaded))
@@ -103,6 +109,12 @@ fn check_output(path: &Path) -> Result<(), CliError> {
     if path.is_dir() {
         return Err(CliError::Usage(format!("--output {} is a folder", path.display())));
     }
+    if path.exists() && !is_recording(path) {
+        return Err(CliError::Usage(format!(
+            "--output {} exists and is no recording: it would be lost; remove it or name another file",
+            path.display()
+        )));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !folder.is_dir() {
         return Err(CliError::Usage(format!(
@@ -112,6 +124,14 @@ fn check_output(path: &Path) -> Result<(), CliError> {
         )));
     }
     Ok(())
+}
+
+/// Whether a file is an MCAP file, by its first bytes: the only thing that a run may overwrite.
+fn is_recording(path: &Path) -> bool {
+    const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+    let mut first = [0; MAGIC.len()];
+    let read = |mut file: std::fs::File| std::io::Read::read_exact(&mut file, &mut first);
+    path.is_file() && std::fs::File::open(path).and_then(read).is_ok() && first == MAGIC
 }
 
 /// A flag that Ctrl-C (or a polite kill) sets; the second Ctrl-C ends the process at once, as always.

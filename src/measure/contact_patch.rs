@@ -84,9 +84,26 @@ impl PatchGeometry {
         }
     }
 
-    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces.
-    pub fn tributary_area(&self, node: u32, position: &dyn Fn(u32) -> Vec3) -> f64 {
-        self.faces_of(node).iter().map(|&f| tributary_share(&self.faces[f as usize], node, position)).sum()
+    /// Faces of a node that are turned to the contact: their outward normal opposes `n`, the normal out of the master, by
+    /// at least [`TURNED`]. At the rim of a flat end the sides of the body are not, and press on nothing.
+    fn faces_towards(
+        &self,
+        node: u32,
+        n: &Vec3,
+        position: &dyn Fn(u32) -> Vec3,
+    ) -> impl Iterator<Item = u32> {
+        self.faces_of(node).iter().copied().filter(move |&f| {
+            let [a, b, c, d] = self.faces[f as usize].map(position);
+            // Half the cross product of the diagonals is the area vector of a quadrilateral, and of a triangle (c = d).
+            let normal = (c - a).cross(&(d - b));
+            -n.dot(&normal) > TURNED * normal.norm()
+        })
+    }
+
+    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces that are turned to the contact.
+    pub fn tributary_area(&self, node: u32, n: &Vec3, position: &dyn Fn(u32) -> Vec3) -> f64 {
+        let faces = self.faces_towards(node, n, position);
+        faces.map(|f| tributary_share(&self.faces[f as usize], node, position)).sum()
     }
 
     /// The patch of pair `pair` in a frame.
@@ -107,8 +124,9 @@ impl PatchGeometry {
                 continue;
             }
             last = Some(contact.slave);
-            faces.extend(self.faces_of(contact.slave).iter().copied());
-            let area = self.tributary_area(contact.slave, &position);
+            let n = &contact.frame[0];
+            faces.extend(self.faces_towards(contact.slave, n, &position));
+            let area = self.tributary_area(contact.slave, n, &position);
             pressed.push(Pressed { position: position(contact.slave), area, normal_force });
         }
         let face_area: f64 = faces.iter().map(|&f| face_area(&self.faces[f as usize], &position)).sum();
@@ -155,6 +173,9 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
 fn rounded(count: f64) -> u32 {
     count.round() as u32
 }
+
+/// Least cosine between a face's outward normal and the direction of the contact, for the face to press: 60°.
+const TURNED: f64 = 0.5;
 
 /// Corners without the repetition that marks a triangle.
 fn distinct(face: &[u32; 4]) -> &[u32] {
@@ -213,7 +234,7 @@ mod tests {
     fn tributary_areas_of_a_grid_sum_to_its_area() {
         let (surface, position) = grid();
         let geometry = PatchGeometry::new(&surface);
-        let area = |n| geometry.tributary_area(n, &position);
+        let area = |n| geometry.tributary_area(n, &-Vec3::z(), &position);
         assert!(
             (area(0) - 0.25).abs() < 1e-14 && (area(5) - 0.5).abs() < 1e-14 && (area(60) - 1.0).abs() < 1e-14
         );
@@ -228,7 +249,7 @@ mod tests {
             |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
         let geometry = PatchGeometry::new(&surface);
         for n in 0..3 {
-            assert!((geometry.tributary_area(n, &position) - 1.0).abs() < 1e-14);
+            assert!((geometry.tributary_area(n, &-Vec3::z(), &position) - 1.0).abs() < 1e-14);
         }
     }
 

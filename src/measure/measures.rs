@@ -20,6 +20,9 @@ pub struct PairMeasures {
     pub between: [String; 2],
     /// Whether one of them is the tissue.
     pub on_tissue: bool,
+    /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
+    /// so a sign by the slave would change with refinement.
+    pub told_for: usize,
     /// Forces.
     pub force: ImpactForce,
     geometry: PatchGeometry,
@@ -160,6 +163,7 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
                 master.map_or_else(|| "plane".to_owned(), |m| plan.bodies[m].name.clone()),
             ],
             on_tissue: tissue(slave) || master.is_some_and(tissue),
+            told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             force: ImpactForce::new(plan.measures.force_window),
             geometry: PatchGeometry::new(&contact.surfaces[pair.slave]),
         })

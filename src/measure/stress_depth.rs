@@ -62,6 +62,8 @@ pub struct StressDepth {
     /// Position in that order.
     next: usize,
     time: f64,
+    /// Number of field times so far.
+    pub samples: u32,
     /// One for each threshold, ascending.
     pub exceedances: Vec<Exceedance>,
     /// Largest von Mises stress [Pa].
@@ -98,6 +100,7 @@ impl StressDepth {
             depth: Vec::new(),
             next: 0,
             time: 0.0,
+            samples: 0,
             exceedances: exceedances.collect(),
             von_mises: Peak::default(),
             principal_strain: Peak::default(),
@@ -113,6 +116,7 @@ impl StressDepth {
     /// Begins a sweep over all points at a time [s].
     pub fn begin(&mut self, time: f64) {
         (self.next, self.time) = (0, time);
+        self.samples += 1;
         self.exceedances.iter_mut().for_each(|e| e.volume = 0.0);
     }
 

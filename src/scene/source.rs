@@ -93,7 +93,7 @@ impl FolderSource {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let mut names: Vec<String> = entries
             .map(|entry| entry.path())
-            .filter(|path| path.extension().is_some_and(|e| e != "json" && e != "md"))
+            .filter(|path| path.extension().is_some_and(|e| e == "msh" || e == "inp"))
             .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
             .collect();
         names.sort();

@@ -9,6 +9,8 @@ use crate::step::{FailureCause, Outcome};
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
+/// Fewer field times than this are told to the user.
+const FEW_SAMPLES: u32 = 20;
 /// Nodes across a contact patch that are the least for a resolved patch.
 const NODES_ACROSS: u32 = 5;
 
@@ -86,7 +88,25 @@ pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: 
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
+        && has_ended
+        && samples < FEW_SAMPLES
+    {
+        warnings.push(format!(
+            "Peak stress, strain, energy density and depth are from {samples} field times only, and a peak in between is not \
+             seen: a smaller `record.field_interval_s` looks more often."
+        ));
+    }
+    if has_ended && measures.absorbed.is_some() && !measures.pairs.iter().any(|p| p.on_tissue) {
+        warnings.push("No contact pair joins the tissue to anything: nothing can hit it.".to_owned());
+    }
     for pair in &measures.pairs {
+        if has_ended && pair.on_tissue && pair.force.contact_span.is_none() {
+            warnings.push(format!(
+                "Nothing touched in {}: look at the direction of the velocity, the gap and the end time.",
+                pair.name
+            ));
+        }
         let patch = &pair.force.peak.patch;
         if pair.force.contact_span.is_some() && patch.nodes_across < NODES_ACROSS {
             warnings.push(format!(

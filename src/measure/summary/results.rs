@@ -36,7 +36,9 @@ pub struct Impact {
     pub peak_step_force_n: Quantity,
     /// Norm of the impulse so far [N s].
     pub impulse_n_s: Quantity,
-    /// The impulse on the first of `between` [N s].
+    /// The body that the impulse vector acts on: the tissue, or else the first of `between`.
+    pub impulse_on: String,
+    /// The impulse on that body [N s].
     pub impulse_vector_n_s: [f64; 3],
     /// Time with contact [s].
     pub contact_duration_s: Quantity,
@@ -183,7 +185,8 @@ fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, m
         force_window_s: plan.measures.force_window,
         peak_step_force_n: mint.quantity(force.peak_step.0),
         impulse_n_s: mint.quantity(now.impulse.norm()),
-        impulse_vector_n_s: now.impulse.into(),
+        impulse_on: pair.between[pair.told_for].clone(),
+        impulse_vector_n_s: if pair.told_for == 0 { now.impulse } else { -now.impulse }.into(),
         contact_duration_s: mint.quantity(force.contact_time),
         contact_span_s: force.contact_span,
         contact_ended: !force.is_touching(),

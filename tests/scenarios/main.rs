@@ -1,0 +1,161 @@
+//! Every scenario that ships runs, ends as its `expected.json` says, and gives the numbers there.
+//!
+//! `expected.json` has an entry for each scene document of its folder:
+//!
+//! ```json
+//! {
+//!   "scene.json": {
+//!     "ending": "finished",
+//!     "slow": false,
+//!     "quantities": [
+//!       {"quantity": {"impulse_n_s": {"at_s": 5e-5}}, "value": 0.0752, "relative_tolerance": 0.05, "source": "..."},
+//!       {"quantity": "balance_error", "at_most": 0.01, "source": "..."}
+//!     ]
+//!   }
+//! }
+//! ```
+//!
+//! The words for quantities are those of [`Quantity`]. `ending` is `finished` or the cause of the failure. Slow scenes run
+//! with `cargo test --test scenarios -- --ignored`.
+#![allow(clippy::unwrap_used)] // a test may stop at the first surprise
+
+mod quantity;
+mod seen;
+
+use contuse::plan::compile;
+use contuse::scene::{Budget, load_file};
+use contuse::step::{Ending, RunOptions, run};
+use quantity::Quantity;
+use seen::Seen;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What is expected of one scene.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expected {
+    ending: String,
+    #[serde(default)]
+    slow: bool,
+    quantities: Vec<Expectation>,
+}
+
+/// One number: near a value, or within a bound.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Expectation {
+    quantity: Quantity,
+    value: Option<f64>,
+    relative_tolerance: Option<f64>,
+    absolute_tolerance: Option<f64>,
+    at_most: Option<f64>,
+    at_least: Option<f64>,
+    /// Where the number comes from, and why the tolerance is what it is.
+    source: String,
+}
+
+impl Expectation {
+    /// What is wrong with the number, if anything.
+    fn judge(&self, got: f64) -> Result<(), String> {
+        let limits =
+            match (self.value, self.relative_tolerance, self.absolute_tolerance, self.at_most, self.at_least)
+            {
+                (Some(value), Some(share), None, None, None) => {
+                    (value - share * value.abs(), value + share * value.abs())
+                }
+                (Some(value), None, Some(room), None, None) => (value - room, value + room),
+                (None, None, None, Some(most), None) => (f64::NEG_INFINITY, most),
+                (None, None, None, None, Some(least)) => (least, f64::INFINITY),
+                _ => return Err("give a value with one tolerance, or at_most, or at_least".into()),
+            };
+        if self.source.is_empty() {
+            return Err("a number has a source".into());
+        }
+        if (limits.0..=limits.1).contains(&got) { Ok(()) } else { Err(format!("{got} is not in {limits:?}")) }
+    }
+}
+
+/// Folders of the scenarios, in order.
+fn folders() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let entries = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+/// The expectations of a folder, by scene document; complete.
+fn expectations(folder: &Path) -> BTreeMap<String, Expected> {
+    let path = folder.join("expected.json");
+    let bytes = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let expected: BTreeMap<String, Expected> =
+        serde_json::from_slice(&bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let names =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut scenes: Vec<String> = names
+        .filter(|name| Path::new(name).extension().is_some_and(|e| e == "json") && name != "expected.json")
+        .collect();
+    scenes.sort();
+    assert!(expected.keys().eq(scenes.iter()), "{}: expected.json speaks of other scenes", folder.display());
+    expected
+}
+
+/// Runs a scene; what is wrong with it.
+fn check(folder: &Path, name: &str, expected: &Expected) -> Vec<String> {
+    let path = folder.join(name);
+    let here = |what: String| format!("{}: {what}", path.display());
+    let loaded = match load_file(&path, &Budget::COMMAND_LINE) {
+        Ok(loaded) => loaded,
+        Err(problems) => return vec![here(format!("refused: {:#?}", problems.0))],
+    };
+    let plan = compile(&loaded.scene).unwrap();
+    let mut seen = Seen::new(&loaded.scene, &plan, expected.quantities.iter().map(|e| &e.quantity));
+    let clock = Instant::now();
+    let (outcome, _) = run(&plan, &RunOptions { threads: 1, interrupt: &|| None }, &mut [&mut seen]);
+    println!("{}: {} steps in {:.1?}", path.display(), outcome.steps, clock.elapsed());
+
+    let mut wrong = Vec::new();
+    let ending = match &outcome.ending {
+        Ending::Finished => "finished".into(),
+        Ending::Cancelled => "cancelled".into(),
+        Ending::Failed { failure } => {
+            serde_json::to_value(failure.cause).unwrap().as_str().unwrap().to_owned()
+        }
+    };
+    if ending != expected.ending {
+        wrong.push(here(format!("ended as {ending}, not as {}: {:?}", expected.ending, outcome.ending)));
+    }
+    for expectation in &expected.quantities {
+        let got = expectation.quantity.eval(&seen, &outcome);
+        println!("    {:?} = {got}", expectation.quantity);
+        if let Err(what) = expectation.judge(got) {
+            wrong.push(here(format!("{:?}: {what} ({})", expectation.quantity, expectation.source)));
+        }
+    }
+    wrong
+}
+
+fn check_all(slow: bool) {
+    let mut wrong = Vec::new();
+    for folder in folders() {
+        for (name, expected) in expectations(&folder) {
+            if expected.slow == slow {
+                wrong.extend(check(&folder, &name, &expected));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_scenario_gives_its_expected_numbers() {
+    check_all(false);
+}
+
+#[test]
+#[ignore = "minutes: the finest meshes"]
+fn every_slow_scenario_gives_its_expected_numbers() {
+    check_all(true);
+}
