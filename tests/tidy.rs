@@ -332,13 +332,13 @@ fn every_scenario_explains_itself() {
     let mut violations = Vec::new();
     for entry in fs::read_dir(&folder).into_iter().flatten() {
         let path = entry.expect("a readable folder").path();
-        for file in ["README.md", "scene.json"] {
+        for file in ["README.md", "scene.json", "expected.json"] {
             if path.is_dir() && !path.join(file).is_file() {
                 violations.push(format!("{}/{file} is missing", relative(&path)));
             }
         }
     }
-    expect_none("a scenario is scene.json and README.md", &violations);
+    expect_none("a scenario is scene.json, README.md and expected.json", &violations);
 }
 
 #[test]
