@@ -332,13 +332,13 @@ fn every_scenario_explains_itself() {
     let mut violations = Vec::new();
     for entry in fs::read_dir(&folder).into_iter().flatten() {
         let path = entry.expect("a readable folder").path();
-        for file in ["README.md", "scene.json"] {
+        for file in ["README.md", "scene.json", "expected.json"] {
             if path.is_dir() && !path.join(file).is_file() {
                 violations.push(format!("{}/{file} is missing", relative(&path)));
             }
         }
     }
-    expect_none("a scenario is scene.json and README.md", &violations);
+    expect_none("a scenario is scene.json, README.md and expected.json", &violations);
 }
 
 #[test]
@@ -347,4 +347,13 @@ fn the_architecture_page_knows_every_room() {
     let violations: Vec<String> =
         ROOMS.into_iter().filter(|room| !page.contains(&format!("`{room}/`"))).map(str::to_owned).collect();
     expect_none("ARCHITECTURE.md has a paragraph on each room", &violations);
+}
+
+#[test]
+fn the_readme_and_the_ci_run_the_same_commands() {
+    let (readme, ci) = (read(&root().join("README.md")), read(&root().join(".ci/run")));
+    let commands = ["cargo run --release -- run scenarios/flashball_thigh/scene.json", "cargo test"];
+    let is_missing = |command: &&str| !(readme.contains(*command) && ci.contains(*command));
+    let violations: Vec<String> = commands.into_iter().filter(is_missing).map(str::to_owned).collect();
+    expect_none("both name the same two commands", &violations);
 }
