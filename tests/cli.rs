@@ -203,3 +203,30 @@ fn a_reader_that_leaves_early_is_no_failure() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), ""));
 }
+
+#[test]
+fn a_run_overwrites_recordings_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    let document = json!({
+        "name": "drop", "end_time_s": 1e-5,
+        "bodies": [{
+            "name": "block",
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.1, 0.1, 0.1], "elements": [1, 1, 1]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                "material": {"law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e7}}]
+        }]
+    });
+    std::fs::write(&scene, serde_json::to_vec(&document).unwrap()).unwrap();
+    let scene = scene.to_str().unwrap();
+    let recording = folder.path().join("out.mcap");
+    // Twice: the second replaces a recording.
+    for _ in 0..2 {
+        let done = run(&["run", scene, "-q", "-o", recording.to_str().unwrap()]);
+        assert!(done.status.success(), "{}", text(&done.stderr));
+    }
+    let refused = run(&["run", scene, "-q", "-o", scene]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("no recording"), "{}", text(&refused.stderr));
+    assert_eq!(std::fs::read(scene).unwrap(), serde_json::to_vec(&document).unwrap());
+}

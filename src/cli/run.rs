@@ -85,12 +85,6 @@ fn deadline(args: &RunArgs) -> Result<Option<Instant>, CliError> {
 /// The bytes of the document, for the recording, and what they mean.
 fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
     let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
-    if path.exists() && !is_recording(path) {
-        return Err(CliError::Usage(format!(
-            "--output {} exists and is no recording: it would be lost; remove it or name another file",
-            path.display()
-        )));
-    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let loaded = load(&bytes, &FolderSource::new(folder), &Budget::COMMAND_LINE)?;
     Ok((bytes, loaded))
