@@ -171,8 +171,11 @@ fn job_that_kills_its_program_ends_as_failed_with_what_can_be_read() {
         if attempt == 1 {
             job = submit(&program.client, &slow());
         }
-        // Something is on the disk when a snapshot can be had.
-        eventually("it records", || program.client.get(&format!("{job}/recording")).status == 200);
+        // What a snapshot shows is on the disk.
+        eventually("it records", || {
+            let snapshot = program.client.get(&format!("{job}/recording"));
+            snapshot.status == 200 && count(&snapshot.body, "/stress/block") > 0
+        });
         program.kill();
     }
     let program = Program::start(data.path(), &[]);
