@@ -17,6 +17,17 @@ pub struct Lane<S: Simd> {
 /// The widest register of any instruction set, in `f64`: the width of a batch of elements.
 pub const BATCH: usize = 8;
 
+/// One number of each element of a batch, aligned to the widest register: a load or store across two cache lines takes
+/// twice as long, and without this most would be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Row(pub [f64; BATCH]);
+
+/// Anything on the stack, aligned to the widest register, see [`Row`].
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Aligned<T>(pub T);
+
 impl<S: Simd> Lane<S> {
     /// All lanes equal to `c`.
     #[inline(always)]
@@ -25,13 +36,13 @@ impl<S: Simd> Lane<S> {
     }
     /// Loads the `part`-th register out of a batch.
     #[inline(always)]
-    pub fn load(simd: S, batch: &[f64; BATCH], part: usize) -> Self {
-        Self { v: S::as_simd_f64s(batch).0[part], simd }
+    pub fn load(simd: S, batch: &Row, part: usize) -> Self {
+        Self { v: S::as_simd_f64s(&batch.0).0[part], simd }
     }
     /// Stores into the `part`-th register of a batch.
     #[inline(always)]
-    pub fn store(self, batch: &mut [f64; BATCH], part: usize) {
-        S::as_mut_simd_f64s(batch).0[part] = self.v;
+    pub fn store(self, batch: &mut Row, part: usize) {
+        S::as_mut_simd_f64s(&mut batch.0).0[part] = self.v;
     }
     /// Applies an integer operation to the bits of every lane.
     #[inline(always)]
@@ -252,8 +263,9 @@ mod tests {
         type Output = ();
         fn with_simd<S: Simd>(self, simd: S) {
             for x in self.0 {
-                let mut out = [0.0; BATCH];
+                let mut out = Row::default();
                 self.1.eval(Lane::splat(simd, *x)).store(&mut out, 0);
+                let out = out.0;
                 let expected = self.1.eval(*x);
                 let error = (out[0] - expected).abs();
                 assert!(

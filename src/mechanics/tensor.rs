@@ -87,6 +87,13 @@ impl<R: Real> Tensor<R> {
         let a = &self.0;
         tensor!(i, j => a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0] * s.at(0, j))))
     }
+    /// `self + other · s` with a symmetric tensor.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus_dot_sym(&self, other: &Self, s: &Sym<R>) -> Self {
+        let (c, a) = (&self.0, &other.0);
+        tensor!(i, j => a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0].mul_add(s.at(0, j), c[i][j]))))
+    }
     /// Matrix–vector product.
     #[inline(always)]
     pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
@@ -104,8 +111,14 @@ impl<R: Real> Tensor<R> {
         let f = &self.0;
         tensor!(i, j => {
             let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
-            f[i1][j1] * f[i2][j2] - f[i1][j2] * f[i2][j1]
+            f[i1][j1].mul_sub(f[i2][j2], f[i1][j2] * f[i2][j1])
         })
+    }
+    /// Determinant, from the cofactor at hand.
+    #[inline(always)]
+    pub fn determinant_by(&self, cofactor: &Self) -> R {
+        let (f, c) = (&self.0[0], &cofactor.0[0]);
+        f[2].mul_add(c[2], f[1].mul_add(c[1], f[0] * c[0]))
     }
     /// Double contraction `self : other`.
     #[inline(always)]
@@ -138,22 +151,28 @@ impl<R: Real> Sym<R> {
     #[inline(always)]
     #[must_use]
     pub fn deviator(&self) -> Self {
-        let m = self.trace() * (1.0 / 3.0);
+        self.plus_diagonal(self.trace() * (-1.0 / 3.0))
+    }
+    /// `self + c I`.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus_diagonal(&self, c: R) -> Self {
         let s = &self.0;
-        Self([s[0] - m, s[1] - m, s[2] - m, s[3], s[4], s[5]])
+        Self([s[0] + c, s[1] + c, s[2] + c, s[3], s[4], s[5]])
     }
     /// `s : s`.
     #[inline(always)]
     pub fn norm_squared(&self) -> R {
         let s = &self.0;
-        let off = s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
-        s[0] * s[0] + s[1] * s[1] + s[2] * s[2] + off + off
+        let off = s[5].mul_add(s[5], s[4].mul_add(s[4], s[3] * s[3]));
+        off.mul_add(off.constant(2.0), s[2].mul_add(s[2], s[1].mul_add(s[1], s[0] * s[0])))
     }
     /// Determinant.
     #[inline(always)]
     pub fn determinant(&self) -> R {
         let [a, b, c, d, e, f] = self.0;
-        a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f)
+        let (x, y, z) = (b.mul_sub(c, e * e), d.mul_sub(c, e * f), d.mul_sub(e, b * f));
+        f.mul_add(z, a.mul_sub(x, d * y))
     }
     /// `s · s`, symmetric.
     #[inline(always)]
@@ -161,20 +180,22 @@ impl<R: Real> Sym<R> {
     pub fn squared(&self) -> Self {
         let [a, b, c, d, e, f] = self.0;
         Self([
-            a * a + d * d + f * f,
-            d * d + b * b + e * e,
-            f * f + e * e + c * c,
-            d * (a + b) + f * e,
-            d * f + e * (b + c),
-            f * (a + c) + d * e,
+            f.mul_add(f, d.mul_add(d, a * a)),
+            e.mul_add(e, d.mul_add(d, b * b)),
+            e.mul_add(e, f.mul_add(f, c * c)),
+            d.mul_add(a + b, f * e),
+            e.mul_add(b + c, d * f),
+            f.mul_add(a + c, d * e),
         ])
     }
     /// Quadratic form `a · s a`.
     #[inline(always)]
     pub fn quadratic_form(&self, a: &[R; 3]) -> R {
         let s = &self.0;
-        let off = s[3] * a[0] * a[1] + s[4] * a[1] * a[2] + s[5] * a[0] * a[2];
-        s[0] * a[0] * a[0] + s[1] * a[1] * a[1] + s[2] * a[2] * a[2] + off + off
+        let twice = s[0].constant(2.0);
+        let x = s[5].mul_add(a[2], s[3] * a[1]).mul_add(twice, s[0] * a[0]);
+        let y = (s[4] * a[2]).mul_add(twice, s[1] * a[1]);
+        (s[2] * a[2]).mul_add(a[2], y.mul_add(a[1], x * a[0]))
     }
     /// `c · self`.
     #[inline(always)]

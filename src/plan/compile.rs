@@ -60,7 +60,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
         add_body(&mut parts, &document.integrator, body, mesh)?;
     }
-    let assembly = Assembly::new(parts.X.len(), &corner_list(&parts.blocks));
+    let assembly = Assembly::new(parts.X.len(), &parts.blocks);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let contact = compile_contact(document, &parts.bodies, &parts.X);
     let (explicit, _) = integrator(&document.integrator);
@@ -84,8 +84,10 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         field_times: field_times(scene),
         fields: fields(scene),
         every_steps: document.record.every_steps.max(1),
+        skip_quiet_elements: false,
         report: PlanReport::default(),
     };
+    plan.skip_quiet_elements = plan.gravity.is_none() && plan.settle.is_none();
     plan.rounding_energy = rounding_energy(&plan);
     plan.report = report(&plan, document);
     Ok(plan)
@@ -250,6 +252,7 @@ fn add_blocks(
         inputs[body.part_entry[e] as usize].push(BlockInput {
             element: globals.first_element + e as u32,
             nodes: body.mesh.hexes[e].map(|node| node + globals.first_node),
+            corners: body.mesh.corners(e),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });
@@ -269,19 +272,6 @@ fn add_blocks(
         let first_slot = blocks.last().map_or(0, |b| b.first_slot + b.slot_count());
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
     }
-}
-
-/// `(8 slot + corner, node)` of every element, in the order of the slots.
-fn corner_list(blocks: &[ElementBlock]) -> Vec<(u32, u32)> {
-    let mut corners = Vec::new();
-    for block in blocks {
-        for slot in 0..block.elements.len() {
-            let first = 8 * (block.first_slot + slot) as u32;
-            corners
-                .extend(block.nodes_of(slot).iter().enumerate().map(|(a, node)| (first + a as u32, *node)));
-        }
-    }
-    corners
 }
 
 fn field_times(scene: &Scene) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use super::Plan;
 use crate::mechanics::contact::Master;
-use crate::mechanics::force::{BATCH, BatchTotals, BlockTotals, ElementBlock, SweepInput, SweepOutput};
+use crate::mechanics::force::{ElementBlock, ElementForces, SweepInput, Threads};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::SceneDocument;
@@ -68,34 +68,23 @@ fn stable_step(plan: &Plan) -> f64 {
     } else {
         &plan.initial_u
     };
-    plan.blocks.iter().map(|block| stable_step_of(block, u)).fold(f64::INFINITY, f64::min)
-}
-
-fn stable_step_of(block: &ElementBlock, u: &[Vec3]) -> f64 {
-    let slots = block.slot_count();
-    let zero = vec![0.0; slots];
+    let zero = vec![0.0; plan.slot_count()];
     let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
-    let mut force = vec![Vec3::zeros(); 8 * slots];
-    let mut totals = vec![BatchTotals::default(); slots / BATCH];
-    let output = SweepOutput {
-        force: &mut force,
-        dilatation: &mut dilatation,
-        viscous_pressure: &mut viscous_pressure,
-        totals: &mut totals,
-    };
-    block.sweep(0, &input, output);
-    BlockTotals::reduce(&totals).stable_step.0
+    let mut forces = ElementForces::new(&plan.blocks);
+    forces.sweep(&Threads::ONE, &plan.blocks, &input);
+    (0..plan.blocks.len()).map(|block| forces.totals(block).stable_step.0).fold(f64::INFINITY, f64::min)
 }
 
 fn memory(plan: &Plan) -> u64 {
     // Positions, masses and the plan's initial state; u, v, forces, positions and end positions of a run.
     let node = size_of::<Vec3>() * 8 + size_of::<f64>();
-    // Element forces, dilatation and viscous pressure (twice), totals.
-    let slot = 8 * size_of::<Vec3>() + 4 * size_of::<f64>() + size_of::<BatchTotals>() / BATCH;
+    // Dilatation and viscous pressure of the state.
+    let slot = 2 * size_of::<f64>();
+    let forces = ElementForces::new(&plan.blocks).memory();
     let blocks: usize = plan.blocks.iter().map(ElementBlock::memory).sum();
     let bodies: usize = plan.bodies.iter().map(|b| b.hexes.len() * 36 + b.skin.faces.len() * 40).sum();
-    (plan.node_count() * node + plan.slot_count() * slot + blocks + bodies + plan.assembly.memory()) as u64
+    (plan.node_count() * node + plan.slot_count() * slot + blocks + forces + bodies + plan.assembly.memory())
+        as u64
 }
 
 fn kept(plan: &Plan) -> Vec<String> {

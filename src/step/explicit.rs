@@ -15,7 +15,7 @@ use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::state::State;
 use crate::mechanics::contact::Contact;
-use crate::mechanics::force::{BATCH, BatchTotals, BlockTotals, SweepInput, SweepOutput, Threads};
+use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan, Settle};
@@ -43,10 +43,10 @@ pub(super) enum Phase {
 pub(super) struct Stepper<'p> {
     plan: &'p Plan,
     threads: Threads,
-    element_force: Vec<Vec3>,
-    dilatation: Vec<f64>,
-    viscous_pressure: Vec<f64>,
-    totals: Vec<BatchTotals>,
+    forces: ElementForces,
+    activity: Activity,
+    /// Whether quiet elements have been put to sleep.
+    has_slept: bool,
     strain: Vec<f64>,
     /// Dissipated by bulk viscosity in the step to t_n, a body [J].
     viscous: Vec<f64>,
@@ -70,18 +70,20 @@ pub(super) struct Extremes {
     pub smallest_j: f64,
     pub most_contacts: usize,
     pub balance_error: f64,
+    /// Elements swept, summed over the steps.
+    pub swept_elements: u64,
 }
 
 impl<'p> Stepper<'p> {
     pub fn new(plan: &'p Plan, threads: Threads) -> Self {
-        let (nodes, slots) = (plan.node_count(), plan.slot_count());
+        let nodes = plan.node_count();
+        let forces = ElementForces::new(&plan.blocks);
         Self {
             plan,
             threads,
-            element_force: vec![Vec3::zeros(); 8 * slots],
-            dilatation: vec![0.0; slots],
-            viscous_pressure: vec![0.0; slots],
-            totals: vec![BatchTotals::default(); slots / BATCH],
+            activity: Activity::everything(nodes, &forces),
+            forces,
+            has_slept: false,
             strain: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
@@ -95,6 +97,7 @@ impl<'p> Stepper<'p> {
                 smallest_j: f64::INFINITY,
                 most_contacts: 0,
                 balance_error: 0.0,
+                swept_elements: 0,
             },
         }
     }
@@ -104,7 +107,7 @@ impl<'p> Stepper<'p> {
     /// run with the same bits.
     pub fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
         let (stable, stiffest) = self.sweep(state)?;
-        self.threads.assemble(&self.plan.assembly, &self.element_force, &mut self.f_int);
+        self.put_to_sleep(state);
         self.place(state, phase);
         let mut target = self.choose_step(state, stable);
         self.check_collapse(state, target, || stiffest)?;
@@ -114,7 +117,14 @@ impl<'p> Stepper<'p> {
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
-            let rate = self.threads.largest_stretch_rate(&self.plan.blocks, &self.x, &self.v_after);
+            self.wake();
+            let rate = self.forces.largest_stretch_rate(
+                &self.threads,
+                &self.plan.blocks,
+                &self.v_after,
+                self.step,
+                LARGEST_STRAIN_INCREMENT,
+            );
             if !rate.is_finite() {
                 let message = "A velocity became infinite or not a number.".into();
                 return Err(Failure::new(state, FailureCause::NotFinite, message));
@@ -156,12 +166,12 @@ impl<'p> Stepper<'p> {
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.
     pub fn advance(&mut self, state: &mut State, phase: Phase) {
-        for (u, v) in state.u.iter_mut().zip(&self.v_after) {
-            *u += v * self.step;
+        for node in self.activity.ranges().flatten() {
+            state.u[node] += self.v_after[node] * self.step;
         }
-        state.v.copy_from_slice(&self.v_after);
-        std::mem::swap(&mut self.dilatation, &mut state.dilatation);
-        std::mem::swap(&mut self.viscous_pressure, &mut state.viscous_pressure);
+        // Nodes that are not stepped have zero in both.
+        std::mem::swap(&mut state.v, &mut self.v_after);
+        self.forces.copy_history(&self.plan.blocks, &mut state.dilatation, &mut state.viscous_pressure);
         // While settling nobody keeps books.
         if let Phase::Running = phase {
             std::mem::swap(&mut self.ledger, &mut state.ledger);
@@ -177,7 +187,11 @@ impl<'p> Stepper<'p> {
             state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
             for (node, du) in &state.projected {
                 state.u[*node as usize] += du;
+                self.forces.forget_lengths(&self.plan.assembly, *node);
             }
+            let Plan { blocks, assembly, .. } = self.plan;
+            let moved = state.projected.iter().map(|(node, _)| *node);
+            self.activity.wake_nodes(&mut self.forces, blocks, assembly, moved);
             state.ledger.add_projection(self.plan, &state.projected, &self.f_int);
         }
     }
@@ -215,24 +229,17 @@ impl<'p> Stepper<'p> {
         self.strain.fill(0.0);
         self.viscous.fill(0.0);
         let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
+        let input = SweepInput {
+            u: &state.u,
+            inverse_step,
+            dilatation: &state.dilatation,
+            viscous_pressure: &state.viscous_pressure,
+        };
+        self.forces.sweep(&self.threads, &self.plan.blocks, &input);
+        self.extremes.swept_elements += self.forces.awake_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
-        for block in &self.plan.blocks {
-            let slots = block.first_slot..block.first_slot + block.slot_count();
-            let batches = slots.start / BATCH..slots.end / BATCH;
-            let input = SweepInput {
-                u: &state.u,
-                inverse_step,
-                dilatation: &state.dilatation[slots.clone()],
-                viscous_pressure: &state.viscous_pressure[slots.clone()],
-            };
-            let output = SweepOutput {
-                force: &mut self.element_force[8 * slots.start..8 * slots.end],
-                dilatation: &mut self.dilatation[slots.clone()],
-                viscous_pressure: &mut self.viscous_pressure[slots],
-                totals: &mut self.totals[batches.clone()],
-            };
-            self.threads.sweep(block, &input, output);
-            let totals = BlockTotals::reduce(&self.totals[batches]);
+        for (index, block) in self.plan.blocks.iter().enumerate() {
+            let totals = self.forces.totals(index);
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain;
@@ -243,6 +250,26 @@ impl<'p> Stepper<'p> {
             }
         }
         Ok(stable)
+    }
+
+    /// After the first sweep, which covers everything, what is at rest sleeps until something reaches it.
+    fn put_to_sleep(&mut self, state: &State) {
+        if self.plan.skip_quiet_elements && !self.has_slept {
+            let Plan { blocks, assembly, .. } = self.plan;
+            self.activity.fall_asleep(&mut self.forces, blocks, assembly, (&state.u, &state.v));
+            self.has_slept = true;
+        }
+    }
+
+    /// Wakes what the forces and the contacts of this step have reached.
+    fn wake(&mut self) {
+        let Plan { blocks, assembly, .. } = self.plan;
+        let Self { activity, forces, v_after, contact, .. } = self;
+        activity.wake_moving(forces, blocks, assembly, v_after);
+        let contacts = contact.as_ref().map_or(&[][..], |contact| contact.results().0);
+        let nodes = contacts.iter().flat_map(|contact| contact.master.into_iter().chain([contact.slave]));
+        let moving = nodes.filter(|node| v_after[*node as usize] != Vec3::zeros());
+        activity.wake_nodes(forces, blocks, assembly, moving);
     }
 
     /// Absolute positions x_n.
@@ -278,20 +305,29 @@ impl<'p> Stepper<'p> {
         Err(Failure { element, ..Failure::new(state, FailureCause::StepCollapsed, message) })
     }
 
-    /// v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean velocity.
+    /// f_int, the sum of the element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
+    /// velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
-        let gravity = self.plan.gravity.unwrap_or_else(Vec3::zeros);
+        let Self { plan, forces, activity, .. } = self;
+        let gravity = plan.gravity.unwrap_or_else(Vec3::zeros);
         let damping = match phase {
             Phase::Settling(settle) => 0.5 * settle.damping * mean_step,
             Phase::Running => 0.0,
         };
-        for (node, v_after) in self.v_after.iter_mut().enumerate() {
-            let inverse_mass = &self.plan.inverse_mass[node];
-            let force = gravity * self.plan.mass[node] - self.f_int[node];
-            let v = state.v[node] + force.component_mul(inverse_mass) * mean_step;
-            *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
-        }
+        let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
+        self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
+            if !activity.active()[run] {
+                return;
+            }
+            for (i, (f_int, v_after)) in f_int.iter_mut().zip(v_after).enumerate() {
+                let node = run * Activity::NODES + i;
+                *f_int = forces.at_node(&plan.assembly, node);
+                let force = gravity * plan.mass[node] - *f_int;
+                let v = state.v[node] + force.component_mul(&plan.inverse_mass[node]) * mean_step;
+                *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
+            }
+        });
     }
 
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {

@@ -69,8 +69,10 @@ pub struct Outcome {
     pub smallest_step_s: f64,
     /// Smallest Jacobian J at any quadrature point at any time [-].
     pub smallest_jacobian: f64,
-    /// Sum of element-steps done (elements × steps).
+    /// Elements × steps.
     pub element_steps: u64,
+    /// Of these, those that were swept: the rest were quiet, which nothing had reached yet.
+    pub swept_element_steps: u64,
     /// Largest error of the energy balance [-].
     pub balance_error: f64,
     /// Largest number of contact candidates in a step.

@@ -228,6 +228,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
         smallest_step_s: 0.0,
         smallest_jacobian: 1.0,
         element_steps: state.step * plan.element_count() as u64,
+        swept_element_steps: 0,
         balance_error: 0.0,
         most_contacts: 0,
         warnings: Vec::new(),
@@ -240,6 +241,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
             if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
+        outcome.swept_element_steps = extremes.swept_elements.min(outcome.element_steps);
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(

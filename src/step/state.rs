@@ -33,8 +33,14 @@ impl State {
     pub fn new(plan: &Plan) -> Self {
         let nodes = plan.node_count();
         let slots = plan.slot_count();
-        let or_zero =
-            |values: &[Vec3]| if values.is_empty() { vec![Vec3::zeros(); nodes] } else { values.to_vec() };
+        // x + 0 makes +0 of −0: what is at rest has one bit pattern.
+        let or_zero = |values: &[Vec3]| {
+            if values.is_empty() {
+                vec![Vec3::zeros(); nodes]
+            } else {
+                values.iter().map(|v| v.add_scalar(0.0)).collect()
+            }
+        };
         Self {
             time: 0.0,
             step: 0,

@@ -5,7 +5,7 @@
 //! parallelepiped; F is far from the identity.
 
 use crate::rig::plan_with;
-use contuse::mechanics::force::{BATCH, BatchTotals, BlockTotals, SweepInput, SweepOutput};
+use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
 use contuse::mechanics::material::eval_point;
 use contuse::mechanics::tensor::{Mat3, Vec3};
 use contuse::mesh::Mesh;
@@ -52,22 +52,12 @@ fn scene(material: &Value, formulation: &str) -> Value {
 
 /// Internal forces of all nodes [N], strain energy [J].
 fn sweep(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
-    let slots = plan.slot_count();
-    let zero = vec![0.0; slots];
-    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
-    let mut force = vec![Vec3::zeros(); 8 * slots];
-    let mut totals = vec![BatchTotals::default(); slots / BATCH];
-    let [block] = &plan.blocks[..] else { panic!("one part makes one block") };
+    let zero = vec![0.0; plan.slot_count()];
+    let mut forces = ElementForces::new(&plan.blocks);
     let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-    let output = SweepOutput {
-        force: &mut force,
-        dilatation: &mut dilatation,
-        viscous_pressure: &mut viscous_pressure,
-        totals: &mut totals,
-    };
-    block.sweep(0, &input, output);
-    let forces = (0..plan.node_count()).map(|node| plan.assembly.sum_at(node, &force)).collect();
-    (forces, BlockTotals::reduce(&totals).strain)
+    forces.sweep(&Threads::ONE, &plan.blocks, &input);
+    let of_nodes = (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect();
+    (of_nodes, forces.totals(0).strain)
 }
 
 fn check(material: &Value, formulation: &str) {

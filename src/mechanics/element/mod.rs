@@ -2,4 +2,6 @@
 
 mod hex8;
 
-pub use hex8::{HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry, shape_at};
+pub use hex8::{
+    DERIVATIVE, HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry, shape_at,
+};

@@ -1,49 +1,59 @@
-//! The sum of element forces at each node, in a fixed order.
+//! The sum of forces at each node over its chunks, in a fixed order.
 
+use super::block::ElementBlock;
+use super::chunk::ChunkForces;
 use crate::mechanics::tensor::Vec3;
 
-/// Which element corners each node sums: a compressed list, ascending in the slot of the element.
+/// Where each node finds its share in each chunk: a compressed list, ascending in the chunk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Assembly {
     /// Where the list of each node starts, nodes + 1.
     start: Vec<u32>,
-    /// Corner indices `8 slot + corner` into the element forces.
-    corners: Vec<u32>,
+    /// (chunk over all blocks, node in the chunk).
+    places: Vec<(u32, u32)>,
 }
 
 impl Assembly {
-    /// From the nodes of the corners of every slot: `(corner index, node)` pairs in ascending corner order.
-    pub fn new(node_count: usize, corners: &[(u32, u32)]) -> Self {
+    /// Of all blocks of a plan.
+    pub fn new(node_count: usize, blocks: &[ElementBlock]) -> Self {
+        let chunks = || blocks.iter().flat_map(|b| (0..b.chunk_count()).map(|c| b.nodes_of_chunk(c)));
         let mut start = vec![0_u32; node_count + 1];
-        for (_, node) in corners {
+        for node in chunks().flatten() {
             start[*node as usize + 1] += 1;
         }
         for node in 0..node_count {
             start[node + 1] += start[node];
         }
         let mut next = start.clone();
-        let mut list = vec![0; corners.len()];
-        for (corner, node) in corners {
-            let place = &mut next[*node as usize];
-            list[*place as usize] = *corner;
-            *place += 1;
+        let mut places = vec![(0, 0); start[node_count] as usize];
+        for (chunk, nodes) in chunks().enumerate() {
+            for (i, node) in nodes.iter().enumerate() {
+                let place = &mut next[*node as usize];
+                places[*place as usize] = (chunk as u32, i as u32);
+                *place += 1;
+            }
         }
-        Self { start, corners: list }
+        Self { start, places }
+    }
+
+    /// The chunks of a node, each with the number of the node in it.
+    #[inline]
+    pub(super) fn places(&self, node: usize) -> &[(u32, u32)] {
+        &self.places[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
     /// Sum of the element forces [N] at a node.
     #[inline]
-    pub fn sum_at(&self, node: usize, element_forces: &[Vec3]) -> Vec3 {
-        let range = self.start[node] as usize..self.start[node + 1] as usize;
+    pub(super) fn sum_at(&self, node: usize, chunks: &[ChunkForces]) -> Vec3 {
         let mut sum = Vec3::zeros();
-        for corner in &self.corners[range] {
-            sum += element_forces[*corner as usize];
+        for (chunk, i) in self.places(node) {
+            sum += chunks[*chunk as usize].force[*i as usize];
         }
         sum
     }
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
-        4 * (self.start.len() + self.corners.len())
+        4 * self.start.len() + 8 * self.places.len()
     }
 }

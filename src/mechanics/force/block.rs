@@ -1,8 +1,9 @@
 //! A block of elements: one body, one law, one formulation.
 
-use super::sweep::{self, SweepInput, SweepOutput};
-use crate::mechanics::element::{POINTS, ReferenceGeometry};
-use crate::mechanics::lanes::BATCH;
+use super::chunk::{Chunk, ChunkForces, cut_chunks};
+use super::sweep::{self, SweepInput};
+use crate::mechanics::element::{Hex8, LocalGradients, POINTS, ReferenceGeometry};
+use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -36,26 +37,41 @@ pub struct BlockInput {
     pub element: u32,
     /// Its corner nodes (global).
     pub nodes: [u32; 8],
+    /// Their reference positions X [m].
+    pub corners: [Vec3; 8],
     /// Its material axes, columns e1, e2, e3 in reference axes.
     pub axes: Mat3,
     /// Its reference geometry.
     pub geometry: ReferenceGeometry,
 }
 
-/// Constants of a batch of elements, lane by lane.
+/// The corners are scaled so that the cofactors of their derivatives are right for the forces as they are.
+///
+/// With `∂/∂ξ = d g`, d [`DERIVATIVE`] and g the derivatives at hand, a stress P gives the force conjugate to g(u)
+/// `w P F_X⁻ᵀ d = d³ P cof g(X)`, which is `P cof g(X / s)` for `s = d^(−3/2)`. Then `det g(X / s) = w / s`.
+pub(super) const CORNER_SCALE: f64 = 5.765_680_169_303_579;
+
+/// Constants of a batch of elements, lane by lane: 304 bytes an element.
+///
+/// The reference geometry at the points is made again from the corners at every sweep, for a tenth of its arithmetic;
+/// stored, it would be 640 bytes an element, which a large mesh waits for.
 #[derive(Clone, Debug)]
 pub(super) struct Batch {
-    /// Corner nodes: `[corner][lane]`.
-    pub nodes: [[u32; BATCH]; 8],
-    /// ∂ξ_k/∂X_j at each point: `[point][3 k + j][lane]` [1/m].
-    pub inverse_jacobian: [[[f64; BATCH]; 9]; POINTS],
-    /// Reference volume of each point [m³]; zero in lanes that pad the last batch.
-    pub volume: [[f64; BATCH]; POINTS],
+    /// Corner positions X over [`CORNER_SCALE`]: `[component][corner]` [m].
+    pub corners: [[Row; 8]; 3],
+    /// 1/w of each point, w its reference volume [1/m³]; zero in lanes that pad the last batch, so that F = I there.
+    pub inverse_weight: [Row; POINTS],
+    /// Reference volume [m³]; zero in padding.
+    pub volume: Row,
+    /// [`CORNER_SCALE`] / volume [1/m³]; zero in padding.
+    pub scaled_inverse_volume: Row,
     /// λ / ρ: largest ω² per tangent norm [1/(m² kg/m³)]; zero in padding.
-    pub frequency_bound: [f64; BATCH],
+    pub frequency_bound: Row,
     /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
     /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
-    pub length: [f64; BATCH],
+    pub length: Row,
+    /// Corner nodes, numbered within the chunk: `[corner][lane]`.
+    pub nodes: [[u16; BATCH]; 8],
 }
 
 /// A block of elements, ready to be swept.
@@ -71,7 +87,10 @@ pub struct ElementBlock {
     pub first_slot: usize,
     pub(super) batches: Vec<Batch>,
     /// Fibre directions in reference axes: `[batch × families][axis][lane]`.
-    pub(super) fibres: Vec<[[f64; BATCH]; 3]>,
+    pub(super) fibres: Vec<[Row; 3]>,
+    pub(super) chunks: Vec<Chunk>,
+    /// Global nodes of all chunks, see [`Chunk::nodes`].
+    pub(super) chunk_nodes: Vec<u32>,
     kernel: Box<dyn sweep::Kernel>,
 }
 
@@ -83,14 +102,16 @@ impl ElementBlock {
             parameters,
             elements: inputs.iter().map(|i| i.element).collect(),
             first_slot,
-            batches: Vec::with_capacity(inputs.len().div_ceil(BATCH)),
+            batches: inputs.chunks(BATCH).map(|lanes| pack(lanes, parameters.density)).collect(),
             fibres: Vec::new(),
+            chunks: Vec::new(),
+            chunk_nodes: Vec::new(),
             kernel: sweep::kernel(&parameters),
         };
-        for chunk in inputs.chunks(BATCH) {
-            block.batches.push(pack(chunk, parameters.density));
-            block.pack_fibres(chunk);
+        for lanes in inputs.chunks(BATCH) {
+            block.pack_fibres(lanes);
         }
+        (block.chunks, block.chunk_nodes) = cut_chunks(&mut block.batches, inputs);
         block
     }
 
@@ -104,33 +125,51 @@ impl ElementBlock {
         self.batches.len() * BATCH
     }
 
-    /// Corner nodes of the element in a slot of this block.
-    pub fn nodes_of(&self, slot: usize) -> [u32; 8] {
-        let batch = &self.batches[slot / BATCH];
-        std::array::from_fn(|a| batch.nodes[a][slot % BATCH])
+    /// Number of chunks.
+    pub fn chunk_count(&self) -> usize {
+        self.chunks.len()
     }
 
-    /// Sweeps the batches that `output` covers, from `first_batch`: element forces, energies, stable steps.
-    pub fn sweep(&self, first_batch: usize, input: &SweepInput, output: SweepOutput) {
-        self.kernel.sweep(self, first_batch, input, output);
+    /// Corner nodes of the element in a slot of this block.
+    pub fn nodes_of(&self, slot: usize) -> [u32; 8] {
+        let batch = slot / BATCH;
+        let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
+        std::array::from_fn(|a| nodes[self.batches[batch].nodes[a][slot % BATCH] as usize])
+    }
+
+    /// Global nodes of a chunk, in its own numbering.
+    pub(super) fn nodes_of_chunk(&self, chunk: usize) -> &[u32] {
+        let range = &self.chunks[chunk].nodes;
+        &self.chunk_nodes[range.start as usize..range.end as usize]
+    }
+
+    /// The i-th batch of a chunk.
+    pub(super) fn batch_of_chunk(&self, chunk: usize, i: usize) -> &Batch {
+        &self.batches[self.chunks[chunk].batches.start as usize + i]
+    }
+
+    /// Sweeps the batches of a chunk that are awake: element forces, energies, stable steps.
+    pub(super) fn sweep(&self, input: &SweepInput, forces: &mut ChunkForces) {
+        self.kernel.sweep(self, input, forces);
     }
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
         self.batches.len() * size_of::<Batch>()
-            + self.fibres.len() * size_of::<[[f64; BATCH]; 3]>()
-            + 4 * self.elements.len()
+            + self.fibres.len() * size_of::<[Row; 3]>()
+            + 4 * (self.elements.len() + self.chunk_nodes.len())
+            + self.chunks.len() * size_of::<Chunk>()
     }
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.
     fn pack_fibres(&mut self, chunk: &[BlockInput]) {
         let material = self.parameters.material;
         for direction in material.fibre_directions() {
-            let mut lanes = [[0.0; BATCH]; 3];
+            let mut lanes = [Row::default(); 3];
             for lane in 0..BATCH {
                 let a = chunk[lane.min(chunk.len() - 1)].axes * Vec3::from(*direction);
                 for i in 0..3 {
-                    lanes[i][lane] = a[i];
+                    lanes[i].0[lane] = a[i];
                 }
             }
             self.fibres.push(lanes);
@@ -138,34 +177,44 @@ impl ElementBlock {
     }
 }
 
-/// One batch; lanes beyond the chunk repeat its last element with zero volume.
+impl Batch {
+    /// What [`Hex8::local_gradients`] makes of the scaled corners of one lane [m].
+    pub fn local_geometry(&self, lane: usize) -> LocalGradients<f64> {
+        Hex8::local_gradients(&std::array::from_fn(|i| {
+            std::array::from_fn(|corner| self.corners[i][corner].0[lane])
+        }))
+    }
+}
+
+/// One batch; lanes beyond the chunk repeat its last element with zero volume. The nodes are numbered later.
 fn pack(chunk: &[BlockInput], density: f64) -> Batch {
     let mut batch = Batch {
+        corners: [[Row::default(); 8]; 3],
+        inverse_weight: [Row::default(); POINTS],
+        volume: Row::default(),
+        scaled_inverse_volume: Row::default(),
+        frequency_bound: Row::default(),
+        length: Row([1.0; BATCH]),
         nodes: [[0; BATCH]; 8],
-        inverse_jacobian: [[[0.0; BATCH]; 9]; POINTS],
-        volume: [[0.0; BATCH]; POINTS],
-        frequency_bound: [0.0; BATCH],
-        length: [1.0; BATCH],
     };
     for lane in 0..BATCH {
-        let input = &chunk[lane.min(chunk.len() - 1)];
-        for (a, node) in input.nodes.iter().enumerate() {
-            batch.nodes[a][lane] = *node;
+        let BlockInput { geometry, corners, .. } = &chunk[lane.min(chunk.len() - 1)];
+        for (corner, X) in corners.iter().enumerate() {
+            for i in 0..3 {
+                batch.corners[i][corner].0[lane] = X[i] / CORNER_SCALE;
+            }
         }
-        // Padding keeps a zero inverse Jacobian: F = I, no stress, no volume, no limit on the step.
+        // Padding keeps zero weights: F = I, no stress, no volume, no limit on the step.
         if lane >= chunk.len() {
             continue;
         }
         for q in 0..POINTS {
-            for k in 0..3 {
-                for j in 0..3 {
-                    batch.inverse_jacobian[q][3 * k + j][lane] = input.geometry.inverse_jacobian[q][(k, j)];
-                }
-            }
-            batch.volume[q][lane] = input.geometry.volume[q];
+            batch.inverse_weight[q].0[lane] = 1.0 / geometry.volume[q];
         }
-        batch.frequency_bound[lane] = input.geometry.gradient_bound / density;
-        batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
+        batch.volume.0[lane] = geometry.total_volume();
+        batch.scaled_inverse_volume.0[lane] = CORNER_SCALE / geometry.total_volume();
+        batch.frequency_bound.0[lane] = geometry.gradient_bound / density;
+        batch.length.0[lane] = 2.0 / geometry.gradient_bound.sqrt();
     }
     batch
 }

@@ -1,22 +1,29 @@
 //! Internal forces of blocks of elements.
 //!
-//! A [`ElementBlock`] holds the elements of one body that share a law and a formulation, in batches of [`BATCH`] lanes,
-//! structure of arrays. One dynamic call sweeps a block; everything inside is monomorphised for the law, the
-//! formulation and the instruction set. Forces go to a buffer of element forces, which each node then sums in a fixed
-//! order ([`Assembly`]): no two threads write to one place, and the bits do not depend on how many there are.
+//! An [`ElementBlock`] holds the elements of one body that share a law and a formulation, in batches of [`BATCH`] lanes,
+//! structure of arrays, and batches in chunks of a few hundred elements. One dynamic call sweeps a chunk; everything inside
+//! is monomorphised for the law, the formulation and the instruction set. A chunk sums its forces at its own nodes, and
+//! each node then sums its few chunks in a fixed order ([`Assembly`]): no two threads write to one place, and the bits do
+//! not depend on how many there are.
 
+mod activity;
 mod assembly;
 mod block;
+mod chunk;
+mod forces;
 mod points;
 mod rate;
 mod sweep;
 mod threads;
+mod totals;
 
+pub use activity::Activity;
 pub use assembly::Assembly;
 pub use block::{BlockInput, BlockParameters, ElementBlock};
+pub use forces::ElementForces;
 pub use points::PointField;
-pub use rate::largest_stretch_rate;
-pub use sweep::{BatchTotals, SweepInput, SweepOutput};
-pub use threads::{BlockTotals, Threads};
+pub use sweep::SweepInput;
+pub use threads::Threads;
+pub use totals::{BatchTotals, BlockTotals};
 
 pub use super::lanes::BATCH;

@@ -3,9 +3,8 @@
 use super::block::ElementBlock;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::BATCH;
-use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES};
+use crate::mechanics::material::{Kinematics, MAX_FAMILIES, TotalResponse};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
-use crate::with_law;
 
 /// One quadrature point.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,30 +40,26 @@ impl ElementBlock {
         let nodes = self.nodes_of(slot);
         let values = std::array::from_fn(|i| std::array::from_fn(|a| u[nodes[a] as usize][i]));
         let local = Hex8::local_gradients(&values);
+        let geometry = batch.local_geometry(lane);
+        let cof_X: [Tensor<f64>; POINTS] =
+            std::array::from_fn(|q| Hex8::local_gradient_at(&geometry, q).cofactor());
         let H: [Tensor<f64>; POINTS] = std::array::from_fn(|q| {
-            let inverse = Tensor::from_fn(|k, j| batch.inverse_jacobian[q][3 * k + j][lane]);
-            Hex8::local_gradient_at(&local, q).dot(&inverse)
+            let inverse_weight = batch.inverse_weight[q].0[lane];
+            Hex8::local_gradient_at(&local, q).dot_transposed(&cof_X[q]).scaled(inverse_weight)
         });
-        let volume: [f64; POINTS] = std::array::from_fn(|q| batch.volume[q][lane]);
+        let volume: [f64; POINTS] = std::array::from_fn(|q| 1.0 / batch.inverse_weight[q].0[lane]);
         let families = self.parameters.material.family_count();
         let mut fibres = [[0.0; 3]; MAX_FAMILIES];
         for (a, lanes) in fibres.iter_mut().zip(&self.fibres[slot / BATCH * families..]).take(families) {
-            *a = [lanes[0][lane], lanes[1][lane], lanes[2][lane]];
+            *a = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];
         }
         let kinematics = H.map(|H| Kinematics::new(&H));
-        let mean = (0..POINTS).map(|q| volume[q] * kinematics[q].j).sum::<f64>() / volume.iter().sum::<f64>();
+        let mean = (0..POINTS).map(|q| volume[q] * kinematics[q].j).sum::<f64>() / batch.volume.0[lane];
         std::array::from_fn(|q| {
             let k = &kinematics[q];
-            let (psi, P) = with_law!(self.parameters.material, law => {
-                let response = law.eval(k, &fibres[..families]);
-                match law.volumetric() {
-                    Some(U) => {
-                        let j = if self.parameters.mean_dilatation { mean } else { k.j };
-                        (response.psi + U.energy(j), response.P.plus_scaled(U.pressure(j), &k.cof))
-                    }
-                    None => (response.psi, response.P),
-                }
-            });
+            let j = if self.parameters.mean_dilatation { mean } else { k.j };
+            let TotalResponse { psi, P } =
+                self.parameters.material.eval_with_dilatation(k, &fibres[..families], j);
             let F = Mat3::from(&k.F);
             let cauchy = Mat3::from(&P) * F.transpose() / k.J;
             let shape = shape_at(Hex8::point(q));

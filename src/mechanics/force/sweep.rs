@@ -1,11 +1,13 @@
-//! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a block, in SIMD lanes.
+//! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
 
-use super::block::{Batch, BlockParameters, ElementBlock};
+use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock};
+use super::chunk::ChunkForces;
+use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
-use crate::mechanics::lanes::{BATCH, Lane};
+use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::{Tensor, Vec3, tensor};
+use crate::mechanics::tensor::{Tensor, Vec3};
 use crate::with_law;
 use pulp::{Simd, WithSimd};
 
@@ -16,43 +18,15 @@ pub struct SweepInput<'a> {
     pub u: &'a [Vec3],
     /// 1/h₋, the reciprocal of the last step [1/s]; 0 at the start.
     pub inverse_step: f64,
-    /// J̄ − 1 at t_{n−1} of each slot of the block [-].
+    /// J̄ − 1 at t_{n−1} of each slot of all blocks [-].
     pub dilatation: &'a [f64],
-    /// Viscous pressure at t_{n−1} of each slot of the block [Pa].
+    /// Viscous pressure at t_{n−1} of each slot of all blocks [Pa].
     pub viscous_pressure: &'a [f64],
 }
 
-/// Where a sweep writes, for the batches that it covers.
-#[derive(Debug)]
-pub struct SweepOutput<'a> {
-    /// Internal force on each corner, 8 a slot [N].
-    pub force: &'a mut [Vec3],
-    /// J̄ − 1 at t_n of each slot [-].
-    pub dilatation: &'a mut [f64],
-    /// Viscous pressure at t_n of each slot, ≥ 0 in compression [Pa].
-    pub viscous_pressure: &'a mut [f64],
-    /// Sums and extremes, one a batch.
-    pub totals: &'a mut [BatchTotals],
-}
-
-/// Sums and extremes of one batch, lane by lane.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BatchTotals {
-    /// Strain energy of each element [J].
-    pub strain: [f64; BATCH],
-    /// Energy that bulk viscosity dissipated in the last step [J].
-    pub viscous: [f64; BATCH],
-    /// Largest stable step [s].
-    pub stable_step: [f64; BATCH],
-    /// Smallest J − 1 over the points [-]; ≤ −1 means inverted.
-    pub smallest_j: [f64; BATCH],
-    /// Largest fibre exponent k2 E² over points and families [-]; 0 without fibres.
-    pub fibre_exponent: [f64; BATCH],
-}
-
-/// A monomorphised sweep behind one dynamic call a block.
+/// A monomorphised sweep behind one dynamic call a chunk.
 pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
-    fn sweep(&self, block: &ElementBlock, first_batch: usize, input: &SweepInput, output: SweepOutput);
+    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces);
 }
 
 /// The kernel of a law and a formulation.
@@ -74,17 +48,16 @@ struct LawKernel<L, const MEAN: bool> {
 }
 
 impl<L: Law + std::fmt::Debug, const MEAN: bool> Kernel for LawKernel<L, MEAN> {
-    fn sweep(&self, block: &ElementBlock, first_batch: usize, input: &SweepInput, output: SweepOutput) {
-        self.arch.dispatch(Sweep::<L, MEAN> { law: self.law, block, first_batch, input, output });
+    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces) {
+        self.arch.dispatch(Sweep::<L, MEAN> { law: self.law, block, input, forces });
     }
 }
 
 struct Sweep<'a, L, const MEAN: bool> {
     law: L,
     block: &'a ElementBlock,
-    first_batch: usize,
     input: &'a SweepInput<'a>,
-    output: SweepOutput<'a>,
+    forces: &'a mut ChunkForces,
 }
 
 impl<L: Law, const MEAN: bool> WithSimd for Sweep<'_, L, MEAN> {
@@ -92,54 +65,64 @@ impl<L: Law, const MEAN: bool> WithSimd for Sweep<'_, L, MEAN> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let families = self.law.family_count();
-        let mut buffer = [[[0.0; BATCH]; 8]; 3];
-        for (i, totals) in self.output.totals.iter_mut().enumerate() {
-            let b = self.first_batch + i;
-            let batch = &self.block.batches[b];
-            let slots = i * BATCH..(i + 1) * BATCH;
-            let old = b * BATCH..(b + 1) * BATCH;
-            gather(&batch.nodes, self.input.u, &mut buffer);
-            let element = ElementSweep::<L> {
-                law: self.law,
-                batch,
-                parameters: &self.block.parameters,
-                fibres: &self.block.fibres[b * families..(b + 1) * families],
-                inverse_step: self.input.inverse_step,
-            };
-            let mut before = [[0.0; BATCH]; 2];
-            before[0].copy_from_slice(&self.input.dilatation[old.clone()]);
-            before[1].copy_from_slice(&self.input.viscous_pressure[old]);
-            let mut after = [[0.0; BATCH]; 2];
-            for part in 0..BATCH / S::F64_LANES {
-                element.sweep::<S, MEAN>(simd, part, &mut buffer, &before, &mut after, totals);
-            }
-            self.output.dilatation[slots.clone()].copy_from_slice(&after[0]);
-            self.output.viscous_pressure[slots].copy_from_slice(&after[1]);
-            scatter(&buffer, &mut self.output.force[i * BATCH * 8..(i + 1) * BATCH * 8]);
+        let Self { law, block, input, forces } = self;
+        let families = law.family_count();
+        let first_batch = block.chunks[forces.chunk as usize].batches.start as usize;
+        for (u, node) in forces.u.iter_mut().zip(block.nodes_of_chunk(forces.chunk as usize)) {
+            *u = input.u[*node as usize];
         }
+        forces.force.fill(Vec3::zeros());
+        let mut buffer = [[Row([0.0; BATCH]); 8]; 3];
+        for i in 0..forces.batches.len() {
+            if forces.awake & (1 << i) == 0 {
+                continue;
+            }
+            let b = first_batch + i;
+            let batch = &block.batches[b];
+            let element = ElementSweep::<L> {
+                law,
+                batch,
+                parameters: &block.parameters,
+                fibres: &block.fibres[b * families..(b + 1) * families],
+                inverse_step: input.inverse_step,
+            };
+            let slots = block.first_slot + b * BATCH..block.first_slot + (b + 1) * BATCH;
+            let mut before = [Row([0.0; BATCH]); 2];
+            before[0].0.copy_from_slice(&input.dilatation[slots.clone()]);
+            before[1].0.copy_from_slice(&input.viscous_pressure[slots]);
+            gather(&batch.nodes, &forces.u, &mut buffer);
+            let (after, totals) = (&mut forces.after[i], &mut forces.batches[i]);
+            for part in 0..BATCH / S::F64_LANES {
+                element.sweep::<S, MEAN>(simd, part, &mut buffer, &before, after, totals);
+            }
+            add(&buffer, &batch.nodes, &mut forces.force);
+        }
+        forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
     }
 }
 
-/// Nodal vectors of a batch, transposed into lanes: `[component][corner][lane]`.
+/// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.
 #[inline(always)]
-pub(super) fn gather(nodes: &[[u32; BATCH]; 8], from: &[Vec3], to: &mut [[[f64; BATCH]; 8]; 3]) {
+pub(super) fn gather(nodes: &[[u16; BATCH]; 8], from: &[Vec3], to: &mut [[Row; 8]; 3]) {
     for (corner, nodes) in nodes.iter().enumerate() {
         for (lane, node) in nodes.iter().enumerate() {
             let value = &from[*node as usize];
-            to[0][corner][lane] = value.x;
-            to[1][corner][lane] = value.y;
-            to[2][corner][lane] = value.z;
+            to[0][corner].0[lane] = value.x;
+            to[1][corner].0[lane] = value.y;
+            to[2][corner].0[lane] = value.z;
         }
     }
 }
 
-/// The reverse of [`gather`], into consecutive corners.
+/// Adds the reverse of [`gather`], corner by corner, lane by lane.
 #[inline(always)]
-fn scatter(from: &[[[f64; BATCH]; 8]; 3], to: &mut [Vec3]) {
-    for (lane, corners) in to.chunks_exact_mut(8).enumerate() {
-        for (corner, force) in corners.iter_mut().enumerate() {
-            *force = Vec3::new(from[0][corner][lane], from[1][corner][lane], from[2][corner][lane]);
+fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec3]) {
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let force = &mut to[*node as usize];
+            force.x += from[0][corner].0[lane];
+            force.y += from[1][corner].0[lane];
+            force.z += from[2][corner].0[lane];
         }
     }
 }
@@ -149,7 +132,7 @@ struct ElementSweep<'a, L> {
     law: L,
     batch: &'a Batch,
     parameters: &'a BlockParameters,
-    fibres: &'a [[[f64; BATCH]; 3]],
+    fibres: &'a [[Row; 3]],
     inverse_step: f64,
 }
 
@@ -169,9 +152,9 @@ impl<L: Law> ElementSweep<'_, L> {
         &self,
         simd: S,
         part: usize,
-        buffer: &mut [[[f64; BATCH]; 8]; 3],
-        before: &[[f64; BATCH]; 2],
-        after: &mut [[f64; BATCH]; 2],
+        buffer: &mut [[Row; 8]; 3],
+        before: &[Row; 2],
+        after: &mut [Row; 2],
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -181,32 +164,33 @@ impl<L: Law> ElementSweep<'_, L> {
             };
         }
         let zero = Lane::splat(simd, 0.0);
-        let mut u = [[zero; 8]; 3];
-        for (u, buffer) in u.iter_mut().zip(buffer.iter()) {
-            for (u, buffer) in u.iter_mut().zip(buffer) {
-                *u = load!(buffer);
-            }
-        }
-        let local = Hex8::local_gradients(&u);
+        let no_tensor = Tensor::diagonal(zero);
+        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part)));
+        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, buffer, part)));
 
-        // First pass: displacement gradients and the element's volume.
-        let (mut H, mut j) = ([Tensor::diagonal(zero); POINTS], [zero; POINTS]);
-        let (mut volume, mut change, mut smallest) = (zero, zero, zero.constant(f64::MAX));
+        // First pass: reference geometry, displacement gradients and the element's volume. Weights w are over CORNER_SCALE.
+        let (mut cof_X, mut H) = (Aligned([no_tensor; POINTS]), Aligned([no_tensor; POINTS]));
+        let (mut w, mut j) = (Aligned([zero; POINTS]), Aligned([zero; POINTS]));
+        let (mut change, mut smallest) = (zero, zero.constant(f64::MAX));
         for q in 0..POINTS {
-            let inverse: Tensor<Lane<S>> = tensor!(k, j => load!(&self.batch.inverse_jacobian[q][3 * k + j]));
-            H[q] = Hex8::local_gradient_at(&local, q).dot(&inverse);
-            j[q] = volume_change(&H[q]);
-            let w = load!(&self.batch.volume[q]);
-            volume += w;
-            change = w.mul_add(j[q], change);
-            smallest = smallest.min(j[q]);
+            let X = Hex8::local_gradient_at(&local_X.0, q);
+            let cof = X.cofactor();
+            w.0[q] = X.determinant_by(&cof);
+            H.0[q] = Hex8::local_gradient_at(&local_u.0, q)
+                .dot_transposed(&cof)
+                .scaled(load!(&self.batch.inverse_weight[q]));
+            cof_X.0[q] = cof;
+            j.0[q] = volume_change(&H.0[q]);
+            change = w.0[q].mul_add(j.0[q], change);
+            smallest = smallest.min(j.0[q]);
         }
         // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
-        let mut a = [zero; POINTS];
+        let mut a = Aligned([zero; POINTS]);
         for q in 0..POINTS {
-            a[q] = inverse_cbrt_m1(j[q]);
+            a.0[q] = inverse_cbrt_m1(j.0[q]);
         }
-        let mean = change / volume.max(zero.constant(f64::MIN_POSITIVE));
+        let volume = load!(&self.batch.volume);
+        let mean = change * load!(&self.batch.scaled_inverse_volume);
         let viscous = self.viscous_pressure(load!(&self.batch.length), mean, load!(&before[0]));
 
         // Second pass: stresses.
@@ -215,44 +199,44 @@ impl<L: Law> ElementSweep<'_, L> {
             Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
             _ => None,
         };
-        let mut sums: LocalGradients<Lane<S>> = [[[[zero; 2]; 2]; 3]; 3];
+        let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
         for q in 0..POINTS {
-            let k = Kinematics::with_volume_change(&H[q], j[q], a[q]);
-            let w = load!(&self.batch.volume[q]);
+            let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
             let mut fibres = [[zero; 3]; MAX_FAMILIES];
             for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
                 *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
             }
             let fibres = &fibres[..self.fibres.len()];
             let response = self.law.eval(&k, fibres);
-            strain = w.mul_add(response.psi, strain);
+            let mut psi = response.psi;
             let pressure = match (element_pressure, U) {
                 (Some(pressure), _) => pressure,
                 (None, Some(U)) => {
-                    strain = w.mul_add(U.energy(k.j), strain);
+                    psi += U.energy(k.j);
                     pressure_at(U, k.j, viscous.0)
                 }
                 (None, None) => Pressure { p: -viscous.0, stiffness: zero },
             };
-            let P = response.P.plus_scaled(pressure.p, &k.cof);
-            let inverse: Tensor<Lane<S>> = tensor!(k, j => load!(&self.batch.inverse_jacobian[q][3 * k + j]));
-            Hex8::add_local_stress(&mut sums, q, &P.dot_transposed(&inverse).scaled(w));
+            strain = w.0[q].mul_add(psi, strain);
+            let P = response.first_piola(&k, pressure.p);
+            Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
 
+            // |cof F|² = I2
             let invariants = Invariants::new(&k);
-            let cof_squared = k.cof.double_dot(&k.cof);
-            let bound = self.law.eval_stiffness_bound(&k, &invariants, fibres)
-                + pressure.p.abs() * invariants.max_C.sqrt() * 2.0
-                + pressure.stiffness * cof_squared;
+            let bound = self.law.eval_stiffness_bound(&k, &invariants, fibres);
+            let bound = pressure.stiffness.mul_add(invariants.I2, bound);
+            let bound = (pressure.p.abs() * 2.0).mul_add(invariants.max_C.sqrt(), bound);
             tangent = tangent.max(bound);
-            cofactor = cofactor.max(cof_squared);
+            cofactor = cofactor.max(invariants.I2);
             exponent = exponent.max(self.law.eval_fibre_exponent(&k, fibres));
         }
+        strain = strain * CORNER_SCALE;
         if let (true, Some(U)) = (MEAN, U) {
             strain = volume.mul_add(U.energy(mean), strain);
         }
 
-        let forces = Hex8::nodal_forces(&sums);
+        let forces = Hex8::nodal_forces(&sums.0);
         for (rows, forces) in buffer.iter_mut().zip(&forces) {
             for (row, force) in rows.iter_mut().zip(forces) {
                 force.store(row, part);
@@ -283,6 +267,18 @@ impl<L: Law> ElementSweep<'_, L> {
         let q = density * length * rate * (scaled_rate + linear);
         (q, density * length * (scaled_rate * 2.0 + linear) / J)
     }
+}
+
+/// Nodal values of the elements of a register.
+#[inline(always)]
+fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
+    let mut lanes = [[Lane::splat(simd, 0.0); 8]; 3];
+    for i in 0..3 {
+        for corner in 0..8 {
+            lanes[i][corner] = Lane::load(simd, &rows[i][corner], part);
+        }
+    }
+    lanes
 }
 
 #[inline(always)]

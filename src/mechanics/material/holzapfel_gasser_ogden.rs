@@ -1,6 +1,6 @@
 //! Holzapfel–Gasser–Ogden tissue, with dispersed fibre families.
 
-use super::isochoric::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
+use super::isochoric::{bound_first_invariant, eval_first_invariant};
 use super::neo_hookean::eval_coupled_matrix;
 use super::{FibreFamilies, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
@@ -80,11 +80,11 @@ impl HolzapfelGasserOgden {
     /// With `θ = κ I1 + (1 − 3κ) I4 = 1 + E_a` of the full invariants, the isochoric ones give `J^(−2/3) θ − 1`.
     #[inline(always)]
     fn eval_fibre_strain<R: Real>(&self, k: &Kinematics<R>, a: &[R; 3]) -> R {
-        let aligned = 2.0 - 6.0 * self.kappa;
-        let full = k.E.trace() * (2.0 * self.kappa) + k.E.quadratic_form(a) * aligned;
+        let aligned = k.C_minus_I.quadratic_form(a) * (1.0 - 3.0 * self.kappa);
+        let full = k.C_minus_I.trace().mul_add(aligned.constant(self.kappa), aligned);
         let strain = match self.i4 {
             I4Form::Full => full,
-            I4Form::Isochoric => k.j23_m1() * (full + 1.0) + full,
+            I4Form::Isochoric => k.j23_m1().mul_add(full + 1.0, full),
         };
         strain.max(strain.zero())
     }
@@ -98,9 +98,9 @@ impl HolzapfelGasserOgden {
         let e_m1 = bounded.exp_m1();
         let e = e_m1 + 1.0;
         FibreEnergy {
-            W: (e * (q - bounded) + e_m1) * (0.5 * self.k1 / k2),
+            W: e.mul_add(q - bounded, e_m1) * (0.5 * self.k1 / k2),
             dW: E * e * self.k1,
-            ddW: (bounded * 2.0 + 1.0) * e * self.k1,
+            ddW: bounded.scale_add(2.0, 1.0) * e * self.k1,
         }
     }
 
@@ -117,11 +117,11 @@ impl HolzapfelGasserOgden {
         let kappa = self.kappa;
         let aligned = 1.0 - 3.0 * kappa;
         let energy = self.eval_fibre_energy(self.eval_fibre_strain(k, a));
-        let I4 = k.E.quadratic_form(a) * 2.0 + 1.0;
-        let B2 = inv.I1 * (kappa * kappa) + I4 * (aligned * (1.0 - kappa));
+        let I4 = k.C_minus_I.quadratic_form(a) + 1.0;
+        let B2 = inv.I1.mul_add(I4.constant(kappa * kappa), I4 * (aligned * (1.0 - kappa)));
         let curvature = 2.0 * (1.0 - 2.0 * kappa);
         match self.i4 {
-            I4Form::Full => energy.ddW * B2 * 4.0 + energy.dW * curvature,
+            I4Form::Full => (energy.ddW * 4.0).mul_add(B2, energy.dW * curvature),
             I4Form::Isochoric => {
                 let j23 = k.j23_m1() + 1.0;
                 let theta = inv.I1 * kappa + I4 * aligned;
@@ -141,15 +141,18 @@ impl Law for HolzapfelGasserOgden {
         self.families.directions().len()
     }
 
-    /// P = F⁻ᵀ M + F S: M the matrix (and, of isochoric invariants, −⅓ tr(C S) I), S = Σ 2 W′ [κ I + (1 − 3κ) a⊗a].
+    /// The matrix (with, of isochoric invariants, −⅓ tr(C S)/J I) and S = Σ 2 W′ [κ I + (1 − 3κ) a⊗a].
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
-        let (mut psi, mut M) = match self.matrix {
-            MatrixForm::Isochoric => eval_first_invariant(0.5 * self.c, k),
+        let (mut psi, mut matrix) = match self.matrix {
+            MatrixForm::Isochoric => {
+                let (psi, factor) = eval_first_invariant(0.5 * self.c, k);
+                (psi, k.dev_C.scaled(factor))
+            }
             MatrixForm::Coupled => eval_coupled_matrix(self.c, k),
         };
         if fibres.is_empty() {
-            return Response { psi, P: stress_from_mandel(k, &M) };
+            return Response { psi, matrix, fibres: None };
         }
         let zero = psi.zero();
         let mut S = Sym([zero; 6]);
@@ -161,22 +164,21 @@ impl Law for HolzapfelGasserOgden {
             let aligned = energy.dW * (2.0 - 6.0 * self.kappa);
             let spread = energy.dW * (2.0 * self.kappa);
             let along = [a[0] * aligned, a[1] * aligned, a[2] * aligned];
-            S.0[0] += along[0].mul_add(a[0], spread);
-            S.0[1] += along[1].mul_add(a[1], spread);
-            S.0[2] += along[2].mul_add(a[2], spread);
-            S.0[3] += along[0] * a[1];
-            S.0[4] += along[1] * a[2];
-            S.0[5] += along[0] * a[2];
+            S = S.plus_diagonal(spread);
+            S.0[0] = along[0].mul_add(a[0], S.0[0]);
+            S.0[1] = along[1].mul_add(a[1], S.0[1]);
+            S.0[2] = along[2].mul_add(a[2], S.0[2]);
+            S.0[3] = along[0].mul_add(a[1], S.0[3]);
+            S.0[4] = along[1].mul_add(a[2], S.0[4]);
+            S.0[5] = along[0].mul_add(a[2], S.0[5]);
             trace_CS += energy.dW * (E + 1.0) * 2.0;
         }
         if self.i4 == I4Form::Isochoric {
             // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is on
             S = S.scaled(k.j23_m1() + 1.0);
-            for d in &mut M.0[..3] {
-                *d -= trace_CS * (1.0 / 3.0);
-            }
+            matrix = matrix.plus_diagonal(trace_CS * k.J_inverse * (-1.0 / 3.0));
         }
-        Response { psi, P: stress_from_mandel(k, &M).plus(&k.F.dot_sym(&S)) }
+        Response { psi, matrix, fibres: Some(S) }
     }
 
     #[inline(always)]

@@ -5,48 +5,39 @@
 
 use super::{Invariants, Kinematics};
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::mechanics::tensor::Sym;
 
-/// `F⁻ᵀ M`, the stress P of a symmetric Mandel stress M = C S.
+/// `c (Ī1 − 3)` [J/m³] and the factor [Pa] of dev C in its stress: `F − I1/3 F⁻ᵀ = F⁻ᵀ dev C`, so
+/// `P = cof F · (2 c J^(−2/3) / J) dev C`.
 #[inline(always)]
-pub(super) fn stress_from_mandel<R: Real>(k: &Kinematics<R>, M: &Sym<R>) -> Tensor<R> {
-    k.inverse_transpose().dot_sym(M)
-}
-
-/// `c (Ī1 − 3)` [J/m³] and its Mandel stress `2 c J^(−2/3) dev C` [Pa], since `F − I1/3 F⁻ᵀ = F⁻ᵀ dev C`.
-#[inline(always)]
-pub(super) fn eval_first_invariant<R: Real>(c: f64, k: &Kinematics<R>) -> (R, Sym<R>) {
-    let dev_C = k.E.scaled(k.J.constant(2.0)).deviator();
+pub(super) fn eval_first_invariant<R: Real>(c: f64, k: &Kinematics<R>) -> (R, R) {
     let j23 = k.j23_m1() + 1.0;
-    let excess = isochoric_excess(k.E.trace() * (2.0 / 3.0) + 1.0, &dev_C, j23);
-    (excess * c, dev_C.scaled(j23 * (2.0 * c)))
+    let excess = isochoric_excess(k.mean_C, &k.dev_C, j23, k.J_inverse * k.J_inverse);
+    (excess * c, j23 * k.J_inverse * (2.0 * c))
 }
 
-/// `c (Ī2 − 3)` [J/m³] and its Mandel stress `−2 c J^(−4/3) dev cof C` [Pa].
+/// `c (Ī2 − 3)` [J/m³] and the factor [Pa] of dev cof C in its stress, `−2 c J^(−4/3) / J`.
 ///
 /// Ī2 is the Ī1 of cof C: tr cof C = I2 and det cof C = J⁴.
 #[inline(always)]
-pub(super) fn eval_second_invariant<R: Real>(c: f64, k: &Kinematics<R>) -> (R, Sym<R>) {
-    // tr cof C − 3 = 4 tr E + 2 (tr²E − tr E²) and dev cof C = dev(4 E² − (2 + 4 tr E) E)
-    let t = k.E.trace();
-    let E2 = k.E.squared();
-    let mean = (t * 4.0 + (t * t - E2.trace()) * 2.0) * (1.0 / 3.0) + 1.0;
-    let dev_cof = E2.scaled(t.constant(4.0)).plus_scaled(t * -4.0 - 2.0, &k.E).deviator();
+pub(super) fn eval_second_invariant<R: Real>(c: f64, k: &Kinematics<R>) -> (R, R) {
     let j23 = k.j23_m1() + 1.0;
     let j43 = j23 * j23;
-    let excess = isochoric_excess(mean, &dev_cof, j43);
-    (excess * c, dev_cof.scaled(j43 * (-2.0 * c)))
+    let J2_inverse = k.J_inverse * k.J_inverse;
+    let excess = isochoric_excess(k.mean_cof_C, &k.dev_cof_C, j43, J2_inverse * J2_inverse);
+    (excess * c, j43 * k.J_inverse * (-2.0 * c))
 }
 
-/// `3 (w − 1)` with `w = mean / det^(1/3)` of the matrix `mean I + s`, tr s = 0; `scale = det^(−1/3)`.
+/// `3 (w − 1)` with `w = mean / det^(1/3)` of the matrix `mean I + s`, tr s = 0; `scale = det^(−1/3)`, and its cube.
 ///
 /// As `mean³ − det = ½ mean s:s − det s`, this is `3 (½ mean s:s − det s) / (det (w² + w + 1))`: quadratic in s,
 /// where the difference `scale · 3 mean − 3` would be left with the rounding of its first-order terms.
 #[inline(always)]
-fn isochoric_excess<R: Real>(mean: R, s: &Sym<R>, scale: R) -> R {
+fn isochoric_excess<R: Real>(mean: R, s: &Sym<R>, scale: R, scale_cubed: R) -> R {
     let w = mean * scale;
-    let d = mean * s.norm_squared() * 0.5 - s.determinant();
-    d * scale * scale * scale * 3.0 / ((w + 1.0) * w + 1.0)
+    let d = (mean * 0.5).mul_sub(s.norm_squared(), s.determinant());
+    let one = w.constant(1.0);
+    d * (scale_cubed * 3.0) / (w + 1.0).mul_add(w, one)
 }
 
 /// Bound [Pa] of the Hessian of `c (Ī1 − 3)`: `c J^(−2/3) [2 + ⅔ I1 y² + 4/9 (I1 tr C⁻¹ − 9)]`, y² the largest
@@ -56,8 +47,9 @@ fn isochoric_excess<R: Real>(mean: R, s: &Sym<R>, scale: R) -> R {
 /// `w = y − 3s/I1`, `|w|² I1 = I1 tr C⁻¹ − 9`, and the rotation modes are `2 ± ⅔ I1 yᵢ yⱼ`.
 #[inline(always)]
 pub(super) fn bound_first_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &Invariants<R>) -> R {
-    let spread = inv.I1 * inv.trace_C_inverse - 9.0;
-    (k.j23_m1() + 1.0) * (inv.I1 * inv.max_C_inverse * (2.0 / 3.0) + spread * (4.0 / 9.0) + 2.0) * c
+    // 4/9 (I1 tr C⁻¹ − 9) + 2
+    let spread = (inv.I1 * inv.trace_C_inverse).scale_add(4.0 / 9.0, -2.0);
+    (k.j23_m1() + 1.0) * (inv.I1 * (2.0 / 3.0)).mul_add(inv.max_C_inverse, spread) * c
 }
 
 /// Bound [Pa] of the Hessian of `c (Ī2 − 3)`, Ī2 = J^(2/3) Y, Y = tr C⁻¹: `c J^(2/3) [6 y⁴ − ⅔ Y y² + 4/9 Y |w|²]`,
@@ -72,6 +64,9 @@ pub(super) fn bound_second_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &I
     let Y = inv.trace_C_inverse;
     let y2 = inv.max_C_inverse;
     let J2_inverse = k.J_inverse * k.J_inverse;
-    let spread = Y * Y * 4.0 - inv.I1 * J2_inverse * 15.0 + J2_inverse * 27.0 / Y;
-    k.J23() * (y2 * (y2 * 6.0 - Y * (2.0 / 3.0)) + spread.max(Y.zero()) * (4.0 / 9.0)) * c
+    // 1/(J² Y) = 1/I2
+    let outer = (inv.I1 * J2_inverse).mul_add(Y.constant(-15.0), Y.constant(27.0) / inv.I2);
+    let spread = (Y * 4.0).mul_add(Y, outer).max(Y.zero()) * (4.0 / 9.0);
+    let diagonal = y2.mul_sub(y2.constant(6.0), Y * (2.0 / 3.0));
+    k.J23() * diagonal.mul_add(y2, spread) * c
 }

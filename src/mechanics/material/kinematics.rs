@@ -14,8 +14,16 @@ pub struct Kinematics<R> {
     pub j: R,
     /// J = det F [-].
     pub J: R,
-    /// Green strain E = ½(FᵀF − I), from ∇u without cancellation [-].
-    pub E: Sym<R>,
+    /// C − I = FᵀF − I, twice the Green strain, from ∇u without cancellation [-].
+    pub C_minus_I: Sym<R>,
+    /// Mean of the eigenvalues of C, tr C / 3 [-].
+    pub mean_C: R,
+    /// Deviator of C [-].
+    pub dev_C: Sym<R>,
+    /// Mean of the eigenvalues of cof C, I2 / 3 [-].
+    pub mean_cof_C: R,
+    /// Deviator of cof C [-].
+    pub dev_cof_C: Sym<R>,
     /// J^(−1/3) − 1, to full relative accuracy [-].
     pub a: R,
     /// 1/J, as the cube of J^(−1/3): a division is as long as the rest of the cofactor [-].
@@ -31,31 +39,45 @@ impl<R: Real> Kinematics<R> {
     }
 
     /// As [`Kinematics::new`], for those who have `j = J − 1` of [`volume_change`] and `a = J^(−1/3) − 1` already.
+    ///
+    /// With s the deviator of C, m its mean and q = s : s, `cof C = cof(m I + s)` has the mean `m² − q/6` and the deviator
+    /// `s² − m s − q/3 I`: linear in s, so that nothing cancels near rest.
     #[inline(always)]
     pub fn with_volume_change(H: &Tensor<R>, j: R, a: R) -> Self {
         let h = &H.0;
-        let one = h[0][0].constant(1.0);
+        let one = j.constant(1.0);
         let F = H.plus(&Tensor::diagonal(one));
         let cof = F.cofactor();
-        let mut E = Sym([one; 6]);
-        for (e, (a, b)) in E.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
-            let quadratic = h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a] * h[0][b]));
-            *e = (quadratic + h[a][b] + h[b][a]) * 0.5;
+        let mut G = Sym([one; 6]);
+        for (g, (a, b)) in G.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
+            let linear = h[a][b] + h[b][a];
+            *g = h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a].mul_add(h[0][b], linear)));
         }
+        let third = j.constant(1.0 / 3.0);
+        let dev_C = G.deviator();
+        let mean_C = G.trace().mul_add(third, one);
+        let q = dev_C.norm_squared();
+        let dev_cof_C = dev_C.squared().plus_scaled(-mean_C, &dev_C).plus_diagonal(-(q * third));
         let root = a + 1.0;
-        Self { F, cof, j, J: j + 1.0, E, a, J_inverse: root * root * root }
+        Self {
+            F,
+            cof,
+            j,
+            J: j + 1.0,
+            C_minus_I: G,
+            mean_C,
+            dev_C,
+            mean_cof_C: mean_C.mul_sub(mean_C, q * (1.0 / 6.0)),
+            dev_cof_C,
+            a,
+            J_inverse: root * root * root,
+        }
     }
 
     /// J^(−2/3) − 1.
     #[inline(always)]
     pub fn j23_m1(&self) -> R {
         self.a * (self.a + 2.0)
-    }
-
-    /// F⁻ᵀ.
-    #[inline(always)]
-    pub fn inverse_transpose(&self) -> Tensor<R> {
-        self.cof.scaled(self.J_inverse)
     }
 
     /// J^(2/3).
@@ -70,8 +92,8 @@ impl<R: Real> Kinematics<R> {
 pub fn volume_change<R: Real>(H: &Tensor<R>) -> R {
     let cof = H.cofactor();
     let h = &H.0;
-    let det = h[0][2].mul_add(cof.0[0][2], h[0][1].mul_add(cof.0[0][1], h[0][0] * cof.0[0][0]));
-    H.trace() + cof.trace() + det
+    let linear = H.trace() + cof.trace();
+    h[0][2].mul_add(cof.0[0][2], h[0][1].mul_add(cof.0[0][1], h[0][0].mul_add(cof.0[0][0], linear)))
 }
 
 /// Invariants of C and bounds of the principal stretches, for the stiffness bounds.
@@ -91,29 +113,18 @@ pub struct Invariants<R> {
 
 impl<R: Real> Invariants<R> {
     /// From the kinematics of the point.
-    ///
-    /// The largest eigenvalue of a symmetric 3×3 matrix with mean m and deviator s is at most `m + 2 √(s:s/6)`
-    /// (the cosine of the closed-form solution set to 1).
     #[inline(always)]
     pub fn new(k: &Kinematics<R>) -> Self {
-        // With C = I + 2E: C² has the deviator of 4(E + E²).
-        let E2 = k.E.squared();
-        let t = k.E.trace();
-        let I1 = t * 2.0 + 3.0;
-        let I2 = t * 4.0 + 3.0 + (t * t - E2.trace()) * 2.0;
         let J2_inverse = k.J_inverse * k.J_inverse;
-        let trace_C_inverse = I2 * J2_inverse;
-        let dev_C = k.E.deviator().norm_squared() * 4.0;
-        // cof C = C² − I1 C + I2 I, so its deviator is that of 4E² + 2(2 − I1) E.
-        let four = I1.constant(4.0);
-        let dev_cof = E2.scaled(four).plus_scaled(I1 * -2.0 + 4.0, &k.E).deviator();
-        let dev_C_inverse = dev_cof.norm_squared() * (J2_inverse * J2_inverse);
+        let (I1, I2) = (k.mean_C * 3.0, k.mean_cof_C * 3.0);
+        // C⁻¹ = cof C / J²
+        let dev_C_inverse = k.dev_cof_C.norm_squared() * (J2_inverse * J2_inverse);
         Self {
             I1,
             I2,
-            trace_C_inverse,
-            max_C: bound_largest(I1 * (1.0 / 3.0), dev_C),
-            max_C_inverse: bound_largest(trace_C_inverse * (1.0 / 3.0), dev_C_inverse),
+            trace_C_inverse: I2 * J2_inverse,
+            max_C: bound_largest(k.mean_C, k.dev_C.norm_squared()),
+            max_C_inverse: bound_largest(k.mean_cof_C * J2_inverse, dev_C_inverse),
         }
     }
 }
@@ -122,5 +133,5 @@ impl<R: Real> Invariants<R> {
 /// of the closed-form solution set to 1.
 #[inline(always)]
 fn bound_largest<R: Real>(mean: R, deviator_squared: R) -> R {
-    mean + (deviator_squared.max(mean.zero()) * (1.0 / 6.0)).sqrt() * 2.0
+    (deviator_squared * (1.0 / 6.0)).sqrt().mul_add(mean.constant(2.0), mean)
 }

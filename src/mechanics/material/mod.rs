@@ -26,11 +26,34 @@ pub use tangent::{assemble_tangent, tangent_along};
 pub use volumetric::Volumetric;
 
 use super::real::Real;
-use super::tensor::Tensor;
+use super::tensor::{Sym, Tensor};
 
-/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point.
+/// ψ and the stress at one point, as the laws have it: [`Response::first_piola`] makes P = ∂ψ/∂F of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<R> {
+    /// Strain energy per reference volume [J/m³].
+    pub psi: R,
+    /// `C S / J` of the matrix, symmetric because the matrix is isotropic: P = cof F · matrix [Pa].
+    pub matrix: Sym<R>,
+    /// Second Piola–Kirchhoff stress S of the fibres: P = F S [Pa]; `None` for a law without.
+    pub fibres: Option<Sym<R>>,
+}
+
+impl<R: Real> Response<R> {
+    /// P = cof F (matrix + p I) + F S [Pa], rows spatial, with the pressure `p = U′` [Pa], positive in tension.
+    #[inline(always)]
+    pub fn first_piola(&self, k: &Kinematics<R>, p: R) -> Tensor<R> {
+        let P = k.cof.dot_sym(&self.matrix.plus_diagonal(p));
+        match &self.fibres {
+            Some(S) => P.plus_dot_sym(&k.F, S),
+            None => P,
+        }
+    }
+}
+
+/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point, everything in.
+#[derive(Clone, Copy, Debug)]
+pub struct TotalResponse<R> {
     /// Strain energy per reference volume [J/m³].
     pub psi: R,
     /// First Piola–Kirchhoff stress [Pa].
@@ -46,7 +69,7 @@ pub trait Law: Copy + Send + Sync + 'static {
     fn family_count(&self) -> usize {
         0
     }
-    /// ψ and P of all but `U(J)`. `fibres[a]` are the reference unit directions.
+    /// ψ and stress of all but `U(J)`. `fibres[a]` are the reference unit directions.
     fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R>;
     /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F² of what [`Law::eval`] returns; exact (or nearly so)
     /// at rest, where it decides the stable step of most scenes.
@@ -93,15 +116,23 @@ macro_rules! with_law {
 
 impl Material {
     /// ψ and P with everything in, at a point with its own J (no element average). `H = F − I` [-].
-    pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> Response<R> {
+    pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> TotalResponse<R> {
+        let k = Kinematics::new(H);
+        self.eval_with_dilatation(&k, fibres, k.j)
+    }
+    /// ψ and P with everything in, where the volumetric energy sees the volume change `j` = J̄ − 1 [-] of an element.
+    #[inline(always)]
+    pub fn eval_with_dilatation<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        fibres: &[[R; 3]],
+        j: R,
+    ) -> TotalResponse<R> {
         with_law!(self, law => {
-            let k = Kinematics::new(H);
-            let mut r = law.eval(&k, fibres);
-            if let Some(U) = law.volumetric() {
-                r.psi += U.energy(k.j);
-                r.P = r.P.plus_scaled(U.pressure(k.j), &k.cof);
-            }
-            r
+            let response = law.eval(k, fibres);
+            let (energy, pressure) =
+                law.volumetric().map_or((j.zero(), j.zero()), |U| (U.energy(j), U.pressure(j)));
+            TotalResponse { psi: response.psi + energy, P: response.first_piola(k, pressure) }
         })
     }
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].

@@ -2,7 +2,6 @@
 
 use super::isochoric::{
     bound_first_invariant, bound_second_invariant, eval_first_invariant, eval_second_invariant,
-    stress_from_mandel,
 };
 use super::{Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
@@ -23,10 +22,10 @@ pub struct MooneyRivlin {
 impl Law for MooneyRivlin {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
-        let (psi1, M1) = eval_first_invariant(self.c10, k);
-        let (psi2, M2) = eval_second_invariant(self.c01, k);
-        let one = k.J.constant(1.0);
-        Response { psi: psi1 + psi2, P: stress_from_mandel(k, &M1.plus_scaled(one, &M2)) }
+        let (psi1, first) = eval_first_invariant(self.c10, k);
+        let (psi2, second) = eval_second_invariant(self.c01, k);
+        let matrix = k.dev_C.scaled(first).plus_scaled(second, &k.dev_cof_C);
+        Response { psi: psi1 + psi2, matrix, fibres: None }
     }
     #[inline(always)]
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {

@@ -1,6 +1,6 @@
 //! Neo-Hookean solids: the isochoric split and the coupled compressible form.
 
-use super::isochoric::{bound_first_invariant, eval_first_invariant, stress_from_mandel};
+use super::isochoric::{bound_first_invariant, eval_first_invariant};
 use super::{Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::{Real, ln_1p_defect};
 use crate::mechanics::tensor::Sym;
@@ -17,8 +17,8 @@ pub struct NeoHookean {
 impl Law for NeoHookean {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
-        let (psi, M) = eval_first_invariant(self.c10, k);
-        Response { psi, P: stress_from_mandel(k, &M) }
+        let (psi, factor) = eval_first_invariant(self.c10, k);
+        Response { psi, matrix: k.dev_C.scaled(factor), fibres: None }
     }
     #[inline(always)]
     fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
@@ -45,7 +45,7 @@ pub struct CoupledNeoHookean {
     pub lambda: f64,
 }
 
-/// `μ/2 (I1 − 3) − μ ln J` [J/m³] and its Mandel stress `2 μ E` [Pa].
+/// `μ/2 (I1 − 3) − μ ln J` [J/m³] and its stress `μ (C − I) / J` [Pa].
 ///
 /// `½ (I1 − 3) − ln J` is formed as `½ J^(2/3) (Ī1 − 3) + 3/2 (z − ln(1 + z))`, z = J^(2/3) − 1, because tr E and
 /// ln J agree to first order.
@@ -55,18 +55,20 @@ pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sy
     let j23_m1 = k.j23_m1();
     let J23 = k.J23();
     let psi = (J23 * half_excess + ln_1p_defect(-(j23_m1 * J23)) * 1.5) * mu;
-    (psi, k.E.scaled(k.J.constant(2.0 * mu)))
+    (psi, k.C_minus_I.scaled(k.J_inverse * mu))
 }
 
 impl Law for CoupledNeoHookean {
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
         let ln_J = k.j.ln_1p();
-        let (psi, mut M) = eval_coupled_matrix(self.mu, k);
-        for d in &mut M.0[..3] {
-            *d += ln_J * self.lambda;
+        let (psi, matrix) = eval_coupled_matrix(self.mu, k);
+        let pressure = ln_J * self.lambda;
+        Response {
+            psi: (pressure * 0.5).mul_add(ln_J, psi),
+            matrix: matrix.plus_diagonal(pressure * k.J_inverse),
+            fibres: None,
         }
-        Response { psi: psi + ln_J * ln_J * (0.5 * self.lambda), P: stress_from_mandel(k, &M) }
     }
     /// `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
     ///

@@ -47,7 +47,7 @@ impl Volumetric {
     pub fn stiffness<R: Real>(&self, j: R) -> R {
         let J = j + 1.0;
         match *self {
-            Self::LnSquared(K) => (j.ln_1p() * -1.0 + 1.0) / (J * J) * K,
+            Self::LnSquared(K) => (J.constant(1.0) - j.ln_1p()) / (J * J) * K,
             Self::Quadratic(K) => J.constant(K),
             Self::QuadraticLn(K) => (J.constant(1.0) / (J * J) + 1.0) * (0.5 * K),
         }

@@ -1,7 +1,7 @@
 //! The laws over SIMD lanes against the same laws over plain numbers.
 
 use super::*;
-use crate::mechanics::lanes::{BATCH, Lane};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
 use pulp::{Arch, Simd, WithSimd};
 
 /// ψ, P, the stiffness bound and the fibre exponent of a law at eight deformations.
@@ -11,18 +11,17 @@ struct LanesOfLaw<'a> {
 }
 
 /// What is compared, for each deformation: 9 components of P, ψ, bound, exponent.
-type Outcome = [[f64; BATCH]; 12];
+type Outcome = [Row; 12];
 
 impl WithSimd for LanesOfLaw<'_> {
     type Output = Outcome;
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Outcome {
-        let mut out = [[0.0; BATCH]; 12];
+        let mut out = [Row::default(); 12];
         for part in 0..BATCH / S::F64_LANES {
             let H = Tensor::from_fn(|i, j| {
-                let batch: [f64; BATCH] =
-                    std::array::from_fn(|lane| gradient(&self.deformations[lane]).0[i][j]);
-                Lane::load(simd, &batch, part)
+                let row = Row(std::array::from_fn(|lane| gradient(&self.deformations[lane]).0[i][j]));
+                Lane::load(simd, &row, part)
             });
             let fibres = FIBRES.map(|a| a.map(|x| Lane::splat(simd, x)));
             let k = Kinematics::new(&H);
@@ -57,19 +56,23 @@ fn lanes_give_what_plain_numbers_give() {
             let F = &deformations[lane];
             let (psi, P) = eval(&law, F);
             for outcome in [&plain, &lanes] {
-                let P_lane = Mat3::from_fn(|i, j| outcome[3 * i + j][lane]);
+                let P_lane = Mat3::from_fn(|i, j| outcome[3 * i + j].0[lane]);
                 assert!((P_lane - P).norm() <= 1e-11 * P.norm(), "{law:?}: {P_lane} against {P}");
-                assert!((outcome[9][lane] - psi).abs() <= 1e-11 * psi, "{law:?}: {} {psi}", outcome[9][lane]);
+                assert!(
+                    (outcome[9].0[lane] - psi).abs() <= 1e-11 * psi,
+                    "{law:?}: {} {psi}",
+                    outcome[9].0[lane]
+                );
                 let k = Kinematics::new(&gradient(F));
                 let inv = Invariants::new(&k);
                 let (bound, exponent) = crate::with_law!(law, law => {
                     (law.eval_stiffness_bound(&k, &inv, &FIBRES), law.eval_fibre_exponent(&k, &FIBRES))
                 });
-                assert!((outcome[10][lane] - bound).abs() <= 1e-11 * bound, "{law:?}: {bound}");
-                assert!((outcome[11][lane] - exponent).abs() <= 1e-12 * exponent, "{law:?}: {exponent}");
+                assert!((outcome[10].0[lane] - bound).abs() <= 1e-11 * bound, "{law:?}: {bound}");
+                assert!((outcome[11].0[lane] - exponent).abs() <= 1e-12 * exponent, "{law:?}: {exponent}");
             }
         }
-        let at_rest: Vec<f64> = lanes[..10].iter().map(|row| row[2]).collect();
+        let at_rest: Vec<f64> = lanes[..10].iter().map(|row| row.0[2]).collect();
         assert!(at_rest.iter().all(|x| *x == 0.0), "{law:?}: {at_rest:?}");
     }
 }

@@ -1,0 +1,147 @@
+//! Quiet elements: what nothing has reached yet is left out, exactly.
+//!
+//! In an explicit step news travels one element. An element whose nodes have u = 0 and v = 0 bit by bit, without load, has
+//! no force, so it need not be swept until one of its nodes moves; the bits are those of a sweep over everything. What is
+//! awake stays awake: a node that has come back to exactly zero is not worth looking for.
+
+use super::block::ElementBlock;
+use super::chunk::ChunkForces;
+use super::{Assembly, ElementForces};
+use crate::mechanics::tensor::Vec3;
+
+/// Which nodes have moved, and which have to be stepped.
+#[derive(Debug)]
+pub struct Activity {
+    /// Nodes that have moved.
+    moved: Vec<bool>,
+    /// Blocks of nodes that belong to an element that is awake, or have moved.
+    active: Vec<bool>,
+    /// Chunks with a node that has just moved.
+    dirty: Vec<u32>,
+}
+
+impl Activity {
+    /// Nodes that are stepped, or not, together.
+    pub const NODES: usize = 64;
+
+    /// Everything active.
+    pub fn everything(node_count: usize, forces: &ElementForces) -> Self {
+        let blocks = node_count.div_ceil(Self::NODES);
+        // A node notes its chunks once in a run: with room for all of them a step allocates nothing.
+        let places = forces.chunks.iter().map(|chunk| chunk.force.len()).sum();
+        Self { moved: vec![true; node_count], active: vec![true; blocks], dirty: Vec::with_capacity(places) }
+    }
+
+    /// Which blocks of [`Activity::NODES`] consecutive nodes have to be stepped.
+    pub fn active(&self) -> &[bool] {
+        &self.active
+    }
+
+    /// Ranges of nodes that have to be stepped, ascending.
+    pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let count = self.moved.len();
+        let of_block = move |block: usize| block * Self::NODES..((block + 1) * Self::NODES).min(count);
+        self.active.iter().enumerate().filter(|(_, active)| **active).map(move |(block, _)| of_block(block))
+    }
+
+    /// Puts to sleep what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all
+    /// are. Call after a sweep over everything, so that what sleeps has its sums and extremes.
+    pub fn fall_asleep(
+        &mut self,
+        forces: &mut ElementForces,
+        blocks: &[ElementBlock],
+        assembly: &Assembly,
+        (u, v): (&[Vec3], &[Vec3]),
+    ) {
+        self.moved.fill(false);
+        self.active.fill(false);
+        for chunk in &mut forces.chunks {
+            chunk.awake = 0;
+            for i in 0..chunk.after.len() {
+                if chunk.after[i].iter().any(|row| row.0.iter().any(|x| *x != 0.0)) {
+                    self.wake_batch(&blocks[chunk.block as usize], chunk, i);
+                }
+            }
+        }
+        let at_rest = |node: &usize| u[*node] == Vec3::zeros() && v[*node] == Vec3::zeros();
+        for node in (0..u.len()).filter(|node| !at_rest(node)) {
+            self.note(assembly, node);
+        }
+        self.spread(forces, blocks);
+    }
+
+    /// Wakes the elements of those nodes that have begun to move, among the nodes that are stepped.
+    pub fn wake_moving(
+        &mut self,
+        forces: &mut ElementForces,
+        blocks: &[ElementBlock],
+        assembly: &Assembly,
+        v: &[Vec3],
+    ) {
+        if forces.chunks.iter().all(ChunkForces::is_wholly_awake) {
+            return;
+        }
+        for block in 0..self.active.len() {
+            if self.active[block] {
+                let nodes = block * Self::NODES..((block + 1) * Self::NODES).min(self.moved.len());
+                for node in nodes.filter(|node| v[*node] != Vec3::zeros()) {
+                    self.note(assembly, node);
+                }
+            }
+        }
+        self.spread(forces, blocks);
+    }
+
+    /// Wakes the elements of nodes that have been moved from outside.
+    pub fn wake_nodes(
+        &mut self,
+        forces: &mut ElementForces,
+        blocks: &[ElementBlock],
+        assembly: &Assembly,
+        nodes: impl Iterator<Item = u32>,
+    ) {
+        for node in nodes {
+            self.note(assembly, node as usize);
+        }
+        self.spread(forces, blocks);
+    }
+
+    /// A node has moved.
+    fn note(&mut self, assembly: &Assembly, node: usize) {
+        if !self.moved[node] {
+            self.moved[node] = true;
+            self.active[node / Self::NODES] = true;
+            self.dirty.extend(assembly.places(node).iter().map(|(chunk, _)| *chunk));
+        }
+    }
+
+    /// Wakes the sleeping batches of dirty chunks that have a node that has moved.
+    fn spread(&mut self, forces: &mut ElementForces, blocks: &[ElementBlock]) {
+        self.dirty.sort_unstable();
+        self.dirty.dedup();
+        for d in 0..self.dirty.len() {
+            let c = self.dirty[d];
+            let chunk = &mut forces.chunks[c as usize];
+            let block = &blocks[chunk.block as usize];
+            let nodes = block.nodes_of_chunk(chunk.chunk as usize);
+            for i in 0..chunk.batches.len() {
+                let is_reached = || {
+                    let batch = block.batch_of_chunk(chunk.chunk as usize, i);
+                    batch.nodes.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
+                };
+                if chunk.awake & (1 << i) == 0 && is_reached() {
+                    self.wake_batch(block, chunk, i);
+                }
+            }
+        }
+        self.dirty.clear();
+    }
+
+    fn wake_batch(&mut self, block: &ElementBlock, chunk: &mut ChunkForces, i: usize) {
+        chunk.awake |= 1 << i;
+        let nodes = block.nodes_of_chunk(chunk.chunk as usize);
+        for node in block.batch_of_chunk(chunk.chunk as usize, i).nodes.as_flattened() {
+            self.active[nodes[*node as usize] as usize / Self::NODES] = true;
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Chunks: a few hundred elements that are swept as one task, with the forces on their nodes.
+//!
+//! A chunk numbers its own nodes and sums the element forces on them itself, batch after batch; each node then adds up its
+//! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
+//! write to one place, and the bits do not depend on how many threads there are.
+
+use super::block::{Batch, BlockInput, ElementBlock};
+use super::totals::{BatchTotals, BlockTotals};
+use crate::mechanics::lanes::{BATCH, Row};
+use crate::mechanics::tensor::Vec3;
+use std::ops::Range;
+
+/// A run of consecutive batches of a block.
+#[derive(Clone, Debug)]
+pub(super) struct Chunk {
+    /// Its batches in the block.
+    pub batches: Range<u32>,
+    /// Where its global nodes are listed.
+    pub nodes: Range<u32>,
+}
+
+impl Chunk {
+    /// Batches of a chunk: as many as a mask has bits.
+    pub const BATCHES: usize = u32::BITS as usize;
+}
+
+/// Cuts a block into chunks and numbers the nodes of its batches within them, in the order of their first use.
+pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<Chunk>, Vec<u32>) {
+    let (mut chunks, mut chunk_nodes) = (Vec::new(), Vec::new());
+    let highest = inputs.iter().flat_map(|input| input.nodes).max().map_or(0, |node| node as usize + 1);
+    let mut number = vec![u16::MAX; highest];
+    let first_batches = (0..).step_by(Chunk::BATCHES);
+    for ((first, batches), inputs) in
+        first_batches.zip(batches.chunks_mut(Chunk::BATCHES)).zip(inputs.chunks(Chunk::BATCHES * BATCH))
+    {
+        let first_node = chunk_nodes.len();
+        for (batch, lanes) in batches.iter_mut().zip(inputs.chunks(BATCH)) {
+            for corner in 0..8 {
+                for lane in 0..BATCH {
+                    let node = lanes[lane.min(lanes.len() - 1)].nodes[corner];
+                    let number = &mut number[node as usize];
+                    if *number == u16::MAX {
+                        *number = (chunk_nodes.len() - first_node) as u16;
+                        chunk_nodes.push(node);
+                    }
+                    batch.nodes[corner][lane] = *number;
+                }
+            }
+        }
+        for node in &chunk_nodes[first_node..] {
+            number[*node as usize] = u16::MAX;
+        }
+        chunks.push(Chunk {
+            batches: first as u32..(first + batches.len()) as u32,
+            nodes: first_node as u32..chunk_nodes.len() as u32,
+        });
+    }
+    (chunks, chunk_nodes)
+}
+
+/// What a sweep of one chunk writes.
+#[derive(Debug)]
+pub struct ChunkForces {
+    /// Block and chunk in the block.
+    pub(super) block: u32,
+    pub(super) chunk: u32,
+    /// Which batches are swept, a bit each. A batch that sleeps keeps what its last sweep wrote.
+    pub(super) awake: u32,
+    /// Internal force on each node of the chunk [N].
+    pub(super) force: Vec<Vec3>,
+    /// Displacements of the nodes of the chunk, gathered [m].
+    pub(super) u: Vec<Vec3>,
+    /// Velocities of the nodes of the chunk, gathered [m/s].
+    pub(super) v: Vec<Vec3>,
+    /// Largest stretch rate [1/s]; 0 when it is certain not to matter.
+    pub(super) stretch_rate: f64,
+    /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.
+    pub(super) shortest: f64,
+    /// J̄ − 1 [-] and viscous pressure [Pa], ≥ 0 in compression, at t_n of each batch.
+    pub(super) after: Vec<[Row; 2]>,
+    /// Sums and extremes of each batch.
+    pub(super) batches: Vec<BatchTotals>,
+    /// Of the whole chunk.
+    pub(super) totals: BlockTotals,
+}
+
+impl ChunkForces {
+    /// Of a chunk that is wholly awake.
+    pub(super) fn new(block_index: usize, block: &ElementBlock, chunk: usize) -> Self {
+        let batches = block.chunks[chunk].batches.len();
+        let nodes = block.nodes_of_chunk(chunk).len();
+        Self {
+            block: block_index as u32,
+            chunk: chunk as u32,
+            awake: Self::all(batches),
+            force: vec![Vec3::zeros(); nodes],
+            u: vec![Vec3::zeros(); nodes],
+            v: vec![Vec3::zeros(); nodes],
+            stretch_rate: 0.0,
+            shortest: 0.0,
+            after: vec![[Row::default(); 2]; batches],
+            batches: vec![BatchTotals::default(); batches],
+            totals: BlockTotals::NONE,
+        }
+    }
+
+    /// The mask of `count` batches.
+    fn all(count: usize) -> u32 {
+        u32::MAX >> (Chunk::BATCHES - count)
+    }
+
+    /// Whether every batch is swept.
+    pub(super) fn is_wholly_awake(&self) -> bool {
+        self.awake == Self::all(self.batches.len())
+    }
+}

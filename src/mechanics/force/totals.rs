@@ -1,0 +1,78 @@
+//! Energies and extremes of a sweep.
+
+use crate::mechanics::lanes::{BATCH, Row};
+
+/// Sums and extremes of one batch, lane by lane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BatchTotals {
+    /// Strain energy of each element [J].
+    pub strain: Row,
+    /// Energy that bulk viscosity dissipated in the last step [J].
+    pub viscous: Row,
+    /// Largest stable step [s].
+    pub stable_step: Row,
+    /// Smallest J − 1 over the points [-]; ≤ −1 means inverted.
+    pub smallest_j: Row,
+    /// Largest fibre exponent k2 E² over points and families [-]; 0 without fibres.
+    pub fibre_exponent: Row,
+}
+
+/// The totals of many elements as one: sums in slot order, extremes with their slot in the block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockTotals {
+    /// Strain energy [J].
+    pub strain: f64,
+    /// Energy that bulk viscosity dissipated in the last step [J].
+    pub viscous: f64,
+    /// Smallest stable step [s] and its slot.
+    pub stable_step: (f64, usize),
+    /// Smallest J − 1 [-] and its slot.
+    pub smallest_j: (f64, usize),
+    /// Largest fibre exponent [-] and its slot.
+    pub fibre_exponent: (f64, usize),
+}
+
+impl BlockTotals {
+    /// Of no element.
+    pub const NONE: Self = Self {
+        strain: 0.0,
+        viscous: 0.0,
+        stable_step: (f64::INFINITY, 0),
+        smallest_j: (f64::INFINITY, 0),
+        fibre_exponent: (0.0, 0),
+    };
+
+    /// Of batches in order, the first of which begins at the slot `first`.
+    pub(super) fn of_batches(first: usize, batches: &[BatchTotals]) -> Self {
+        let mut sum = Self::NONE;
+        for (b, batch) in batches.iter().enumerate() {
+            for lane in 0..BATCH {
+                let slot = first + b * BATCH + lane;
+                sum.add(&Self {
+                    strain: batch.strain.0[lane],
+                    viscous: batch.viscous.0[lane],
+                    stable_step: (batch.stable_step.0[lane], slot),
+                    smallest_j: (batch.smallest_j.0[lane], slot),
+                    fibre_exponent: (batch.fibre_exponent.0[lane], slot),
+                });
+            }
+        }
+        sum
+    }
+
+    /// Adds the totals of the slots that follow.
+    pub(super) fn add(&mut self, next: &Self) {
+        self.strain += next.strain;
+        self.viscous += next.viscous;
+        // Written so that a NaN wins and stays: it must be seen, not skipped.
+        if !(next.stable_step.0 >= self.stable_step.0 || self.stable_step.0.is_nan()) {
+            self.stable_step = next.stable_step;
+        }
+        if !(next.smallest_j.0 >= self.smallest_j.0 || self.smallest_j.0.is_nan()) {
+            self.smallest_j = next.smallest_j;
+        }
+        if next.fibre_exponent.0 > self.fibre_exponent.0 {
+            self.fibre_exponent = next.fibre_exponent;
+        }
+    }
+}
