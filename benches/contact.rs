@@ -5,7 +5,7 @@
 
 use contuse::mechanics::contact::detection::Detector;
 use contuse::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
-use contuse::mechanics::contact::{Contact, ContactPair, Master, Surface};
+use contuse::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::MeshError;
 use contuse::mesh::generate::block::Block;
@@ -51,8 +51,12 @@ impl Pressed {
             Surface { nodes: skin_nodes(&faces), faces }
         };
         let surfaces = [surface(&block.hexes), surface(&ball_hexes)];
-        let pairs =
-            [ContactPair { name: "ball–block".into(), slave: 1, master: Master::Surface(0), mu: 0.3 }];
+        let pairs = [ContactPair {
+            name: "ball–block".into(),
+            slave: 1,
+            master: Master::Surface(0),
+            law: ContactLaw::of(0.3),
+        }];
         let is_ball = |node: usize| node >= first as usize;
         let at_rest: Vec<Vec3> = block.nodes.iter().chain(&ball.nodes).copied().collect();
         // The list of the broad phase is made where nothing overlaps.
@@ -93,8 +97,8 @@ fn solution(bencher: Bencher, mu: f64) {
     let count = pressed.detect();
     let (mut reactions, mut workspace) = (Vec::new(), Workspace::default());
     let Pressed { contacts, inverse_mass, v, .. } = &pressed;
-    let options = Options::default();
+    let (law, options) = (ContactLaw::of(mu), Options::default());
     bencher.counter(ItemsCount::new(count)).with_inputs(|| v.clone()).bench_local_values(|mut v| {
-        solve(contacts, &[mu], inverse_mass, SHORT_STEP, &mut v, &mut reactions, &options, &mut workspace)
+        solve(contacts, &[law], inverse_mass, SHORT_STEP, &mut v, &mut reactions, &options, &mut workspace)
     });
 }

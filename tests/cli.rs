@@ -230,3 +230,97 @@ fn a_run_overwrites_recordings_and_nothing_else() {
     assert!(text(&refused.stderr).contains("no recording"), "{}", text(&refused.stderr));
     assert_eq!(std::fs::read(scene).unwrap(), serde_json::to_vec(&document).unwrap());
 }
+
+#[test]
+fn plan_shows_what_is_kept_and_left_out() {
+    let path = scenario("ball_on_block/scene_frictionless.json");
+    let path = path.to_str().unwrap();
+    let output = run(&["plan", path]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let shown = text(&output.stdout);
+    for words in
+        ["2336 elements", "Mooney–Rivlin", "[--keep tangential_reactions]", "within 2 times", "Memory,"]
+    {
+        assert!(shown.contains(words), "{words} in {shown}");
+    }
+    assert!(!shown.contains("Put back"));
+
+    let keep = ["--keep", "tangential_reactions", "--keep", "quiet_elements"];
+    let shown = run(&[&["plan", path][..], &keep].concat());
+    assert!(text(&shown.stdout).contains("Put back: tangential_reactions, quiet_elements"));
+    let output = run(&[&["plan", path, "--json"][..], &keep].concat());
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["put_back"], json!(["tangential_reactions", "quiet_elements"]));
+    assert_eq!(report["pairs"][0]["unknowns_per_contact"], 3);
+    let validated = run(&[&["validate", path, "--json"][..], &keep].concat());
+    let validated: Value = serde_json::from_slice(&validated.stdout).unwrap();
+    assert_eq!(validated["plan"], report, "validate and plan say the same");
+}
+
+#[test]
+fn unknown_things_to_keep_are_answered_with_those_that_there_are() {
+    let path = scenario("two_bars/scene.json");
+    for command in [&["plan"][..], &["validate"], &["run"], &["study", "leave-out"]] {
+        let output = run(&[command, &[path.to_str().unwrap(), "--keep", "history"]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        for name in
+            ["quiet_elements", "distant_pairs", "tangential_reactions", "idle_fibres", "unasked_fields"]
+        {
+            assert!(text(&output.stderr).contains(name), "{}", text(&output.stderr));
+        }
+    }
+    assert_eq!(run(&["plan", "no/such/scene.json"]).status.code(), Some(2));
+}
+
+/// A block that falls on the floor for a few steps.
+fn falling_block() -> Value {
+    json!({
+        "name": "drop", "end_time_s": 1e-4,
+        "bodies": [{
+            "name": "block",
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.02, 0.02, 0.02], "elements": [2, 2, 2]}},
+            "velocity_m_per_s": [1, 0, -5],
+            "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                "material": {"law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e7}}]
+        }],
+        "planes": [{"name": "floor", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "record": {"fields": ["von_mises"]}
+    })
+}
+
+#[test]
+fn study_leave_out_tabulates_runs_that_agree_to_the_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    std::fs::write(&scene, falling_block().to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+    let output = run(&["study", "leave-out", scene, "--repeat", "1", "--json", "--keep", "quiet_elements"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let study: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(study["holds"], true);
+    let put_back: Vec<&Value> =
+        study["rows"].as_array().unwrap().iter().map(|row| &row["put_back"]).collect();
+    let (one, two) = ("tangential_reactions", "unasked_fields");
+    assert_eq!(put_back, [&json!([]), &json!([one]), &json!([two]), &json!([one, two])]);
+    for row in study["rows"].as_array().unwrap() {
+        assert_eq!(row["difference"], json!({"kind": "bitwise"}));
+        assert!(row["wall_s"].as_f64().unwrap() > 0.0 && row["recording_bytes"].as_u64().unwrap() > 0);
+    }
+
+    let output = run(&["study", "leave-out", scene, "--repeat", "1"]);
+    let table = text(&output.stdout);
+    assert!(table.contains("+ quiet_elements") && table.contains("+ all of them"), "{table}");
+    assert!(table.contains("every run ends with the same bits"), "{table}");
+}
+
+#[test]
+fn study_of_a_scene_that_fails_is_exit_code_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    let mut document = falling_block();
+    document["bodies"][0]["velocity_m_per_s"] = json!([0, 0, -2000]);
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let output = run(&["study", "leave-out", scene.to_str().unwrap(), "--repeat", "1"]);
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("NOT as theory says"), "{}", text(&output.stdout));
+}

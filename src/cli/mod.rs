@@ -1,11 +1,14 @@
 //! The command line: one file a subcommand. Results go to `out`, which is standard output outside tests.
 
 mod exit;
+pub mod keep;
 pub mod material;
+pub mod plan;
 pub mod run;
 pub mod schema;
 #[cfg(feature = "service")]
 pub mod serve;
+pub mod study;
 pub mod validate;
 
 mod plot;
@@ -44,6 +47,11 @@ pub enum Command {
     Run(run::RunArgs),
     /// Find all that is wrong with a scene, without running it.
     Validate(validate::ValidateArgs),
+    /// Show what a scene is compiled to: what is kept, what is left out and why, and what it will cost.
+    Plan(plan::PlanArgs),
+    /// Run a scene many times: what does leaving out save?
+    #[command(subcommand)]
+    Study(study::StudyCommand),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path.
     Material(material::MaterialArgs),
     /// Print the JSON Schema of the scene document.
@@ -67,6 +75,8 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
     match cli.command {
         Command::Run(args) => run::run(&args, out),
         Command::Validate(args) => validate::validate(&args, out),
+        Command::Plan(args) => plan::plan(&args, out),
+        Command::Study(command) => study::study(&command, out),
         Command::Material(args) => material::material(&args, out),
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]

@@ -1,5 +1,6 @@
 //! `contuse run`: run a scene and record it.
 
+use super::keep::KeepArgs;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
 use crate::record::partial_path;
@@ -37,6 +38,9 @@ pub struct RunArgs {
     /// Stop after so many seconds of wall time.
     #[arg(long)]
     pub deadline_s: Option<f64>,
+    /// What is put back.
+    #[command(flatten)]
+    pub keep: KeepArgs,
 }
 
 /// Runs a scene; the summary goes to `out`, progress and what is wrong to standard error.
@@ -45,7 +49,8 @@ pub struct RunArgs {
 /// What is wrong with the scene or the flags. A run that fails with a diagnosis is told here and is the exit code.
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args)?;
-    let (document_json, loaded) = read_scene(&args.scene)?;
+    let (document_json, mut loaded) = read_scene(&args.scene)?;
+    loaded.scene.put_back(&args.keep.keep);
     let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
     check_output(&path)?;
     if !args.quiet {
@@ -83,7 +88,7 @@ fn deadline(args: &RunArgs) -> Result<Option<Instant>, CliError> {
 }
 
 /// The bytes of the document, for the recording, and what they mean.
-fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
+pub(super) fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
     let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let loaded = load(&bytes, &FolderSource::new(folder), &Budget::COMMAND_LINE)?;
@@ -129,7 +134,7 @@ fn is_recording(path: &Path) -> bool {
 }
 
 /// A flag that Ctrl-C (or a polite kill) sets; the second Ctrl-C ends the process at once, as always.
-fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
+pub(super) fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     const KILLED_BY_INTERRUPT: i32 = 128 + 2;
     let flag = Arc::new(AtomicBool::new(false));
@@ -140,7 +145,7 @@ fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
     Ok(flag)
 }
 
-fn available_threads() -> usize {
+pub(super) fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
@@ -277,6 +282,7 @@ mod tests {
             threads: None,
             quiet: true,
             deadline_s,
+            keep: KeepArgs::default(),
         };
         assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());
         assert!(deadline(&args(Some(2.0))).is_ok_and(|d| d.is_some()));

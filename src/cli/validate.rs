@@ -1,6 +1,9 @@
 //! `contuse validate`: all that is wrong with a scene, and what it is.
 
+use super::keep::KeepArgs;
+use super::plan::{duration, report_of};
 use super::{CliError, Exit};
+use crate::plan::PlanReport;
 use crate::scene::summary::BodySummary;
 use crate::scene::{Budget, Loaded, Problem, Problems, load_file};
 use clap::Args;
@@ -16,6 +19,9 @@ pub struct ValidateArgs {
     /// Answer as JSON.
     #[arg(long)]
     pub json: bool,
+    /// What is put back.
+    #[command(flatten)]
+    pub keep: KeepArgs,
 }
 
 /// Checks a scene and tells what was found. Exit code 0 when it can run, 2 when it cannot.
@@ -23,10 +29,14 @@ pub struct ValidateArgs {
 /// # Errors
 /// When the answer cannot be written.
 pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    let outcome = load_file(&args.scene, &Budget::COMMAND_LINE);
+    let outcome = load_file(&args.scene, &Budget::COMMAND_LINE).map(|mut loaded| {
+        loaded.scene.put_back(&args.keep.keep);
+        loaded
+    });
+    let plan = outcome.as_ref().ok().map(|loaded| report_of(&loaded.scene)).transpose()?;
     let exit = if outcome.is_ok() { Exit::Success } else { Exit::InvalidInput };
     if args.json {
-        writeln!(out, "{:#}", as_json(&outcome))?;
+        writeln!(out, "{:#}", as_json(&outcome, plan.as_ref()))?;
         return Ok(exit);
     }
     match &outcome {
@@ -42,6 +52,7 @@ pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliErr
                 e.memory_bytes.div_ceil(1_000_000),
                 e.frames
             )?;
+            plan.iter().try_for_each(|plan| write_plan(plan, out))?;
             writeln!(out, "content: {}", loaded.scene.content_hash)?;
             write_problems(&loaded.warnings, out)?;
             writeln!(out, "the scene is valid, with {} warning(s)", loaded.warnings.len())?;
@@ -55,17 +66,31 @@ pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliErr
     Ok(exit)
 }
 
-fn as_json(outcome: &Result<Loaded, Problems>) -> serde_json::Value {
+fn as_json(outcome: &Result<Loaded, Problems>, plan: Option<&PlanReport>) -> serde_json::Value {
     match outcome {
         Ok(loaded) => json!({
             "valid": true,
             "problems": loaded.warnings,
             "bodies": loaded.bodies,
             "estimate": loaded.estimate,
+            "plan": plan,
             "content_hash": loaded.scene.content_hash,
         }),
         Err(problems) => json!({ "valid": false, "problems": problems }),
     }
+}
+
+/// The plan in a line; `contuse plan` says the rest.
+fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
+    writeln!(
+        out,
+        "plan: {} steps of {:.4} µs, about {} on one core; left out: {}",
+        plan.expected_steps,
+        1e6 * plan.stable_step_s,
+        duration(plan.expected_run_time_s),
+        left_out.join("; ")
+    )
 }
 
 fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {

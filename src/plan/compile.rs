@@ -1,14 +1,18 @@
 //! Scene → Plan.
 
 use super::contact::compile_contact;
+use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
+use super::stable_step::StableSteps;
 use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, Formulation, IntegratorDocument, Role};
+use crate::scene::document::{
+    Axis, BodyDocument, Formulation, IntegratorDocument, Keep, Role, SceneDocument,
+};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -58,13 +62,18 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
-        add_body(&mut parts, &document.integrator, body, mesh)?;
+        add_body(&mut parts, document, body, mesh)?;
     }
     let assembly = Assembly::new(parts.X.len(), &parts.blocks);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
-    let contact = compile_contact(document, &parts.bodies, &parts.X);
+    let steps = StableSteps::new(&parts.blocks, &parts.u);
+    let until = document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks);
+    let (contact, distant_pairs) =
+        compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     let (explicit, _) = integrator(&document.integrator);
     let mut plan = Plan {
+        skip_quiet_elements: skips_quiet_elements(document, &parts),
+        distant_pairs,
         name: document.name.clone(),
         measures: measures(scene, &parts.bodies),
         bodies: parts.bodies,
@@ -82,15 +91,36 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         rounding_energy: 0.0,
         end_time: document.end_time_s,
         field_times: field_times(scene),
-        fields: fields(scene),
+        fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
         skip_quiet_elements: false,
         report: PlanReport::default(),
     };
     plan.skip_quiet_elements = plan.gravity.is_none() && plan.settle.is_none();
     plan.rounding_energy = rounding_energy(&plan);
-    plan.report = report(&plan, document);
+    plan.report = report(&plan, scene, &steps);
     Ok(plan)
+}
+
+/// No step is longer than the shortest stable step, let alone than this many times that of one body.
+const LONGER_THAN_A_STEP: f64 = 1.01;
+
+/// What is known of the bodies' motion before the run.
+fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
+    let is_loaded = is_loaded(document);
+    let start = [&parts.u[..], &parts.v, &parts.inverse_mass];
+    parts.bodies.iter().map(|body| BodyMotion::new(body, &parts.X, start, is_loaded)).collect()
+}
+
+/// Whether something pulls at every node from the first step.
+fn is_loaded(document: &SceneDocument) -> bool {
+    document.gravity_m_per_s2.is_some_and(|g| g != [0.0; 3]) || document.settle.is_some()
+}
+
+/// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.
+fn skips_quiet_elements(document: &SceneDocument, parts: &Parts) -> bool {
+    let rests = |(u, v): (&Vec3, &Vec3)| *u == Vec3::zeros() && *v == Vec3::zeros();
+    !document.keeps(Keep::QuietElements) && !is_loaded(document) && parts.u.iter().zip(&parts.v).any(rests)
 }
 
 /// Strains that differences of displacements may have by rounding, some thousand ulps of a displacement of a body's size.
@@ -127,7 +157,7 @@ fn integrator(document: &IntegratorDocument) -> (Explicit, [f64; 2]) {
 
 fn add_body(
     parts: &mut Parts,
-    integrator_document: &IntegratorDocument,
+    scene: &SceneDocument,
     document: &BodyDocument,
     body: &SceneBody,
 ) -> Result<(), CompileError> {
@@ -151,9 +181,11 @@ fn add_body(
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
     parts.inverse_mass.extend(inverse_mass);
 
-    let (_, viscosity) = integrator(integrator_document);
-    let globals = Globals { first_node, first_element, body: parts.bodies.len() };
-    add_blocks(&mut parts.blocks, &globals, viscosity, document, body, geometry);
+    let (_, viscosity) = integrator(&scene.integrator);
+    let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
+    let globals =
+        Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
+    add_blocks(&mut parts.blocks, &globals, document, body, geometry);
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
     let faces: Vec<[u32; 4]> = surface::skin(&mesh.hexes).iter().map(global).collect();
@@ -236,13 +268,14 @@ struct Globals {
     first_node: u32,
     first_element: u32,
     body: usize,
+    viscosity: [f64; 2],
+    keeps_idle_fibres: bool,
 }
 
 /// One block for every entry of `parts` that has elements.
 fn add_blocks(
     blocks: &mut Vec<ElementBlock>,
     globals: &Globals,
-    viscosity: [f64; 2],
     document: &BodyDocument,
     body: &SceneBody,
     geometry: Vec<ReferenceGeometry>,
@@ -263,11 +296,11 @@ fn add_blocks(
         }
         let split = material.volumetric().is_some();
         let parameters = BlockParameters {
-            material: *material,
+            material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
             mean_dilatation: part.formulation.map_or(split, |f| f == Formulation::MeanDilatation),
             density: part.density_kg_per_m3,
-            linear_viscosity: viscosity[0],
-            quadratic_viscosity: viscosity[1],
+            linear_viscosity: globals.viscosity[0],
+            quadratic_viscosity: globals.viscosity[1],
         };
         let first_slot = blocks.last().map_or(0, |b| b.first_slot + b.slot_count());
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
@@ -291,11 +324,6 @@ fn field_times(scene: &Scene) -> Vec<f64> {
     times.push(end);
     times.dedup();
     times
-}
-
-fn fields(scene: &Scene) -> Vec<crate::scene::document::FieldName> {
-    let unique: BTreeSet<_> = scene.document.record.fields.iter().copied().collect();
-    unique.into_iter().collect()
 }
 
 /// The tissue's skin: the asked node set, or the outer surface without faces that are wholly held.

@@ -1,10 +1,11 @@
 //! Which pairs may touch, and who is slave to whom.
 
+use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
 use super::{ContactPlan, PlanBody};
 use crate::mechanics::contact::slave_choice::{Slave, choose_slave};
-use crate::mechanics::contact::{ContactPair, Master, Surface};
+use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{ContactPairs, PlaneDocument, SceneDocument};
+use crate::scene::document::{ContactPairs, Keep, PlaneDocument, Role, SceneDocument};
 
 /// One side of a pair as the document names it.
 #[derive(Clone, Copy)]
@@ -13,15 +14,21 @@ enum Side<'a> {
     Plane(&'a PlaneDocument),
 }
 
-/// Compiles the pairs; `None` when nothing may touch.
+/// Two sides with their friction.
+type Asked<'a> = (Side<'a>, Side<'a>, f64);
+
+/// Compiles the pairs, `None` when nothing may touch; and those that cannot meet. `motions` of the bodies, `until` [s] the
+/// latest time at which a contact may matter.
 pub(super) fn compile_contact(
     document: &SceneDocument,
     bodies: &[PlanBody],
     X: &[Vec3],
-) -> Option<ContactPlan> {
-    let asked = pairs_asked(document);
+    motions: &[BodyMotion],
+    until: f64,
+) -> (Option<ContactPlan>, Vec<DistantPair>) {
+    let (asked, distant) = without_distant_pairs(document, pairs_asked(document), bodies, motions, until);
     if asked.is_empty() {
-        return None;
+        return (None, distant);
     }
     let mut plan = ContactPlan {
         surfaces: Vec::new(),
@@ -33,11 +40,60 @@ pub(super) fn compile_contact(
     for (a, b, mu) in asked {
         add_pair(&mut plan, document, bodies, X, (a, b, mu));
     }
-    Some(plan)
+    (Some(plan), distant)
+}
+
+/// Parts the pairs into those that may meet and those that cannot, unless the document keeps those.
+fn without_distant_pairs<'a>(
+    document: &SceneDocument,
+    asked: Vec<Asked<'a>>,
+    bodies: &[PlanBody],
+    motions: &[BodyMotion],
+    until: f64,
+) -> (Vec<Asked<'a>>, Vec<DistantPair>) {
+    if document.keeps(Keep::DistantPairs) {
+        return (asked, Vec::new());
+    }
+    let sides: Vec<(usize, Other)> = asked.iter().filter_map(|(a, b, _)| moving_sides(*a, *b)).collect();
+    let verdicts = cannot_meet(motions, &sides, until);
+    let (mut kept, mut distant) = (Vec::new(), Vec::new());
+    for ((a, b, mu), verdict) in asked.into_iter().zip(verdicts) {
+        if let Some(why) = verdict {
+            let name = [a, b].map(|side| side.name(bodies)).join("–");
+            let on_tissue = [a, b].iter().any(|side| side.is_tissue(bodies));
+            distant.push(DistantPair { name, on_tissue, why });
+        } else {
+            kept.push((a, b, mu));
+        }
+    }
+    (kept, distant)
+}
+
+/// A pair with a body first; `None` for two planes, which validation refuses.
+fn moving_sides(a: Side, b: Side) -> Option<(usize, Other)> {
+    let plane =
+        |plane: &PlaneDocument| Other::Plane(Vec3::from(plane.point_m), Vec3::from(plane.normal).normalize());
+    match (a, b) {
+        (Side::Body(a), Side::Body(b)) => Some((a, Other::Body(b))),
+        (Side::Body(body), Side::Plane(p)) | (Side::Plane(p), Side::Body(body)) => Some((body, plane(p))),
+        (Side::Plane(_), Side::Plane(_)) => None,
+    }
+}
+
+impl<'a> Side<'a> {
+    fn name(self, bodies: &'a [PlanBody]) -> &'a str {
+        match self {
+            Self::Body(body) => &bodies[body].name,
+            Self::Plane(plane) => &plane.name,
+        }
+    }
+    fn is_tissue(self, bodies: &[PlanBody]) -> bool {
+        matches!(self, Self::Body(body) if bodies[body].role == Role::Tissue)
+    }
 }
 
 /// Every pair of sides with its friction, bodies before planes.
-fn pairs_asked(document: &SceneDocument) -> Vec<(Side<'_>, Side<'_>, f64)> {
+fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
     let default = document.contact.friction;
     let side = |name: &str| {
         let body = document.bodies.iter().position(|b| b.name == name).map(Side::Body);
@@ -66,7 +122,7 @@ fn add_pair(
     document: &SceneDocument,
     bodies: &[PlanBody],
     X: &[Vec3],
-    (a, b, mu): (Side, Side, f64),
+    (a, b, mu): Asked,
 ) {
     let (slave, master, master_body, names) = match (a, b) {
         (Side::Body(a), Side::Plane(plane)) | (Side::Plane(plane), Side::Body(a)) => {
@@ -83,7 +139,9 @@ fn add_pair(
         (Side::Plane(_), Side::Plane(_)) => return,
     };
     let surface = surface_of(plan, bodies, slave);
-    plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, mu });
+    let keeps_tangential = document.keeps(Keep::TangentialReactions);
+    let law = if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) };
+    plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, law });
     plan.pair_bodies.push((slave, master_body));
 }
 

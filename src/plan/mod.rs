@@ -2,10 +2,21 @@
 
 mod compile;
 mod contact;
+mod cost;
+mod distant;
+mod left_out;
+mod memory;
 mod report;
+mod stable_step;
+#[cfg(test)]
+mod tests;
 
 pub use compile::{CompileError, compile};
-pub use report::{LeftOut, PlanReport};
+pub use distant::DistantPair;
+pub use left_out::LeftOut;
+pub use memory::MemoryReport;
+pub use report::{BlockReport, PairReport, PlanReport};
+pub use stable_step::{ElementsWithin, StableStepReport};
 
 use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
@@ -32,6 +43,10 @@ pub struct Plan {
     pub assembly: crate::mechanics::force::Assembly,
     /// Contact, when anything may touch.
     pub contact: Option<ContactPlan>,
+    /// Pairs that were asked for and cannot meet before the end; they are not in `contact`.
+    pub distant_pairs: Vec<DistantPair>,
+    /// Whether elements that nothing has reached yet are passed over in the force sweep.
+    pub skip_quiet_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,
     /// Settling before the clock starts.

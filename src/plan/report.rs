@@ -1,140 +1,179 @@
-//! What the plan kept, what it left out, and why.
+//! The plan as a thing to look at: what it kept, what it left out and why, and what it will cost.
 
-use super::Plan;
+use super::left_out::{LeftOut, left_out};
+use super::memory::MemoryReport;
+use super::stable_step::{StableStepReport, StableSteps};
+use super::{Plan, cost};
 use crate::mechanics::contact::Master;
-use crate::mechanics::force::{ElementBlock, ElementForces, SweepInput, Threads};
+use crate::mechanics::force::ElementBlock;
 use crate::mechanics::material::Material;
-use crate::mechanics::tensor::Vec3;
-use crate::scene::document::SceneDocument;
+use crate::scene::Scene;
+use crate::scene::document::Keep;
 use serde::Serialize;
-
-/// Element-steps per second and core that the run time is estimated with: a fixed table, never a stopwatch, so that a
-/// scene always gets the same plan.
-const ELEMENT_STEPS_PER_SECOND: f64 = 3.0e6;
+use std::collections::BTreeSet;
 
 /// The plan in figures and words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PlanReport {
     /// Number of nodes.
     pub nodes: usize,
     /// Number of elements.
     pub elements: usize,
-    /// Bytes of the plan and one state, about.
+    /// Bytes of a run, about.
     pub memory_bytes: u64,
-    /// Stable step at the start [s].
+    /// The same by part.
+    pub memory: MemoryReport,
+    /// Step at the start [s]: the smallest stable one times the safety factor, or the scene's `max_step_s`.
     pub stable_step_s: f64,
+    /// What dictates it.
+    pub stable_step: StableStepReport,
     /// Steps to the end at that step.
     pub expected_steps: u64,
-    /// Expected run time on one core [s], from a fixed table of costs (never a stopwatch).
+    /// Expected run time on one core [s] if every element is swept in every step, from a fixed table of costs (never a
+    /// stopwatch), without recording.
     pub expected_run_time_s: f64,
-    /// Element, material and count of each block; slave, master and friction of each pair; …
+    /// Elements by kernel.
+    pub blocks: Vec<BlockReport>,
+    /// Pairs that may touch.
+    pub pairs: Vec<PairReport>,
+    /// Blocks and pairs in words.
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
     pub left_out: Vec<LeftOut>,
+    /// What is kept though the scene may not need it, because somebody asked.
+    pub put_back: Vec<Keep>,
 }
 
-/// Something that the plan does without.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct LeftOut {
-    /// What.
-    pub what: String,
-    /// Why.
-    pub why: String,
+/// Elements of one body, law and formulation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct BlockReport {
+    /// Body.
+    pub body: String,
+    /// Its parts that are in here.
+    pub parts: Vec<String>,
+    /// Number of elements.
+    pub elements: usize,
+    /// Constitutive law.
+    pub law: String,
+    /// Families of fibres that are swept.
+    pub fibre_families: usize,
+    /// Element formulation.
+    pub formulation: String,
+    /// Smallest stable step of its elements at the start, without safety factor [s].
+    pub smallest_stable_step_s: f64,
+    /// Element-steps per second and core that the run time is expected from.
+    pub element_steps_per_s: f64,
+}
+
+/// A pair that may touch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct PairReport {
+    /// Its name, the slave first.
+    pub name: String,
+    /// Nodes on the slave's surface.
+    pub slave_nodes: usize,
+    /// Faces of the master; null for a plane.
+    pub master_faces: Option<usize>,
+    /// Coulomb friction μ [-].
+    pub friction: f64,
+    /// Unknowns of each contact: one without friction, three with it.
+    pub unknowns_per_contact: u32,
 }
 
 /// Describes a compiled plan.
-pub(super) fn report(plan: &Plan, document: &SceneDocument) -> PlanReport {
-    let stable_step_s = plan.explicit.max_step.min(plan.explicit.safety * stable_step(plan));
+pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanReport {
+    let (safety, max_step) = (plan.explicit.safety, plan.explicit.max_step);
+    let stable_step_s = max_step.min(safety * steps.smallest());
     let settling = plan.settle.map_or(0.0, |s| s.duration);
     let expected_steps = ((plan.end_time + settling) / stable_step_s).ceil() as u64;
+    let blocks: Vec<BlockReport> = plan
+        .blocks
+        .iter()
+        .enumerate()
+        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i)))
+        .collect();
+    let pairs: Vec<PairReport> = of_pairs(plan);
+    let memory = MemoryReport::new(plan);
     PlanReport {
         nodes: plan.node_count(),
         elements: plan.element_count(),
-        memory_bytes: memory(plan),
+        memory_bytes: memory.total_bytes(),
+        memory,
         stable_step_s,
+        stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
         expected_steps,
-        expected_run_time_s: expected_steps as f64 * plan.element_count() as f64 / ELEMENT_STEPS_PER_SECOND,
-        kept: kept(plan),
-        left_out: left_out(plan, document),
+        expected_run_time_s: cost::run_time_s(plan, expected_steps),
+        kept: blocks
+            .iter()
+            .map(BlockReport::in_words)
+            .chain(pairs.iter().map(PairReport::in_words))
+            .collect(),
+        blocks,
+        pairs,
+        left_out: left_out(plan, scene),
+        put_back: scene.document.solver.keep.clone(),
     }
 }
 
-/// Stable step at the start [s], safety not applied.
-fn stable_step(plan: &Plan) -> f64 {
-    let rest;
-    let u = if plan.initial_u.is_empty() {
-        rest = vec![Vec3::zeros(); plan.node_count()];
-        &rest
-    } else {
-        &plan.initial_u
-    };
-    let zero = vec![0.0; plan.slot_count()];
-    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-    let mut forces = ElementForces::new(&plan.blocks);
-    forces.sweep(&Threads::ONE, &plan.blocks, &input);
-    (0..plan.blocks.len()).map(|block| forces.totals(block).stable_step.0).fold(f64::INFINITY, f64::min)
-}
-
-fn memory(plan: &Plan) -> u64 {
-    // Positions, masses and the plan's initial state; u, v, forces, positions and end positions of a run.
-    let node = size_of::<Vec3>() * 8 + size_of::<f64>();
-    // Dilatation and viscous pressure of the state.
-    let slot = 2 * size_of::<f64>();
-    let forces = ElementForces::new(&plan.blocks).memory();
-    let blocks: usize = plan.blocks.iter().map(ElementBlock::memory).sum();
-    let bodies: usize = plan.bodies.iter().map(|b| b.hexes.len() * 36 + b.skin.faces.len() * 40).sum();
-    (plan.node_count() * node + plan.slot_count() * slot + blocks + forces + bodies + plan.assembly.memory())
-        as u64
-}
-
-fn kept(plan: &Plan) -> Vec<String> {
-    let mut kept: Vec<String> = plan.blocks.iter().map(|block| describe_block(plan, block)).collect();
-    if let Some(contact) = &plan.contact {
-        for pair in &contact.pairs {
-            let master = match pair.master {
-                Master::Surface(surface) => format!("{} faces", contact.surfaces[surface].faces.len()),
-                Master::Plane { .. } => "a plane".into(),
-            };
-            let slaves = contact.surfaces[pair.slave].nodes.len();
-            kept.push(format!(
-                "contact {}: {slaves} slave nodes against {master}, friction {}",
-                pair.name, pair.mu
-            ));
-        }
-    }
-    kept
-}
-
-fn describe_block(plan: &Plan, block: &ElementBlock) -> String {
-    let p = &block.parameters;
+fn of_block(plan: &Plan, block: &ElementBlock, smallest_stable_step_s: f64) -> BlockReport {
+    let (p, body) = (&block.parameters, &plan.bodies[block.body]);
+    let parts: BTreeSet<u32> =
+        block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
     let law = match p.material {
-        Material::MooneyRivlin(_) => "Mooney–Rivlin".to_owned(),
-        Material::NeoHookean(_) => "neo-Hookean".to_owned(),
-        Material::CoupledNeoHookean(_) => "coupled neo-Hookean".to_owned(),
-        Material::HolzapfelGasserOgden(_) => {
-            format!("Holzapfel–Gasser–Ogden with {} fibre families", p.material.family_count())
-        }
+        Material::MooneyRivlin(_) => "Mooney–Rivlin",
+        Material::NeoHookean(_) => "neo-Hookean",
+        Material::CoupledNeoHookean(_) => "coupled neo-Hookean",
+        Material::HolzapfelGasserOgden(_) => "Holzapfel–Gasser–Ogden",
     };
-    let formulation = if p.mean_dilatation { "mean dilatation" } else { "full integration" };
-    format!("{}: {} hex8, {formulation}, {law}", plan.bodies[block.body].name, block.elements.len())
+    BlockReport {
+        body: body.name.clone(),
+        parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
+        elements: block.elements.len(),
+        law: law.into(),
+        fibre_families: p.material.family_count(),
+        formulation: if p.mean_dilatation { "mean dilatation" } else { "full integration" }.into(),
+        smallest_stable_step_s,
+        element_steps_per_s: cost::element_steps_per_s(plan, p),
+    }
 }
 
-fn left_out(plan: &Plan, document: &SceneDocument) -> Vec<LeftOut> {
-    let mut list = Vec::new();
-    let mut leave = |absent: bool, what: &str, why: &str| {
-        if absent {
-            list.push(LeftOut { what: what.into(), why: why.into() });
-        }
+fn of_pairs(plan: &Plan) -> Vec<PairReport> {
+    let Some(contact) = &plan.contact else { return Vec::new() };
+    let of_pair = |pair: &crate::mechanics::contact::ContactPair| PairReport {
+        name: pair.name.clone(),
+        slave_nodes: contact.surfaces[pair.slave].nodes.len(),
+        master_faces: match pair.master {
+            Master::Surface(master) => Some(contact.surfaces[master].faces.len()),
+            Master::Plane { .. } => None,
+        },
+        friction: pair.law.mu(),
+        unknowns_per_contact: pair.law.unknowns(),
     };
-    leave(plan.contact.is_none(), "contact", "the scene has no pair that may touch");
-    let frictionless = plan.contact.as_ref().is_some_and(|c| c.pairs.iter().all(|p| p.mu == 0.0));
-    leave(frictionless, "tangential reactions", "every pair is frictionless: one unknown a contact");
-    leave(plan.gravity.is_none(), "gravity", "the scene gives none");
-    leave(plan.settle.is_none(), "settling", "the scene asks for none");
-    leave(plan.blocks.iter().all(|b| b.parameters.material.family_count() == 0), "fibres", "no law has any");
-    leave(plan.initial_u.is_empty(), "initial deformation", "every body starts undeformed");
-    leave(plan.initial_v.is_empty(), "initial spin", "no body spins");
-    leave(document.record.fields.is_empty(), "stress fields", "the scene records none");
-    leave(true, "history variables", "every law is elastic");
-    list
+    contact.pairs.iter().map(of_pair).collect()
+}
+
+impl BlockReport {
+    fn in_words(&self) -> String {
+        let Self { body, elements, formulation, law, fibre_families, .. } = self;
+        let fibres = match fibre_families {
+            0 => String::new(),
+            1 => " with 1 fibre family".into(),
+            n => format!(" with {n} fibre families"),
+        };
+        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}")
+    }
+}
+
+impl PairReport {
+    fn in_words(&self) -> String {
+        let master = self.master_faces.map_or_else(|| "a plane".into(), |faces| format!("{faces} faces"));
+        let unknowns = if self.unknowns_per_contact == 1 { "1 unknown" } else { "3 unknowns" };
+        format!(
+            "contact {}: {} slave nodes against {master}, friction {}, {unknowns} a contact",
+            self.name, self.slave_nodes, self.friction
+        )
+    }
 }

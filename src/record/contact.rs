@@ -45,7 +45,7 @@ pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
 fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
     let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
-    let mu = contact.pairs[pair as usize].mu;
+    let mu = contact.pairs[pair as usize].law.mu();
     let active = || {
         frame.contacts.iter().zip(frame.reactions).filter(move |(c, r)| c.pair == pair && r.impulse[0] > 0.0)
     };

@@ -9,6 +9,7 @@ pub use super::material_document::{
 pub use super::mesh_document::{
     Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument, RotationDocument,
 };
+pub use super::solver_document::{Keep, SolverDocument};
 
 /// One scene: bodies, what may touch, how long, what to record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,6 +39,9 @@ pub struct SceneDocument {
     /// How to step.
     #[serde(default)]
     pub integrator: IntegratorDocument,
+    /// How to solve, apart from what.
+    #[serde(default, skip_serializing_if = "SolverDocument::is_default")]
+    pub solver: SolverDocument,
     /// What to record and how often.
     #[serde(default)]
     pub record: RecordDocument,
@@ -371,6 +375,20 @@ impl Default for RecordDocument {
     }
 }
 
+impl SceneDocument {
+    /// Whether a thing is put back that plans leave out.
+    pub fn keeps(&self, thing: Keep) -> bool {
+        self.solver.keep.contains(&thing)
+    }
+
+    /// The fields that are recorded, each once: those asked for, or all where the unasked ones are kept.
+    pub fn recorded_fields(&self) -> Vec<FieldName> {
+        let recorded =
+            |field: &FieldName| self.record.fields.contains(field) || self.keeps(Keep::UnaskedFields);
+        FieldName::ALL.into_iter().filter(recorded).collect()
+    }
+}
+
 /// A field of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -387,6 +405,18 @@ pub enum FieldName {
     Velocity,
     /// Mean Cauchy stress of each element, 6 components [Pa].
     ElementCauchyStress,
+}
+
+impl FieldName {
+    /// All of them, in their order.
+    pub const ALL: [Self; 6] = [
+        Self::VonMises,
+        Self::Pressure,
+        Self::PrincipalStrain,
+        Self::Displacement,
+        Self::Velocity,
+        Self::ElementCauchyStress,
+    ];
 }
 
 /// What the measures need to know.

@@ -23,6 +23,7 @@ pub mod mesh_document;
 pub mod problem;
 pub mod recipe;
 pub mod schema;
+pub mod solver_document;
 pub mod source;
 mod structure;
 pub mod summary;
@@ -38,7 +39,7 @@ pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError};
 
 use crate::mechanics::tensor::Mat3;
 use crate::mesh::Mesh;
-use document::SceneDocument;
+use document::{Keep, SceneDocument};
 
 /// A validated scene: the document, and each body's mesh in its place (metres, placement applied).
 #[derive(Clone, Debug)]
@@ -49,6 +50,19 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.
     pub content_hash: String,
+}
+
+impl Scene {
+    /// Puts back things that the plan would leave out, besides those that the document keeps. The question stays the same,
+    /// and so does its content hash.
+    pub fn put_back(&mut self, things: &[Keep]) {
+        let keep = &mut self.document.solver.keep;
+        for thing in things {
+            if !keep.contains(thing) {
+                keep.push(*thing);
+            }
+        }
+    }
 }
 
 /// A body of a validated scene.

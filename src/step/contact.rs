@@ -6,7 +6,7 @@ use super::ledger::stuck;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
 use crate::mechanics::contact::projection::project_positions;
-use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::contact::{Contact, ContactLaw, Reaction};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan};
 
@@ -19,8 +19,8 @@ const LARGEST_RESIDUAL: f64 = 1e-4;
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
     detector: Detector,
-    mu: Vec<f64>,
-    stuck: Vec<f64>,
+    laws: Vec<ContactLaw>,
+    stuck: Vec<ContactLaw>,
     drift: Vec<Vec3>,
     still: Vec<Vec3>,
     x_end: Vec<Vec3>,
@@ -38,7 +38,7 @@ impl<'p> ContactStep<'p> {
         Self {
             plan: contact,
             detector: Detector::new(&contact.surfaces, &contact.pairs, &plan.X),
-            mu: contact.pairs.iter().map(|p| p.mu).collect(),
+            laws: contact.pairs.iter().map(|p| p.law).collect(),
             stuck: stuck(&contact.pairs),
             still: vec![Vec3::zeros(); drift.len()],
             drift,
@@ -61,7 +61,7 @@ impl<'p> ContactStep<'p> {
         flying: bool,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        let (mu, drift) = if flying { (&self.mu, &self.drift) } else { (&self.stuck, &self.still) };
+        let (laws, drift) = if flying { (&self.laws, &self.drift) } else { (&self.stuck, &self.still) };
         for body in &plan.bodies {
             let flight = if flying { body.flight_velocity } else { Vec3::zeros() };
             for node in body.nodes.start as usize..body.nodes.end as usize {
@@ -74,7 +74,7 @@ impl<'p> ContactStep<'p> {
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve(
             &self.contacts,
-            mu,
+            laws,
             &plan.inverse_mass,
             h,
             v,

@@ -10,7 +10,7 @@
 //! half steps; so it is booked, with the external work.
 
 use super::state::State;
-use crate::mechanics::contact::{Contact, ContactPair, Reaction};
+use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -238,7 +238,7 @@ impl Ledger {
         // A contact that slides dissipates by its mean slip, as its work is by the mean velocity: by the end velocity alone
         // every change of the slip velocity would be miscounted, and show up as numerical dissipation of either sign.
         // What a contact that sticks at the end takes from the slip before is numerical: the catch of a lumped node.
-        let slides = p_1.hypot(p_2) >= plan.pairs[contact.pair as usize].mu * p_n * (1.0 - SLIDING);
+        let slides = p_1.hypot(p_2) >= plan.pairs[contact.pair as usize].law.mu() * p_n * (1.0 - SLIDING);
         let friction = if slides {
             let slip = slave_v(v) - if master_body.is_some() { master_v(v) } else { Vec3::zeros() };
             -0.5 * (p_1 * t1.dot(&slip) + p_2 * t2.dot(&slip))
@@ -329,7 +329,7 @@ fn master_velocity(contact: &Contact, v: &[Vec3]) -> Vec3 {
     sum
 }
 
-/// Friction of each pair while settling: nothing slips.
-pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<f64> {
-    vec![f64::INFINITY; pairs.len()]
+/// Law of each pair while settling: nothing slips.
+pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
+    vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
 }

@@ -1,5 +1,7 @@
 //! Studies: from the one run of a scene to many.
 
+pub mod leave_out;
 pub mod single;
 
+pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
 pub use single::{Phase, Progress, RunError, RunRequest, RunResult, run_scene};

@@ -5,7 +5,9 @@ use crate::measure::{Measures, Summary};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
 use crate::record::{McapRecorder, RecordingInfo};
 use crate::scene::Scene;
-use crate::step::{Ending, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, run};
+use crate::step::{
+    Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run,
+};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -64,6 +66,10 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// The clinical summary.
     pub summary: Summary,
+    /// The state that it ended in.
+    pub state: State,
+    /// The ledger at its last step.
+    pub energy: Energy,
     /// What the plan kept and left out.
     pub plan_report: PlanReport,
     /// Wall time, compiling included [s].
@@ -96,21 +102,23 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let measures = Measures::new().with_artificial_ends(ArtificialEnds::of(request.scene, &plan));
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let mut teller = Teller { tell: progress, told: None };
-    let (outcome, summary) = if let Some(path) = request.recording {
+    let (outcome, state, summary, energy) = if let Some(path) = request.recording {
         let info = recording_info(request.scene, request.document_json);
         let mut recorder = McapRecorder::new(path, info, measures);
-        let (outcome, _) = run(&plan, &options, &mut [&mut recorder, &mut teller]);
+        let (outcome, state) = run(&plan, &options, &mut [&mut recorder, &mut teller]);
         let summary = final_summary(recorder.measures(), &plan, &outcome);
-        (outcome, summary)
+        (outcome, state, summary, recorder.measures().energy.clone())
     } else {
         let mut measures = measures;
-        let (outcome, _) = run(&plan, &options, &mut [&mut measures, &mut teller]);
+        let (outcome, state) = run(&plan, &options, &mut [&mut measures, &mut teller]);
         let summary = final_summary(&measures, &plan, &outcome);
-        (outcome, summary)
+        (outcome, state, summary, measures.energy)
     };
     Ok(RunResult {
         outcome,
         summary,
+        state,
+        energy,
         plan_report: plan.report,
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),

@@ -11,6 +11,7 @@ mod coulomb_cone;
 mod free_flight;
 mod incline;
 mod ledger;
+mod left_out;
 mod material_points;
 mod momentum;
 mod oblique_soft_ball;

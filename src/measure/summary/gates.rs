@@ -77,7 +77,12 @@ pub(super) fn withholding_reason(gates: &[Gate], state: &RunState) -> Option<Str
 }
 
 /// Warnings that follow from the measures.
-pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: bool) -> Vec<String> {
+pub(super) fn own_warnings(
+    measures: &Measures,
+    plan: &Plan,
+    numerics: &Numerics,
+    has_ended: bool,
+) -> Vec<String> {
     let mut warnings = Vec::new();
     let share = numerics.numerical_contact_dissipation_share;
     // At the end the stepper itself says so.
@@ -97,8 +102,18 @@ pub(super) fn own_warnings(measures: &Measures, numerics: &Numerics, has_ended: 
              seen: a smaller `record.field_interval_s` looks more often."
         ));
     }
-    if has_ended && measures.absorbed.is_some() && !measures.pairs.iter().any(|p| p.on_tissue) {
+    let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
+    let is_joined = measures.pairs.iter().any(|p| p.on_tissue) || missed().next().is_some();
+    if has_ended && measures.absorbed.is_some() && !is_joined {
         warnings.push("No contact pair joins the tissue to anything: nothing can hit it.".to_owned());
+    }
+    if has_ended {
+        warnings.extend(missed().map(|pair| {
+            format!(
+                "Nothing can touch in {} ({}): look at the direction of the velocity, the gap and the end time.",
+                pair.name, pair.why
+            )
+        }));
     }
     for pair in &measures.pairs {
         if has_ended && pair.on_tissue && pair.force.contact_span.is_none() {

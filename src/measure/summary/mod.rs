@@ -176,7 +176,7 @@ impl Summary {
         }
         let mut warnings = outcome.map(|o| o.warnings.clone()).unwrap_or_default();
         warnings.extend(
-            own_warnings(measures, &numerics, outcome.is_some())
+            own_warnings(measures, plan, &numerics, outcome.is_some())
                 .into_iter()
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),

@@ -41,8 +41,8 @@ fn to_parry(p: &Vec3) -> Vector {
     Vector::new(p.x, p.y, p.z)
 }
 
-/// How far a node must be from a face before it is out of the narrow phase's reach [m].
-pub(super) fn reach(size: f64) -> f64 {
+/// How far a node must be from a face of this size [m] before it is out of the narrow phase's reach [m].
+pub fn reach(size: f64) -> f64 {
     NEAR.max(DEPTH) * size
 }
 

@@ -1,4 +1,7 @@
 //! One contact as Gauss–Seidel sees it: its nodes, its own block of the Delassus operator, its relative velocity.
+//!
+//! A [`NormalRow`] is a contact without friction: one unknown, one direction. A [`Row`] is one with it: the same and two
+//! tangents.
 
 use super::Contact;
 use super::local::{Local, LocalOperator};
@@ -9,22 +12,33 @@ const ISOTROPY: f64 = 1e-14;
 /// Normal compliance below this share of the trace: nothing can move along n.
 const IMMOVABLE: f64 = 1e-12;
 
-/// One contact, ready for sweeps.
+/// The normal direction of one contact, ready for sweeps.
 #[derive(Clone, Debug)]
-pub(super) struct Row {
+pub(super) struct NormalRow {
     /// Its nodes and their signed weights: the slave (+1), then the master's with a weight (−w).
     nodes: [u32; 5],
     weights: [f64; 5],
     node_count: usize,
-    pub frame: [Vec3; 3],
-    /// Local drift + (max(gap, 0)/h) n.
-    bias: Local,
+    normal: Vec3,
+    /// Normal drift + max(gap, 0)/h.
+    bias: f64,
+    /// The size of the velocities that the bias is made of.
+    bias_size: f64,
     /// `W_nn`, 0 for a contact between immovable sides, which is skipped.
     pub w_nn: f64,
     /// `tr W / 3`.
     pub d: f64,
     /// `W = d I`.
     pub isotropic: bool,
+}
+
+/// One contact with friction, ready for sweeps.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    pub normal: NormalRow,
+    tangents: [Vec3; 2],
+    /// Tangential drift.
+    bias: [f64; 2],
     /// `C M⁻¹ Cᵀ` of this contact alone, in the local frame.
     pub W: LocalOperator,
 }
@@ -34,9 +48,14 @@ pub(super) fn squared(a: Local) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
-impl Row {
+impl NormalRow {
     /// Gathers a contact for a step of length `h` [s], with `inverse_mass` [1/kg] per node and axis.
     pub fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
+        Self::with_diagonal(contact, inverse_mass, h).0
+    }
+
+    /// The row, and the diagonal of C M⁻¹ Cᵀ in space.
+    fn with_diagonal(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> (Self, Vec3) {
         let (nodes, weights, node_count) = signed_weights(contact);
         // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
         let mut diagonal = Vec3::zeros();
@@ -45,24 +64,16 @@ impl Row {
         }
         let (least, most) = (diagonal.min(), diagonal.max());
         let isotropic = most - least <= ISOTROPY * most;
-        let frame = contact.frame;
-        let mut W = [[0.0; 3]; 3];
-        for (row, a) in W.iter_mut().zip(&frame) {
-            for (x, b) in row.iter_mut().zip(&frame) {
-                *x = a.component_mul(&diagonal).dot(b);
-            }
-        }
+        let normal = contact.frame[0];
         let trace = diagonal.sum();
         let d = if isotropic { diagonal.x } else { trace / 3.0 };
-        let n_n = if isotropic { d } else { W[0][0] };
+        let n_n = if isotropic { d } else { normal.component_mul(&diagonal).dot(&normal) };
         let w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
         let opening = contact.gap.max(0.0) / h;
-        let bias = [
-            frame[0].dot(&contact.drift) + opening,
-            frame[1].dot(&contact.drift),
-            frame[2].dot(&contact.drift),
-        ];
-        Self { nodes, weights, node_count, frame, bias, w_nn, d, isotropic, W }
+        let bias = normal.dot(&contact.drift) + opening;
+        let bias_size = contact.drift.amax() + opening;
+        let row = Self { nodes, weights, node_count, normal, bias, bias_size, w_nn, d, isotropic };
+        (row, diagonal)
     }
 
     /// `v_slave − Σ w_a v_a`, in space.
@@ -75,22 +86,21 @@ impl Row {
         sum
     }
 
-    /// `u` in the local frame.
+    /// `u_n`.
     #[inline]
-    pub fn relative_velocity(&self, v: &[Vec3]) -> Local {
-        let w = self.difference(v);
-        [0, 1, 2].map(|i| self.frame[i].dot(&w) + self.bias[i])
+    pub fn velocity(&self, v: &[Vec3]) -> f64 {
+        self.normal.dot(&self.difference(v)) + self.bias
     }
 
-    /// `u_n` alone.
+    /// Adds `M⁻¹ Cᵀ` of an impulse along n.
     #[inline]
-    pub fn normal_velocity(&self, v: &[Vec3]) -> f64 {
-        self.frame[0].dot(&self.difference(v)) + self.bias[0]
+    pub fn push(&self, impulse: f64, inverse_mass: &[Vec3], v: &mut [Vec3]) {
+        self.push_in_space(self.normal * impulse, inverse_mass, v);
     }
 
     /// Adds `M⁻¹ Cᵀ` of an impulse in space.
     #[inline]
-    pub fn push(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
+    fn push_in_space(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
         for i in 0..self.node_count {
             let node = self.nodes[i] as usize;
             v[node] += inverse_mass[node].component_mul(&impulse) * self.weights[i];
@@ -100,7 +110,39 @@ impl Row {
     /// The size of the velocities that add up to `u`.
     pub fn roundable(&self, v: &[Vec3]) -> f64 {
         let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());
-        nodes.sum::<f64>() + squared(self.bias).sqrt()
+        nodes.sum::<f64>() + self.bias_size
+    }
+}
+
+impl Row {
+    /// As [`NormalRow::new`].
+    pub fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
+        let (normal, diagonal) = NormalRow::with_diagonal(contact, inverse_mass, h);
+        let [_, t1, t2] = contact.frame;
+        let mut W = [[0.0; 3]; 3];
+        for (row, a) in W.iter_mut().zip(&contact.frame) {
+            for (x, b) in row.iter_mut().zip(&contact.frame) {
+                *x = a.component_mul(&diagonal).dot(b);
+            }
+        }
+        let bias = [t1.dot(&contact.drift), t2.dot(&contact.drift)];
+        Self { normal, tangents: [t1, t2], bias, W }
+    }
+
+    /// `u` in the local frame.
+    #[inline]
+    pub fn velocity(&self, v: &[Vec3]) -> Local {
+        let w = self.normal.difference(v);
+        let [t1, t2] = &self.tangents;
+        [self.normal.normal.dot(&w) + self.normal.bias, t1.dot(&w) + self.bias[0], t2.dot(&w) + self.bias[1]]
+    }
+
+    /// Adds `M⁻¹ Cᵀ` of an impulse in the local frame.
+    #[inline]
+    pub fn push(&self, impulse: Local, inverse_mass: &[Vec3], v: &mut [Vec3]) {
+        let [t1, t2] = &self.tangents;
+        let in_space = self.normal.normal * impulse[0] + t1 * impulse[1] + t2 * impulse[2];
+        self.normal.push_in_space(in_space, inverse_mass, v);
     }
 }
 

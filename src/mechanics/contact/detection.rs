@@ -16,7 +16,8 @@
 //!
 //! What is found depends on the positions alone, never on how old the list of the broad phase is.
 
-use super::broad_phase::{Candidates, FaceTree, Motion, reach};
+pub use super::broad_phase::reach;
+use super::broad_phase::{Candidates, FaceTree, Motion};
 use super::finder::{Finder, local_frame};
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::self_contact::Exclusions;

@@ -15,11 +15,15 @@
 //! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
 //!
-//! A pair without friction runs a sweep with one unknown per contact; the law is chosen once a pair.
+//! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
+//! The law is chosen once a pair. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
+//! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
 
-use super::contact_row::{Row, squared};
-use super::local::{natural_map, solve_contact, solve_frictionless, solve_isotropic};
-use super::{Contact, Reaction};
+use super::contact_row::{NormalRow, Row, squared};
+use super::local::{
+    Local, natural_map, natural_map_frictionless, solve_contact, solve_frictionless, solve_isotropic,
+};
+use super::{Contact, ContactLaw, Reaction};
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
@@ -62,21 +66,19 @@ pub struct SolveReport {
 /// Memory of the solver, kept by the caller between steps so that nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
+    normal_rows: Vec<NormalRow>,
     rows: Vec<Row>,
     blocks: Vec<Block>,
 }
 
-/// The law of a run of contacts of one pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Law {
-    Frictionless,
-    Coulomb(f64),
-}
-
+/// A run of contacts of one pair.
 #[derive(Clone, Debug)]
 struct Block {
+    law: ContactLaw,
+    /// Where its contacts are in the list.
+    contacts: Range<usize>,
+    /// Where its rows are: among the normal ones without friction, else among the full ones.
     rows: Range<usize>,
-    law: Law,
 }
 
 /// Squared sums over contacts, for the scaled residual.
@@ -92,15 +94,15 @@ struct Sums {
 
 /// Finds impulses and end velocities so that every contact obeys its law.
 ///
-/// `contacts` sorted by pair; `mu` per pair [-] (0: one unknown a contact, ∞: nothing slips); `inverse_mass` per node
-/// and axis [1/kg], 0 where fixed; `h` [s] the step over which the end velocities act; `v` [m/s] per node, v* in, v⁺
-/// out; `reactions` is resized to the contacts. Nodes without a reaction keep their bits.
+/// `contacts` sorted by pair; `laws` one a pair; `inverse_mass` per node and axis [1/kg], 0 where fixed; `h` [s] the step
+/// over which the end velocities act; `v` [m/s] per node, v* in, v⁺ out; `reactions` is resized to the contacts. Nodes
+/// without a reaction keep their bits.
 ///
 /// Contacts whose both sides are immovable along n get no reaction. Does not allocate once `workspace` has grown.
 #[allow(clippy::too_many_arguments)] // each is an array of its own owner; a struct of borrows would only rename them
 pub fn solve(
     contacts: &[Contact],
-    mu: &[f64],
+    laws: &[ContactLaw],
     inverse_mass: &[Vec3],
     h: f64,
     v: &mut [Vec3],
@@ -110,16 +112,10 @@ pub fn solve(
 ) -> SolveReport {
     reactions.clear();
     reactions.resize(contacts.len(), Reaction::default());
-    workspace.prepare(contacts, mu, inverse_mass, h);
+    workspace.prepare(contacts, laws, inverse_mass, h);
 
     // What the contacts that close ask for; if none does, p = 0 is the solution.
-    let mut closing = 0.0;
-    for row in workspace.rows.iter().filter(|row| row.w_nn > 0.0) {
-        let q = row.relative_velocity(v);
-        if q[0] < 0.0 {
-            closing += squared(q) / row.d;
-        }
-    }
+    let closing = workspace.closing(v);
     if closing == 0.0 {
         return SolveReport { sweeps: 0, residual: 0.0, converged: true };
     }
@@ -150,26 +146,69 @@ pub fn solve(
 }
 
 impl Workspace {
-    fn prepare(&mut self, contacts: &[Contact], mu: &[f64], inverse_mass: &[Vec3], h: f64) {
+    fn prepare(&mut self, contacts: &[Contact], laws: &[ContactLaw], inverse_mass: &[Vec3], h: f64) {
+        self.normal_rows.clear();
         self.rows.clear();
-        self.rows.extend(contacts.iter().map(|c| Row::new(c, inverse_mass, h)));
         self.blocks.clear();
         let mut start = 0;
         for run in contacts.chunk_by(|a, b| a.pair == b.pair) {
-            let mu = mu[run[0].pair as usize];
-            let law = if mu == 0.0 { Law::Frictionless } else { Law::Coulomb(mu) };
-            self.blocks.push(Block { rows: start..start + run.len(), law });
+            let law = laws[run[0].pair as usize];
+            let rows = match law {
+                ContactLaw::Frictionless => {
+                    self.normal_rows.extend(run.iter().map(|c| NormalRow::new(c, inverse_mass, h)));
+                    self.normal_rows.len() - run.len()..self.normal_rows.len()
+                }
+                ContactLaw::Coulomb(_) => {
+                    self.rows.extend(run.iter().map(|c| Row::new(c, inverse_mass, h)));
+                    self.rows.len() - run.len()..self.rows.len()
+                }
+            };
+            self.blocks.push(Block { law, contacts: start..start + run.len(), rows });
             start += run.len();
         }
+    }
+
+    /// `Σ D⁻¹ |q|²` of the contacts that close; without friction tangential velocities ask for nothing.
+    fn closing(&self, v: &[Vec3]) -> f64 {
+        let mut closing = 0.0;
+        for block in &self.blocks {
+            match block.law {
+                ContactLaw::Frictionless => {
+                    for row in self.normal_rows[block.rows.clone()].iter().filter(|row| row.w_nn > 0.0) {
+                        let q = row.velocity(v);
+                        if q < 0.0 {
+                            closing += q * q / row.d;
+                        }
+                    }
+                }
+                ContactLaw::Coulomb(mu) => {
+                    for row in self.rows[block.rows.clone()].iter().filter(|row| row.normal.w_nn > 0.0) {
+                        let q = row.velocity(v);
+                        if q[0] < 0.0 {
+                            closing += if mu == 0.0 { q[0] * q[0] } else { squared(q) } / row.normal.d;
+                        }
+                    }
+                }
+            }
+        }
+        closing
     }
 
     fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction], damping: f64) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
-            let (rows, reactions) = (&self.rows[block.rows.clone()], &mut reactions[block.rows.clone()]);
+            let reactions = &mut reactions[block.contacts.clone()];
             match block.law {
-                Law::Frictionless => sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums),
-                Law::Coulomb(mu) => sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums),
+                ContactLaw::Frictionless => {
+                    let rows = &self.normal_rows[block.rows.clone()];
+                    sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums);
+                }
+                ContactLaw::Coulomb(mu) => {
+                    // Without friction nothing cycles.
+                    let damping = if mu == 0.0 { 1.0 } else { damping };
+                    let rows = &self.rows[block.rows.clone()];
+                    sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums);
+                }
             }
         }
         sums
@@ -179,23 +218,21 @@ impl Workspace {
     fn measure(&self, v: &[Vec3], reactions: &[Reaction]) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
-            let mu = match block.law {
-                Law::Frictionless => 0.0,
-                Law::Coulomb(mu) => mu,
-            };
-            for (row, reaction) in self.rows[block.rows.clone()].iter().zip(&reactions[block.rows.clone()]) {
-                if row.w_nn == 0.0 {
-                    continue;
+            let reactions = &reactions[block.contacts.clone()];
+            match block.law {
+                ContactLaw::Frictionless => {
+                    for (row, reaction) in self.normal_rows[block.rows.clone()].iter().zip(reactions) {
+                        let (p, u) = (reaction.impulse[0], row.velocity(v));
+                        let f = natural_map_frictionless(p, u, 1.0 / row.d);
+                        sums.add(row, [p, 0.0, 0.0], u, [f, 0.0, 0.0], v);
+                    }
                 }
-                let (p, mut u) = (reaction.impulse, row.relative_velocity(v));
-                if block.law == Law::Frictionless {
-                    (u[1], u[2]) = (0.0, 0.0);
-                }
-                let f = natural_map(p, u, mu, 1.0 / row.d);
-                sums.change += row.d * squared(f);
-                sums.impulse += row.d * squared(p);
-                if p[0] > 0.0 || u[0] < 0.0 {
-                    sums.rounding += row.roundable(v).powi(2) / row.d;
+                ContactLaw::Coulomb(mu) => {
+                    for (row, reaction) in self.rows[block.rows.clone()].iter().zip(reactions) {
+                        let (p, u) = (reaction.impulse, row.velocity(v));
+                        let f = natural_map(p, u, mu, 1.0 / row.normal.d);
+                        sums.add(&row.normal, p, u[0], f, v);
+                    }
                 }
             }
         }
@@ -203,8 +240,22 @@ impl Workspace {
     }
 }
 
+impl Sums {
+    /// Adds the residual `f` of a contact of impulse `p` and normal velocity `u_n`, unless nothing can move along n.
+    fn add(&mut self, row: &NormalRow, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
+        if row.w_nn == 0.0 {
+            return;
+        }
+        self.change += row.d * squared(f);
+        self.impulse += row.d * squared(p);
+        if p[0] > 0.0 || u_n < 0.0 {
+            self.rounding += row.roundable(v).powi(2) / row.d;
+        }
+    }
+}
+
 fn sweep_frictionless(
-    rows: &[Row],
+    rows: &[NormalRow],
     inverse_mass: &[Vec3],
     v: &mut [Vec3],
     reactions: &mut [Reaction],
@@ -215,14 +266,14 @@ fn sweep_frictionless(
             continue;
         }
         let old = reaction.impulse[0];
-        let new = solve_frictionless(row.w_nn, row.normal_velocity(v) - row.w_nn * old);
+        let new = solve_frictionless(row.w_nn, row.velocity(v) - row.w_nn * old);
         let change = new - old;
         if change.abs() > 0.0 {
-            row.push(row.frame[0] * change, inverse_mass, v);
+            row.push(change, inverse_mass, v);
             reaction.impulse[0] = new;
         }
-        sums.change += row.d * change * change;
-        sums.impulse += row.d * new * new;
+        sums.change += row.d * (change * change);
+        sums.impulse += row.d * (new * new);
     }
 }
 
@@ -235,12 +286,13 @@ fn sweep_coulomb(
     sums: &mut Sums,
 ) {
     for (row, reaction) in rows.iter().zip(reactions) {
-        if row.w_nn == 0.0 {
+        let NormalRow { d, w_nn, isotropic, .. } = row.normal;
+        if w_nn == 0.0 {
             continue;
         }
-        let (old, u) = (reaction.impulse, row.relative_velocity(v));
-        let new = if row.isotropic {
-            solve_isotropic(row.d, [0, 1, 2].map(|i| u[i] - row.d * old[i]), mu)
+        let (old, u) = (reaction.impulse, row.velocity(v));
+        let new = if isotropic {
+            solve_isotropic(d, [0, 1, 2].map(|i| u[i] - d * old[i]), mu)
         } else {
             let W = &row.W;
             let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
@@ -250,12 +302,11 @@ fn sweep_coulomb(
         let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
         let change = [0, 1, 2].map(|i| new[i] - old[i]);
         if squared(change) > 0.0 {
-            let f = &row.frame;
-            row.push(f[0] * change[0] + f[1] * change[1] + f[2] * change[2], inverse_mass, v);
+            row.push(change, inverse_mass, v);
             reaction.impulse = new;
         }
-        sums.change += row.d * squared(change);
-        sums.impulse += row.d * squared(new);
+        sums.change += d * squared(change);
+        sums.impulse += d * squared(new);
     }
 }
 

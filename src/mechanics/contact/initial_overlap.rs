@@ -74,7 +74,7 @@ fn signed_gap(skin: &Skin, s: &Vec3, allowed: impl Fn(u32) -> bool, x: &[Vec3]) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::contact::{ContactPair, Master, Surface};
+    use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 
     fn cube(at: Vec3, size: f64, x: &mut Vec<Vec3>) -> Surface {
         let base = x.len() as u32;
@@ -95,12 +95,17 @@ mod tests {
             let below = cube(Vec3::zeros(), 1.0, &mut x);
             let above = cube(Vec3::new(0.45, 0.45, 1.0 - lower), 0.1, &mut x);
             let pairs = [
-                ContactPair { name: "a".into(), slave: 1, master: Master::Surface(0), mu: 0.0 },
+                ContactPair {
+                    name: "a".into(),
+                    slave: 1,
+                    master: Master::Surface(0),
+                    law: ContactLaw::Frictionless,
+                },
                 ContactPair {
                     name: "b".into(),
                     slave: 0,
                     master: Master::Plane { point: Vec3::zeros(), normal: Vec3::z() },
-                    mu: 0.0,
+                    law: ContactLaw::Frictionless,
                 },
             ];
             let detector = Detector::new(&[below, above], &pairs, &x);

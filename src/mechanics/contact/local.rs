@@ -49,6 +49,12 @@ pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
     [r[0] - p[0], r[1] - p[1], r[2] - p[2]]
 }
 
+/// The natural map of a contact without friction: `r_n − ⟨r_n − ρ u_n⟩`.
+#[inline]
+pub fn natural_map_frictionless(r_n: f64, u_n: f64, rho: f64) -> f64 {
+    r_n - (r_n - rho * u_n).max(0.0)
+}
+
 /// Solution of one contact without friction: `r_n = ⟨−q_n⟩ / W_nn`; one unknown.
 #[inline]
 pub fn solve_frictionless(w_nn: f64, q_n: f64) -> f64 {

@@ -53,8 +53,38 @@ pub struct ContactPair {
     pub slave: usize,
     /// What they must not enter.
     pub master: Master,
-    /// Coulomb friction μ [-]; infinite means that nothing slips.
-    pub mu: f64,
+    /// The law of its contacts.
+    pub law: ContactLaw,
+}
+
+/// The law of a pair's contacts, with the unknowns that it needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactLaw {
+    /// Signorini's law alone: one unknown a contact.
+    Frictionless,
+    /// With Coulomb friction μ [-], 0 to ∞ (nothing slips): three unknowns a contact.
+    Coulomb(f64),
+}
+
+impl ContactLaw {
+    /// The law that needs the fewest unknowns for a coefficient of friction [-].
+    pub fn of(mu: f64) -> Self {
+        if mu == 0.0 { Self::Frictionless } else { Self::Coulomb(mu) }
+    }
+    /// Coulomb friction μ [-].
+    pub fn mu(self) -> f64 {
+        match self {
+            Self::Frictionless => 0.0,
+            Self::Coulomb(mu) => mu,
+        }
+    }
+    /// Unknowns of each contact.
+    pub fn unknowns(self) -> u32 {
+        match self {
+            Self::Frictionless => 1,
+            Self::Coulomb(_) => 3,
+        }
+    }
 }
 
 /// One candidate contact of a step: a slave node against a point of a face (or of a plane).

@@ -12,6 +12,9 @@ pub struct FibreFamilies {
 }
 
 impl FibreFamilies {
+    /// No families.
+    pub const NONE: Self = Self { directions: [[0.0; 3]; MAX_FAMILIES], count: 0 };
+
     /// From up to [`MAX_FAMILIES`] directions of any positive length; `None` when there are more, or one has no
     /// direction (zero or not finite).
     pub fn new(directions: &[[f64; 3]]) -> Option<Self> {

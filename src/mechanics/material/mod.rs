@@ -150,6 +150,17 @@ impl Material {
             Self::MooneyRivlin(_) | Self::NeoHookean(_) | Self::CoupledNeoHookean(_) => &[],
         }
     }
+    /// The same law without the families of fibres that have no stiffness: energy and stress keep their bits, since each of
+    /// those would add zero.
+    #[must_use]
+    pub fn without_idle_fibres(self) -> Self {
+        match self {
+            Self::HolzapfelGasserOgden(law) if law.k1 == 0.0 => {
+                Self::HolzapfelGasserOgden(HolzapfelGasserOgden { families: FibreFamilies::NONE, ..law })
+            }
+            other => other,
+        }
+    }
     /// The stretch `|F a|` [-] of the most stretched family when a fibre exponent has passed
     /// [`FIBRE_EXPONENT_LIMIT`], else `None`. `H = F − I` [-].
     pub fn overstretched_fibre(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {

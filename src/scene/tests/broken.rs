@@ -7,7 +7,7 @@ pub type Break = (&'static str, Value, &'static str, &'static str);
 
 /// All breaks.
 pub fn broken() -> Vec<Break> {
-    [structure(), names(), materials(), motion(), times(), contact(), meshes()].concat()
+    [structure(), names(), materials(), motion(), times(), contact(), meshes(), solver()].concat()
 }
 
 #[rustfmt::skip]
@@ -131,6 +131,16 @@ fn contact() -> Vec<Break> {
         ("/planes/0/normal", json!([0, 0, 0]), "/planes/0/normal", "no_direction"),
         ("/measures/stress_thresholds_pa", json!([1e5, 1e4]), "/measures/stress_thresholds_pa/1", "not_ascending"),
         ("/measures/force_window_s", json!(0), "/measures/force_window_s", "not_positive"),
+    ]
+}
+
+#[rustfmt::skip]
+fn solver() -> Vec<Break> {
+    vec![
+        ("/solver", json!({"keep": ["quiet_elements", "quiet"]}), "/solver/keep/1", "unknown_variant"),
+        ("/solver", json!({"keep": ["idle_fibres", "idle_fibres"]}), "/solver/keep/1", "repeated_item"),
+        ("/solver", json!({"leave_out": []}), "/solver/leave_out", "unknown_field"),
+        ("/solver", json!({"keep": "all"}), "/solver/keep", "wrong_type"),
     ]
 }
 

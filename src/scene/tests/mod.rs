@@ -232,6 +232,27 @@ fn misspelt_words_are_answered_with_the_right_ones() {
 }
 
 #[test]
+fn an_unknown_thing_to_keep_is_answered_with_all_that_there_are() {
+    let found = problems(&with("/solver", json!({"keep": ["history"]})));
+    assert_eq!((found.len(), found[0].pointer.as_str()), (1, "/solver/keep/0"));
+    for keep in Keep::ALL {
+        assert!(found[0].limit.contains(keep.name()), "{}", found[0]);
+    }
+}
+
+#[test]
+fn what_is_kept_is_put_back_once() {
+    let mut scene = load_value(&with("/solver", json!({"keep": ["idle_fibres"]}))).unwrap().scene;
+    scene.put_back(&[Keep::UnaskedFields, Keep::IdleFibres]);
+    assert_eq!(scene.document.solver.keep, [Keep::IdleFibres, Keep::UnaskedFields]);
+    assert_eq!(scene.document.recorded_fields(), document::FieldName::ALL);
+    assert_eq!(
+        load_value(&sound()).unwrap().scene.document.recorded_fields(),
+        [document::FieldName::VonMises]
+    );
+}
+
+#[test]
 fn a_key_written_twice_is_refused() {
     let text = sound().to_string().replacen("\"end_time_s\":", "\"end_time_s\":1.0,\"end_time_s\":", 1);
     let Problems(found) = load(text.as_bytes(), &files(), &Budget::COMMAND_LINE).unwrap_err();

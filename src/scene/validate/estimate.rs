@@ -133,7 +133,7 @@ fn recording_bytes(document: &SceneDocument, nodes: u64, elements: u64, steps: u
         FieldName::ElementCauchyStress => 48 * elements,
     };
     // Besides the fields each frame draws the skin and the points.
-    let frame: u64 = document.record.fields.iter().map(of_field).sum::<u64>() + 100 * nodes;
+    let frame: u64 = document.recorded_fields().iter().map(of_field).sum::<u64>() + 100 * nodes;
     let steps = steps / u64::from(document.record.every_steps.max(1));
     frame.saturating_mul(frames).saturating_add(steps.saturating_mul(BYTES_PER_STEP))
 }

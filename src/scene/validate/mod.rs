@@ -12,6 +12,7 @@ pub mod meshes;
 pub mod motion;
 pub mod names;
 pub mod overlap;
+pub mod solver;
 pub mod timing;
 
 pub use findings::Findings;
@@ -29,6 +30,7 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     }
     contact::check(document, &mut out);
     timing::check(document, budget, &mut out);
+    solver::check(document, &mut out);
     measures::check(document, &mut out);
     out
 }

@@ -3,7 +3,7 @@
 use super::Findings;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
-use crate::mechanics::contact::{ContactPair, Master, Surface};
+use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{skin, skin_nodes};
 use crate::scene::SceneBody;
@@ -116,7 +116,8 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
 
 /// The pairs that detection looks at for these sides.
 fn contact_pairs(document: &SceneDocument, sides: Sides) -> Vec<ContactPair> {
-    let pair = |slave, master| ContactPair { name: String::new(), slave, master, mu: 0.0 };
+    let pair =
+        |slave, master| ContactPair { name: String::new(), slave, master, law: ContactLaw::Frictionless };
     match sides {
         Sides::Bodies(a, b) if a == b => vec![pair(a, Master::Surface(a))],
         Sides::Bodies(a, b) => vec![pair(a, Master::Surface(b)), pair(b, Master::Surface(a))],

@@ -4,6 +4,7 @@ use super::App;
 use super::extract::{JobPath, JsonText, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};
+use crate::plan::PlanReport;
 use crate::service::jobs::JobState;
 use crate::service::jobs::engine::{CheckedScene, SceneProblem};
 use crate::service::jobs::recordings::hexadecimal;
@@ -217,6 +218,28 @@ pub async fn summary(
     let text =
         app.queue.store.summary(&owner, id).await?.ok_or_else(|| Problem::never("summary", row.state))?;
     Ok(([(header::CONTENT_TYPE, "application/json")], text).into_response())
+}
+
+/// The plan of a job: what its scene is compiled to, what is left out and why, and what it costs.
+///
+/// Compiled anew for each request, in every state of the job: the same scene gives the same plan.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/plan", tag = "jobs", operation_id = "get_plan", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "The plan", body = PlanReport),
+        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "The scene is not valid any more: a mesh is gone", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn plan(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Json<PlanReport>, Problem> {
+    let scene = app.queue.store.scene(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    let engine = Arc::clone(&app.queue.engine);
+    let preview = judge(&app, &owner, move |shelf| engine.preview(&scene, shelf)).await?;
+    Ok(Json(preview.plan))
 }
 
 /// Judges a scene on a thread that may compute, so that the others go on answering. Only so many at a time: each may

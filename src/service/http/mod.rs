@@ -47,6 +47,7 @@ fn routes() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(jobs::cancel))
         .routes(routes!(events::follow))
         .routes(routes!(jobs::summary))
+        .routes(routes!(jobs::plan))
         .routes(routes!(recording::download))
         .routes(routes!(meshes::upload))
         .routes(routes!(meshes::get))

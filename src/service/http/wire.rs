@@ -1,5 +1,6 @@
 //! What goes over the wire.
 
+use crate::plan::PlanReport;
 use crate::service::jobs::engine::{BodyPreview, ScenePreview, SceneProblem};
 use crate::service::jobs::store::{JobRow, StoredMesh};
 use crate::service::jobs::{JobFailure, JobState, Phase};
@@ -97,6 +98,8 @@ pub struct JobLinks {
     pub events: String,
     /// Stops it.
     pub cancel: String,
+    /// What its scene is compiled to.
+    pub plan: String,
     /// Its summary, if it has one.
     pub summary: Option<String>,
     /// Its recording, if it has one.
@@ -110,6 +113,7 @@ impl Job {
         let links = JobLinks {
             events: format!("{this}/events"),
             cancel: format!("{this}/cancel"),
+            plan: format!("{this}/plan"),
             summary: row.has_summary.then(|| format!("{this}/summary")),
             recording: row.recording.is_some().then(|| format!("{this}/recording")),
             this,
@@ -166,65 +170,21 @@ pub struct Validation {
     /// The bodies and their meshes, placed [m].
     pub bodies: Vec<BodyPreview>,
     /// What the run would cost, and what it would do.
-    pub plan: PlanPreview,
+    pub plan: PlanReport,
     /// What the numbers are not.
     pub notice: &'static str,
-}
-
-/// The plan of a scene.
-#[derive(Clone, Debug, Serialize, ToSchema)]
-pub struct PlanPreview {
-    /// Number of nodes.
-    pub nodes: u64,
-    /// Number of elements.
-    pub elements: u64,
-    /// Memory of the plan and its state, about [bytes].
-    pub memory_bytes: u64,
-    /// Stable step at the start [s].
-    pub stable_step_s: f64,
-    /// Steps to the end at that step.
-    pub expected_steps: u64,
-    /// Expected run time on one core [s].
-    pub expected_run_time_s: f64,
-    /// What is kept.
-    pub kept: Vec<String>,
-    /// What is left out, and why.
-    pub left_out: Vec<LeftOutOfPlan>,
-}
-
-/// Something that a plan does without.
-#[derive(Clone, Debug, Serialize, ToSchema)]
-pub struct LeftOutOfPlan {
-    /// What.
-    pub what: String,
-    /// Why.
-    pub why: String,
 }
 
 impl Validation {
     /// The answer to a scene that may run.
     pub fn of(preview: ScenePreview) -> Self {
-        let plan = preview.plan;
         Self {
             valid: true,
             name: preview.checked.name,
             content_hash: preview.checked.content_hash,
             warnings: preview.checked.warnings,
             bodies: preview.bodies,
-            plan: PlanPreview {
-                nodes: plan.nodes as u64,
-                elements: plan.elements as u64,
-                memory_bytes: plan.memory_bytes,
-                stable_step_s: plan.stable_step_s,
-                expected_steps: plan.expected_steps,
-                expected_run_time_s: plan.expected_run_time_s,
-                kept: plan.kept,
-                left_out: plan
-                    .left_out
-                    .into_iter()
-                    .map(|l| LeftOutOfPlan { what: l.what, why: l.why })
-                    .collect(),
-            },
+            plan: preview.plan,
             notice: NOTICE,
         }
     }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
 use super::*;
+use crate::mechanics::contact::ContactLaw;
 
 /// A flat box of n × n × m cells, as a closed skin appended to `x`; `place` maps its unit cube.
 fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Surface {
@@ -41,7 +42,7 @@ fn node(x: &mut Vec<Vec3>, at: Vec3) -> Surface {
 }
 
 fn pair(slave: usize, master: Master) -> ContactPair {
-    ContactPair { name: "test".into(), slave, master, mu: 0.0 }
+    ContactPair { name: "test".into(), slave, master, law: ContactLaw::Frictionless }
 }
 
 fn detect(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 
 use super::*;
-use crate::mechanics::contact::{ContactPair, Master, Surface};
+use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 
 /// A unit face of masses 2 under a node of mass 1 that is `depth` inside, and the contact between them.
 fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, Detector, Vec<Contact>) {
@@ -12,7 +12,12 @@ fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, Detecto
     masses.push(Vec3::repeat(inverse_mass[1]));
     let master = Surface { nodes: vec![0, 1, 2, 3], faces: vec![[0, 1, 2, 3]] };
     let slave = Surface { nodes: vec![4], faces: Vec::new() };
-    let pair = ContactPair { name: "test".into(), slave: 1, master: Master::Surface(0), mu: 0.0 };
+    let pair = ContactPair {
+        name: "test".into(),
+        slave: 1,
+        master: Master::Surface(0),
+        law: ContactLaw::Frictionless,
+    };
     let mut detector = Detector::new(&[master, slave], &[pair], &x);
     let mut contacts = Vec::new();
     detector.detect(&x, &x, &[Vec3::zeros()], &mut contacts).unwrap();

@@ -118,6 +118,20 @@ impl Store {
         Ok(row.and_then(|(summary,)| summary))
     }
 
+    /// The scene document of a job of an owner, as it came.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn scene(&self, owner: &str, id: JobId) -> Result<Option<Vec<u8>>, JobsError> {
+        let row: Option<(Vec<u8>,)> =
+            sqlx::query_as("SELECT scene FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
+                .bind(owner)
+                .bind(id.to_string())
+                .fetch_optional(&self.pool)
+                .await?;
+        Ok(row.map(|(scene,)| scene))
+    }
+
     /// Events of a job after event number `after`, and whether nothing will come any more (the job is final or gone).
     ///
     /// # Errors

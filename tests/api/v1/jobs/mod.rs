@@ -5,6 +5,7 @@ mod delete;
 mod events;
 mod list;
 mod one;
+mod plan;
 mod recording;
 mod submit;
 mod summary;

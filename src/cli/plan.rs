@@ -1,0 +1,186 @@
+//! `contuse plan`: what a scene is compiled to, what was left out and why, and what it will cost.
+
+use super::keep::KeepArgs;
+use super::{CliError, Exit};
+use crate::plan::{PlanReport, compile};
+use crate::scene::{Budget, Scene, load_file};
+use clap::Args;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// Arguments of `contuse plan`.
+#[derive(Args, Debug)]
+pub struct PlanArgs {
+    /// The scene document; its mesh files lie beside it.
+    pub scene: PathBuf,
+    /// Answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// What is put back.
+    #[command(flatten)]
+    pub keep: KeepArgs,
+}
+
+/// Compiles a scene and shows its plan. Runs nothing.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let mut loaded = load_file(&args.scene, &Budget::COMMAND_LINE)?;
+    loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+    loaded.scene.put_back(&args.keep.keep);
+    let report = report_of(&loaded.scene)?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&report).map_err(|error| CliError::Other(Box::new(error)))?;
+        writeln!(out, "{text}")?;
+    } else {
+        write_report(&loaded.scene.document.name, loaded.scene.document.end_time_s, &report, out)?;
+    }
+    Ok(Exit::Success)
+}
+
+/// The report of a scene's plan.
+pub(super) fn report_of(scene: &Scene) -> Result<PlanReport, CliError> {
+    Ok(compile(scene).map_err(|error| CliError::Other(Box::new(error)))?.report)
+}
+
+fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{name}: {} elements, {} nodes", report.elements, report.nodes)?;
+    writeln!(
+        out,
+        "about {} steps to {:.4} ms, {} on one core if every element is swept, {} of memory",
+        report.expected_steps,
+        1e3 * end_time_s,
+        duration(report.expected_run_time_s),
+        bytes(report.memory_bytes)
+    )?;
+    write_elements(report, out)?;
+    write_step(report, out)?;
+    write_contact(report, out)?;
+    write_memory(report, out)?;
+    write_left_out(report, out)
+}
+
+fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "\nElements")?;
+    let header = ["part", "number", "law", "formulation", "stable step", "M el.-steps/s"];
+    let rows = report.blocks.iter().map(|block| {
+        let fibres = if block.fibre_families == 0 {
+            String::new()
+        } else {
+            format!(", {} fibre families", block.fibre_families)
+        };
+        [
+            format!("{}/{}", block.body, block.parts.join(",")),
+            block.elements.to_string(),
+            format!("{}{fibres}", block.law),
+            block.formulation.clone(),
+            format!("{:.4} µs", 1e6 * block.smallest_stable_step_s),
+            format!("{:.1}", 1e-6 * block.element_steps_per_s),
+        ]
+    });
+    write_table(header, &rows.collect::<Vec<_>>(), out)
+}
+
+fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    let step = &report.stable_step;
+    writeln!(out, "\nStep")?;
+    let limit = if step.limited_by_scene {
+        "the scene's max_step_s is shorter".to_owned()
+    } else {
+        format!("{} of the smallest stable step", step.safety_factor)
+    };
+    writeln!(out, "  {:.4} µs at the start: {limit}", 1e6 * report.stable_step_s)?;
+    writeln!(
+        out,
+        "  smallest stable step {:.4} µs, of element {} of part {} of {}",
+        1e6 * step.smallest_s,
+        step.element,
+        step.part,
+        step.body
+    )?;
+    for within in &step.distribution {
+        writeln!(
+            out,
+            "  within {} times that: {} elements, {:.1} %",
+            within.times_smallest,
+            within.elements,
+            100.0 * within.share
+        )?;
+    }
+    Ok(())
+}
+
+fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    if report.pairs.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nContact")?;
+    let header = ["pair", "slave nodes", "master faces", "friction", "unknowns a contact"];
+    let rows = report.pairs.iter().map(|pair| {
+        [
+            pair.name.clone(),
+            pair.slave_nodes.to_string(),
+            pair.master_faces.map_or_else(|| "a plane".into(), |faces| faces.to_string()),
+            pair.friction.to_string(),
+            pair.unknowns_per_contact.to_string(),
+        ]
+    });
+    write_table(header, &rows.collect::<Vec<_>>(), out)
+}
+
+fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    let memory = &report.memory;
+    writeln!(out, "\nMemory, {:.0} bytes an element", memory.bytes_per_element)?;
+    let parts = [
+        ("plan", memory.plan_bytes),
+        ("elements", memory.elements_bytes),
+        ("state", memory.state_bytes),
+        ("buffers of a step", memory.step_bytes),
+        ("contact", memory.contact_bytes),
+        ("fields", memory.fields_bytes),
+    ];
+    parts.into_iter().try_for_each(|(name, size)| writeln!(out, "  {name:<18} {:>10}", bytes(size)))
+}
+
+fn write_left_out(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "\nLeft out")?;
+    for left in &report.left_out {
+        let switch = left.switch.map(|keep| format!(" [--keep {keep}]")).unwrap_or_default();
+        writeln!(out, "  {}: {}{switch}", left.what, left.why)?;
+    }
+    if !report.put_back.is_empty() {
+        let names: Vec<&str> = report.put_back.iter().map(|keep| keep.name()).collect();
+        writeln!(out, "\nPut back: {}", names.join(", "))?;
+    }
+    Ok(())
+}
+
+/// A table with its columns as wide as they need to be.
+pub(super) fn write_table<const N: usize>(
+    header: [&str; N],
+    rows: &[[String; N]],
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let header = header.map(str::to_owned);
+    let all = || std::iter::once(&header).chain(rows);
+    let width = |column: usize| all().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    for row in all() {
+        let cells: Vec<String> =
+            row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        writeln!(out, "  {}", cells.join("  ").trim_end())?;
+    }
+    Ok(())
+}
+
+/// A number of bytes for people.
+pub(super) fn bytes(count: u64) -> String {
+    let count = count as f64;
+    if count < 1e6 { format!("{:.1} kB", 1e-3 * count) } else { format!("{:.1} MB", 1e-6 * count) }
+}
+
+/// A duration [s] for people.
+pub(super) fn duration(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
+}

@@ -1,0 +1,150 @@
+//! `contuse study`: many runs of one scene.
+
+use super::keep::KeepArgs;
+use super::plan::{bytes, duration, write_table};
+use super::run::{available_threads, read_scene, watch_for_ctrl_c};
+use super::{CliError, Exit};
+use crate::scene::document::Keep;
+use crate::step::Interrupt;
+use crate::study::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+use clap::{Args, Subcommand};
+use std::io::{self, IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+/// The studies.
+#[derive(Debug, Subcommand)]
+pub enum StudyCommand {
+    /// What leaving out saves, and that it changes no bit: with everything left out, then with each thing put back.
+    LeaveOut(LeaveOutArgs),
+}
+
+/// Arguments of `contuse study leave-out`.
+#[derive(Args, Debug)]
+pub struct LeaveOutArgs {
+    /// The scene document; its mesh files lie beside it.
+    pub scene: PathBuf,
+    /// Runs of each kind, in turns; their median counts.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeat: u32,
+    /// Threads of each run; by default all cores.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// What is put back in every run, and not studied.
+    #[command(flatten)]
+    pub keep: KeepArgs,
+}
+
+/// Runs a study. Exit code 0 when every run agrees as theory says; 3 when the scene itself fails, 1 when a run differs.
+///
+/// # Errors
+/// What is wrong with the scene or the flags.
+pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
+    match command {
+        StudyCommand::LeaveOut(args) => leave_out(args, out),
+    }
+}
+
+fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let (document_json, mut loaded) = read_scene(&args.scene)?;
+    loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+    loaded.scene.put_back(&args.keep.keep);
+    let cancelled = watch_for_ctrl_c()?;
+    // Recorded as by `contuse run`, so that the times are those of such a run.
+    let recording = std::env::temp_dir().join(format!("contuse-study-{}.mcap", std::process::id()));
+    let studied = study_leave_out(LeaveOutRequest {
+        scene: &loaded.scene,
+        document_json: &document_json,
+        repeat: args.repeat,
+        threads: args.threads.map_or_else(available_threads, usize::from),
+        recording: Some(&recording),
+        interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
+        progress: &mut tell,
+    });
+    remove(&recording)?;
+    let study = studied.map_err(|error| CliError::Other(Box::new(error)))?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
+        writeln!(out, "{text}")?;
+    } else {
+        write_study(&study, out)?;
+    }
+    Ok(exit_of(&study))
+}
+
+/// On standard error, and only for people.
+fn tell(number: usize, count: usize, put_back: &[Keep]) {
+    if io::stderr().is_terminal() {
+        eprintln!("run {} of {count}: {}", number + 1, kind_name(put_back));
+    }
+}
+
+/// The last recording; there may be none, and what a failed run left of it has another name.
+fn remove(recording: &Path) -> Result<(), CliError> {
+    for path in [recording.to_owned(), crate::record::partial_path(recording)] {
+        if path.exists() {
+            std::fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+fn exit_of(study: &LeaveOutStudy) -> Exit {
+    let ended = |name: &str| study.rows.iter().any(|row| row.ending == name);
+    if study.holds {
+        Exit::Success
+    } else if ended("cancelled") {
+        Exit::Cancelled
+    } else if study.rows.first().is_some_and(|row| row.ending != "finished") {
+        Exit::RunFailed
+    } else {
+        Exit::Unexpected
+    }
+}
+
+fn kind_name(put_back: &[Keep]) -> String {
+    match put_back {
+        [] => "all left out".into(),
+        [keep] => format!("+ {keep}"),
+        _ => "+ all of them".into(),
+    }
+}
+
+fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}: {} elements, {} thread(s), median of {} run(s) each\n",
+        study.scene, study.elements, study.threads, study.repeat
+    )?;
+    let header = ["put back", "wall", "processor", "memory", "recording", "difference", "theory", ""];
+    let rows: Vec<[String; 8]> = study.rows.iter().map(cells).collect();
+    write_table(header, &rows, out)?;
+    writeln!(out)?;
+    if study.holds {
+        writeln!(out, "every run ends with the same bits: leaving out changes nothing")
+    } else {
+        writeln!(out, "NOT as theory says: leaving out must change no bit of a run that finishes")
+    }
+}
+
+fn cells(row: &LeaveOutRow) -> [String; 8] {
+    let none = || "-".to_owned();
+    let difference = match &row.difference {
+        Difference::Bitwise => "bitwise equal".to_owned(),
+        Difference::Rounding { largest_relative, quantity } => format!("{largest_relative:.1e} ({quantity})"),
+    };
+    let verdict = if row.holds { String::new() } else { format!("VIOLATED ({})", row.ending) };
+    [
+        kind_name(&row.put_back),
+        duration(row.wall_s),
+        row.cpu_s.map_or_else(none, duration),
+        bytes(row.memory_bytes),
+        row.recording_bytes.map_or_else(none, bytes),
+        difference,
+        "bitwise".into(),
+        verdict,
+    ]
+}

@@ -1,0 +1,65 @@
+//! What a run costs, from a fixed table and never from a stopwatch, so that a scene always gets the same plan.
+//!
+//! Measured on one core of a virtual AMD EPYC machine (family 26, AVX-512) with `cargo bench`: `element_kernels` for the
+//! elements, `scenes` for the rest of a step.
+
+use super::Plan;
+use crate::mechanics::force::{BATCH, BatchTotals, BlockParameters};
+use crate::mechanics::material::Material;
+use crate::mechanics::tensor::Vec3;
+
+/// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
+type Nanoseconds = [f64; 2];
+
+const MOONEY_RIVLIN_MEAN_DILATATION: Nanoseconds = [106.0, 200.0];
+const MOONEY_RIVLIN_FULL: Nanoseconds = [128.0, 217.0];
+const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [94.0, 227.0];
+/// Not measured: mean dilatation with what full integration adds to Mooney–Rivlin. The matrix of Holzapfel–Gasser–Ogden
+/// and the coupled form are counted like it.
+const NEO_HOOKEAN_FULL: Nanoseconds = [116.0, 244.0];
+/// Each family of fibres, on top of its neo-Hookean matrix.
+const FIBRE_FAMILY: Nanoseconds = [42.0, 22.0];
+
+/// The rest of a step: for each node, and for each node of a slave surface [ns].
+const NODE: f64 = 60.0;
+const SLAVE_NODE: f64 = 100.0;
+
+/// Up to so many bytes the data of the elements lie in the cache.
+const CACHE_BYTES: usize = 4_000_000;
+
+/// Element-steps per second and core of a block in a plan.
+pub(super) fn element_steps_per_s(plan: &Plan, parameters: &BlockParameters) -> f64 {
+    1e9 / element_ns(parameters)[usize::from(swept_bytes(plan) > CACHE_BYTES)]
+}
+
+/// Run time on one core [s] if every element is swept in every step, without recording.
+pub(super) fn run_time_s(plan: &Plan, steps: u64) -> f64 {
+    let element_s = |block: &crate::mechanics::force::ElementBlock| {
+        block.elements.len() as f64 / element_steps_per_s(plan, &block.parameters)
+    };
+    let elements_s: f64 = plan.blocks.iter().map(element_s).sum();
+    let slaves: usize = plan
+        .contact
+        .iter()
+        .flat_map(|contact| contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()))
+        .sum();
+    let rest_s = 1e-9 * (NODE * plan.node_count() as f64 + SLAVE_NODE * slaves as f64);
+    steps as f64 * (elements_s + rest_s)
+}
+
+fn element_ns(parameters: &BlockParameters) -> Nanoseconds {
+    let matrix = match (parameters.material, parameters.mean_dilatation) {
+        (Material::MooneyRivlin(_), true) => MOONEY_RIVLIN_MEAN_DILATATION,
+        (Material::MooneyRivlin(_), false) => MOONEY_RIVLIN_FULL,
+        (_, true) => NEO_HOOKEAN_MEAN_DILATATION,
+        (_, false) => NEO_HOOKEAN_FULL,
+    };
+    let families = parameters.material.family_count() as f64;
+    [0, 1].map(|i| matrix[i] + families * FIBRE_FAMILY[i])
+}
+
+/// Bytes of elements, their forces and totals: what a sweep goes through.
+fn swept_bytes(plan: &Plan) -> usize {
+    let slot = 8 * size_of::<Vec3>() + 4 * size_of::<f64>() + size_of::<BatchTotals>() / BATCH;
+    plan.blocks.iter().map(|block| block.memory() + slot * block.slot_count()).sum()
+}

@@ -1,0 +1,121 @@
+//! What a plan does without, each with its reason and, where there is one, the switch that puts it back.
+
+use super::Plan;
+use crate::mechanics::contact::ContactLaw;
+use crate::scene::Scene;
+use crate::scene::document::{FieldName, Keep, Role};
+use serde::Serialize;
+
+/// Something that the plan does without.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct LeftOut {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+    /// The name in `solver.keep` (or behind `--keep`) that puts it back; null where there is nothing to put back.
+    pub switch: Option<Keep>,
+}
+
+/// All that the plan does without; what can be put back comes first.
+pub(super) fn left_out(plan: &Plan, scene: &Scene) -> Vec<LeftOut> {
+    let mut list = List::default();
+    optional(plan, scene, &mut list);
+    absent(plan, &mut list);
+    list.0
+}
+
+#[derive(Default)]
+struct List(Vec<LeftOut>);
+
+impl List {
+    fn add(
+        &mut self,
+        is_left_out: bool,
+        switch: Option<Keep>,
+        what: impl Into<String>,
+        why: impl Into<String>,
+    ) {
+        if is_left_out {
+            self.0.push(LeftOut { what: what.into(), why: why.into(), switch });
+        }
+    }
+}
+
+/// What a switch puts back.
+fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
+    list.add(
+        plan.skip_quiet_elements,
+        Some(Keep::QuietElements),
+        "quiet elements",
+        "an element that nothing has reached has no force: it is swept from when the front arrives",
+    );
+    for pair in &plan.distant_pairs {
+        list.add(true, Some(Keep::DistantPairs), format!("contact {}", pair.name), &*pair.why);
+    }
+    let pairs = plan.contact.iter().flat_map(|contact| &contact.pairs);
+    let smooth: Vec<&str> =
+        pairs.filter(|pair| pair.law == ContactLaw::Frictionless).map(|pair| pair.name.as_str()).collect();
+    let settling = if plan.settle.is_some() { " once it has settled" } else { "" };
+    list.add(
+        !smooth.is_empty(),
+        Some(Keep::TangentialReactions),
+        format!("tangential reactions of {}", smooth.join(", ")),
+        format!("without friction a contact has one unknown{settling}"),
+    );
+    let idle: Vec<String> = idle_fibres(scene).collect();
+    list.add(
+        !idle.is_empty() && !scene.document.keeps(Keep::IdleFibres),
+        Some(Keep::IdleFibres),
+        format!("fibres of {}", idle.join(", ")),
+        "their stiffness k1 is zero",
+    );
+    let unasked: Vec<String> =
+        FieldName::ALL.iter().filter(|f| !plan.fields.contains(f)).map(field_name).collect();
+    list.add(
+        !unasked.is_empty(),
+        Some(Keep::UnaskedFields),
+        format!("the fields {}", unasked.join(", ")),
+        "nobody asked for them",
+    );
+}
+
+/// What is not in the scene.
+fn absent(plan: &Plan, list: &mut List) {
+    let mut add = |is_left_out: bool, what: &str, why: &str| list.add(is_left_out, None, what, why);
+    add(
+        plan.contact.is_none() && plan.distant_pairs.is_empty(),
+        "contact",
+        "the scene has no pair that may touch",
+    );
+    add(plan.gravity.is_none(), "gravity", "the scene gives none");
+    add(plan.settle.is_none(), "settling", "the scene asks for none");
+    let has_fibres = plan.blocks.iter().any(|b| b.parameters.material.family_count() > 0);
+    add(!has_fibres, "fibre arithmetic", "no part has fibres that pull");
+    add(plan.initial_u.is_empty(), "initial deformation", "every body starts undeformed");
+    add(plan.initial_v.is_empty(), "initial spin", "no body spins");
+    let has_tissue = plan.bodies.iter().any(|b| b.role == Role::Tissue);
+    add(!has_tissue, "absorbed energy and depth of stress", "no body is the tissue");
+    add(
+        !has_tissue && plan.fields.is_empty(),
+        "stresses at points",
+        "neither a measure nor a field needs them",
+    );
+    add(true, "history variables", "every law is elastic: none has any");
+}
+
+/// Body and part of the fibres of no stiffness.
+fn idle_fibres(scene: &Scene) -> impl Iterator<Item = String> {
+    let bodies = scene.document.bodies.iter().zip(&scene.bodies);
+    bodies.flat_map(|(document, body)| {
+        let parts = document.parts.iter().zip(&body.materials);
+        let idle = parts.filter(|(_, m)| m.family_count() != m.without_idle_fibres().family_count());
+        idle.map(|(part, _)| format!("{}/{}", document.name, part.part))
+    })
+}
+
+/// The name of a field in documents.
+fn field_name(field: &FieldName) -> String {
+    serde_json::to_value(field).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}

@@ -1,0 +1,103 @@
+//! Bytes of a run by part, about: from the counts and the sizes of what is kept.
+
+use super::Plan;
+use crate::mechanics::contact::{Master, Reaction, Surface};
+use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock};
+use crate::mechanics::tensor::Vec3;
+use crate::scene::document::FieldName;
+use serde::Serialize;
+
+/// Bytes of a run by part, about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct MemoryReport {
+    /// Positions, masses, connectivity and skins of the plan, and which forces each node sums.
+    pub plan_bytes: u64,
+    /// Constants of the elements: geometry, fibres, node numbers.
+    pub elements_bytes: u64,
+    /// The state: displacement, velocity, dilatation and viscous pressure.
+    pub state_bytes: u64,
+    /// Buffers of a step: element forces, totals, nodal forces, positions.
+    pub step_bytes: u64,
+    /// Topology and trees of contact, candidates and reactions.
+    pub contact_bytes: u64,
+    /// Fields at nodes and elements that are recorded.
+    pub fields_bytes: u64,
+    /// All of it, an element.
+    pub bytes_per_element: f64,
+}
+
+impl MemoryReport {
+    /// Of a plan.
+    pub(super) fn new(plan: &Plan) -> Self {
+        let bytes = |count: usize, size: usize| (count * size) as u64;
+        let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
+        let bodies: u64 =
+            plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
+        let initial = plan.initial_u.len() + plan.initial_v.len();
+        // Dilatation and viscous pressure of both ends of a step: one is the state's, the other the stepper's.
+        let report = Self {
+            plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())
+                + bytes(initial, vector)
+                + bodies
+                + plan.assembly.memory() as u64,
+            elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
+            state_bytes: bytes(nodes, 2 * vector) + bytes(slots, 2 * size_of::<f64>()),
+            step_bytes: bytes(nodes, 3 * vector)
+                + bytes(slots, 8 * vector + 2 * size_of::<f64>())
+                + bytes(slots / BATCH, size_of::<BatchTotals>()),
+            contact_bytes: contact_bytes(plan),
+            fields_bytes: fields_bytes(plan),
+            bytes_per_element: 0.0,
+        };
+        Self { bytes_per_element: report.total_bytes() as f64 / plan.element_count().max(1) as f64, ..report }
+    }
+
+    /// All parts together.
+    pub fn total_bytes(&self) -> u64 {
+        self.plan_bytes
+            + self.elements_bytes
+            + self.state_bytes
+            + self.step_bytes
+            + self.contact_bytes
+            + self.fields_bytes
+    }
+}
+
+/// Bytes of a face in contact: corners, size, neighbours and faces around its corners; and its leaf in the tree of a master.
+const BYTES_PER_FACE: usize = 72;
+const BYTES_PER_LEAF: usize = 128;
+/// Bytes of a node on a surface in contact: number, place, snapshot.
+const BYTES_PER_SURFACE_NODE: usize = 40;
+/// Share of a slave's nodes that are candidates at a time, each with contact, row and reaction: a patch, not the surface.
+const CANDIDATES: f64 = 0.2;
+const BYTES_PER_CANDIDATE: usize = 500 + size_of::<Reaction>();
+
+fn contact_bytes(plan: &Plan) -> u64 {
+    let Some(contact) = &plan.contact else { return 0 };
+    let surface = |s: &Surface| s.faces.len() * BYTES_PER_FACE + s.nodes.len() * BYTES_PER_SURFACE_NODE;
+    let surfaces: usize = contact.surfaces.iter().map(surface).sum();
+    let leaves: usize = contact
+        .pairs
+        .iter()
+        .map(|pair| match pair.master {
+            Master::Surface(master) => contact.surfaces[master].faces.len() * BYTES_PER_LEAF,
+            Master::Plane { .. } => 0,
+        })
+        .sum();
+    let slaves: usize = contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()).sum();
+    let candidates = (CANDIDATES * slaves as f64) as usize * BYTES_PER_CANDIDATE;
+    // Positions at the end of a step are for contact alone.
+    (surfaces + leaves + candidates + plan.node_count() * size_of::<Vec3>()) as u64
+}
+
+fn fields_bytes(plan: &Plan) -> u64 {
+    let asked = |fields: &[FieldName]| plan.fields.iter().filter(|f| fields.contains(f)).count();
+    let scalars = asked(&[FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]);
+    let vectors = asked(&[FieldName::Displacement, FieldName::Velocity]);
+    let tensors = asked(&[FieldName::ElementCauchyStress]);
+    // Nodal scalars are averages: with the volume around each node. All need the corners of the elements.
+    let nodal = (scalars + usize::from(scalars > 0)) * 8 + vectors * 24;
+    let element = tensors * 56 + usize::from(scalars + tensors > 0) * 32;
+    (nodal * plan.node_count() + element * plan.element_count()) as u64
+}

@@ -1,0 +1,125 @@
+//! Stable steps of all elements at the start: which element dictates the step, and how many are like it.
+
+use super::PlanBody;
+use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock, SweepInput, SweepOutput};
+use crate::mechanics::tensor::Vec3;
+use serde::Serialize;
+
+/// Multiples of the smallest stable step within which elements are counted.
+const WITHIN: [f64; 3] = [1.1, 2.0, 4.0];
+
+/// The stable step at the start, and what dictates it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct StableStepReport {
+    /// Smallest stable step of an element [s], without safety factor.
+    pub smallest_s: f64,
+    /// Body of that element.
+    pub body: String,
+    /// Part of that element.
+    pub part: String,
+    /// Its index in the body, from 0.
+    pub element: u32,
+    /// Share of the stable step that is used [-].
+    pub safety_factor: f64,
+    /// Whether the scene's `max_step_s` is shorter and dictates the step.
+    pub limited_by_scene: bool,
+    /// How many elements have a stable step near the smallest.
+    pub distribution: Vec<ElementsWithin>,
+}
+
+/// Elements whose stable step is near the smallest.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct ElementsWithin {
+    /// Their stable step is at most so many times the smallest.
+    pub times_smallest: f64,
+    /// How many they are.
+    pub elements: usize,
+    /// Share of all elements, 0 … 1.
+    pub share: f64,
+}
+
+/// Stable step of every element at the start [s], safety not applied; by block and slot.
+#[derive(Clone, Debug)]
+pub(super) struct StableSteps(Vec<Vec<f64>>);
+
+impl StableSteps {
+    /// At the displacements `u` [m] of the start, nodes × 3.
+    pub fn new(blocks: &[ElementBlock], u: &[Vec3]) -> Self {
+        Self(blocks.iter().map(|block| steps_of(block, u)).collect())
+    }
+
+    /// The smallest of all [s].
+    pub fn smallest(&self) -> f64 {
+        self.0.iter().flatten().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The smallest of a block [s].
+    pub fn smallest_of(&self, block: usize) -> f64 {
+        self.0[block].iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest of the bodies' smallest [s]: no step of a run is longer as long as that body rests.
+    pub fn largest_of_bodies(&self, blocks: &[ElementBlock]) -> f64 {
+        let of_body = |body: usize| {
+            let blocks = blocks.iter().enumerate().filter(|(_, block)| block.body == body);
+            blocks.map(|(i, _)| self.smallest_of(i)).fold(f64::INFINITY, f64::min)
+        };
+        blocks.iter().map(|block| of_body(block.body)).fold(0.0, f64::max)
+    }
+
+    /// In words and shares.
+    pub fn report(
+        &self,
+        blocks: &[ElementBlock],
+        bodies: &[PlanBody],
+        (safety, max_step): (f64, f64),
+    ) -> StableStepReport {
+        let smallest = self.smallest();
+        let all = || self.0.iter().flatten();
+        let within = |times: f64| {
+            let elements = all().filter(|step| **step <= times * smallest).count();
+            ElementsWithin { times_smallest: times, elements, share: elements as f64 / all().count() as f64 }
+        };
+        let slots = self
+            .0
+            .iter()
+            .zip(blocks)
+            .flat_map(|(steps, block)| steps.iter().zip(&block.elements).map(move |s| (s, block)));
+        let first = slots.min_by(|((a, _), _), ((b, _), _)| a.total_cmp(b));
+        let (body, part, element) = first.map_or_else(Default::default, |((_, element), block)| {
+            let body = &bodies[block.body];
+            let local = element - body.elements.start;
+            let part = body.parts[body.part_of[local as usize] as usize].clone();
+            (body.name.clone(), part, local)
+        });
+        StableStepReport {
+            smallest_s: smallest,
+            body,
+            part,
+            element,
+            safety_factor: safety,
+            limited_by_scene: max_step < safety * smallest,
+            distribution: WITHIN.map(within).into(),
+        }
+    }
+}
+
+fn steps_of(block: &ElementBlock, u: &[Vec3]) -> Vec<f64> {
+    let slots = block.slot_count();
+    let zero = vec![0.0; slots];
+    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
+    let mut force = vec![Vec3::zeros(); 8 * slots];
+    let mut totals = vec![BatchTotals::default(); slots / BATCH];
+    let output = SweepOutput {
+        force: &mut force,
+        dilatation: &mut dilatation,
+        viscous_pressure: &mut viscous_pressure,
+        totals: &mut totals,
+    };
+    block.sweep(0, &input, output);
+    // Slots beyond the elements pad the last batch.
+    totals.iter().flat_map(|t| t.stable_step).take(block.elements.len()).collect()
+}

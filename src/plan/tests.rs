@@ -1,0 +1,145 @@
+//! What a plan says of itself, and what it does without.
+#![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
+
+use super::*;
+use crate::mechanics::contact::ContactLaw;
+use crate::scene::document::Keep;
+use crate::scene::{Budget, FolderSource, load};
+use serde_json::{Value, json};
+
+/// A block of tissue with two parts' worth of law, and a smaller one above it that falls.
+fn scene() -> Value {
+    let block = |name: &str, min: [f64; 3], max: [f64; 3], elements: [u32; 3], material: Value| {
+        json!({
+            "name": name,
+            "mesh": {"generator": {"kind": "block", "min_m": min, "max_m": max, "elements": elements}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000, "material": material}]
+        })
+    };
+    let tissue = json!({"law": "holzapfel_gasser_ogden", "c_pa": 1e4, "k1_pa": 0.0, "k2": 1.0,
+                        "fibres": {"angles_deg": [15, -15]}, "bulk_modulus_pa": 2e6});
+    let rubber = json!({"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7});
+    let mut ground = block("ground", [0.0, 0.0, -0.02], [0.04, 0.04, 0.0], [4, 4, 2], tissue);
+    ground["role"] = json!("tissue");
+    let mut stone = block("stone", [0.01, 0.01, 0.001], [0.02, 0.02, 0.011], [2, 2, 2], rubber);
+    stone["velocity_m_per_s"] = json!([0, 0, -10]);
+    json!({
+        "name": "stone on ground", "end_time_s": 2e-4, "bodies": [ground, stone],
+        "planes": [{"name": "ceiling", "point_m": [0, 0, 1], "normal": [0, 0, -1]}],
+        "contact": {"pairs": [{"between": ["stone", "ground"]}]},
+        "record": {"fields": ["von_mises"]}
+    })
+}
+
+fn compiled(document: &Value) -> Plan {
+    let bytes = serde_json::to_vec(document).unwrap();
+    compile(&load(&bytes, &FolderSource::new("."), &Budget::COMMAND_LINE).unwrap().scene).unwrap()
+}
+
+fn keeping(mut document: Value, keep: &[Keep]) -> Plan {
+    document["solver"] = json!({"keep": keep});
+    compiled(&document)
+}
+
+fn switches(plan: &Plan) -> Vec<Keep> {
+    plan.report.left_out.iter().filter_map(|l| l.switch).collect()
+}
+
+#[test]
+fn each_switch_puts_back_its_thing_and_nothing_else() {
+    let plan = compiled(&scene());
+    let all = [Keep::QuietElements, Keep::TangentialReactions, Keep::IdleFibres, Keep::UnaskedFields];
+    assert_eq!(switches(&plan), all);
+    assert_eq!(plan.report.put_back, []);
+    for keep in all {
+        let other = keeping(scene(), &[keep]);
+        let expected: Vec<Keep> = all.into_iter().filter(|k| *k != keep).collect();
+        assert_eq!((switches(&other), &other.report.put_back[..]), (expected, &[keep][..]));
+        let families = |plan: &Plan| plan.blocks[0].parameters.material.family_count();
+        assert_eq!(other.skip_quiet_elements, keep != Keep::QuietElements);
+        assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
+        assert_eq!(other.fields.len(), if keep == Keep::UnaskedFields { 6 } else { 1 });
+        let law = other.contact.as_ref().unwrap().pairs[0].law;
+        let expected = if keep == Keep::TangentialReactions {
+            ContactLaw::Coulomb(0.0)
+        } else {
+            ContactLaw::Frictionless
+        };
+        assert_eq!(law, expected);
+    }
+    assert_eq!(switches(&keeping(scene(), &Keep::ALL)), []);
+}
+
+#[test]
+fn a_far_plane_is_left_out_unless_the_body_may_be_thrown_at_it() {
+    let mut document = scene();
+    document["contact"] = json!({"pairs": [{"between": ["stone", "ceiling"]}]});
+    let plan = compiled(&document);
+    assert!(plan.contact.is_none() && plan.distant_pairs[0].name == "stone–ceiling");
+    assert!(!plan.distant_pairs[0].on_tissue);
+    assert!(switches(&plan).contains(&Keep::DistantPairs));
+    let plan = keeping(document.clone(), &[Keep::DistantPairs]);
+    assert!(plan.contact.is_some() && plan.distant_pairs.is_empty());
+
+    document["contact"] = json!({"pairs": "all"});
+    let plan = compiled(&document);
+    assert_eq!((plan.contact.as_ref().unwrap().pairs.len(), plan.distant_pairs.len()), (3, 0));
+    // What starts deformed or spinning or falls is not bounded.
+    document["contact"] = json!({"pairs": [{"between": ["stone", "ceiling"]}]});
+    document["bodies"][1]["spin_rad_per_s"] = json!([0, 0, 1]);
+    assert!(compiled(&document).contact.is_some());
+    document["bodies"][1]["spin_rad_per_s"] = json!([0, 0, 0]);
+    document["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    assert!(compiled(&document).contact.is_some());
+}
+
+#[test]
+fn nothing_is_quiet_under_gravity_or_where_all_moves_from_the_start() {
+    let mut document = scene();
+    document["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    assert!(!compiled(&document).skip_quiet_elements);
+    let mut document = scene();
+    document["contact"]["pairs"] = json!([]);
+    document["bodies"] = json!([document["bodies"][1]]);
+    document["bodies"][0]["initial_deformation"] = json!({"kind": "affine", "center_m": [9, 9, 9], "deformation_gradient": [[1.01, 0, 0], [0, 1.01, 0], [0, 0, 1.01]]});
+    let plan = compiled(&document);
+    assert!(!plan.skip_quiet_elements && !switches(&plan).contains(&Keep::QuietElements));
+}
+
+#[test]
+fn the_report_counts_what_the_plan_holds() {
+    let plan = compiled(&scene());
+    let report = &plan.report;
+    assert_eq!((report.nodes, report.elements), (75 + 27, 32 + 8));
+    assert_eq!(report.blocks.iter().map(|b| b.elements).sum::<usize>(), report.elements);
+    let [ground, stone] = &report.blocks[..] else { panic!() };
+    assert_eq!((ground.law.as_str(), ground.fibre_families), ("Holzapfel–Gasser–Ogden", 0));
+    assert_eq!((stone.law.as_str(), stone.formulation.as_str()), ("Mooney–Rivlin", "mean dilatation"));
+    assert_eq!((stone.body.as_str(), &stone.parts[..]), ("stone", &["block".to_owned()][..]));
+    let pair = &report.pairs[0];
+    assert_eq!((pair.unknowns_per_contact, pair.friction), (1, 0.0));
+    assert_eq!(report.memory_bytes, report.memory.total_bytes());
+    let per_element = report.memory.bytes_per_element * report.elements as f64;
+    assert!((per_element - report.memory_bytes as f64).abs() < 1.0);
+
+    // √(K/ρ) is 224 m/s in the stone and 45 m/s in the ground, over elements of 5 and 10 mm: the stone dictates.
+    let step = &report.stable_step;
+    assert_eq!((step.body.as_str(), step.part.as_str()), ("stone", "block"));
+    assert!((step.smallest_s - stone.smallest_stable_step_s).abs() == 0.0);
+    assert!(ground.smallest_stable_step_s > 5.0 * step.smallest_s);
+    assert!((report.stable_step_s - 0.9 * step.smallest_s).abs() < 1e-12 * step.smallest_s);
+    assert_eq!(report.expected_steps, (2e-4 / report.stable_step_s).ceil() as u64);
+    // Its eight elements are alike, and the others are far.
+    let counts: Vec<usize> = step.distribution.iter().map(|w| w.elements).collect();
+    assert_eq!(counts, [8, 8, 8]);
+    assert!((step.distribution[0].share - 0.2).abs() < 1e-15);
+}
+
+#[test]
+fn costs_grow_with_families_and_put_back_fibres() {
+    let (without, with) = (compiled(&scene()), keeping(scene(), &[Keep::IdleFibres]));
+    let rate = |plan: &Plan| plan.report.blocks[0].element_steps_per_s;
+    assert!(rate(&with) < rate(&without));
+    assert!(with.report.expected_run_time_s > without.report.expected_run_time_s);
+    assert!(without.report.expected_run_time_s > 0.0);
+}
