@@ -289,6 +289,28 @@ fn falling_block() -> Value {
 }
 
 #[test]
+fn a_tissue_that_nothing_can_touch_is_told_in_the_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    let mut document = falling_block();
+    document["bodies"][0]["role"] = json!("tissue");
+    document["planes"][0]["point_m"] = json!([0, 0, -1]);
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let warnings = |keep: &[&str]| {
+        let recording = folder.path().join("out.mcap");
+        let run_it = ["run", scene.to_str().unwrap(), "--json", "-o", recording.to_str().unwrap()];
+        let output = run(&[&run_it[..], keep].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        summary["warnings"].to_string()
+    };
+    let told = warnings(&[]);
+    assert!(told.contains("Nothing can touch in block–floor (they stay at least"), "{told}");
+    let told = warnings(&["--keep", "distant_pairs"]);
+    assert!(told.contains("Nothing touched in block–floor"), "{told}");
+}
+
+#[test]
 fn study_leave_out_tabulates_runs_that_agree_to_the_last_bit() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.json");

@@ -48,7 +48,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
     writeln!(out, "{name}: {} elements, {} nodes", report.elements, report.nodes)?;
     writeln!(
         out,
-        "about {} steps to {:.4} ms, {} on one core if every element is swept, {} of memory",
+        "at least {} steps to {:.4} ms: {} on one core if every element is swept, {} of memory",
         report.expected_steps,
         1e3 * end_time_s,
         duration(report.expected_run_time_s),

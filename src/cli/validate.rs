@@ -85,7 +85,7 @@ fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     writeln!(
         out,
-        "plan: {} steps of {:.4} µs, about {} on one core; left out: {}",
+        "plan: at least {} steps of {:.4} µs, {} on one core; left out: {}",
         plan.expected_steps,
         1e6 * plan.stable_step_s,
         duration(plan.expected_run_time_s),

@@ -28,10 +28,10 @@ pub struct PlanReport {
     pub stable_step_s: f64,
     /// What dictates it.
     pub stable_step: StableStepReport,
-    /// Steps to the end at that step.
+    /// Steps to the end at that step; a run that crushes elements or stretches fibres shortens it, and takes more.
     pub expected_steps: u64,
-    /// Expected run time on one core [s] if every element is swept in every step, from a fixed table of costs (never a
-    /// stopwatch), without recording.
+    /// Run time of so many steps on one core [s] if every element is swept in every step, from a fixed table of costs (never
+    /// a stopwatch), without recording.
     pub expected_run_time_s: f64,
     /// Elements by kernel.
     pub blocks: Vec<BlockReport>,
@@ -97,6 +97,13 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanRep
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
     let memory = MemoryReport::new(plan);
+    let mut kept: Vec<String> =
+        blocks.iter().map(BlockReport::in_words).chain(pairs.iter().map(PairReport::in_words)).collect();
+    if !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
+        kept.push(
+            "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
+        );
+    }
     PlanReport {
         nodes: plan.node_count(),
         elements: plan.element_count(),
