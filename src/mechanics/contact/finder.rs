@@ -97,7 +97,9 @@ impl Finder<'_> {
                 first = Some((hit, face));
             }
         }
-        let near = near.filter(|p| self.holds_when_fast(master, p, node, first.map(|(hit, _)| hit.tau)));
+        // Which faces move fast depends on which are listed; what is found must not. So a face that itself moves little
+        // holds the node it would catch in the usual step, whatever another one does far from it.
+        let near = near.filter(|p| self.holds(master, p, node, fast(&p.face), first.is_some()));
         match (near, first) {
             (Some(p), _) => Some((self.near_contact(master, node, &p), false)),
             (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
@@ -113,17 +115,20 @@ impl Finder<'_> {
         corners.map(|&corner| (own - step(corner)).norm_squared()).fold(0.0, f64::max).sqrt()
     }
 
-    /// Whether the face at the start of a fast step still holds the node: it touches and closes, or it stays open
-    /// and no impact comes. A plane continued beyond its face must not stop a node that flies past.
-    fn holds_when_fast(&self, master: &Skin, p: &Proximity, node: u32, impact: Option<f64>) -> bool {
+    /// Whether the face at the start of a step with fast faces still holds the node: it closes and moves little, or touches
+    /// and closes, or stays open and no impact comes. A plane continued beyond its face must not stop a node that flies
+    /// past.
+    fn holds(&self, master: &Skin, p: &Proximity, node: u32, is_fast: bool, is_hit: bool) -> bool {
         let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let face = &master.faces[p.face as usize];
         let point: Vec3 = face.iter().zip(&p.weights).map(|(&n, &w)| change(n) * w).sum();
         let closing = p.normal.dot(&(change(node) - point));
-        if p.gap <= TOUCH * master.sizes[p.face as usize] && closing < 0.0 {
+        let touches = p.gap <= TOUCH * master.sizes[p.face as usize];
+        if touches && closing < 0.0 {
             return true;
         }
-        impact.is_none() && p.gap + closing >= 0.0
+        let ends_open = p.gap + closing >= 0.0;
+        if ends_open { !is_hit } else { !is_fast }
     }
 
     fn faces_away(&self, master: &Skin, face: u32, hit: &Impact, node: u32) -> bool {

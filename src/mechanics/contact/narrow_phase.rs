@@ -103,7 +103,8 @@ pub(super) fn choose_face(
     let mut in_front = f64::INFINITY;
     let mut best = None;
     for p in found() {
-        if p.gap > 0.0 {
+        // Faces beyond their own reach may be listed or not.
+        if p.gap > 0.0 && p.distance <= DEPTH * skin.sizes[p.face as usize] {
             in_front = in_front.min(p.distance);
         }
         keep_better(skin, &mut best, p, &normal, &slave_normal);

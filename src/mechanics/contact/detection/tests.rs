@@ -303,6 +303,30 @@ fn the_age_of_the_list_never_shows() {
 }
 
 #[test]
+fn a_far_face_that_moves_fast_does_not_let_go_of_a_node() {
+    // A node comes down slowly on a face; faces half a size from it rush away. An old list holds those too.
+    let mut x = Vec::new();
+    let ground = block(8, 1, &mut x, |p| Vec3::new(p.x, p.y, 0.25 * p.z - 0.25));
+    let surfaces = [ground, node(&mut x, Vec3::new(0.5625, 0.5625, 0.001))];
+    let (pairs, slave) = ([pair(1, Master::Surface(0))], x.len() - 1);
+    let mut moved = x.clone();
+    moved.iter_mut().for_each(|p| p.x += 0.03);
+    let mut end = moved.clone();
+    end[slave].z -= 0.003;
+    for (p, old) in end[..slave].iter_mut().zip(&x) {
+        p.x += if (old.x - 0.5625).abs().max((old.y - 0.5625).abs()) > 0.1 { 0.02 } else { 0.0 };
+    }
+    let mut aged = Detector::new(&surfaces, &pairs, &x);
+    let mut contacts = Vec::new();
+    aged.detect(&x, &moved, &[Vec3::zeros()], &mut contacts).unwrap();
+    let report = aged.detect(&moved, &end, &[Vec3::zeros()], &mut contacts).unwrap();
+    assert!(!report.rebuilt && contacts.len() == 1, "{report:?} {contacts:?}");
+    let mut fresh = Vec::new();
+    Detector::new(&surfaces, &pairs, &x).detect(&moved, &end, &[Vec3::zeros()], &mut fresh).unwrap();
+    assert_eq!(contacts, fresh);
+}
+
+#[test]
 fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
     let mut x = Vec::new();
     let a = block(3, 3, &mut x, |p| p);
