@@ -113,11 +113,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanRep
         stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
         expected_steps,
         expected_run_time_s: cost::run_time_s(plan, expected_steps),
-        kept: blocks
-            .iter()
-            .map(BlockReport::in_words)
-            .chain(pairs.iter().map(PairReport::in_words))
-            .collect(),
+        kept,
         blocks,
         pairs,
         left_out: left_out(plan, scene),
