@@ -93,10 +93,8 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         field_times: field_times(scene),
         fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
-        skip_quiet_elements: false,
         report: PlanReport::default(),
     };
-    plan.skip_quiet_elements = plan.gravity.is_none() && plan.settle.is_none();
     plan.rounding_energy = rounding_energy(&plan);
     plan.report = report(&plan, scene, &steps);
     Ok(plan)

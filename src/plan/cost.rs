@@ -4,9 +4,8 @@
 //! elements, `scenes` for the rest of a step.
 
 use super::Plan;
-use crate::mechanics::force::{BATCH, BatchTotals, BlockParameters};
+use crate::mechanics::force::BlockParameters;
 use crate::mechanics::material::Material;
-use crate::mechanics::tensor::Vec3;
 
 /// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
 type Nanoseconds = [f64; 2];
@@ -61,6 +60,5 @@ fn element_ns(parameters: &BlockParameters) -> Nanoseconds {
 
 /// Bytes of elements, their forces and totals: what a sweep goes through.
 fn swept_bytes(plan: &Plan) -> usize {
-    let slot = 8 * size_of::<Vec3>() + 4 * size_of::<f64>() + size_of::<BatchTotals>() / BATCH;
-    plan.blocks.iter().map(|block| block.memory() + slot * block.slot_count()).sum()
+    plan.blocks.iter().map(|block| block.memory() + block.forces_memory()).sum()
 }

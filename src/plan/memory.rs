@@ -2,7 +2,7 @@
 
 use super::Plan;
 use crate::mechanics::contact::{Master, Reaction, Surface};
-use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock};
+use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use serde::Serialize;
@@ -35,7 +35,6 @@ impl MemoryReport {
         let bodies: u64 =
             plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
         let initial = plan.initial_u.len() + plan.initial_v.len();
-        // Dilatation and viscous pressure of both ends of a step: one is the state's, the other the stepper's.
         let report = Self {
             plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())
                 + bytes(initial, vector)
@@ -44,8 +43,7 @@ impl MemoryReport {
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
             state_bytes: bytes(nodes, 2 * vector) + bytes(slots, 2 * size_of::<f64>()),
             step_bytes: bytes(nodes, 3 * vector)
-                + bytes(slots, 8 * vector + 2 * size_of::<f64>())
-                + bytes(slots / BATCH, size_of::<BatchTotals>()),
+                + plan.blocks.iter().map(ElementBlock::forces_memory).sum::<usize>() as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
             bytes_per_element: 0.0,

@@ -65,8 +65,6 @@ pub struct Plan {
     pub field_times: Vec<f64>,
     /// Fields asked for.
     pub fields: Vec<FieldName>,
-    /// Whether elements that nothing has reached yet are left out of a step.
-    pub skip_quiet_elements: bool,
     /// Contact and energy are recorded every so many steps.
     pub every_steps: u32,
     /// What the measures need.

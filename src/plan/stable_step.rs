@@ -1,7 +1,7 @@
 //! Stable steps of all elements at the start: which element dictates the step, and how many are like it.
 
 use super::PlanBody;
-use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock, SweepInput, SweepOutput};
+use crate::mechanics::force::{ElementBlock, ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
@@ -47,7 +47,11 @@ pub(super) struct StableSteps(Vec<Vec<f64>>);
 impl StableSteps {
     /// At the displacements `u` [m] of the start, nodes × 3.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3]) -> Self {
-        Self(blocks.iter().map(|block| steps_of(block, u)).collect())
+        let zero = vec![0.0; blocks.last().map_or(0, |b| b.first_slot + b.slot_count())];
+        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let mut forces = ElementForces::new(blocks);
+        forces.sweep(&Threads::ONE, blocks, &input);
+        Self(blocks.iter().enumerate().map(|(index, block)| forces.stable_steps(block, index)).collect())
     }
 
     /// The smallest of all [s].
@@ -104,22 +108,4 @@ impl StableSteps {
             distribution: WITHIN.map(within).into(),
         }
     }
-}
-
-fn steps_of(block: &ElementBlock, u: &[Vec3]) -> Vec<f64> {
-    let slots = block.slot_count();
-    let zero = vec![0.0; slots];
-    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
-    let mut force = vec![Vec3::zeros(); 8 * slots];
-    let mut totals = vec![BatchTotals::default(); slots / BATCH];
-    let output = SweepOutput {
-        force: &mut force,
-        dilatation: &mut dilatation,
-        viscous_pressure: &mut viscous_pressure,
-        totals: &mut totals,
-    };
-    block.sweep(0, &input, output);
-    // Slots beyond the elements pad the last batch.
-    totals.iter().flat_map(|t| t.stable_step).take(block.elements.len()).collect()
 }
