@@ -142,6 +142,10 @@ impl Plan {
     pub fn slot_count(&self) -> usize {
         self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
     }
+    /// Position x = X + V_b t + u [m] of a node of a body at a time [s] with displacement u [m]; nothing flies before 0.
+    pub fn position(&self, body: usize, node: usize, time: f64, u: &Vec3) -> Vec3 {
+        self.X[node] + self.bodies[body].flight_velocity * time.max(0.0) + u
+    }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {
         self.bodies.partition_point(|b| b.nodes.end <= node)

@@ -40,7 +40,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
         }
     }
     PointCloud {
-        timestamp: Some(timestamp(frame.time())),
+        timestamp: Some(timestamp(frame.time)),
         frame_id: FRAME_ID.into(),
         pose: Some(Pose::identity()),
         point_stride: 4 * fields.len() as u32,

@@ -52,6 +52,8 @@ pub(super) struct Stepper<'p> {
     viscous: Vec<f64>,
     /// Sums with both halves of the work at t_n; they become the state's when it advances.
     ledger: Ledger,
+    /// The balance at t_n, after [`Stepper::balance`].
+    pub energy: Energy,
     f_int: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
@@ -85,6 +87,7 @@ impl<'p> Stepper<'p> {
             strain: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
+            energy: Energy::default(),
             f_int: vec![Vec3::zeros(); nodes],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
@@ -129,29 +132,27 @@ impl<'p> Stepper<'p> {
         Ok(())
     }
 
-    /// The ledger at t_n, after [`Stepper::solve`].
-    pub fn balance(&mut self, state: &State) -> Energy {
-        let mut ledger = std::mem::take(&mut self.ledger);
+    /// Balances the ledger at t_n, after [`Stepper::solve`].
+    pub fn balance(&mut self, state: &State) {
+        let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         ledger.copy_from(&state.ledger);
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
         }
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
-        let energy = if state.last_step == 0.0 {
+        if state.last_step == 0.0 {
             // At the start nothing has been done yet, and the velocity is known at t_0 itself.
-            let energy = ledger.balance(&StepWork { v_after: &state.v, ..work });
+            ledger.balance(&StepWork { v_after: &state.v, ..work }, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
-            energy
         } else {
             ledger.add_work(&work, Half::Before);
-            ledger.balance(&work)
-        };
+            ledger.balance(&work, &mut energy);
+        }
         ledger.add_work(&work, Half::After);
-        self.ledger = ledger;
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
-        energy
+        (self.ledger, self.energy) = (ledger, energy);
     }
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.

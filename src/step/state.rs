@@ -50,6 +50,6 @@ impl State {
 
     /// Position x of a node [m].
     pub fn position(&self, plan: &Plan, body: usize, node: usize) -> Vec3 {
-        plan.X[node] + plan.bodies[body].flight_velocity * self.time.max(0.0) + self.u[node]
+        plan.position(body, node, self.time, &self.u[node])
     }
 }

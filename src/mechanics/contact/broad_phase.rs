@@ -189,7 +189,7 @@ fn clearance(slave: &Skin, master: &Skin, motion: &Motion) -> Option<f64> {
     let (s_low, s_high) = swept_box(slave, motion)?;
     let (m_low, m_high) = swept_box(master, motion)?;
     let apart = (s_low - m_high).sup(&(m_low - s_high)).sup(&Vec3::zeros()).norm();
-    Some(apart - reach(master.sizes.iter().copied().fold(0.0, f64::max)))
+    Some(apart - reach(master.largest_size))
 }
 
 fn swept_box(skin: &Skin, motion: &Motion) -> Option<(Vec3, Vec3)> {

@@ -141,16 +141,47 @@ fn keep_better(
 
 /// The proximity of a face that may hold the node, or have it in front closer than the one that seems to.
 fn eval_within_reach(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
-    let size = skin.sizes[face as usize];
-    // A sphere around the face, before anything costly.
     let corners = skin.faces[face as usize].map(|node| x[node as usize]);
-    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
-    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
-    let reach = radius + NEAR.max(DEPTH) * size;
-    if (s - centre).norm_squared() > reach * reach {
+    // Bounds, before anything costly: the face lies within the box, the sphere and the slab of its corners. What is
+    // farther than any face holds a node neither holds this one nor is closer than the face that does.
+    let far = skin.largest_size * (DEPTH * (1.0 + 1e-9));
+    if is_outside_box(&corners, s, far)
+        || is_outside_sphere(&corners, s, NEAR.max(DEPTH) * skin.sizes[face as usize])
+        || is_outside_slab(&corners, s, far)
+    {
         return None;
     }
     eval_proximity(skin, face, s, x)
+}
+
+/// Whether `s` is farther than `far` from the box around the corners, along any axis.
+#[inline]
+fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let [a, b, c, d] = corners;
+    (0..3).any(|i| {
+        let low = a[i].min(b[i]).min(c[i].min(d[i]));
+        let high = a[i].max(b[i]).max(c[i].max(d[i]));
+        s[i] < low - far || s[i] > high + far
+    })
+}
+
+/// Whether `s` is farther than `far` from the sphere around the corners.
+#[inline]
+fn is_outside_sphere(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
+    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
+    let reach = radius + far;
+    (s - centre).norm_squared() > reach * reach
+}
+
+/// Whether `s` is farther than `far` from all corners along the normal of the diagonals.
+#[inline]
+fn is_outside_slab(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let [a, b, c, d] = corners;
+    let normal = (c - a).cross(&(d - b));
+    let heights = corners.map(|corner| normal.dot(&(s - corner)));
+    let far = far * normal.norm();
+    heights.iter().all(|h| *h > far) || heights.iter().all(|h| *h < -far)
 }
 
 /// Closer, or as close and more opposed; faces come in ascending order, so equals keep the first.

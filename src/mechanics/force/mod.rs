@@ -14,7 +14,7 @@ mod threads;
 
 pub use assembly::Assembly;
 pub use block::{BlockInput, BlockParameters, ElementBlock};
-pub use points::PointField;
+pub use points::{PointBatch, PointField, PointScalar};
 pub use rate::largest_stretch_rate;
 pub use sweep::{BatchTotals, SweepInput, SweepOutput};
 pub use threads::{BlockTotals, Threads};
