@@ -76,6 +76,8 @@ pub(super) struct RecordingWriter {
     writer: Writer<BufWriter<File>>,
     path: PathBuf,
     scale: TimeScale,
+    /// Schemas of the file by name.
+    schemas: BTreeMap<String, u16>,
     sequences: BTreeMap<u16, u32>,
     last_log_time: Option<u64>,
     pending_bytes: usize,
@@ -91,6 +93,7 @@ impl RecordingWriter {
             writer,
             path: path.to_owned(),
             scale,
+            schemas: BTreeMap::new(),
             sequences: BTreeMap::new(),
             last_log_time: None,
             pending_bytes: 0,
@@ -99,7 +102,14 @@ impl RecordingWriter {
 
     /// Adds a channel for protobuf messages.
     pub fn add_channel(&mut self, topic: &str, schema: &str) -> Result<u16, RecordError> {
-        let schema = self.writer.add_schema(schema, "protobuf", &schema_of(schema)?)?;
+        let schema = match self.schemas.get(schema) {
+            Some(id) => *id,
+            None => {
+                let id = self.writer.add_schema(schema, "protobuf", &schema_of(schema)?)?;
+                self.schemas.insert(schema.to_owned(), id);
+                id
+            }
+        };
         Ok(self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?)
     }
 

@@ -62,9 +62,10 @@ impl<'p> ContactStep<'p> {
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
         let (mu, drift) = if flying { (&self.mu, &self.drift) } else { (&self.stuck, &self.still) };
-        for body in &plan.bodies {
-            let flight = if flying { body.flight_velocity } else { Vec3::zeros() };
-            for node in body.nodes.start as usize..body.nodes.end as usize {
+        // Contact looks at the skins only.
+        for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
+            let flight = if flying { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
+            for node in surface.nodes.iter().map(|&node| node as usize) {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }

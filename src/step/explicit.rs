@@ -170,9 +170,9 @@ impl<'p> Stepper<'p> {
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
-        if let Some(contact) = &mut self.contact {
-            for b in 0..self.plan.bodies.len() {
-                place_body(self.plan, b, state, phase, &mut self.x);
+        if let (Some(contact), Some(plan)) = (&mut self.contact, &self.plan.contact) {
+            for (surface, &b) in plan.surfaces.iter().zip(&plan.surface_body) {
+                place_nodes(self.plan, b, surface.nodes.iter().copied(), state, phase, &mut self.x);
             }
             state.projected.clear();
             state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
@@ -249,7 +249,7 @@ impl<'p> Stepper<'p> {
     /// Absolute positions x_n.
     fn place(&mut self, state: &State, phase: Phase) {
         for b in 0..self.plan.bodies.len() {
-            place_body(self.plan, b, state, phase, &mut self.x);
+            place_nodes(self.plan, b, self.plan.bodies[b].nodes.clone(), state, phase, &mut self.x);
         }
     }
 
@@ -304,14 +304,20 @@ impl<'p> Stepper<'p> {
     }
 }
 
-/// Absolute positions of the nodes of a body.
-fn place_body(plan: &Plan, b: usize, state: &State, phase: Phase, x: &mut [Vec3]) {
-    let body = &plan.bodies[b];
+/// Absolute positions of nodes of a body.
+fn place_nodes(
+    plan: &Plan,
+    b: usize,
+    nodes: impl Iterator<Item = u32>,
+    state: &State,
+    phase: Phase,
+    x: &mut [Vec3],
+) {
     let flight = match phase {
         Phase::Settling(_) => Vec3::zeros(),
-        Phase::Running => body.flight_velocity * state.time,
+        Phase::Running => plan.bodies[b].flight_velocity * state.time,
     };
-    for node in body.nodes.start as usize..body.nodes.end as usize {
+    for node in nodes.map(|node| node as usize) {
         x[node] = plan.X[node] + flight + state.u[node];
     }
 }
