@@ -129,7 +129,18 @@ pub struct MeasurePlan {
     pub tissue_skin: Vec<[u32; 4]>,
 }
 
+impl ContactPlan {
+    /// The most contacts that a step can have: one for each slave node of each pair.
+    pub fn most_contacts(&self) -> usize {
+        self.pairs.iter().map(|pair| self.surfaces[pair.slave].nodes.len()).sum()
+    }
+}
+
 impl Plan {
+    /// As [`ContactPlan::most_contacts`]; 0 without contact.
+    pub fn most_contacts(&self) -> usize {
+        self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
+    }
     /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.X.len()

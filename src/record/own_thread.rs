@@ -4,6 +4,7 @@
 //! queue is bounded, a run that is ahead of its recorder waits, no frame is dropped, and nothing is allocated once the
 //! copies have grown. The recorder sees the same frames in the same order as beside the steps.
 
+use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::{FieldCopy, Frame, FrameCopy, Outcome, Recorder, RecorderError};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -48,8 +49,8 @@ pub fn on_own_thread<T>(
         let mut handle = Handle {
             orders,
             done,
-            copies: std::iter::repeat_with(Box::default).take(COPIES).collect(),
-            fields: std::iter::repeat_with(Box::default).take(FIELDS).collect(),
+            copies: (0..COPIES).map(|_| Box::new(FrameCopy::new(plan))).collect(),
+            fields: (0..FIELDS).map(|_| Box::new(FieldCopy::new(plan))).collect(),
         };
         let result = run(&mut handle);
         drop(handle);
@@ -63,7 +64,7 @@ pub fn on_own_thread<T>(
 
 /// The thread: does what it is asked for until the handle is dropped. After a failure frames are taken and left.
 fn serve(plan: &Plan, recorder: &mut dyn Recorder, orders: &Receiver<Order>, answers: &SyncSender<Done>) {
-    let (mut u, mut has_failed) = (Vec::new(), false);
+    let (mut u, mut has_failed) = (vec![Vec3::zeros(); plan.node_count()], false);
     for order in orders {
         let (result, copy) = match order {
             Order::Start => (recorder.start(plan), None),

@@ -50,7 +50,7 @@ pub fn message(
     }
     let mesh = TriangleListPrimitive {
         pose: Some(Pose::identity()),
-        points: nodes.iter().map(|&node| frame.position(node).into()).collect(),
+        points: nodes.iter().map(|&node| frame.position_in(body, node).into()).collect(),
         color: stress.is_none().then_some(PLAIN),
         colors: stress
             .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())

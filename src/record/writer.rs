@@ -13,6 +13,10 @@ use std::path::{Path, PathBuf};
 /// Target size of a chunk before compression [bytes].
 const CHUNK_SIZE: u64 = 4 * 1024 * 1024;
 
+/// Level of zstd. The fast levels are the negative ones, which the option, made for the others, passes on as they are. On
+/// recordings of impacts, most of which are floats that hardly compress, −2 takes half the time of 1 for 6 % more bytes.
+const COMPRESSION_LEVEL: i32 = -2;
+
 /// The name that a recording has while it is written: `run.mcap` is `run.mcap.partial`.
 pub fn partial_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
@@ -62,7 +66,7 @@ pub(super) fn write_options() -> WriteOptions {
     WriteOptions::new()
         .library(concat!("contuse ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Zstd))
-        .compression_level(1)
+        .compression_level(COMPRESSION_LEVEL.cast_unsigned())
         // Threads of the job are for the job; and the bytes stay the same.
         .compression_threads(0)
         .chunk_size(Some(CHUNK_SIZE))

@@ -87,7 +87,7 @@ impl<'p> Stepper<'p> {
             strain: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
-            energy: Energy::default(),
+            energy: Energy::with_capacity(plan),
             f_int: vec![Vec3::zeros(); nodes],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],

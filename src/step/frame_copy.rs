@@ -33,6 +33,18 @@ pub struct FieldCopy {
 }
 
 impl FrameCopy {
+    /// With room for any frame of a plan, its fields apart.
+    pub fn new(plan: &Plan) -> Self {
+        let most = plan.most_contacts();
+        Self {
+            skin_u: Vec::with_capacity(plan.bodies.iter().map(|b| b.skin.nodes.len()).sum()),
+            contacts: Vec::with_capacity(most),
+            reactions: Vec::with_capacity(most),
+            energy: Energy::with_capacity(plan),
+            ..Self::default()
+        }
+    }
+
     /// Copies a frame into the memory at hand. `field` is the memory for the fields: `Some` at a field time and then only.
     pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
         (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
@@ -52,13 +64,12 @@ impl FrameCopy {
         self.energy.copy_from(frame.energy);
     }
 
-    /// The frame again. `u` [m], nodes × 3, is where the displacement is put together; it belongs to one row of copies.
+    /// The frame again. `u` [m], nodes × 3, is where the displacement is put together; it belongs to one run.
     pub fn frame<'a>(&'a mut self, plan: &'a Plan, u: &'a mut Vec<Vec3>) -> Frame<'a> {
         let is_field_time = self.field.is_some();
         if let Some(field) = &mut self.field {
             std::mem::swap(u, &mut field.u);
         } else {
-            u.resize(plan.node_count(), Vec3::zeros());
             if cfg!(debug_assertions) {
                 // Whoever reads what is not there must be seen in a test.
                 u.fill(Vec3::repeat(f64::NAN));
@@ -91,14 +102,25 @@ impl FrameCopy {
 }
 
 impl FieldCopy {
+    /// With room for the fields of a plan.
+    pub fn new(plan: &Plan) -> Self {
+        let room = |count| Vec::with_capacity(count);
+        let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
+        Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities) }
+    }
+
     fn take(&mut self, frame: &Frame) {
         self.u.clear();
         self.u.extend_from_slice(frame.u);
-        if frame.plan.fields.contains(&FieldName::Velocity) {
+        if has_velocities(frame.plan) {
             self.v.clear();
             self.v.extend_from_slice(frame.v);
             self.v_after.clear();
             self.v_after.extend_from_slice(frame.v_after);
         }
     }
+}
+
+fn has_velocities(plan: &Plan) -> bool {
+    plan.fields.contains(&FieldName::Velocity)
 }

@@ -96,6 +96,12 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// Zero, with room for the bodies and pairs of a plan.
+    pub fn with_capacity(plan: &Plan) -> Self {
+        let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
+        let (bodies, pairs) = (Vec::with_capacity(plan.bodies.len()), Vec::with_capacity(pairs));
+        Self { bodies, pairs, ..Self::default() }
+    }
     /// A copy of `other` into the memory at hand.
     pub fn copy_from(&mut self, other: &Self) {
         let (mut bodies, mut pairs) = (std::mem::take(&mut self.bodies), std::mem::take(&mut self.pairs));

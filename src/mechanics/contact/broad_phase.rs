@@ -89,14 +89,22 @@ struct Listed {
 }
 
 /// Slave nodes and faces of one pair that may meet before nodes have moved by `slack`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Candidates {
     listed: Vec<Listed>,
     entries: Vec<Entry>,
     slack: f64,
 }
 
+/// Faces of each slave node that there is room for.
+const ROOM: usize = 16;
+
 impl Candidates {
+    /// With room for so many slave nodes.
+    pub fn with_capacity(slaves: usize) -> Self {
+        Self { listed: Vec::with_capacity(slaves), entries: Vec::with_capacity(ROOM * slaves), slack: 0.0 }
+    }
+
     /// Whether the list still covers all that may meet: the largest distances [m] that nodes of the slave and of the
     /// master have moved, to either end of the step, since it was made.
     pub fn cover(&self, slave_moved: f64, master_moved: f64) -> bool {

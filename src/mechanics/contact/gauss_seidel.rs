@@ -150,6 +150,11 @@ pub fn solve(
 }
 
 impl Workspace {
+    /// With room for so many contacts of so many pairs.
+    pub fn with_capacity(contacts: usize, pairs: usize) -> Self {
+        Self { rows: Vec::with_capacity(contacts), blocks: Vec::with_capacity(pairs) }
+    }
+
     fn prepare(&mut self, contacts: &[Contact], mu: &[f64], inverse_mass: &[Vec3], h: f64) {
         self.rows.clear();
         self.rows.extend(contacts.iter().map(|c| Row::new(c, inverse_mass, h)));
