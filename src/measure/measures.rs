@@ -82,7 +82,8 @@ impl Measures {
         for block in &frame.plan.blocks {
             block.for_each_moved_batch(frame.u, &mut |slots, points| {
                 if let Some(stress) = stress {
-                    let position = |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
+                    let position =
+                        |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
                     let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
                     stress.accumulate(block.body, among_all, points, position);
                 }

@@ -66,7 +66,9 @@ impl Recorder for Slow {
 /// Of all nodes of all skins: each must be up to date.
 fn deepest(frame: &Frame) -> f64 {
     let skins = frame.plan.bodies.iter().flat_map(|body| &body.skin.nodes);
-    skins.map(|&node| frame.position(node).z).fold(f64::INFINITY, |a, z| if z < a || z.is_nan() { z } else { a })
+    skins
+        .map(|&node| frame.position(node).z)
+        .fold(f64::INFINITY, |a, z| if z < a || z.is_nan() { z } else { a })
 }
 
 #[test]
@@ -82,7 +84,10 @@ fn a_slow_recorder_misses_nothing() {
     assert!(slow.finished);
     // At the field times all nodes are there, not only the skins'.
     let snapshot = memory.snapshots.last().unwrap();
-    assert!(snapshot.u.iter().all(|u| u.iter().all(|x| x.is_finite())) && snapshot.u.iter().any(|u| *u != Vec3::zeros()));
+    assert!(
+        snapshot.u.iter().all(|u| u.iter().all(|x| x.is_finite()))
+            && snapshot.u.iter().any(|u| *u != Vec3::zeros())
+    );
 }
 
 #[test]

@@ -225,7 +225,8 @@ fn gradient_bound(inverse: &[Mat3; POINTS], volume: &[f64; POINTS], corner_volum
     // The lower triangle.
     let mut G = [[0.0; 8]; 8];
     for (q, local) in LOCAL_SHAPE_GRADIENTS.iter().enumerate() {
-        let gradients: [Vec3; 8] = std::array::from_fn(|a| inverse[q].tr_mul(&Vec3::from(local[a])) * scale[a]);
+        let gradients: [Vec3; 8] =
+            std::array::from_fn(|a| inverse[q].tr_mul(&Vec3::from(local[a])) * scale[a]);
         for a in 0..8 {
             let weighted = gradients[a] * volume[q];
             for b in 0..=a {

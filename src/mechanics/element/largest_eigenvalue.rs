@@ -114,7 +114,8 @@ mod tests {
     fn it_is_the_largest_of_all() {
         for seed in 0..200 {
             let seed = f64::from(seed);
-            let A = SMatrix::<f64, 8, 8>::from_fn(|i, j| ((8 * i.min(j) + i.max(j)) as f64 * 0.7 * seed).cos());
+            let A =
+                SMatrix::<f64, 8, 8>::from_fn(|i, j| ((8 * i.min(j) + i.max(j)) as f64 * 0.7 * seed).cos());
             let A = A.transpose() * A;
             let expected = A.symmetric_eigenvalues().max();
             let found = largest_eigenvalue(std::array::from_fn(|i| std::array::from_fn(|j| A[(i, j)])));
@@ -126,7 +127,8 @@ mod tests {
     fn eigenvalues_that_lie_together_are_no_exception() {
         for (k, apart) in [0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3].into_iter().enumerate() {
             for count in 1..=8 {
-                let values = std::array::from_fn(|i| if i < count { 4.0 - apart * i as f64 } else { 0.3 * i as f64 });
+                let values =
+                    std::array::from_fn(|i| if i < count { 4.0 - apart * i as f64 } else { 0.3 * i as f64 });
                 let found = largest_eigenvalue(with_eigenvalues(values, k as f64));
                 assert!((found - 4.0).abs() < 4e-14, "{count} within {apart}: {found}");
             }
