@@ -1,9 +1,9 @@
 //! The contact patch: area, axes and pressure of the slave nodes that are pressed.
 
+use super::face_shape::{FaceShape, distinct};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::step::Frame;
-use std::collections::BTreeSet;
 
 /// The patch of one pair at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,11 @@ impl Default for ContactPatch {
     }
 }
 
-/// Which faces of a slave surface each of its nodes belongs to, found once per run.
+/// Which faces of a slave surface each of its nodes belongs to, found once per run, with the memory of an evaluation.
 #[derive(Clone, Debug)]
 pub struct PatchGeometry {
+    /// The body of the surface.
+    body: usize,
     /// The faces, global nodes.
     faces: Vec<[u32; 4]>,
     /// Sorted nodes of the surface.
@@ -46,9 +48,15 @@ pub struct PatchGeometry {
     /// Faces of `nodes[i]`: `incident[start[i]..start[i + 1]]`.
     start: Vec<u32>,
     incident: Vec<u32>,
+    /// Shape of each face, and the evaluation that it is of.
+    shapes: Vec<(u64, FaceShape)>,
+    evaluation: u64,
+    pressed: Vec<Pressed>,
+    pressed_faces: Vec<u32>,
 }
 
 /// One pressed node: position [m], tributary area [m²], force normal to the face [N].
+#[derive(Clone, Copy, Debug)]
 struct Pressed {
     position: Vec3,
     area: f64,
@@ -56,8 +64,8 @@ struct Pressed {
 }
 
 impl PatchGeometry {
-    /// Of a slave surface.
-    pub fn new(surface: &Surface) -> Self {
+    /// Of a slave surface, the skin of a body.
+    pub fn new(body: usize, surface: &Surface) -> Self {
         let nodes = surface.nodes.clone();
         let mut lists = vec![Vec::new(); nodes.len()];
         for (face, corners) in surface.faces.iter().enumerate() {
@@ -73,43 +81,53 @@ impl PatchGeometry {
             incident.extend(list);
             start.push(incident.len() as u32);
         }
-        Self { faces: surface.faces.clone(), nodes, start, incident }
-    }
-
-    /// Faces that a node belongs to; none when the node is not on the surface.
-    fn faces_of(&self, node: u32) -> &[u32] {
-        match self.nodes.binary_search(&node) {
-            Ok(i) => &self.incident[self.start[i] as usize..self.start[i + 1] as usize],
-            Err(_) => &[],
+        Self {
+            body,
+            faces: surface.faces.clone(),
+            nodes,
+            start,
+            incident,
+            shapes: vec![(0, FaceShape::default()); surface.faces.len()],
+            evaluation: 0,
+            pressed: Vec::new(),
+            pressed_faces: Vec::new(),
         }
     }
 
-    /// Faces of a node that are turned to the contact: their outward normal opposes `n`, the normal out of the master, by
-    /// at least [`TURNED`]. At the rim of a flat end the sides of the body are not, and press on nothing.
-    fn faces_towards(
-        &self,
-        node: u32,
-        n: &Vec3,
-        position: &dyn Fn(u32) -> Vec3,
-    ) -> impl Iterator<Item = u32> {
-        self.faces_of(node).iter().copied().filter(move |&f| {
-            let [a, b, c, d] = self.faces[f as usize].map(position);
-            // Half the cross product of the diagonals is the area vector of a quadrilateral, and of a triangle (c = d).
-            let normal = (c - a).cross(&(d - b));
-            -n.dot(&normal) > TURNED * normal.norm()
-        })
+    /// Faces that a node belongs to; none when the node is not on the surface.
+    fn faces_of(&self, node: u32) -> std::ops::Range<usize> {
+        match self.nodes.binary_search(&node) {
+            Ok(i) => self.start[i] as usize..self.start[i + 1] as usize,
+            Err(_) => 0..0,
+        }
     }
 
-    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces that are turned to the contact.
-    pub fn tributary_area(&self, node: u32, n: &Vec3, position: &dyn Fn(u32) -> Vec3) -> f64 {
-        let faces = self.faces_towards(node, n, position);
-        faces.map(|f| tributary_share(&self.faces[f as usize], node, position)).sum()
+    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces that are turned to the contact, with `n` the normal
+    /// out of the master; those faces are noted among the pressed ones.
+    fn tributary_area(&mut self, node: u32, n: &Vec3, position: &impl Fn(u32) -> Vec3) -> f64 {
+        let mut area = 0.0;
+        for i in self.faces_of(node) {
+            let face = self.incident[i];
+            let corners = &self.faces[face as usize];
+            let (of, shape) = &mut self.shapes[face as usize];
+            if *of != self.evaluation {
+                (*of, *shape) = (self.evaluation, FaceShape::new(corners, position));
+            }
+            if let (true, Some(corner)) = (shape.is_turned(n), corners.iter().position(|&c| c == node)) {
+                area += shape.tributary_share(corner);
+                self.pressed_faces.push(face);
+            }
+        }
+        area
     }
 
     /// The patch of pair `pair` in a frame.
-    pub fn eval(&self, frame: &Frame, pair: u32) -> ContactPatch {
-        let position = |node: u32| frame.position(node);
-        let (mut pressed, mut faces) = (Vec::new(), BTreeSet::new());
+    pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
+        let body = self.body;
+        let position = |node: u32| frame.position_in(body, node);
+        self.evaluation += 1;
+        self.pressed.clear();
+        self.pressed_faces.clear();
         let mut last = None;
         // Contacts are sorted by (pair, slave, face): all contacts of a node stand together and count once.
         for (contact, reaction) in frame.contacts.iter().zip(frame.reactions) {
@@ -118,20 +136,32 @@ impl PatchGeometry {
             }
             let normal_force = reaction.impulse[0] / frame.mean_step;
             if last == Some(contact.slave) {
-                if let Some(Pressed { normal_force: sum, .. }) = pressed.last_mut() {
+                if let Some(Pressed { normal_force: sum, .. }) = self.pressed.last_mut() {
                     *sum += normal_force;
                 }
                 continue;
             }
             last = Some(contact.slave);
-            let n = &contact.frame[0];
-            faces.extend(self.faces_towards(contact.slave, n, &position));
-            let area = self.tributary_area(contact.slave, n, &position);
-            pressed.push(Pressed { position: position(contact.slave), area, normal_force });
+            let area = self.tributary_area(contact.slave, &contact.frame[0], &position);
+            self.pressed.push(Pressed { position: position(contact.slave), area, normal_force });
         }
-        let face_area: f64 = faces.iter().map(|&f| face_area(&self.faces[f as usize], &position)).sum();
-        let spacing = if faces.is_empty() { 0.0 } else { (face_area / faces.len() as f64).sqrt() };
-        patch_of(&pressed, spacing)
+        let spacing = self.spacing();
+        patch_of(&self.pressed, spacing)
+    }
+
+    /// Mean edge of the pressed faces [m].
+    fn spacing(&mut self) -> f64 {
+        self.pressed_faces.sort_unstable();
+        self.pressed_faces.dedup();
+        let faces = &self.pressed_faces;
+        let area: f64 = faces
+            .iter()
+            .map(|&f| {
+                let count = distinct(&self.faces[f as usize]).len();
+                (0..count).map(|corner| self.shapes[f as usize].1.tributary_share(corner)).sum::<f64>()
+            })
+            .sum();
+        if faces.is_empty() { 0.0 } else { (area / faces.len() as f64).sqrt() }
     }
 }
 
@@ -174,45 +204,6 @@ fn rounded(count: f64) -> u32 {
     count.round() as u32
 }
 
-/// Least cosine between a face's outward normal and the direction of the contact, for the face to press: 60°.
-const TURNED: f64 = 0.5;
-
-/// Corners without the repetition that marks a triangle.
-fn distinct(face: &[u32; 4]) -> &[u32] {
-    if face[2] == face[3] { &face[..3] } else { face }
-}
-
-/// Area of a face [m²].
-fn face_area(face: &[u32; 4], position: &dyn Fn(u32) -> Vec3) -> f64 {
-    distinct(face).iter().map(|&node| tributary_share(face, node, position)).sum()
-}
-
-/// Corners of the bilinear quadrilateral.
-const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-
-/// ∫ N_a dA over one face for its corner `node` [m²]: 2×2 Gauss points on a bilinear quadrilateral, a third of a triangle.
-fn tributary_share(face: &[u32; 4], node: u32, position: &dyn Fn(u32) -> Vec3) -> f64 {
-    let Some(corner) = face.iter().position(|&n| n == node) else { return 0.0 };
-    let x = face.map(position);
-    if face[2] == face[3] {
-        return (x[1] - x[0]).cross(&(x[2] - x[0])).norm() / 6.0;
-    }
-    let g = 1.0 / 3f64.sqrt();
-    SIGNS
-        .iter()
-        .map(|point| {
-            let (a, b) = (g * point[0], g * point[1]);
-            let (mut along_a, mut along_b) = (Vec3::zeros(), Vec3::zeros());
-            for (x, s) in x.iter().zip(SIGNS) {
-                along_a += x * (0.25 * s[0] * (1.0 + s[1] * b));
-                along_b += x * (0.25 * s[1] * (1.0 + s[0] * a));
-            }
-            let s = SIGNS[corner];
-            0.25 * (1.0 + s[0] * a) * (1.0 + s[1] * b) * along_a.cross(&along_b).norm()
-        })
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,12 +224,13 @@ mod tests {
     #[test]
     fn tributary_areas_of_a_grid_sum_to_its_area() {
         let (surface, position) = grid();
-        let geometry = PatchGeometry::new(&surface);
-        let area = |n| geometry.tributary_area(n, &-Vec3::z(), &position);
+        let mut geometry = PatchGeometry::new(0, &surface);
+        geometry.evaluation = 1;
+        let mut area = |n| geometry.tributary_area(n, &-Vec3::z(), &position);
         assert!(
             (area(0) - 0.25).abs() < 1e-14 && (area(5) - 0.5).abs() < 1e-14 && (area(60) - 1.0).abs() < 1e-14
         );
-        let total: f64 = (0..121).map(area).sum();
+        let total: f64 = (0..121).map(&mut area).sum();
         assert!((total - 100.0).abs() < 1e-12, "{total}");
     }
 
@@ -247,7 +239,8 @@ mod tests {
         let surface = Surface { nodes: vec![0, 1, 2], faces: vec![[0, 1, 2, 2]] };
         let position =
             |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
-        let geometry = PatchGeometry::new(&surface);
+        let mut geometry = PatchGeometry::new(0, &surface);
+        geometry.evaluation = 1;
         for n in 0..3 {
             assert!((geometry.tributary_area(n, &-Vec3::z(), &position) - 1.0).abs() < 1e-14);
         }

@@ -29,9 +29,9 @@ impl Deflection {
     /// Takes in one step.
     pub fn accumulate(&mut self, frame: &Frame) {
         for &node in &self.nodes {
-            let u = frame.state.u[node as usize].norm();
+            let u = frame.u[node as usize].norm();
             if u > self.largest {
-                (self.largest, self.time) = (u, frame.time());
+                (self.largest, self.time) = (u, frame.time);
                 self.position = frame.plan.X[node as usize];
             }
         }

@@ -1,61 +1,9 @@
 //! Fields at the nodes and elements, projected from the quadrature points.
 
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
-use crate::mechanics::force::PointField;
-use crate::mechanics::tensor::{Mat3, Vec3};
+use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
-
-/// Von Mises stress √(3/2 s:s), s the deviator of the Cauchy stress [Pa].
-pub fn von_mises(cauchy: &Mat3) -> f64 {
-    let s = cauchy - Mat3::identity() * (cauchy.trace() / 3.0);
-    (1.5 * s.norm_squared()).sqrt()
-}
-
-/// Pressure −tr σ / 3, positive in compression [Pa].
-pub fn pressure(cauchy: &Mat3) -> f64 {
-    -cauchy.trace() / 3.0
-}
-
-/// Largest principal Green–Lagrange strain, the largest eigenvalue of E = ½ (FᵀF − I) [-].
-///
-/// E is formed from ∇u = F − I, E = ½ (∇u + ∇uᵀ + ∇uᵀ∇u), so that it is exactly 0 at rest and nothing cancels. Its largest
-/// eigenvalue is in closed form (Smith 1961): with q = tr E / 3, B = E − q I, p² = B:B / 6 and cos 3φ = det B / (2 p³) it is
-/// q + 2 p cos φ. An iteration would take longer than the law itself.
-pub fn principal_strain(F: &Mat3) -> f64 {
-    let H = F - Mat3::identity();
-    let E = (H + H.transpose() + H.transpose() * H) * 0.5;
-    let q = E.trace() / 3.0;
-    let B = E - Mat3::identity() * q;
-    let p = (B.norm_squared() / 6.0).sqrt();
-    if p == 0.0 {
-        return q;
-    }
-    let cos_3_phi = 0.5 * (B / p).determinant();
-    q + 2.0 * p * (cos_3_phi.clamp(-1.0, 1.0).acos() / 3.0).cos()
-}
-
-/// What the measures and the fields read of a quadrature point, evaluated once for both.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointValues {
-    /// Von Mises stress [Pa].
-    pub von_mises: f64,
-    /// Pressure, positive in compression [Pa].
-    pub pressure: f64,
-    /// Largest principal Green–Lagrange strain [-].
-    pub principal_strain: f64,
-}
-
-impl PointValues {
-    /// At a quadrature point.
-    pub fn eval(point: &PointField) -> Self {
-        Self {
-            von_mises: von_mises(&point.cauchy),
-            pressure: pressure(&point.cauchy),
-            principal_strain: principal_strain(&point.F),
-        }
-    }
-}
 
 /// Nodal and element fields of the whole model at one time. A field that nobody asked for is empty.
 ///
@@ -71,7 +19,7 @@ pub struct Fields {
     pub principal_strain: Vec<f64>,
     /// Volume-weighted mean Cauchy stress of each element, xx, yy, zz, xy, yz, xz [Pa].
     pub element_cauchy: Vec<[f64; 6]>,
-    /// Volume around each node, and of each element [m³].
+    /// Volume around each node, and of each element [m³]; empty where no such field is asked for.
     nodal_volume: Vec<f64>,
     element_volume: Vec<f64>,
     /// Corner nodes of every element (global numbers).
@@ -100,13 +48,34 @@ impl Fields {
         if !fields.is_nodal() && fields.element_cauchy.is_empty() {
             return None;
         }
-        Some(Self {
+        let mut fields = Self {
             nodal_volume: vec![0.0; if fields.is_nodal() { nodes } else { 0 }],
             element_volume: vec![0.0; fields.element_cauchy.len()],
             hexes: plan.bodies.iter().flat_map(|b| b.hexes.iter().copied()).collect(),
             shape: shape_at_points(),
             ..fields
-        })
+        };
+        for block in &plan.blocks {
+            for (slot, element) in block.elements.iter().enumerate() {
+                fields.add_volume(*element, &block.point_volumes(slot));
+            }
+        }
+        Some(fields)
+    }
+
+    /// Adds the volume of an element (global number) to those around its nodes.
+    fn add_volume(&mut self, element: u32, volume: &[f64; POINTS]) {
+        if let Some(sum) = self.element_volume.get_mut(element as usize) {
+            *sum = volume.iter().sum();
+        }
+        if self.nodal_volume.is_empty() {
+            return;
+        }
+        for (shape, volume) in self.shape.iter().zip(volume) {
+            for (&node, N) in self.hexes[element as usize].iter().zip(shape) {
+                self.nodal_volume[node as usize] += N * volume;
+            }
+        }
     }
 
     /// Whether any nodal field is asked for.
@@ -114,48 +83,40 @@ impl Fields {
         !(self.von_mises.is_empty() && self.pressure.is_empty() && self.principal_strain.is_empty())
     }
 
-    /// Back to zero.
+    /// Back to zero, which is what elements hold that have not moved.
     pub fn clear(&mut self) {
-        for field in [
-            &mut self.von_mises,
-            &mut self.pressure,
-            &mut self.principal_strain,
-            &mut self.nodal_volume,
-            &mut self.element_volume,
-        ] {
+        for field in [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain] {
             field.fill(0.0);
         }
         self.element_cauchy.fill([0.0; 6]);
     }
 
-    /// Adds quadrature point `q` of an element (global number).
-    pub fn accumulate(&mut self, element: u32, q: usize, point: &PointField, values: &PointValues) {
-        let volume = point.volume;
-        if let Some(mean) = self.element_cauchy.get_mut(element as usize) {
-            let s = &point.cauchy;
-            let components = [s[(0, 0)], s[(1, 1)], s[(2, 2)], s[(0, 1)], s[(1, 2)], s[(0, 2)]];
-            mean.iter_mut().zip(components).for_each(|(m, c)| *m += volume * c);
-            self.element_volume[element as usize] += volume;
-        }
-        if self.nodal_volume.is_empty() {
-            return;
-        }
-        let (corners, shape) = (&self.hexes[element as usize], &self.shape[q]);
-        let add = |field: &mut Vec<f64>, value: f64| {
-            for (&node, N) in corners.iter().zip(shape) {
-                field[node as usize] += N * volume * value;
+    /// Adds the quadrature points of a batch of elements (global numbers, in the order of its lanes).
+    pub fn accumulate(&mut self, elements: &[u32], points: &PointBatch) {
+        if !self.element_cauchy.is_empty() {
+            for (lane, &element) in elements.iter().enumerate() {
+                let mean = &mut self.element_cauchy[element as usize];
+                for (cauchy, volume) in points.cauchy.iter().zip(&points.volume) {
+                    mean.iter_mut().zip(cauchy).for_each(|(m, s)| *m += volume[lane] * s[lane]);
+                }
             }
-        };
-        if !self.von_mises.is_empty() {
-            add(&mut self.von_mises, values.von_mises);
         }
-        if !self.pressure.is_empty() {
-            add(&mut self.pressure, values.pressure);
+        let (hexes, shape) = (&self.hexes, &self.shape);
+        for (field, values) in [
+            (&mut self.von_mises, &points.von_mises),
+            (&mut self.pressure, &points.pressure),
+            (&mut self.principal_strain, &points.principal_strain),
+        ] {
+            if field.is_empty() {
+                continue;
+            }
+            let corners = corner_sums(shape, &points.volume, values);
+            for (lane, &element) in elements.iter().enumerate() {
+                for (&node, sums) in hexes[element as usize].iter().zip(&corners) {
+                    field[node as usize] += sums[lane];
+                }
+            }
         }
-        if !self.principal_strain.is_empty() {
-            add(&mut self.principal_strain, values.principal_strain);
-        }
-        add(&mut self.nodal_volume, 1.0);
     }
 
     /// Turns the sums into averages.
@@ -169,6 +130,20 @@ impl Fields {
             }
         }
     }
+}
+
+/// Σ_q N_a V_q value_q of each corner: `[corner][lane]`.
+fn corner_sums(shape: &[[f64; 8]; POINTS], volume: &PointScalar, values: &PointScalar) -> [[f64; BATCH]; 8] {
+    let mut sums = [[0.0; BATCH]; 8];
+    for ((shape, volume), values) in shape.iter().zip(volume).zip(values) {
+        let weighted: [f64; BATCH] = std::array::from_fn(|lane| volume[lane] * values[lane]);
+        for (sums, N) in sums.iter_mut().zip(shape) {
+            for lane in 0..BATCH {
+                sums[lane] += N * weighted[lane];
+            }
+        }
+    }
+    sums
 }
 
 /// N_a at each quadrature point.
@@ -185,46 +160,10 @@ fn divide(field: &mut [f64], weight: &[f64]) {
     }
 }
 
-/// Visits every quadrature point of the plan at displacement `u` [m] (nodes × 3), in the order of the blocks.
-pub fn for_each_point(plan: &Plan, u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
-    for block in &plan.blocks {
-        block.for_each_point(&plan.X, u, visit);
-    }
-}
-
 #[cfg(test)]
 #[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
-
-    #[test]
-    fn von_mises_of_uniaxial_stress_is_the_stress() {
-        let sigma = Mat3::new(-5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        assert!((von_mises(&sigma) - 5.0).abs() < 1e-14 && (pressure(&sigma) - 5.0 / 3.0).abs() < 1e-14);
-        let shear = Mat3::new(0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        assert!((von_mises(&shear) - 2.0 * 3f64.sqrt()).abs() < 1e-14);
-    }
-
-    #[test]
-    fn principal_strain_is_zero_at_rest_and_under_rotation() {
-        assert_eq!(principal_strain(&Mat3::identity()), 0.0);
-        let rotation = nalgebra::Rotation3::from_euler_angles(0.3, -1.0, 2.0).into_inner();
-        assert!(principal_strain(&rotation).abs() < 1e-15);
-        let stretch = Mat3::from_diagonal(&Vec3::new(1.2, 0.9, 1.0));
-        assert!((principal_strain(&(rotation * stretch)) - 0.22).abs() < 1e-14);
-        let swollen = Mat3::identity() * 1.1;
-        assert!((principal_strain(&swollen) - 0.105).abs() < 1e-15);
-    }
-
-    #[test]
-    fn the_closed_form_is_the_largest_eigenvalue() {
-        for seed in 0..50 {
-            let wave = |i: usize, j: usize| 0.3 * f64::from(seed).mul_add(1.7, (5 * i + 3 * j) as f64).sin();
-            let F = Mat3::identity() + Mat3::from_fn(wave);
-            let largest = ((F.transpose() * F - Mat3::identity()) * 0.5).symmetric_eigenvalues().max();
-            assert!((principal_strain(&F) - largest).abs() < 1e-13, "{seed}");
-        }
-    }
 
     #[test]
     fn averages_are_weighted_by_volume() {
@@ -237,26 +176,45 @@ mod tests {
             shape: shape_at_points(),
             ..Fields::default()
         };
-        let point = |s: f64, volume| PointField {
-            position: Vec3::zeros(),
-            volume,
-            F: Mat3::identity(),
-            cauchy: Mat3::from_diagonal(&Vec3::new(s, 0.0, 0.0)),
-            psi: 0.0,
-            J: 1.0,
-        };
+        let mut points = PointBatch::default();
+        for (lane, (stress, volume)) in [(3.0, 1.0), (9.0, 2.0)].into_iter().enumerate() {
+            fields.add_volume(lane as u32, &[volume; POINTS]);
+            for q in 0..POINTS {
+                points.volume[q][lane] = volume;
+                points.von_mises[q][lane] = stress;
+                points.cauchy[q][0][lane] = stress;
+            }
+        }
         for _ in 0..2 {
             fields.clear();
-            for q in 0..POINTS {
-                let (a, b) = (point(3.0, 1.0), point(9.0, 2.0));
-                fields.accumulate(0, q, &a, &PointValues::eval(&a));
-                fields.accumulate(1, q, &b, &PointValues::eval(&b));
-            }
+            fields.accumulate(&[0, 1], &points);
             fields.average();
         }
         assert!((fields.von_mises[0] - 3.0).abs() < 1e-14 && (fields.von_mises[9] - 9.0).abs() < 1e-14);
         assert!((fields.von_mises[5] - 7.0).abs() < 1e-14, "(1·3 + 2·9)/3");
         assert_eq!(fields.element_cauchy[1], [9.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_has_not_moved_takes_part_in_the_average() {
+        let mut fields = Fields {
+            von_mises: vec![0.0; 12],
+            nodal_volume: vec![0.0; 12],
+            hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]],
+            shape: shape_at_points(),
+            ..Fields::default()
+        };
+        let mut points = PointBatch::default();
+        for element in 0..2 {
+            fields.add_volume(element, &[1.0; POINTS]);
+        }
+        for q in 0..POINTS {
+            (points.volume[q][0], points.von_mises[q][0]) = (1.0, 3.0);
+        }
+        fields.accumulate(&[0], &points);
+        fields.average();
+        assert!((fields.von_mises[0] - 3.0).abs() < 1e-14 && (fields.von_mises[4] - 1.5).abs() < 1e-14);
+        assert_eq!(fields.von_mises[8], 0.0);
     }
 
     #[test]
@@ -268,12 +226,12 @@ mod tests {
             shape: shape_at_points(),
             ..Fields::default()
         };
+        let mut points = PointBatch::default();
+        fields.add_volume(0, &[1.0; POINTS]);
         for q in 0..POINTS {
-            let cauchy = Mat3::identity() * -Hex8::point(q)[0];
-            let position = Vec3::zeros();
-            let point = PointField { position, volume: 1.0, F: Mat3::identity(), cauchy, psi: 0.0, J: 1.0 };
-            fields.accumulate(0, q, &point, &PointValues::eval(&point));
+            (points.volume[q][0], points.pressure[q][0]) = (1.0, Hex8::point(q)[0]);
         }
+        fields.accumulate(&[0], &points);
         fields.average();
         // p = ξ at points ±1/√3 with weights (1 ± ξ)/2: the projection of ξ to the corner ξ = 1 is 1/3.
         let largest = fields.pressure.iter().copied().fold(0.0, f64::max);

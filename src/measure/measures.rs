@@ -4,7 +4,7 @@ use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
 use super::contact_patch::PatchGeometry;
 use super::deflection::Deflection;
-use super::fields::{Fields, PointValues, for_each_point};
+use super::fields::Fields;
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::stress_depth::StressDepth;
 use super::summary::Summary;
@@ -74,20 +74,24 @@ impl Measures {
             return;
         }
         if let Some(stress) = stress {
-            stress.begin(frame.time());
+            stress.begin(frame.time);
         }
         if let Some(fields) = fields {
             fields.clear();
         }
-        for_each_point(frame.plan, &frame.state.u, &mut |element, q, point| {
-            let values = PointValues::eval(point);
-            if let Some(stress) = stress {
-                stress.accumulate(element, point, &values);
-            }
-            if let Some(fields) = fields {
-                fields.accumulate(element, q, point, &values);
-            }
-        });
+        for block in &frame.plan.blocks {
+            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+                if let Some(stress) = stress {
+                    let position =
+                        |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
+                    let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
+                    stress.accumulate(block.body, among_all, points, position);
+                }
+                if let Some(fields) = fields {
+                    fields.accumulate(&block.elements[slots], points);
+                }
+            });
+        }
         if let Some(stress) = stress {
             stress.end();
         }
@@ -118,7 +122,7 @@ impl Recorder for Measures {
     }
 
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        let time = frame.time();
+        let time = frame.time;
         if time < 0.0 {
             return Ok(());
         }
@@ -135,9 +139,9 @@ impl Recorder for Measures {
             absorbed.accumulate(time, frame.energy);
         }
         self.deflection.accumulate(frame);
-        self.energy.clone_from(frame.energy);
+        self.energy.copy_from(frame.energy);
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
-        (self.time, self.step) = (time, frame.state.step);
+        (self.time, self.step) = (time, frame.step);
         if frame.is_field_time {
             self.accumulate_points(frame);
         }
@@ -165,7 +169,7 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             on_tissue: tissue(slave) || master.is_some_and(tissue),
             told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             force: ImpactForce::new(plan.measures.force_window),
-            geometry: PatchGeometry::new(&contact.surfaces[pair.slave]),
+            geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
         })
         .collect()
 }

@@ -9,6 +9,7 @@ pub mod absorbed_energy;
 pub mod artificial_end;
 pub mod contact_patch;
 pub mod deflection;
+mod face_shape;
 pub mod fields;
 pub mod impact_force;
 mod measures;

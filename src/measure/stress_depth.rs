@@ -3,12 +3,13 @@
 //! Evaluated at the field times and at the end, not at every step: a peak between two field times is not seen, so ask for
 //! field times that are close enough to each other.
 
-use super::fields::PointValues;
-use crate::mechanics::force::PointField;
+use crate::mechanics::element::POINTS;
+use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
 use crate::scene::document::Role;
+use std::ops::Range;
 
 /// What exceeds one threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,9 +45,9 @@ impl Default for Peak {
 
 impl Peak {
     /// Takes the value if it is larger.
-    fn raise(&mut self, value: f64, position: Vec3, time: f64) {
+    fn raise(&mut self, value: f64, position: impl Fn() -> Vec3, time: f64) {
         if value > self.value {
-            *self = Self { value, position, time };
+            *self = Self { value, position: position(), time };
         }
     }
 }
@@ -55,12 +56,10 @@ impl Peak {
 pub struct StressDepth {
     /// Distance to the skin; without a skin there is no depth.
     skin: Option<DepthField>,
-    /// Element ranges of the tissue's bodies.
-    elements: Vec<std::ops::Range<u32>>,
-    /// Depth of the quadrature points in the order of the visit, NaN until somebody needs it.
+    /// The tissue's bodies.
+    bodies: Vec<usize>,
+    /// Depth of the quadrature points, 8 a slot, NaN until somebody needs it; empty without a skin.
     depth: Vec<f64>,
-    /// Position in that order.
-    next: usize,
     time: f64,
     /// Number of field times so far.
     pub samples: u32,
@@ -80,25 +79,24 @@ impl StressDepth {
     /// # Errors
     /// When the skin is not a surface that a distance can be taken to.
     pub fn new(plan: &Plan) -> Result<Option<Self>, crate::mesh::MeshError> {
-        let tissue = plan.bodies.iter().filter(|b| b.role == Role::Tissue);
-        let elements: Vec<_> = tissue.map(|b| b.elements.clone()).collect();
-        if elements.is_empty() {
+        let bodies: Vec<_> =
+            (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == Role::Tissue).collect();
+        if bodies.is_empty() {
             return Ok(None);
         }
         let faces = &plan.measures.tissue_skin;
         let skin = if faces.is_empty() { None } else { Some(DepthField::new(faces, &plan.X)?) };
-        Ok(Some(Self::of(skin, elements, &plan.measures.stress_thresholds)))
+        Ok(Some(Self::of(skin, bodies, plan.slot_count(), &plan.measures.stress_thresholds)))
     }
 
     /// From its parts.
-    fn of(skin: Option<DepthField>, elements: Vec<std::ops::Range<u32>>, thresholds: &[f64]) -> Self {
+    fn of(skin: Option<DepthField>, bodies: Vec<usize>, slots: usize, thresholds: &[f64]) -> Self {
         let exceedances =
             thresholds.iter().map(|&threshold| Exceedance { threshold, ..Exceedance::default() });
         Self {
+            depth: vec![f64::NAN; if skin.is_some() { POINTS * slots } else { 0 }],
             skin,
-            elements,
-            depth: Vec::new(),
-            next: 0,
+            bodies,
             time: 0.0,
             samples: 0,
             exceedances: exceedances.collect(),
@@ -115,35 +113,53 @@ impl StressDepth {
 
     /// Begins a sweep over all points at a time [s].
     pub fn begin(&mut self, time: f64) {
-        (self.next, self.time) = (0, time);
+        self.time = time;
         self.samples += 1;
         self.exceedances.iter_mut().for_each(|e| e.volume = 0.0);
     }
 
-    /// Takes in one quadrature point of an element (global number); the order of the points is that of every sweep.
-    pub fn accumulate(&mut self, element: u32, point: &PointField, values: &PointValues) {
-        if !self.elements.iter().any(|range| range.contains(&element)) {
+    /// Takes in the quadrature points of a batch of elements of a body, with their slots among all slots, and
+    /// where they are: `position(lane, index in the element)`. Elements that have not moved need not be told of.
+    pub fn accumulate(
+        &mut self,
+        body: usize,
+        slots: Range<usize>,
+        points: &PointBatch,
+        position: impl Fn(usize, usize) -> Vec3,
+    ) {
+        if !self.bodies.contains(&body) {
             return;
         }
-        let index = self.next;
-        self.next += 1;
-        if self.depth.len() <= index {
-            self.depth.push(f64::NAN);
+        let lowest = self.exceedances.first().map_or(f64::INFINITY, |e| e.threshold);
+        for (lane, slot) in slots.enumerate() {
+            for q in 0..POINTS {
+                let (stress, at) = (points.von_mises[q][lane], || position(lane, q));
+                self.von_mises.raise(stress, at, self.time);
+                self.principal_strain.raise(points.principal_strain[q][lane], at, self.time);
+                self.energy_density.raise(points.psi[q][lane], at, self.time);
+                if stress > lowest {
+                    self.accumulate_exceedance(stress, points.volume[q][lane], POINTS * slot + q, at);
+                }
+            }
         }
-        let stress = values.von_mises;
-        self.von_mises.raise(stress, point.position, self.time);
-        self.principal_strain.raise(values.principal_strain, point.position, self.time);
-        self.energy_density.raise(point.psi, point.position, self.time);
-        if self.exceedances.first().is_none_or(|lowest| stress <= lowest.threshold) {
-            return;
-        }
-        if let (Some(skin), true) = (&self.skin, self.depth[index].is_nan()) {
-            self.depth[index] = skin.depth(&point.position);
-        }
+    }
+
+    /// Takes in one point above the lowest threshold; `index` is its place among all points.
+    fn accumulate_exceedance(&mut self, stress: f64, volume: f64, index: usize, at: impl Fn() -> Vec3) {
+        let depth = match &self.skin {
+            Some(skin) => {
+                let depth = &mut self.depth[index];
+                if depth.is_nan() {
+                    *depth = skin.depth(&at());
+                }
+                *depth
+            }
+            None => 0.0,
+        };
         for exceedance in self.exceedances.iter_mut().take_while(|e| stress > e.threshold) {
-            exceedance.volume += point.volume;
-            if self.depth[index] > exceedance.depth {
-                (exceedance.depth, exceedance.depth_time) = (self.depth[index], self.time);
+            exceedance.volume += volume;
+            if depth > exceedance.depth {
+                (exceedance.depth, exceedance.depth_time) = (depth, self.time);
             }
         }
     }
@@ -157,41 +173,33 @@ impl StressDepth {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, clippy::single_range_in_vec_init)] // tests may panic; exact values
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
 mod tests {
     use super::*;
-    use crate::mechanics::tensor::Mat3;
 
-    fn point(z: f64, stress: f64) -> PointField {
-        PointField {
-            position: Vec3::new(0.5, 0.5, z),
-            volume: 2.0,
-            F: Mat3::identity(),
-            cauchy: Mat3::from_diagonal(&Vec3::new(stress, 0.0, 0.0)),
-            psi: stress,
-            J: 1.0,
+    /// An element in a slot of its own, all of whose points lie at the height z and have one stress.
+    fn feed(measure: &mut StressDepth, body: usize, slot: usize, (z, stress): (f64, f64)) {
+        let mut points = PointBatch::default();
+        for q in 0..POINTS {
+            (points.volume[q][0], points.von_mises[q][0], points.psi[q][0]) = (0.25, stress, stress);
         }
-    }
-
-    fn feed(measure: &mut StressDepth, element: u32, point: &PointField) {
-        measure.accumulate(element, point, &PointValues::eval(point));
+        measure.accumulate(body, slot..slot + 1, &points, |_, _| Vec3::new(0.5, 0.5, z));
     }
 
     #[test]
     fn depth_is_the_deepest_point_above_each_threshold() {
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0), Vec3::y()];
         let skin = DepthField::new(&[[0, 1, 2, 3]], &corners).unwrap();
-        let mut measure = StressDepth::of(Some(skin), vec![10..20], &[1.0, 5.0]);
+        let mut measure = StressDepth::of(Some(skin), vec![1], 4, &[1.0, 5.0]);
         measure.begin(1.0);
-        feed(&mut measure, 3, &point(-9.0, 100.0)); // another body
-        feed(&mut measure, 10, &point(-0.1, 7.0));
-        feed(&mut measure, 11, &point(-0.3, 2.0));
-        feed(&mut measure, 12, &point(-0.8, 0.5));
+        feed(&mut measure, 0, 0, (-9.0, 100.0)); // another body
+        feed(&mut measure, 1, 1, (-0.1, 7.0));
+        feed(&mut measure, 1, 2, (-0.3, 2.0));
+        feed(&mut measure, 1, 3, (-0.8, 0.5));
         measure.end();
         measure.begin(2.0);
-        feed(&mut measure, 10, &point(-0.1, 3.0));
-        feed(&mut measure, 11, &point(-0.3, 0.0));
-        feed(&mut measure, 12, &point(-0.8, 0.5));
+        feed(&mut measure, 1, 1, (-0.1, 3.0));
+        feed(&mut measure, 1, 3, (-0.8, 0.5));
         measure.end();
         let [low, high] = [measure.exceedances[0], measure.exceedances[1]];
         assert!((low.depth - 0.3).abs() < 1e-12 && low.depth_time == 1.0);
@@ -203,9 +211,9 @@ mod tests {
 
     #[test]
     fn without_a_skin_there_is_volume_but_no_depth() {
-        let mut measure = StressDepth::of(None, vec![0..1], &[1.0]);
+        let mut measure = StressDepth::of(None, vec![0], 1, &[1.0]);
         measure.begin(0.0);
-        feed(&mut measure, 0, &point(-1.0, 2.0));
+        feed(&mut measure, 0, 0, (-1.0, 2.0));
         measure.end();
         assert!(
             !measure.has_skin()

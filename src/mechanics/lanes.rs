@@ -23,6 +23,13 @@ pub const BATCH: usize = 8;
 #[repr(C, align(64))]
 pub struct Row(pub [f64; BATCH]);
 
+impl std::ops::Index<usize> for Row {
+    type Output = f64;
+    fn index(&self, lane: usize) -> &f64 {
+        &self.0[lane]
+    }
+}
+
 /// Anything on the stack, aligned to the widest register, see [`Row`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]

@@ -9,5 +9,6 @@ pub mod element;
 pub mod force;
 pub mod lanes;
 pub mod material;
+pub mod principal;
 pub mod real;
 pub mod tensor;

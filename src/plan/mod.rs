@@ -144,7 +144,18 @@ pub struct MeasurePlan {
     pub tissue_skin: Vec<[u32; 4]>,
 }
 
+impl ContactPlan {
+    /// The most contacts that a step can have: one for each slave node of each pair.
+    pub fn most_contacts(&self) -> usize {
+        self.pairs.iter().map(|pair| self.surfaces[pair.slave].nodes.len()).sum()
+    }
+}
+
 impl Plan {
+    /// As [`ContactPlan::most_contacts`]; 0 without contact.
+    pub fn most_contacts(&self) -> usize {
+        self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
+    }
     /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.X.len()
@@ -156,6 +167,10 @@ impl Plan {
     /// Number of slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {
         self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
+    }
+    /// Position x = X + V_b t + u [m] of a node of a body at a time [s] with displacement u [m]; nothing flies before 0.
+    pub fn position(&self, body: usize, node: usize, time: f64, u: &Vec3) -> Vec3 {
+        self.X[node] + self.bodies[body].flight_velocity * time.max(0.0) + u
     }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {

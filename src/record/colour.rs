@@ -4,7 +4,6 @@
 //! first step, so it is chosen from the plan, see [`range`].
 
 use super::proto::foxglove::Color;
-use crate::measure::fields::{for_each_point, von_mises};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::Role;
@@ -79,9 +78,11 @@ fn impact_pressure(plan: &Plan) -> f64 {
 fn initial_stress(plan: &Plan) -> f64 {
     let mut largest = 0.0;
     if !plan.initial_u.is_empty() {
-        for_each_point(plan, &plan.initial_u, &mut |_, _, point| {
-            largest = f64::max(largest, von_mises(&point.cauchy));
-        });
+        for block in &plan.blocks {
+            block.for_each_moved_batch(&plan.initial_u, &mut |_, points| {
+                largest = points.von_mises.iter().flat_map(|row| row.0).fold(largest, f64::max);
+            });
+        }
     }
     largest
 }

@@ -38,7 +38,7 @@ pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
             contacts: active_contacts(frame, index as u32),
         }
     });
-    ContactForces { time_s: frame.time(), step: frame.state.step, pairs: pairs.collect() }
+    ContactForces { time_s: frame.time, step: frame.step, pairs: pairs.collect() }
 }
 
 /// The arrays of the pair's contacts with r_n > 0; all of length 0 when nothing touches.

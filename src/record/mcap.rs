@@ -163,7 +163,7 @@ impl McapRecorder {
     }
 
     fn write_frame(open: &mut Open, measures: &Measures, frame: &Frame) -> Result<(), RecordError> {
-        let time = frame.time();
+        let time = frame.time;
         let is_due = open.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1)));
         open.frames += 1;
         open.is_latest_written = is_due || frame.is_field_time;
@@ -185,7 +185,7 @@ impl McapRecorder {
             open.writer.write(channels.points, time, &point_cloud::message(frame, body, fields))?;
         }
         let running = measures.running_summary(frame.plan);
-        open.writer.write(open.summary, time, &summary::message(&running, time, frame.state.step)?)?;
+        open.writer.write(open.summary, time, &summary::message(&running, time, frame.step)?)?;
         open.writer.flush_if(FLUSH_BYTES)
     }
 
@@ -272,7 +272,7 @@ impl Recorder for McapRecorder {
 
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         self.measures.record(frame)?;
-        if frame.time() < 0.0 {
+        if frame.time < 0.0 {
             return Ok(());
         }
         let open = self.open.as_mut().ok_or(RecordError::NotOpen)?;

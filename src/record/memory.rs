@@ -53,8 +53,8 @@ impl Recorder for MemoryRecorder {
         if self.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1))) || frame.is_field_time {
             let pairs = frame.plan.contact.as_ref().map_or(0, |c| c.pairs.len()) as u32;
             self.samples.push(Sample {
-                time: frame.time(),
-                step: frame.state.step,
+                time: frame.time,
+                step: frame.step,
                 energy: frame.energy.clone(),
                 forces: (0..pairs).map(|pair| resultant_force(frame, pair)).collect(),
                 active_contacts: frame.reactions.iter().filter(|r| r.impulse[0] > 0.0).count(),
@@ -62,9 +62,9 @@ impl Recorder for MemoryRecorder {
         }
         self.frames += 1;
         if frame.is_field_time {
-            let halves = frame.state.v.iter().zip(frame.v_after);
+            let halves = frame.v.iter().zip(frame.v_after);
             let v = halves.map(|(before, after)| (before + after) * 0.5).collect();
-            self.snapshots.push(Snapshot { time: frame.time(), u: frame.state.u.clone(), v });
+            self.snapshots.push(Snapshot { time: frame.time, u: frame.u.to_vec(), v });
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
 //! [`stress`], [`scene_update`], [`point_cloud`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
-//! [`salvage`] makes a readable file of what a killed writer left.
+//! [`salvage`] makes a readable file of what a killed writer left. [`on_own_thread`] keeps any recorder out of the way of the steps.
 
 pub mod colour;
 pub mod contact;
@@ -11,6 +11,7 @@ pub mod log;
 pub mod mcap;
 pub mod memory;
 pub mod null;
+mod own_thread;
 pub mod packed;
 pub mod point_cloud;
 pub mod proto;
@@ -24,6 +25,7 @@ mod writer;
 pub use mcap::{McapRecorder, RecordingInfo};
 pub use memory::MemoryRecorder;
 pub use null::NullRecorder;
+pub use own_thread::on_own_thread;
 pub use salvage::{Salvaged, reindex_incomplete, snapshot};
 pub use writer::{TimeScale, partial_path};
 

@@ -31,7 +31,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
     let mut data = Vec::with_capacity(4 * fields.len() * nodes.len());
     let mut put = |value: f64| data.extend((value as f32).to_le_bytes());
     for (i, node) in nodes.clone().enumerate() {
-        frame.position(node).iter().for_each(|&x| put(x));
+        frame.position_in(body, node).iter().for_each(|&x| put(x));
         for (.., values) in &scalars {
             put(values[i]);
         }
@@ -40,7 +40,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
         }
     }
     PointCloud {
-        timestamp: Some(timestamp(frame.time())),
+        timestamp: Some(timestamp(frame.time)),
         frame_id: FRAME_ID.into(),
         pose: Some(Pose::identity()),
         point_stride: 4 * fields.len() as u32,

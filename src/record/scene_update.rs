@@ -43,14 +43,14 @@ pub fn message(
     let plan_body = &frame.plan.bodies[body];
     let nodes = &plan_body.skin.nodes;
     let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
-    let mut metadata = vec![pair("time_s", frame.time().to_string())];
+    let mut metadata = vec![pair("time_s", frame.time.to_string())];
     if stress.is_some() {
         metadata.push(pair("colour", "von_mises_pa, viridis".into()));
         metadata.push(pair("colour_range_pa", format!("0 … {top}")));
     }
     let mesh = TriangleListPrimitive {
         pose: Some(Pose::identity()),
-        points: nodes.iter().map(|&node| frame.position(node).into()).collect(),
+        points: nodes.iter().map(|&node| frame.position_in(body, node).into()).collect(),
         color: stress.is_none().then_some(PLAIN),
         colors: stress
             .map(|s| nodes.iter().map(|&n| viridis(s[n as usize], top)).collect())
@@ -58,7 +58,7 @@ pub fn message(
         indices: indices.to_vec(),
     };
     let entity = SceneEntity {
-        timestamp: Some(timestamp(frame.time())),
+        timestamp: Some(timestamp(frame.time)),
         frame_id: FRAME_ID.into(),
         id: plan_body.name.clone(),
         metadata,

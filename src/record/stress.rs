@@ -35,11 +35,11 @@ pub fn nodal_vectors(frame: &Frame, body: usize) -> Vec<(&'static str, &'static 
     let range = body.nodes.start as usize..body.nodes.end as usize;
     let mut vectors = Vec::new();
     if frame.plan.fields.contains(&FieldName::Displacement) {
-        vectors.push(("displacement_m", "m", frame.state.u[range.clone()].to_vec()));
+        vectors.push(("displacement_m", "m", frame.u[range.clone()].to_vec()));
     }
     if frame.plan.fields.contains(&FieldName::Velocity) {
         // At t_n: the mean of the half steps around it, with the flight in.
-        let halves = frame.state.v[range.clone()].iter().zip(&frame.v_after[range]);
+        let halves = frame.v[range.clone()].iter().zip(&frame.v_after[range]);
         let velocity = halves.map(|(before, after)| (before + after) * 0.5 + body.flight_velocity);
         vectors.push(("velocity_m_per_s", "m/s", velocity.collect()));
     }
@@ -60,8 +60,8 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> Stress {
     let cauchy = fields.and_then(|f| f.element_cauchy.get(range));
     let element = cauchy.map(|c| packed::f32s("cauchy_pa", "Pa", c.iter().copied()));
     Stress {
-        time_s: frame.time(),
-        step: frame.state.step,
+        time_s: frame.time,
+        step: frame.step,
         body: plan_body.name.clone(),
         nodal,
         element: element.into_iter().collect(),

@@ -15,6 +15,9 @@ const MOST_SWEEPS: usize = 2000;
 /// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and warned about.
 const LARGEST_RESIDUAL: f64 = 1e-4;
 
+/// Shifts of a projection for each contact that there is room for: slave and master nodes in a few passes.
+pub(super) const SHIFTS: usize = 8;
+
 /// Detector and buffers of the contact solve; derived from the plan and the positions, so no part of the state.
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
@@ -34,6 +37,8 @@ pub(super) struct ContactStep<'p> {
 
 impl<'p> ContactStep<'p> {
     pub fn new(plan: &Plan, contact: &'p ContactPlan) -> Self {
+        // Room for every slave node at once: pages that nothing touches cost nothing.
+        let most = contact.most_contacts();
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
         Self {
             plan: contact,
@@ -43,10 +48,10 @@ impl<'p> ContactStep<'p> {
             still: vec![Vec3::zeros(); drift.len()],
             drift,
             x_end: vec![Vec3::zeros(); plan.node_count()],
-            contacts: Vec::new(),
-            reactions: Vec::new(),
-            workspace: Workspace::default(),
-            moved: Vec::new(),
+            contacts: Vec::with_capacity(most),
+            reactions: Vec::with_capacity(most),
+            workspace: Workspace::with_capacity(most, contact.pairs.len()),
+            moved: Vec::with_capacity(SHIFTS * most),
             unconverged: (0, 0.0),
         }
     }
@@ -62,9 +67,10 @@ impl<'p> ContactStep<'p> {
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
         let (laws, drift) = if flying { (&self.laws, &self.drift) } else { (&self.stuck, &self.still) };
-        for body in &plan.bodies {
-            let flight = if flying { body.flight_velocity } else { Vec3::zeros() };
-            for node in body.nodes.start as usize..body.nodes.end as usize {
+        // Contact looks at the skins only.
+        for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
+            let flight = if flying { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
+            for node in surface.nodes.iter().map(|&node| node as usize) {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }

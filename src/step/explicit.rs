@@ -52,6 +52,8 @@ pub(super) struct Stepper<'p> {
     viscous: Vec<f64>,
     /// Sums with both halves of the work at t_n; they become the state's when it advances.
     ledger: Ledger,
+    /// The balance at t_n, after [`Stepper::balance`].
+    pub energy: Energy,
     f_int: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
@@ -87,6 +89,7 @@ impl<'p> Stepper<'p> {
             strain: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
+            energy: Energy::with_capacity(plan),
             f_int: vec![Vec3::zeros(); nodes],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
@@ -139,29 +142,27 @@ impl<'p> Stepper<'p> {
         Ok(())
     }
 
-    /// The ledger at t_n, after [`Stepper::solve`].
-    pub fn balance(&mut self, state: &State) -> Energy {
-        let mut ledger = std::mem::take(&mut self.ledger);
+    /// Balances the ledger at t_n, after [`Stepper::solve`].
+    pub fn balance(&mut self, state: &State) {
+        let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         ledger.copy_from(&state.ledger);
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
         }
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
-        let energy = if state.last_step == 0.0 {
+        if state.last_step == 0.0 {
             // At the start nothing has been done yet, and the velocity is known at t_0 itself.
-            let energy = ledger.balance(&StepWork { v_after: &state.v, ..work });
+            ledger.balance(&StepWork { v_after: &state.v, ..work }, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
-            energy
         } else {
             ledger.add_work(&work, Half::Before);
-            ledger.balance(&work)
-        };
+            ledger.balance(&work, &mut energy);
+        }
         ledger.add_work(&work, Half::After);
-        self.ledger = ledger;
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
-        energy
+        (self.ledger, self.energy) = (ledger, energy);
     }
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.
@@ -179,9 +180,9 @@ impl<'p> Stepper<'p> {
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
-        if let Some(contact) = &mut self.contact {
-            for b in 0..self.plan.bodies.len() {
-                place_body(self.plan, b, state, phase, &mut self.x);
+        if let (Some(contact), Some(plan)) = (&mut self.contact, &self.plan.contact) {
+            for (surface, &b) in plan.surfaces.iter().zip(&plan.surface_body) {
+                place_nodes(self.plan, b, surface.nodes.iter().copied(), state, phase, &mut self.x);
             }
             state.projected.clear();
             state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
@@ -275,7 +276,7 @@ impl<'p> Stepper<'p> {
     /// Absolute positions x_n.
     fn place(&mut self, state: &State, phase: Phase) {
         for b in 0..self.plan.bodies.len() {
-            place_body(self.plan, b, state, phase, &mut self.x);
+            place_nodes(self.plan, b, self.plan.bodies[b].nodes.clone(), state, phase, &mut self.x);
         }
     }
 
@@ -339,14 +340,20 @@ impl<'p> Stepper<'p> {
     }
 }
 
-/// Absolute positions of the nodes of a body.
-fn place_body(plan: &Plan, b: usize, state: &State, phase: Phase, x: &mut [Vec3]) {
-    let body = &plan.bodies[b];
+/// Absolute positions of nodes of a body.
+fn place_nodes(
+    plan: &Plan,
+    b: usize,
+    nodes: impl Iterator<Item = u32>,
+    state: &State,
+    phase: Phase,
+    x: &mut [Vec3],
+) {
     let flight = match phase {
         Phase::Settling(_) => Vec3::zeros(),
-        Phase::Running => body.flight_velocity * state.time,
+        Phase::Running => plan.bodies[b].flight_velocity * state.time,
     };
-    for node in body.nodes.start as usize..body.nodes.end as usize {
+    for node in nodes.map(|node| node as usize) {
         x[node] = plan.X[node] + flight + state.u[node];
     }
 }

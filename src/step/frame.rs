@@ -2,7 +2,6 @@
 
 use super::failure::Failure;
 use super::ledger::Energy;
-use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -13,9 +12,17 @@ use serde::Serialize;
 pub struct Frame<'a> {
     /// The plan.
     pub plan: &'a Plan,
-    /// The state at t_n; `state.v` is the velocity of the half step before t_n.
-    pub state: &'a State,
-    /// Velocity of the half step after t_n, relative to the bodies' flight [m/s], nodes × 3.
+    /// Time t_n [s]; negative while settling.
+    pub time: f64,
+    /// Number of steps done.
+    pub step: u64,
+    /// Displacement u_n in each body's own inertial frame [m], nodes × 3. In a [`super::FrameCopy`] it is up to date at the
+    /// field times, and between them at the nodes of the skins only.
+    pub u: &'a [Vec3],
+    /// Velocity of the half step before t_n, relative to the bodies' flight [m/s], nodes × 3; in a [`super::FrameCopy`] empty
+    /// between the field times, and when the plan does not ask for the velocity.
+    pub v: &'a [Vec3],
+    /// Velocity of the half step after t_n, as `v`.
     pub v_after: &'a [Vec3],
     /// Candidate contacts at t_n, sorted by (pair, slave, face).
     pub contacts: &'a [Contact],
@@ -30,13 +37,13 @@ pub struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Time t_n [s].
-    pub fn time(&self) -> f64 {
-        self.state.time
-    }
-    /// Position of a node at t_n [m].
+    /// Position x = X + V_b t + u of a node at t_n [m].
     pub fn position(&self, node: u32) -> Vec3 {
-        self.state.position(self.plan, self.plan.body_of_node(node), node as usize)
+        self.position_in(self.plan.body_of_node(node), node)
+    }
+    /// As [`Frame::position`], for those who know the node's body.
+    pub fn position_in(&self, body: usize, node: u32) -> Vec3 {
+        self.plan.position(body, node as usize, self.time, &self.u[node as usize])
     }
 }
 

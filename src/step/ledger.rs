@@ -96,6 +96,19 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// Zero, with room for the bodies and pairs of a plan.
+    pub fn with_capacity(plan: &Plan) -> Self {
+        let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
+        let (bodies, pairs) = (Vec::with_capacity(plan.bodies.len()), Vec::with_capacity(pairs));
+        Self { bodies, pairs, ..Self::default() }
+    }
+    /// A copy of `other` into the memory at hand.
+    pub fn copy_from(&mut self, other: &Self) {
+        let (mut bodies, mut pairs) = (std::mem::take(&mut self.bodies), std::mem::take(&mut self.pairs));
+        bodies.clone_from(&other.bodies);
+        pairs.clone_from(&other.pairs);
+        *self = Self { bodies, pairs, ..*other };
+    }
     /// Kinetic + strain energy and viscous dissipation of a body [J].
     pub fn of_body(&self, body: usize) -> f64 {
         let b = &self.bodies[body];
@@ -260,9 +273,10 @@ impl Ledger {
         pair.numerical_j -= on_slave + on_master + friction;
     }
 
-    /// The ledger at t_n: call between the two halves.
-    pub(super) fn balance(&mut self, work: &StepWork) -> Energy {
-        let mut energy = Energy { pairs: self.pairs.clone(), ..Energy::default() };
+    /// The ledger at t_n, into `energy`: call between the two halves.
+    pub(super) fn balance(&mut self, work: &StepWork, energy: &mut Energy) {
+        energy.bodies.clear();
+        energy.pairs.clone_from(&self.pairs);
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for (b, body) in work.plan.bodies.iter().enumerate() {
             let mut kinetic = 0.0;
@@ -286,8 +300,7 @@ impl Ledger {
         }
         energy.momentum_kg_m_per_s = momentum.into();
         energy.angular_momentum_kg_m2_per_s = angular.into();
-        self.close(work, &mut energy);
-        energy
+        self.close(work, energy);
     }
 
     /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and at least what rounding

@@ -7,12 +7,14 @@ mod contact;
 mod explicit;
 mod failure;
 mod frame;
+mod frame_copy;
 mod ledger;
 mod run;
 mod state;
 
 pub use failure::{ElementPlace, Failure, FailureCause};
 pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
+pub use frame_copy::{FieldCopy, FrameCopy};
 pub use ledger::{BodyEnergy, Energy, Ledger, PairLedger};
 pub use run::{Interrupt, RunOptions, run, run_from};
 pub use state::State;

@@ -106,19 +106,22 @@ fn drive(
         let target = next_target(plan, state.time);
         let at_end = state.time >= plan.end_time;
         stepper.solve(state, Phase::Running, target.map_or(0.0, |t| t - state.time))?;
-        let energy = stepper.balance(state);
-        let verdict = gate(plan, state, &energy);
+        stepper.balance(state);
+        let verdict = gate(plan, state, &stepper.energy);
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         let (contacts, reactions) = stepper.contacts();
         let frame = Frame {
             plan,
-            state,
+            time: state.time,
+            step: state.step,
+            u: &state.u,
+            v: &state.v,
             v_after: &stepper.v_after,
             contacts,
             reactions,
             mean_step: stepper.mean_step(state),
-            energy: &energy,
+            energy: &stepper.energy,
             is_field_time,
         };
         for recorder in recorders.iter_mut() {

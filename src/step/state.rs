@@ -1,5 +1,6 @@
 //! All that changes from step to step, and nothing else.
 
+use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -49,13 +50,13 @@ impl State {
             last_step: 0.0,
             dilatation: vec![0.0; slots],
             viscous_pressure: vec![0.0; slots],
-            projected: Vec::new(),
+            projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
             ledger: Ledger::new(plan),
         }
     }
 
     /// Position x of a node [m].
     pub fn position(&self, plan: &Plan, body: usize, node: usize) -> Vec3 {
-        plan.X[node] + plan.bodies[body].flight_velocity * self.time.max(0.0) + self.u[node]
+        plan.position(body, node, self.time, &self.u[node])
     }
 }

@@ -3,7 +3,7 @@
 use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{Measures, Summary};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
-use crate::record::{McapRecorder, RecordingInfo};
+use crate::record::{McapRecorder, RecordingInfo, on_own_thread};
 use crate::scene::Scene;
 use crate::step::{
     Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run,
@@ -105,7 +105,9 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let (outcome, state, summary, energy) = if let Some(path) = request.recording {
         let info = recording_info(request.scene, request.document_json);
         let mut recorder = McapRecorder::new(path, info, measures);
-        let (outcome, state) = run(&plan, &options, &mut [&mut recorder, &mut teller]);
+        let (outcome, state) = on_own_thread(&plan, &mut recorder, |recorder| {
+            run(&plan, &options, &mut [recorder, &mut teller])
+        });
         let summary = final_summary(recorder.measures(), &plan, &outcome);
         (outcome, state, summary, recorder.measures().energy.clone())
     } else {
@@ -185,9 +187,9 @@ impl Recorder for Teller<'_> {
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         if self.told.is_none_or(|told| told.elapsed() >= PROGRESS_INTERVAL) {
             self.told = Some(Instant::now());
-            let fraction = (frame.time() / frame.plan.end_time).clamp(0.0, 1.0);
-            let phase = if frame.time() < 0.0 { Phase::Settling } else { Phase::Running };
-            (self.tell)(Progress { fraction, time_s: frame.time(), step: frame.state.step, phase });
+            let fraction = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
+            let phase = if frame.time < 0.0 { Phase::Settling } else { Phase::Running };
+            (self.tell)(Progress { fraction, time_s: frame.time, step: frame.step, phase });
         }
         Ok(())
     }

@@ -102,7 +102,7 @@ impl Recorder for Seen {
         };
         let bodies = 0..plan.bodies.len();
         self.rows.push(Row {
-            time: frame.time(),
+            time: frame.time,
             energy: frame.energy.clone(),
             force,
             center: bodies.clone().map(|b| mean(b, &|a| frame.position(a))).collect(),

@@ -32,7 +32,7 @@ fn impulses(plan: &Plan) -> ([f64; 2], Energy, Outcome) {
     let mut energy = Energy::default();
     let (outcome, _) = rig::run_on(plan, State::new(plan), 2, |frame| {
         for (time, found) in [25e-6, 50e-6].into_iter().zip(&mut found) {
-            if frame.time() == time {
+            if frame.time == time {
                 *found = frame.energy.pairs[0].impulse_n_s.iter().map(|p| p * p).sum::<f64>().sqrt();
             }
         }

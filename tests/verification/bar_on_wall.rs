@@ -49,7 +49,7 @@ fn look(n: u32) -> Seen {
     let plan = plan(&scene(n));
     let (mut force, mut deepest, mut last_energy, mut rebound) = (Vec::new(), 0.0_f64, None, 0.0);
     let (outcome, _) = run(&plan, |frame| {
-        force.push((frame.time(), contact_force(frame).x));
+        force.push((frame.time, contact_force(frame).x));
         deepest = deepest.min((0..plan.node_count()).map(|a| frame.position(a as u32).x).fold(0.0, f64::min));
         last_energy = Some(frame.energy.clone());
         rebound = mean_velocity(frame, 0).x;

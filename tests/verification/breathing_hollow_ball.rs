@@ -48,7 +48,7 @@ fn look(n: u32, stretch: f64, bulk_modulus: f64) -> Seen {
     let mut energy = 0.0;
     let (outcome, _) = run(&plan, |frame| {
         let sum: f64 = inner.iter().map(|a| frame.position(*a as u32).norm()).sum();
-        radius.push((frame.time(), sum / inner.len() as f64 / 0.01 - 1.0));
+        radius.push((frame.time, sum / inner.len() as f64 / 0.01 - 1.0));
         energy = frame.energy.initial_total_j;
     });
     // The motion is its own mirror image about half a period: crossings of one level are at equal distances from it.

@@ -58,7 +58,7 @@ fn look(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Vec<Row> {
         let x = (0..plan.node_count()).map(|a| frame.position(a as u32).x * plan.mass[a]).sum::<f64>() / mass;
         let x0 = *start.get_or_insert(x);
         rows.push(Row {
-            t: frame.time(),
+            t: frame.time,
             x: x - x0,
             v: mean_velocity(frame, 0).x,
             friction: frame.energy.pairs[0].friction_j / mass,

@@ -151,7 +151,7 @@ impl Recorder for Last {
         Ok(())
     }
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        (self.step, self.is_field_time) = (frame.state.step, frame.is_field_time);
+        (self.step, self.is_field_time) = (frame.step, frame.is_field_time);
         if self.fails_at == Some(self.step) { Err(RecorderError("no space left".into())) } else { Ok(()) }
     }
     fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {

@@ -2,8 +2,9 @@
 
 use crate::rig::{plan, run_on};
 use contuse::plan::Plan;
-use contuse::step::{Ending, State};
+use contuse::step::{Ending, Interrupt, RunOptions, State, run_from};
 use serde_json::{Value, json};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A small ball strikes a block aslant, with friction; `end` [s].
 fn scene(end: f64) -> Value {
@@ -73,12 +74,11 @@ fn a_copy_of_the_state_goes_on_as_if_never_stopped() {
     let copy = half.clone();
     assert!(finish(&whole, copy, 1) == uninterrupted, "a restarted run differs");
 
-    // A copy made on the way is as good.
-    let mut on_the_way = None;
-    run_on(&whole, State::new(&whole), 1, |frame| {
-        if frame.state.step == 7 {
-            on_the_way = Some(frame.state.clone());
-        }
-    });
-    assert!(finish(&whole, on_the_way.unwrap(), 2) == uninterrupted, "a run restarted at step 7 differs");
+    // That of a run stopped on the way is as good.
+    let asked = AtomicUsize::new(0);
+    let after_seven = || (asked.fetch_add(1, Ordering::Relaxed) >= 7).then_some(Interrupt::Cancel);
+    let options = RunOptions { threads: 1, interrupt: &after_seven };
+    let (_, on_the_way) = run_from(&whole, State::new(&whole), &options, &mut []);
+    assert_eq!(on_the_way.step, 7);
+    assert!(finish(&whole, on_the_way, 2) == uninterrupted, "a run restarted at step 7 differs");
 }

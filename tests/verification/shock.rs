@@ -85,7 +85,7 @@ fn look(n: u32, safety_factor: f64, exact: &Exact) -> Seen {
     let (_, state) = run(&plan, |frame| {
         let energy = frame.energy;
         let front = front(&plan.X, frame.v_after, exact.v0);
-        rows.push((frame.time(), front, energy.bodies[0].viscous_j, energy.pairs[0].impulse_n_s[0]));
+        rows.push((frame.time, front, energy.bodies[0].viscous_j, energy.pairs[0].impulse_n_s[0]));
     });
     // From half of the run to its end: the front is steady, the wall's first node forgotten.
     let half = rows.iter().find(|row| row.0 >= 0.5 * plan.end_time).unwrap();

@@ -40,8 +40,8 @@ fn look(n: u32) -> f64 {
         plan.X.iter().map(|X| X * (spherical_bessel_1(k * X.norm()) / X.norm().max(1e-30))).collect();
     let mut amplitude = Vec::new();
     run(&plan, |frame| {
-        let q = (0..plan.node_count()).map(|a| plan.mass[a] * frame.state.u[a].dot(&shape[a])).sum::<f64>();
-        amplitude.push((frame.time(), q));
+        let q = (0..plan.node_count()).map(|a| plan.mass[a] * frame.u[a].dot(&shape[a])).sum::<f64>();
+        amplitude.push((frame.time, q));
     });
     // A cosine: zero after a quarter and after three quarters of the period.
     let zeros: Vec<f64> = amplitude

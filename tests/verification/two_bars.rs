@@ -59,7 +59,7 @@ fn look(n: u32) -> Seen {
     let plan = plan(&scene(n));
     let (mut force, mut velocities, mut energy) = (Vec::new(), [0.0; 2], None);
     let (outcome, _) = run(&plan, |frame| {
-        force.push((frame.time(), contact_force(frame).norm()));
+        force.push((frame.time, contact_force(frame).norm()));
         velocities = [0, 1].map(|b| mean_velocity(frame, b).x);
         energy = Some(frame.energy.clone());
     });

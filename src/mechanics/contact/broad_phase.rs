@@ -89,14 +89,22 @@ struct Listed {
 }
 
 /// Slave nodes and faces of one pair that may meet before nodes have moved by `slack`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Candidates {
     listed: Vec<Listed>,
     entries: Vec<Entry>,
     slack: f64,
 }
 
+/// Faces of each slave node that there is room for.
+const ROOM: usize = 16;
+
 impl Candidates {
+    /// With room for so many slave nodes.
+    pub fn with_capacity(slaves: usize) -> Self {
+        Self { listed: Vec::with_capacity(slaves), entries: Vec::with_capacity(ROOM * slaves), slack: 0.0 }
+    }
+
     /// Whether the list still covers all that may meet: the largest distances [m] that nodes of the slave and of the
     /// master have moved, to either end of the step, since it was made.
     pub fn cover(&self, slave_moved: f64, master_moved: f64) -> bool {
@@ -189,7 +197,7 @@ fn clearance(slave: &Skin, master: &Skin, motion: &Motion) -> Option<f64> {
     let (s_low, s_high) = swept_box(slave, motion)?;
     let (m_low, m_high) = swept_box(master, motion)?;
     let apart = (s_low - m_high).sup(&(m_low - s_high)).sup(&Vec3::zeros()).norm();
-    Some(apart - reach(master.sizes.iter().copied().fold(0.0, f64::max)))
+    Some(apart - reach(master.largest_size))
 }
 
 fn swept_box(skin: &Skin, motion: &Motion) -> Option<(Vec3, Vec3)> {

@@ -231,7 +231,7 @@ impl PairState {
                 size: skins[pair.slave].mean_size(),
             },
         };
-        Self { slave: pair.slave, side, candidates: Candidates::default() }
+        Self { slave: pair.slave, side, candidates: Candidates::with_capacity(skins[pair.slave].nodes.len()) }
     }
 
     /// `in_step` [m]: how far the two sides move against each other in this step, at most.

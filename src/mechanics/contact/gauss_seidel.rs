@@ -146,6 +146,15 @@ pub fn solve(
 }
 
 impl Workspace {
+    /// With room for so many contacts of so many pairs.
+    pub fn with_capacity(contacts: usize, pairs: usize) -> Self {
+        Self {
+            normal_rows: Vec::with_capacity(contacts),
+            rows: Vec::with_capacity(contacts),
+            blocks: Vec::with_capacity(pairs),
+        }
+    }
+
     fn prepare(&mut self, contacts: &[Contact], laws: &[ContactLaw], inverse_mass: &[Vec3], h: f64) {
         self.normal_rows.clear();
         self.rows.clear();

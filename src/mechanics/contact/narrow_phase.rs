@@ -41,11 +41,19 @@ pub(super) struct Proximity {
 /// Distance and sign of `s` [m] against one face, or `None` where the face does not speak for the point: beyond the
 /// border of an open surface, or on the far side of an edge, where its neighbour does.
 pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+    eval_proximity_within(skin, face, s, x, f64::INFINITY)
+}
+
+/// As [`eval_proximity`]; `None` as well where the face is farther than `limit` [m].
+fn eval_proximity_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
     let patch = Patch::new(&skin.faces[face as usize], x);
     let size = skin.sizes[face as usize];
     let closest = patch.closest(s);
     let offset = s - closest.point;
     let distance = offset.norm();
+    if distance > limit {
+        return None;
+    }
     let normal = patch.normal(&closest.weights);
     if normal == Vec3::zeros() {
         return None;
@@ -99,10 +107,10 @@ pub(super) fn choose_face(
     x: &[Vec3],
 ) -> Option<Proximity> {
     let normal = OnceCell::new();
-    let found = || faces.clone().filter_map(|face| eval_within_reach(skin, face, s, x));
     let mut in_front = f64::INFINITY;
     let mut best = None;
-    for p in found() {
+    for face in faces.clone() {
+        let Some(p) = eval_within(skin, face, s, x, limit(skin, best.as_ref())) else { continue };
         // Faces beyond their own reach may be listed or not.
         if p.gap > 0.0 && p.distance <= DEPTH * skin.sizes[p.face as usize] {
             in_front = in_front.min(p.distance);
@@ -114,10 +122,19 @@ pub(super) fn choose_face(
         return best;
     }
     let mut best = None;
-    for p in found().filter(|p| p.gap >= 0.0) {
-        keep_better(skin, &mut best, p, &normal, &slave_normal);
+    for face in faces.clone() {
+        let found = eval_within(skin, face, s, x, limit(skin, best.as_ref()));
+        if let Some(p) = found.filter(|p| p.gap >= 0.0) {
+            keep_better(skin, &mut best, p, &normal, &slave_normal);
+        }
     }
     best
+}
+
+/// How far a face may be [m] to hold the node instead of `best`, or to have it in front closer than `best`.
+fn limit(skin: &Skin, best: Option<&Proximity>) -> f64 {
+    let far = skin.largest_size * (DEPTH * (1.0 + 1e-9));
+    best.map_or(far, |b| far.min(b.distance + skin.largest_size * (2.0 * TIE)))
 }
 
 /// Takes the face if it may hold the node, is opposed and better.
@@ -140,18 +157,47 @@ fn keep_better(
     }
 }
 
-/// The proximity of a face that may hold the node, or have it in front closer than the one that seems to.
-fn eval_within_reach(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
-    let size = skin.sizes[face as usize];
-    // A sphere around the face, before anything costly.
+/// The proximity of a face that is within `limit` [m] and its own reach of the node.
+fn eval_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
     let corners = skin.faces[face as usize].map(|node| x[node as usize]);
-    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
-    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
-    let reach = radius + NEAR.max(DEPTH) * size;
-    if (s - centre).norm_squared() > reach * reach {
+    // Before anything costly: the face lies within the box, the sphere and the slab of its corners.
+    if is_outside_box(&corners, s, limit)
+        || is_outside_sphere(&corners, s, NEAR.max(DEPTH) * skin.sizes[face as usize])
+        || is_outside_slab(&corners, s, limit)
+    {
         return None;
     }
-    eval_proximity(skin, face, s, x)
+    eval_proximity_within(skin, face, s, x, limit)
+}
+
+/// Whether `s` is farther than `far` from the box around the corners, along any axis.
+#[inline]
+fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let [a, b, c, d] = corners;
+    (0..3).any(|i| {
+        let low = a[i].min(b[i]).min(c[i].min(d[i]));
+        let high = a[i].max(b[i]).max(c[i].max(d[i]));
+        s[i] < low - far || s[i] > high + far
+    })
+}
+
+/// Whether `s` is farther than `far` from the sphere around the corners.
+#[inline]
+fn is_outside_sphere(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
+    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
+    let reach = radius + far;
+    (s - centre).norm_squared() > reach * reach
+}
+
+/// Whether `s` is farther than `far` from all corners along the normal of the diagonals.
+#[inline]
+fn is_outside_slab(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+    let [a, b, c, d] = corners;
+    let normal = (c - a).cross(&(d - b));
+    let heights = corners.map(|corner| normal.dot(&(s - corner)));
+    let far = far * normal.norm();
+    heights.iter().all(|h| *h > far) || heights.iter().all(|h| *h < -far)
 }
 
 /// Closer, or as close and more opposed; faces come in ascending order, so equals keep the first.

@@ -16,6 +16,8 @@ pub(super) struct Skin {
     pub faces: Vec<[u32; 4]>,
     /// Square root of each face's area at the start [m]: the length that tolerances are shares of.
     pub sizes: Vec<f64>,
+    /// The largest of `sizes` [m].
+    pub largest_size: f64,
     /// The face across each edge, or `NONE`.
     pub neighbours: Vec<[u32; 4]>,
     /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
@@ -36,10 +38,11 @@ impl Skin {
         for (i, &node) in nodes.iter().enumerate() {
             places[(node - least) as usize] = i as u32;
         }
-        let sizes = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
+        let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
         let mut skin = Self {
             neighbours: neighbours(&surface.faces),
             faces: surface.faces.clone(),
+            largest_size: sizes.iter().copied().fold(0.0, f64::max),
             sizes,
             starts: Vec::new(),
             around: Vec::new(),

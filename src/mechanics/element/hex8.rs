@@ -8,6 +8,7 @@
 //! [`DERIVATIVE`]: that takes 108 operations an element where stored gradients take 1 152; so few that the reference
 //! geometry is not stored either but made again from the corners.
 
+use super::largest_eigenvalue::largest_eigenvalue;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3, tensor};
 
@@ -151,6 +152,36 @@ fn add_along<R: Real>(f: &mut [R; 8], (a, b): (usize, usize), e: R) {
     f[b] += e;
 }
 
+/// Shape functions of the corners at each point.
+const SHAPES: [[f64; 8]; POINTS] = shapes_at_points().0;
+/// Their derivatives in local coordinates.
+const LOCAL_SHAPE_GRADIENTS: [[[f64; 3]; 8]; POINTS] = shapes_at_points().1;
+
+/// N_a and ∂N_a/∂ξ at each point.
+const fn shapes_at_points() -> ([[f64; 8]; POINTS], [[[f64; 3]; 8]; POINTS]) {
+    let (mut shapes, mut gradients) = ([[0.0; 8]; POINTS], [[[0.0; 3]; 8]; POINTS]);
+    let mut i = 0;
+    while i < 8 * POINTS {
+        let (q, a) = (i / 8, i % 8);
+        let c = CORNER[a];
+        let mut factor = [0.0; 3];
+        let mut k = 0;
+        while k < 3 {
+            let local = if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS };
+            factor[k] = 0.5 * (1.0 + c[k] * local);
+            k += 1;
+        }
+        shapes[q][a] = factor[0] * factor[1] * factor[2];
+        gradients[q][a] = [
+            0.5 * c[0] * factor[1] * factor[2],
+            0.5 * c[1] * factor[0] * factor[2],
+            0.5 * c[2] * factor[0] * factor[1],
+        ];
+        i += 1;
+    }
+    (shapes, gradients)
+}
+
 /// Shape functions of the corners at local coordinates.
 pub fn shape_at(local: [f64; 3]) -> [f64; 8] {
     CORNER.map(|c| (0..3).map(|i| 0.5 * (1.0 + c[i] * local[i])).product())
@@ -180,8 +211,7 @@ impl ReferenceGeometry {
         let volume = jacobians.map(|j| j.determinant());
         let mean = volume.iter().sum::<f64>() / POINTS as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let shapes: [[f64; 8]; POINTS] = std::array::from_fn(|q| shape_at(Hex8::point(q)));
-        let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| shapes[q][a] * volume[q]).sum());
+        let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| SHAPES[q][a] * volume[q]).sum());
         let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
         let smallest_jacobian =
             volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
@@ -196,26 +226,20 @@ impl ReferenceGeometry {
 
 /// The largest eigenvalue of the 8×8 matrix `D^(−½) (Σ_q V_q ∇N·∇Nᵀ) D^(−½)`, D the corner volumes.
 fn gradient_bound(inverse: &[Mat3; POINTS], volume: &[f64; POINTS], corner_volume: &[f64; 8]) -> f64 {
-    let mut G = nalgebra::SMatrix::<f64, 8, 8>::zeros();
-    for q in 0..POINTS {
-        let local = Hex8::point(q);
-        let gradients = CORNER.map(|c| {
-            let factor = |i: usize| 0.5 * (1.0 + c[i] * local[i]);
-            let d = Vec3::new(
-                0.5 * c[0] * factor(1) * factor(2),
-                0.5 * c[1] * factor(0) * factor(2),
-                0.5 * c[2] * factor(0) * factor(1),
-            );
-            inverse[q].tr_mul(&d)
-        });
+    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    // The lower triangle.
+    let mut G = [[0.0; 8]; 8];
+    for (q, local) in LOCAL_SHAPE_GRADIENTS.iter().enumerate() {
+        let gradients: [Vec3; 8] =
+            std::array::from_fn(|a| inverse[q].tr_mul(&Vec3::from(local[a])) * scale[a]);
         for a in 0..8 {
-            for b in 0..8 {
-                let scale = (corner_volume[a] * corner_volume[b]).abs().sqrt().max(f64::MIN_POSITIVE);
-                G[(a, b)] += volume[q] * gradients[a].dot(&gradients[b]) / scale;
+            let weighted = gradients[a] * volume[q];
+            for b in 0..=a {
+                G[a][b] += weighted.dot(&gradients[b]);
             }
         }
     }
-    G.symmetric_eigenvalues().max()
+    largest_eigenvalue(G)
 }
 
 #[cfg(test)]

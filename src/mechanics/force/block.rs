@@ -2,7 +2,7 @@
 
 use super::chunk::{Chunk, ChunkForces, cut_chunks};
 use super::sweep::{self, SweepInput};
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS, ReferenceGeometry};
+use crate::mechanics::element::{POINTS, ReferenceGeometry};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -174,15 +174,6 @@ impl ElementBlock {
             }
             self.fibres.push(lanes);
         }
-    }
-}
-
-impl Batch {
-    /// What [`Hex8::local_gradients`] makes of the scaled corners of one lane [m].
-    pub fn local_geometry(&self, lane: usize) -> LocalGradients<f64> {
-        Hex8::local_gradients(&std::array::from_fn(|i| {
-            std::array::from_fn(|corner| self.corners[i][corner].0[lane])
-        }))
     }
 }
 

@@ -21,7 +21,7 @@ pub use activity::Activity;
 pub use assembly::Assembly;
 pub use block::{BlockInput, BlockParameters, ElementBlock};
 pub use forces::ElementForces;
-pub use points::PointField;
+pub use points::{PointBatch, PointField, PointScalar};
 pub use sweep::SweepInput;
 pub use threads::Threads;
 pub use totals::{BatchTotals, BlockTotals};

@@ -1,10 +1,55 @@
-//! Stress and deformation at the quadrature points, for measures and recordings.
+//! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::ElementBlock;
+use super::block::{Batch, CORNER_SCALE, ElementBlock};
+use super::chunk::Chunk;
+use super::sweep::load_corners;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
-use crate::mechanics::lanes::BATCH;
-use crate::mechanics::material::{Kinematics, MAX_FAMILIES, TotalResponse};
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
+use crate::with_law;
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
+
+/// A scalar at the quadrature points of a batch: `[point][lane]`.
+pub type PointScalar = [Row; POINTS];
+
+/// The quadrature points of one batch of elements, `[point][lane]`; lanes beyond the elements of the block are padding
+/// without volume.
+#[derive(Clone, Debug)]
+pub struct PointBatch {
+    /// Reference volume [m³].
+    pub volume: PointScalar,
+    /// Deformation gradient F [-], `[point][3 row + column][lane]`.
+    pub F: [[Row; 9]; POINTS],
+    /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure in it, without viscous
+    /// pressure.
+    pub cauchy: [[Row; 6]; POINTS],
+    /// Strain energy per reference volume ψ [J/m³].
+    pub psi: PointScalar,
+    /// Von Mises stress [Pa].
+    pub von_mises: PointScalar,
+    /// Pressure, positive in compression [Pa].
+    pub pressure: PointScalar,
+    /// Largest principal Green–Lagrange strain, the largest eigenvalue of E = ½ (FᵀF − I) [-].
+    pub principal_strain: PointScalar,
+}
+
+impl Default for PointBatch {
+    fn default() -> Self {
+        let zero = [Row::default(); POINTS];
+        Self {
+            volume: zero,
+            F: [[Row::default(); 9]; POINTS],
+            cauchy: [[Row::default(); 6]; POINTS],
+            psi: zero,
+            von_mises: zero,
+            pressure: zero,
+            principal_strain: zero,
+        }
+    }
+}
 
 /// One quadrature point.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,8 +60,6 @@ pub struct PointField {
     pub volume: f64,
     /// Deformation gradient F [-].
     pub F: Mat3,
-    /// Its determinant J [-].
-    pub J: f64,
     /// Cauchy stress σ [Pa], with the element's pressure in it, without viscous pressure.
     pub cauchy: Mat3,
     /// Strain energy per reference volume ψ [J/m³].
@@ -24,47 +67,176 @@ pub struct PointField {
 }
 
 impl ElementBlock {
-    /// Visits every quadrature point: `visit(element, index in the element, point)`, elements in the order of the slots.
+    /// Visits the batches in which anything has moved: `visit(slots of its elements in this block, points)`, in the order
+    /// of the slots. Where every displacement `u` [m] (nodes × 3) is exactly zero there is no stress, strain or energy.
+    pub fn for_each_moved_batch(&self, u: &[Vec3], visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
+        let mut points = PointBatch::default();
+        for (b, batch) in self.batches.iter().enumerate() {
+            let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
+            let is_still = |node: &u16| u[nodes[*node as usize] as usize] == Vec3::zeros();
+            if batch.nodes.as_flattened().iter().all(is_still) {
+                continue;
+            }
+            self.eval_points(b, u, &mut points);
+            visit(self.slots_of(b), &points);
+        }
+    }
+
+    /// Visits every quadrature point one by one: `visit(element, index in the element, point)`, elements in the order of
+    /// the slots.
     pub fn for_each_point(&self, X: &[Vec3], u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
-        for (slot, element) in self.elements.iter().enumerate() {
-            for (q, point) in self.points_of(slot, X, u).iter().enumerate() {
-                visit(*element, q, point);
+        let mut points = PointBatch::default();
+        for b in 0..self.batch_count() {
+            self.eval_points(b, u, &mut points);
+            for slot in self.slots_of(b) {
+                for q in 0..POINTS {
+                    let position = self.point_position(slot, q, X);
+                    visit(self.elements[slot], q, &points.at(q, slot % BATCH, position));
+                }
             }
         }
     }
 
-    /// The eight points of the element in a slot of this block.
-    pub fn points_of(&self, slot: usize, X: &[Vec3], u: &[Vec3]) -> [PointField; POINTS] {
+    /// Reference position [m] of a quadrature point of the element in a slot of this block.
+    pub fn point_position(&self, slot: usize, q: usize, X: &[Vec3]) -> Vec3 {
+        let shape = shape_at(Hex8::point(q));
+        self.nodes_of(slot).iter().zip(shape).map(|(node, N)| X[*node as usize] * N).sum()
+    }
+
+    /// Reference volume of the quadrature points of the element in a slot of this block [m³].
+    pub fn point_volumes(&self, slot: usize) -> [f64; POINTS] {
         let batch = &self.batches[slot / BATCH];
-        let lane = slot % BATCH;
-        let nodes = self.nodes_of(slot);
-        let values = std::array::from_fn(|i| std::array::from_fn(|a| u[nodes[a] as usize][i]));
-        let local = Hex8::local_gradients(&values);
-        let geometry = batch.local_geometry(lane);
-        let cof_X: [Tensor<f64>; POINTS] =
-            std::array::from_fn(|q| Hex8::local_gradient_at(&geometry, q).cofactor());
-        let H: [Tensor<f64>; POINTS] = std::array::from_fn(|q| {
-            let inverse_weight = batch.inverse_weight[q].0[lane];
-            Hex8::local_gradient_at(&local, q).dot_transposed(&cof_X[q]).scaled(inverse_weight)
-        });
-        let volume: [f64; POINTS] = std::array::from_fn(|q| 1.0 / batch.inverse_weight[q].0[lane]);
+        std::array::from_fn(|q| 1.0 / batch.inverse_weight[q].0[slot % BATCH])
+    }
+
+    /// The slots of a batch that hold elements.
+    fn slots_of(&self, batch: usize) -> Range<usize> {
+        batch * BATCH..((batch + 1) * BATCH).min(self.elements.len())
+    }
+
+    /// All points of one batch.
+    fn eval_points(&self, b: usize, u: &[Vec3], points: &mut PointBatch) {
         let families = self.parameters.material.family_count();
-        let mut fibres = [[0.0; 3]; MAX_FAMILIES];
-        for (a, lanes) in fibres.iter_mut().zip(&self.fibres[slot / BATCH * families..]).take(families) {
-            *a = [lanes[0].0[lane], lanes[1].0[lane], lanes[2].0[lane]];
+        with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
+            element: PointLaw {
+                law,
+                mean_dilatation: self.parameters.mean_dilatation,
+                batch: &self.batches[b],
+                fibres: &self.fibres[b * families..(b + 1) * families],
+            },
+            nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
+            u,
+            points,
+        }));
+    }
+}
+
+impl PointBatch {
+    /// One of the points.
+    fn at(&self, q: usize, lane: usize, position: Vec3) -> PointField {
+        let F = Mat3::from_fn(|i, j| self.F[q][3 * i + j].0[lane]);
+        let [xx, yy, zz, xy, yz, xz] = self.cauchy[q].map(|s| s.0[lane]);
+        let cauchy = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        let (volume, psi) = (self.volume[q].0[lane], self.psi[q].0[lane]);
+        PointField { position, volume, F, cauchy, psi }
+    }
+}
+
+/// One batch, one law.
+struct PointLaw<'a, L> {
+    law: L,
+    mean_dilatation: bool,
+    batch: &'a Batch,
+    fibres: &'a [[Row; 3]],
+}
+
+struct Points<'a, L> {
+    element: PointLaw<'a, L>,
+    /// Global nodes of the chunk.
+    nodes: &'a [u32],
+    u: &'a [Vec3],
+    points: &'a mut PointBatch,
+}
+
+impl<L: Law> WithSimd for Points<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let batch = self.element.batch;
+        let mut u = [[Row::default(); 8]; 3];
+        for corner in 0..8 {
+            for lane in 0..BATCH {
+                let value = &self.u[self.nodes[batch.nodes[corner][lane] as usize] as usize];
+                for i in 0..3 {
+                    u[i][corner].0[lane] = value[i];
+                }
+            }
         }
-        let kinematics = H.map(|H| Kinematics::new(&H));
-        let mean = (0..POINTS).map(|q| volume[q] * kinematics[q].j).sum::<f64>() / batch.volume.0[lane];
-        std::array::from_fn(|q| {
+        for part in 0..BATCH / S::F64_LANES {
+            self.element.eval::<S>(simd, part, &u, self.points);
+        }
+    }
+}
+
+impl<L: Law> PointLaw<'_, L> {
+    #[inline(always)]
+    fn eval<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3], points: &mut PointBatch) {
+        // A macro, not a closure: that would be compiled without the instruction set of this function.
+        macro_rules! load {
+            ($x:expr) => {
+                Lane::load(simd, $x, part)
+            };
+        }
+        let zero = Lane::splat(simd, 0.0);
+        let local_X = Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part));
+        let local_u = Hex8::local_gradients(&load_corners(simd, u, part));
+        let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); POINTS];
+        let mut change = zero;
+        for q in 0..POINTS {
+            let X = Hex8::local_gradient_at(&local_X, q);
+            let cof = X.cofactor();
+            let w = X.determinant_by(&cof);
+            let inverse_weight = load!(&self.batch.inverse_weight[q]);
+            let H = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof).scaled(inverse_weight);
+            kinematics[q] = Kinematics::new(&H);
+            change = w.mul_add(kinematics[q].j, change);
+            // Padding has no volume.
+            let is_element = load!(&self.batch.volume);
+            (w * CORNER_SCALE * is_element.select_positive(zero + 1.0, zero))
+                .store(&mut points.volume[q], part);
+        }
+        let mean = change * load!(&self.batch.scaled_inverse_volume);
+        let mut fibres = [[zero; 3]; MAX_FAMILIES];
+        for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
+            *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
+        }
+        for q in 0..POINTS {
             let k = &kinematics[q];
-            let j = if self.parameters.mean_dilatation { mean } else { k.j };
-            let TotalResponse { psi, P } =
-                self.parameters.material.eval_with_dilatation(k, &fibres[..families], j);
-            let F = Mat3::from(&k.F);
-            let cauchy = Mat3::from(&P) * F.transpose() / k.J;
-            let shape = shape_at(Hex8::point(q));
-            let position = (0..8).map(|a| X[nodes[a] as usize] * shape[a]).sum();
-            PointField { position, volume: volume[q], F, J: k.J, cauchy, psi }
-        })
+            let response = self.law.eval(k, &fibres[..self.fibres.len()]);
+            let j = if self.mean_dilatation { mean } else { k.j };
+            let (energy, pressure) = match self.law.volumetric() {
+                Some(U) => (U.energy(j), U.pressure(j)),
+                None => (zero, zero),
+            };
+            // σ = P Fᵀ / J
+            let sigma = response.first_piola(k, pressure).dot_transposed(&k.F);
+            let mut cauchy = Sym([zero; 6]);
+            for (s, (i, j)) in cauchy.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
+                *s = sigma.0[i][j] / k.J;
+            }
+            for i in 0..3 {
+                for j in 0..3 {
+                    k.F.0[i][j].store(&mut points.F[q][3 * i + j], part);
+                }
+            }
+            for (s, to) in cauchy.0.iter().zip(&mut points.cauchy[q]) {
+                s.store(to, part);
+            }
+            (response.psi + energy).store(&mut points.psi[q], part);
+            cauchy.von_mises().store(&mut points.von_mises[q], part);
+            cauchy.pressure().store(&mut points.pressure[q], part);
+            (k.C_minus_I.largest_principal() * 0.5).store(&mut points.principal_strain[q], part);
+        }
     }
 }

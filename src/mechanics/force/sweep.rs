@@ -271,7 +271,7 @@ impl<L: Law> ElementSweep<'_, L> {
 
 /// Nodal values of the elements of a register.
 #[inline(always)]
-fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
+pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
     let mut lanes = [[Lane::splat(simd, 0.0); 8]; 3];
     for i in 0..3 {
         for corner in 0..8 {

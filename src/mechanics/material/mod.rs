@@ -118,21 +118,11 @@ impl Material {
     /// ψ and P with everything in, at a point with its own J (no element average). `H = F − I` [-].
     pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> TotalResponse<R> {
         let k = Kinematics::new(H);
-        self.eval_with_dilatation(&k, fibres, k.j)
-    }
-    /// ψ and P with everything in, where the volumetric energy sees the volume change `j` = J̄ − 1 [-] of an element.
-    #[inline(always)]
-    pub fn eval_with_dilatation<R: Real>(
-        &self,
-        k: &Kinematics<R>,
-        fibres: &[[R; 3]],
-        j: R,
-    ) -> TotalResponse<R> {
         with_law!(self, law => {
-            let response = law.eval(k, fibres);
+            let response = law.eval(&k, fibres);
             let (energy, pressure) =
-                law.volumetric().map_or((j.zero(), j.zero()), |U| (U.energy(j), U.pressure(j)));
-            TotalResponse { psi: response.psi + energy, P: response.first_piola(k, pressure) }
+                law.volumetric().map_or((k.j.zero(), k.j.zero()), |U| (U.energy(k.j), U.pressure(k.j)));
+            TotalResponse { psi: response.psi + energy, P: response.first_piola(&k, pressure) }
         })
     }
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].

@@ -11,9 +11,14 @@ mod tests;
 use super::RecordError;
 use prost::Message;
 use prost_types::{FileDescriptorProto, FileDescriptorSet};
+use std::sync::LazyLock;
 
 /// The compiled `.proto` files, dependencies before their dependents.
 pub const DESCRIPTORS: &[u8] = include_bytes!("../../../api/recording.fds");
+
+/// The same, decoded; empty if the build put in something else, and then every schema is missing.
+static DECODED: LazyLock<FileDescriptorSet> =
+    LazyLock::new(|| FileDescriptorSet::decode(DESCRIPTORS).unwrap_or_default());
 
 /// The descriptor set of one message type, serialised: its file and what that imports.
 ///
@@ -21,7 +26,7 @@ pub const DESCRIPTORS: &[u8] = include_bytes!("../../../api/recording.fds");
 /// `MissingSchema` when there is no such message.
 pub fn schema_of(message: &str) -> Result<Vec<u8>, RecordError> {
     let missing = || RecordError::MissingSchema(message.to_owned());
-    let all = FileDescriptorSet::decode(DESCRIPTORS).map_err(|_| missing())?;
+    let all = &*DECODED;
     let home = all.file.iter().find(|file| declares(file, message)).ok_or_else(missing)?;
     let mut needed = vec![home.name().to_owned()];
     let mut next = 0;

@@ -1,0 +1,126 @@
+//! Frames that outlive their step, for a recorder on another thread: copies into memory that is used again and again.
+
+use super::frame::Frame;
+use super::ledger::Energy;
+use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::scene::document::FieldName;
+
+/// A frame by value. What only field times need is in a part of its own, so that a queue of copies stays small: between
+/// them the displacement is kept at the nodes of the skins only, which a large mesh has few of.
+#[derive(Clone, Debug, Default)]
+pub struct FrameCopy {
+    time: f64,
+    step: u64,
+    mean_step: f64,
+    /// Displacement of the nodes of the skins [m], body after body; empty at a field time.
+    skin_u: Vec<Vec3>,
+    field: Option<Box<FieldCopy>>,
+    contacts: Vec<Contact>,
+    reactions: Vec<Reaction>,
+    energy: Energy,
+}
+
+/// What a copy has of all nodes, at a field time.
+#[derive(Clone, Debug, Default)]
+pub struct FieldCopy {
+    /// Displacement [m], nodes × 3.
+    u: Vec<Vec3>,
+    /// Velocities of the half steps before and after [m/s], nodes × 3; empty when the plan does not ask for them.
+    v: Vec<Vec3>,
+    v_after: Vec<Vec3>,
+}
+
+impl FrameCopy {
+    /// With room for any frame of a plan, its fields apart.
+    pub fn new(plan: &Plan) -> Self {
+        let most = plan.most_contacts();
+        Self {
+            skin_u: Vec::with_capacity(plan.bodies.iter().map(|b| b.skin.nodes.len()).sum()),
+            contacts: Vec::with_capacity(most),
+            reactions: Vec::with_capacity(most),
+            energy: Energy::with_capacity(plan),
+            ..Self::default()
+        }
+    }
+
+    /// Copies a frame into the memory at hand. `field` is the memory for the fields: `Some` at a field time and then only.
+    pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
+        (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
+        self.skin_u.clear();
+        if let Some(field) = &mut field {
+            field.take(frame);
+        } else {
+            for body in &frame.plan.bodies {
+                self.skin_u.extend(body.skin.nodes.iter().map(|&node| frame.u[node as usize]));
+            }
+        }
+        self.field = field;
+        self.contacts.clear();
+        self.contacts.extend_from_slice(frame.contacts);
+        self.reactions.clear();
+        self.reactions.extend_from_slice(frame.reactions);
+        self.energy.copy_from(frame.energy);
+    }
+
+    /// The frame again. `u` [m], nodes × 3, is where the displacement is put together; it belongs to one run.
+    pub fn frame<'a>(&'a mut self, plan: &'a Plan, u: &'a mut Vec<Vec3>) -> Frame<'a> {
+        let is_field_time = self.field.is_some();
+        if let Some(field) = &mut self.field {
+            std::mem::swap(u, &mut field.u);
+        } else {
+            if cfg!(debug_assertions) {
+                // Whoever reads what is not there must be seen in a test.
+                u.fill(Vec3::repeat(f64::NAN));
+            }
+            let nodes = plan.bodies.iter().flat_map(|body| &body.skin.nodes);
+            for (&node, value) in nodes.zip(&self.skin_u) {
+                u[node as usize] = *value;
+            }
+        }
+        let velocities = self.field.as_ref().map_or((&[][..], &[][..]), |f| (&f.v[..], &f.v_after[..]));
+        Frame {
+            plan,
+            time: self.time,
+            step: self.step,
+            u,
+            v: velocities.0,
+            v_after: velocities.1,
+            contacts: &self.contacts,
+            reactions: &self.reactions,
+            mean_step: self.mean_step,
+            energy: &self.energy,
+            is_field_time,
+        }
+    }
+
+    /// Gives the memory for the fields back.
+    pub fn take_field(&mut self) -> Option<Box<FieldCopy>> {
+        self.field.take()
+    }
+}
+
+impl FieldCopy {
+    /// With room for the fields of a plan.
+    pub fn new(plan: &Plan) -> Self {
+        let room = |count| Vec::with_capacity(count);
+        let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
+        Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities) }
+    }
+
+    fn take(&mut self, frame: &Frame) {
+        self.u.clear();
+        self.u.extend_from_slice(frame.u);
+        if has_velocities(frame.plan) {
+            self.v.clear();
+            self.v.extend_from_slice(frame.v);
+            self.v_after.clear();
+            self.v_after.extend_from_slice(frame.v_after);
+        }
+    }
+}
+
+fn has_velocities(plan: &Plan) -> bool {
+    plan.fields.contains(&FieldName::Velocity)
+}

@@ -1,0 +1,116 @@
+//! A step allocates nothing: counted by an allocator that keeps a number for each thread.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // tests may panic
+
+use contuse::measure::Measures;
+use contuse::plan::{Plan, compile};
+use contuse::record::{McapRecorder, RecordingInfo, on_own_thread};
+use contuse::scene::{Budget, load_file};
+use contuse::step::{Ending, Frame, Outcome, Recorder, RecorderError, RunOptions, run};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+
+/// Steps until everything that is made at its first use has been made: the memory of a thread for waiting on a channel, the
+/// first lists of the broad phase.
+const WARM_UP: u64 = 10;
+
+/// The system's allocator, which counts.
+struct Counting;
+
+thread_local! {
+    /// Allocations of this thread so far.
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // A thread that is ending has no number any more.
+    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: everything is the system allocator's; counting touches a thread-local cell without a destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promised.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promised.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promised.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// What one step allocated.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    step: u64,
+    contacts: usize,
+    is_field_time: bool,
+    /// Allocations from the frame before to this one.
+    allocations: u64,
+}
+
+/// Looks at the number of its thread at every frame; the last of the recorders, so that the others are in it.
+struct Probe {
+    last: u64,
+    seen: Vec<Seen>,
+}
+
+impl Recorder for Probe {
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+        Ok(())
+    }
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        let now = COUNT.with(Cell::get);
+        let (step, contacts, is_field_time) = (frame.step, frame.contacts.len(), frame.is_field_time);
+        self.seen.push(Seen { step, contacts, is_field_time, allocations: now - self.last });
+        self.last = COUNT.with(Cell::get);
+        Ok(())
+    }
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
+
+/// A recorded run of a ball that strikes a block with friction, step by step.
+fn look(threads: usize) -> Vec<Seen> {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ball_on_block/scene.json");
+    let loaded = load_file(&scene, &Budget::COMMAND_LINE).expect("it is valid");
+    let plan = compile(&loaded.scene).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut recorder = McapRecorder::new(&path, RecordingInfo::default(), Measures::new());
+    let mut probe = Probe { last: 0, seen: Vec::with_capacity(100_000) };
+    let options = RunOptions { threads, interrupt: &|| None };
+    let (outcome, _) =
+        on_own_thread(&plan, &mut recorder, |recorder| run(&plan, &options, &mut [recorder, &mut probe]));
+    assert_eq!(outcome.ending, Ending::Finished);
+    assert!(path.exists());
+    probe.seen
+}
+
+#[test]
+fn a_step_in_contact_allocates_nothing() {
+    let seen = look(1);
+    let most = seen.iter().map(|s| s.contacts).max().unwrap();
+    assert!(most > 100 && seen.len() > 90, "{most} contacts, {} steps", seen.len());
+    let later = seen.iter().filter(|s| s.step >= WARM_UP && s.allocations > 0);
+    assert_eq!(later.count(), 0, "{seen:#?}");
+}
+
+#[test]
+fn with_a_pool_only_the_pool_allocates() {
+    // A call into rayon's pool may extend its queue of jobs by a block, now and then.
+    let seen = look(2);
+    let later: Vec<u64> = seen.iter().filter(|s| s.step >= WARM_UP).map(|s| s.allocations).collect();
+    println!("{later:?}");
+    assert!(later.iter().sum::<u64>() <= 2 * later.len() as u64, "{later:?}");
+}
