@@ -30,6 +30,12 @@ impl std::ops::Index<usize> for Row {
     }
 }
 
+impl std::ops::IndexMut<usize> for Row {
+    fn index_mut(&mut self, lane: usize) -> &mut f64 {
+        &mut self.0[lane]
+    }
+}
+
 /// Anything on the stack, aligned to the widest register, see [`Row`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]

@@ -112,7 +112,7 @@ fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
 
 /// Whether something pulls at every node from the first step.
 fn is_loaded(document: &SceneDocument) -> bool {
-    document.gravity_m_per_s2.is_some_and(|g| g != [0.0; 3]) || document.settle.is_some()
+    document.gravity_m_per_s2.is_some_and(|g| Vec3::from(g) != Vec3::zeros()) || document.settle.is_some()
 }
 
 /// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.

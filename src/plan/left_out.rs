@@ -72,7 +72,7 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         "their stiffness k1 is zero",
     );
     let unasked: Vec<String> =
-        FieldName::ALL.iter().filter(|f| !plan.fields.contains(f)).map(field_name).collect();
+        FieldName::ALL.into_iter().filter(|f| !plan.fields.contains(f)).map(field_name).collect();
     list.add(
         !unasked.is_empty(),
         Some(Keep::UnaskedFields),
@@ -116,6 +116,6 @@ fn idle_fibres(scene: &Scene) -> impl Iterator<Item = String> {
 }
 
 /// The name of a field in documents.
-fn field_name(field: &FieldName) -> String {
+fn field_name(field: FieldName) -> String {
     serde_json::to_value(field).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

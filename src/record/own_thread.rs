@@ -80,6 +80,7 @@ fn serve(plan: &Plan, recorder: &mut dyn Recorder, orders: &Receiver<Order>, ans
 }
 
 /// The recorder that the run sees.
+#[allow(clippy::vec_box)] // they travel through the queues as they are
 struct Handle {
     orders: SyncSender<Order>,
     done: Receiver<Done>,

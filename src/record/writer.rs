@@ -106,13 +106,12 @@ impl RecordingWriter {
 
     /// Adds a channel for protobuf messages.
     pub fn add_channel(&mut self, topic: &str, schema: &str) -> Result<u16, RecordError> {
-        let schema = match self.schemas.get(schema) {
-            Some(id) => *id,
-            None => {
-                let id = self.writer.add_schema(schema, "protobuf", &schema_of(schema)?)?;
-                self.schemas.insert(schema.to_owned(), id);
-                id
-            }
+        let schema = if let Some(id) = self.schemas.get(schema) {
+            *id
+        } else {
+            let id = self.writer.add_schema(schema, "protobuf", &schema_of(schema)?)?;
+            self.schemas.insert(schema.to_owned(), id);
+            id
         };
         Ok(self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?)
     }

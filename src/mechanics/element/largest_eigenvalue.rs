@@ -118,7 +118,7 @@ mod tests {
                 SMatrix::<f64, 8, 8>::from_fn(|i, j| ((8 * i.min(j) + i.max(j)) as f64 * 0.7 * seed).cos());
             let A = A.transpose() * A;
             let expected = A.symmetric_eigenvalues().max();
-            let found = largest_eigenvalue(std::array::from_fn(|i| std::array::from_fn(|j| A[(i, j)])));
+            let found = largest_eigenvalue::<8>(std::array::from_fn(|i| std::array::from_fn(|j| A[(i, j)])));
             assert!((found - expected).abs() <= 1e-14 * expected, "{seed}: {found} against {expected}");
         }
     }

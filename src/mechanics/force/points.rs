@@ -126,7 +126,7 @@ impl ElementBlock {
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             u,
-            points,
+            to: points,
         }));
     }
 }
@@ -155,7 +155,7 @@ struct Points<'a, L> {
     /// Global nodes of the chunk.
     nodes: &'a [u32],
     u: &'a [Vec3],
-    points: &'a mut PointBatch,
+    to: &'a mut PointBatch,
 }
 
 impl<L: Law> WithSimd for Points<'_, L> {
@@ -174,7 +174,7 @@ impl<L: Law> WithSimd for Points<'_, L> {
             }
         }
         for part in 0..BATCH / S::F64_LANES {
-            self.element.eval::<S>(simd, part, &u, self.points);
+            self.element.eval::<S>(simd, part, &u, self.to);
         }
     }
 }

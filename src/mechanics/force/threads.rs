@@ -37,15 +37,12 @@ impl Threads {
         (a, b): (&mut [T], &mut [T]),
         work: impl Fn(usize, &mut [T], &mut [T]) + Send + Sync,
     ) {
-        match &self.pool {
-            Some(pool) => pool.install(|| {
-                let runs = a.par_chunks_mut(length).zip(b.par_chunks_mut(length)).enumerate();
-                runs.with_min_len(8).for_each(|(i, (a, b))| work(i, a, b));
-            }),
-            None => {
-                let runs = a.chunks_mut(length).zip(b.chunks_mut(length)).enumerate();
-                runs.for_each(|(i, (a, b))| work(i, a, b));
-            }
+        if let Some(pool) = &self.pool {
+            let runs = a.par_chunks_mut(length).zip(b.par_chunks_mut(length)).enumerate();
+            pool.install(|| runs.with_min_len(8).for_each(|(i, (a, b))| work(i, a, b)));
+        } else {
+            let runs = a.chunks_mut(length).zip(b.chunks_mut(length)).enumerate();
+            runs.for_each(|(i, (a, b))| work(i, a, b));
         }
     }
 }

@@ -310,7 +310,9 @@ fn a_far_face_that_moves_fast_does_not_let_go_of_a_node() {
     let surfaces = [ground, node(&mut x, Vec3::new(0.5625, 0.5625, 0.001))];
     let (pairs, slave) = ([pair(1, Master::Surface(0))], x.len() - 1);
     let mut moved = x.clone();
-    moved.iter_mut().for_each(|p| p.x += 0.03);
+    for p in &mut moved {
+        p.x += 0.03;
+    }
     let mut end = moved.clone();
     end[slave].z -= 0.003;
     for (p, old) in end[..slave].iter_mut().zip(&x) {
