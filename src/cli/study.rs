@@ -119,8 +119,9 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
         "{}: {} elements, {} thread(s), median of {} run(s) each\n",
         study.scene, study.elements, study.threads, study.repeat
     )?;
-    let header = ["put back", "wall", "processor", "memory", "recording", "difference", "theory", ""];
-    let rows: Vec<[String; 8]> = study.rows.iter().map(cells).collect();
+    let header =
+        ["put back", "element-steps", "wall", "processor", "memory", "recording", "difference", "theory", ""];
+    let rows: Vec<[String; 9]> = study.rows.iter().map(cells).collect();
     write_table(header, &rows, out)?;
     writeln!(out)?;
     if study.holds {
@@ -130,7 +131,7 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn cells(row: &LeaveOutRow) -> [String; 8] {
+fn cells(row: &LeaveOutRow) -> [String; 9] {
     let none = || "-".to_owned();
     let difference = match &row.difference {
         Difference::Bitwise => "bitwise equal".to_owned(),
@@ -139,6 +140,7 @@ fn cells(row: &LeaveOutRow) -> [String; 8] {
     let verdict = if row.holds { String::new() } else { format!("VIOLATED ({})", row.ending) };
     [
         kind_name(&row.put_back),
+        row.element_steps.to_string(),
         duration(row.wall_s),
         row.cpu_s.map_or_else(none, duration),
         bytes(row.memory_bytes),

@@ -2,7 +2,7 @@
 
 use super::Plan;
 use crate::mechanics::contact::{Master, Reaction, Surface};
-use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock};
+use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use serde::Serialize;
@@ -28,14 +28,13 @@ pub struct MemoryReport {
 }
 
 impl MemoryReport {
-    /// Of a plan.
-    pub(super) fn new(plan: &Plan) -> Self {
+    /// Of a plan whose element forces take so many bytes.
+    pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
         let bodies: u64 =
             plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
         let initial = plan.initial_u.len() + plan.initial_v.len();
-        // Dilatation and viscous pressure of both ends of a step: one is the state's, the other the stepper's.
         let report = Self {
             plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())
                 + bytes(initial, vector)
@@ -43,9 +42,7 @@ impl MemoryReport {
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
             state_bytes: bytes(nodes, 2 * vector) + bytes(slots, 2 * size_of::<f64>()),
-            step_bytes: bytes(nodes, 3 * vector)
-                + bytes(slots, 8 * vector + 2 * size_of::<f64>())
-                + bytes(slots / BATCH, size_of::<BatchTotals>()),
+            step_bytes: bytes(nodes, 3 * vector) + forces_bytes as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
             bytes_per_element: 0.0,

@@ -1,7 +1,7 @@
 //! Stable steps of all elements at the start: which element dictates the step, and how many are like it.
 
 use super::PlanBody;
-use crate::mechanics::force::{BATCH, BatchTotals, ElementBlock, SweepInput, SweepOutput};
+use crate::mechanics::force::{ElementBlock, ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
@@ -45,9 +45,17 @@ pub struct ElementsWithin {
 pub(super) struct StableSteps(Vec<Vec<f64>>);
 
 impl StableSteps {
-    /// At the displacements `u` [m] of the start, nodes × 3.
-    pub fn new(blocks: &[ElementBlock], u: &[Vec3]) -> Self {
-        Self(blocks.iter().map(|block| steps_of(block, u)).collect())
+    /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
+    pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
+        let slots: usize = blocks.iter().map(ElementBlock::slot_count).sum();
+        let zero = vec![0.0; slots];
+        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        forces.sweep(&Threads::ONE, blocks, &input);
+        // Slots beyond the elements pad the last batch.
+        let steps = |(i, block): (usize, &ElementBlock)| {
+            forces.stable_steps(i).take(block.elements.len()).collect::<Vec<f64>>()
+        };
+        Self(blocks.iter().enumerate().map(steps).collect())
     }
 
     /// The smallest of all [s].
@@ -104,22 +112,4 @@ impl StableSteps {
             distribution: WITHIN.map(within).into(),
         }
     }
-}
-
-fn steps_of(block: &ElementBlock, u: &[Vec3]) -> Vec<f64> {
-    let slots = block.slot_count();
-    let zero = vec![0.0; slots];
-    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-    let (mut dilatation, mut viscous_pressure) = (zero.clone(), zero.clone());
-    let mut force = vec![Vec3::zeros(); 8 * slots];
-    let mut totals = vec![BatchTotals::default(); slots / BATCH];
-    let output = SweepOutput {
-        force: &mut force,
-        dilatation: &mut dilatation,
-        viscous_pressure: &mut viscous_pressure,
-        totals: &mut totals,
-    };
-    block.sweep(0, &input, output);
-    // Slots beyond the elements pad the last batch.
-    totals.iter().flat_map(|t| t.stable_step).take(block.elements.len()).collect()
 }

@@ -55,6 +55,8 @@ pub struct LeaveOutRow {
     pub ending: String,
     /// Steps of a run.
     pub steps: u64,
+    /// Elements swept, summed over the steps.
+    pub element_steps: u64,
     /// Median wall time [s], compiling, measuring and recording included.
     pub wall_s: f64,
     /// Median processor time [s]; null where the system does not tell.
@@ -180,6 +182,7 @@ impl Kind {
             put_back: self.put_back.clone(),
             ending: ending_name(&result.outcome.ending),
             steps: result.outcome.steps,
+            element_steps: result.outcome.swept_element_steps,
             wall_s: median(&self.wall_s).unwrap_or(f64::NAN),
             cpu_s: median(&self.cpu_s),
             memory_bytes: result.plan_report.memory_bytes,

@@ -42,6 +42,12 @@ impl ElementForces {
         sum
     }
 
+    /// Stable step [s] of every slot of a block, padding included, as of the last sweep.
+    pub fn stable_steps(&self, block: usize) -> impl Iterator<Item = f64> {
+        let chunks = self.chunks.iter().filter(move |chunk| chunk.block as usize == block);
+        chunks.flat_map(|chunk| &chunk.batches).flat_map(|batch| batch.stable_step.0)
+    }
+
     /// Sum of the element forces [N] at a node.
     #[inline]
     pub fn at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
