@@ -55,7 +55,7 @@ fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     let cancelled = watch_for_ctrl_c()?;
     // Recorded as by `contuse run`, so that the times are those of such a run.
     let recording = std::env::temp_dir().join(format!("contuse-study-{}.mcap", std::process::id()));
-    let studied = study_leave_out(LeaveOutRequest {
+    let studied = study_leave_out(&mut LeaveOutRequest {
         scene: &loaded.scene,
         document_json: &document_json,
         repeat: args.repeat,
@@ -119,8 +119,9 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
         "{}: {} elements, {} thread(s), median of {} run(s) each\n",
         study.scene, study.elements, study.threads, study.repeat
     )?;
-    let header = ["put back", "wall", "processor", "memory", "recording", "difference", "theory", ""];
-    let rows: Vec<[String; 8]> = study.rows.iter().map(cells).collect();
+    let header =
+        ["put back", "element-steps", "wall", "processor", "memory", "recording", "difference", "theory", ""];
+    let rows: Vec<[String; 9]> = study.rows.iter().map(cells).collect();
     write_table(header, &rows, out)?;
     writeln!(out)?;
     if study.holds {
@@ -130,7 +131,7 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-fn cells(row: &LeaveOutRow) -> [String; 8] {
+fn cells(row: &LeaveOutRow) -> [String; 9] {
     let none = || "-".to_owned();
     let difference = match &row.difference {
         Difference::Bitwise => "bitwise equal".to_owned(),
@@ -139,6 +140,7 @@ fn cells(row: &LeaveOutRow) -> [String; 8] {
     let verdict = if row.holds { String::new() } else { format!("VIOLATED ({})", row.ending) };
     [
         kind_name(&row.put_back),
+        row.element_steps.to_string(),
         duration(row.wall_s),
         row.cpu_s.map_or_else(none, duration),
         bytes(row.memory_bytes),

@@ -7,7 +7,7 @@ use super::stable_step::StableSteps;
 use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
-use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock};
+use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
 use crate::scene::document::{
@@ -66,7 +66,8 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     }
     let assembly = Assembly::new(parts.X.len(), &parts.blocks);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
-    let steps = StableSteps::new(&parts.blocks, &parts.u);
+    let mut forces = ElementForces::new(&parts.blocks);
+    let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
     let until = document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks);
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
@@ -96,7 +97,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         report: PlanReport::default(),
     };
     plan.rounding_energy = rounding_energy(&plan);
-    plan.report = report(&plan, scene, &steps);
+    plan.report = report(&plan, scene, &steps, forces.memory());
     Ok(plan)
 }
 

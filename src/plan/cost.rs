@@ -4,7 +4,7 @@
 //! elements, `scenes` for the rest of a step.
 
 use super::Plan;
-use crate::mechanics::force::BlockParameters;
+use crate::mechanics::force::{BlockParameters, ElementBlock};
 use crate::mechanics::material::Material;
 
 /// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
@@ -27,15 +27,15 @@ const SLAVE_NODE: f64 = 350.0;
 /// Up to so many bytes the data of the elements lie in the cache.
 const CACHE_BYTES: usize = 4_000_000;
 
-/// Element-steps per second and core of a block in a plan.
-pub(super) fn element_steps_per_s(plan: &Plan, parameters: &BlockParameters) -> f64 {
-    1e9 / element_ns(parameters)[usize::from(swept_bytes(plan) > CACHE_BYTES)]
+/// Element-steps per second and core of a block in a plan whose sweep goes through so many bytes.
+pub(super) fn element_steps_per_s(parameters: &BlockParameters, swept_bytes: usize) -> f64 {
+    1e9 / element_ns(parameters)[usize::from(swept_bytes > CACHE_BYTES)]
 }
 
 /// Run time on one core [s] if every element is swept in every step, without recording.
-pub(super) fn run_time_s(plan: &Plan, steps: u64) -> f64 {
-    let element_s = |block: &crate::mechanics::force::ElementBlock| {
-        block.elements.len() as f64 / element_steps_per_s(plan, &block.parameters)
+pub(super) fn run_time_s(plan: &Plan, steps: u64, swept_bytes: usize) -> f64 {
+    let element_s = |block: &ElementBlock| {
+        block.elements.len() as f64 / element_steps_per_s(&block.parameters, swept_bytes)
     };
     let elements_s: f64 = plan.blocks.iter().map(element_s).sum();
     let slaves: usize = plan
@@ -56,9 +56,4 @@ fn element_ns(parameters: &BlockParameters) -> Nanoseconds {
     };
     let families = parameters.material.family_count() as f64;
     [0, 1].map(|i| matrix[i] + families * FIBRE_FAMILY[i])
-}
-
-/// Bytes of elements, their forces and totals: what a sweep goes through.
-fn swept_bytes(plan: &Plan) -> usize {
-    plan.blocks.iter().map(|block| block.memory() + block.forces_memory()).sum()
 }

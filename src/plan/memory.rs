@@ -28,8 +28,8 @@ pub struct MemoryReport {
 }
 
 impl MemoryReport {
-    /// Of a plan.
-    pub(super) fn new(plan: &Plan) -> Self {
+    /// Of a plan whose element forces take so many bytes.
+    pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
         let bodies: u64 =
@@ -42,8 +42,7 @@ impl MemoryReport {
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
             state_bytes: bytes(nodes, 2 * vector) + bytes(slots, 2 * size_of::<f64>()),
-            step_bytes: bytes(nodes, 3 * vector)
-                + plan.blocks.iter().map(ElementBlock::forces_memory).sum::<usize>() as u64,
+            step_bytes: bytes(nodes, 3 * vector) + forces_bytes as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
             bytes_per_element: 0.0,

@@ -45,7 +45,7 @@ pub struct Plan {
     pub contact: Option<ContactPlan>,
     /// Pairs that were asked for and cannot meet before the end; they are not in `contact`.
     pub distant_pairs: Vec<DistantPair>,
-    /// Whether elements that nothing has reached yet are passed over in the force sweep.
+    /// Whether elements that nothing has reached yet are left out of a step.
     pub skip_quiet_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,

@@ -83,20 +83,21 @@ pub struct PairReport {
     pub unknowns_per_contact: u32,
 }
 
-/// Describes a compiled plan.
-pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanReport {
+/// Describes a compiled plan, with the stable steps of its elements and the bytes of their forces.
+pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
     let (safety, max_step) = (plan.explicit.safety, plan.explicit.max_step);
     let stable_step_s = max_step.min(safety * steps.smallest());
     let settling = plan.settle.map_or(0.0, |s| s.duration);
     let expected_steps = ((plan.end_time + settling) / stable_step_s).ceil() as u64;
+    let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks
         .iter()
         .enumerate()
-        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i)))
+        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), swept_bytes))
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
-    let memory = MemoryReport::new(plan);
+    let memory = MemoryReport::new(plan, forces_bytes);
     let mut kept: Vec<String> =
         blocks.iter().map(BlockReport::in_words).chain(pairs.iter().map(PairReport::in_words)).collect();
     if !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
@@ -112,7 +113,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanRep
         stable_step_s,
         stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
         expected_steps,
-        expected_run_time_s: cost::run_time_s(plan, expected_steps),
+        expected_run_time_s: cost::run_time_s(plan, expected_steps, swept_bytes),
         kept,
         blocks,
         pairs,
@@ -121,7 +122,12 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps) -> PlanRep
     }
 }
 
-fn of_block(plan: &Plan, block: &ElementBlock, smallest_stable_step_s: f64) -> BlockReport {
+fn of_block(
+    plan: &Plan,
+    block: &ElementBlock,
+    smallest_stable_step_s: f64,
+    swept_bytes: usize,
+) -> BlockReport {
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
     let parts: BTreeSet<u32> =
         block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
@@ -139,7 +145,7 @@ fn of_block(plan: &Plan, block: &ElementBlock, smallest_stable_step_s: f64) -> B
         fibre_families: p.material.family_count(),
         formulation: if p.mean_dilatation { "mean dilatation" } else { "full integration" }.into(),
         smallest_stable_step_s,
-        element_steps_per_s: cost::element_steps_per_s(plan, p),
+        element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
     }
 }
 

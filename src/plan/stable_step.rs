@@ -45,13 +45,17 @@ pub struct ElementsWithin {
 pub(super) struct StableSteps(Vec<Vec<f64>>);
 
 impl StableSteps {
-    /// At the displacements `u` [m] of the start, nodes × 3.
-    pub fn new(blocks: &[ElementBlock], u: &[Vec3]) -> Self {
-        let zero = vec![0.0; blocks.last().map_or(0, |b| b.first_slot + b.slot_count())];
+    /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
+    pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
+        let slots: usize = blocks.iter().map(ElementBlock::slot_count).sum();
+        let zero = vec![0.0; slots];
         let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
-        let mut forces = ElementForces::new(blocks);
         forces.sweep(&Threads::ONE, blocks, &input);
-        Self(blocks.iter().enumerate().map(|(index, block)| forces.stable_steps(block, index)).collect())
+        // Slots beyond the elements pad the last batch.
+        let steps = |(i, block): (usize, &ElementBlock)| {
+            forces.stable_steps(i).take(block.elements.len()).collect::<Vec<f64>>()
+        };
+        Self(blocks.iter().enumerate().map(steps).collect())
     }
 
     /// The smallest of all [s].

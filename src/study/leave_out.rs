@@ -55,6 +55,8 @@ pub struct LeaveOutRow {
     pub ending: String,
     /// Steps of a run.
     pub steps: u64,
+    /// Elements swept, summed over the steps.
+    pub element_steps: u64,
     /// Median wall time [s], compiling, measuring and recording included.
     pub wall_s: f64,
     /// Median processor time [s]; null where the system does not tell.
@@ -98,10 +100,10 @@ pub enum Difference {
 ///
 /// # Errors
 /// When the scene cannot be compiled.
-pub fn study_leave_out(request: LeaveOutRequest) -> Result<LeaveOutStudy, RunError> {
+pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, RunError> {
     let repeat = request.repeat.max(1) as usize;
     let mut kinds: Vec<Kind> = vec![Kind::new(Vec::new())];
-    kinds[0].run(&request)?;
+    kinds[0].run(request)?;
     let switches = kinds[0].switches();
     kinds.extend(switches.iter().map(|keep| Kind::new(vec![*keep])));
     if switches.len() > 1 {
@@ -114,7 +116,7 @@ pub fn study_leave_out(request: LeaveOutRequest) -> Result<LeaveOutStudy, RunErr
             done += 1;
             // The first run of all has told what there is to put back.
             if (round, i) != (0, 0) {
-                kind.run(&request)?;
+                kind.run(request)?;
             }
         }
     }
@@ -180,6 +182,7 @@ impl Kind {
             put_back: self.put_back.clone(),
             ending: ending_name(&result.outcome.ending),
             steps: result.outcome.steps,
+            element_steps: result.outcome.swept_element_steps,
             wall_s: median(&self.wall_s).unwrap_or(f64::NAN),
             cpu_s: median(&self.cpu_s),
             memory_bytes: result.plan_report.memory_bytes,
@@ -247,7 +250,7 @@ fn quantities(result: &RunResult) -> [(&'static str, Vec<f64>); 6] {
     let (state, energy) = (&result.state, &result.energy);
     let vectors = |values: &[crate::mechanics::tensor::Vec3]| values.iter().flatten().copied().collect();
     // Pairs that a plan left out are those that never touch: a pair of zeros more or less is no difference.
-    let touched = || state.ledger.pairs.iter().filter(|p| p.impulse_n_s != [0.0; 3]);
+    let touched = || state.ledger.pairs.iter().filter(|p| p.impulse_n_s.iter().any(|i| *i != 0.0));
     let impulses = touched().flat_map(|p| p.impulse_n_s).collect();
     let of_pair =
         |p: &crate::step::PairLedger| [p.friction_j, p.numerical_j, p.work_on_slave_j, p.work_on_master_j];

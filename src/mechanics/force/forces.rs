@@ -2,9 +2,9 @@
 
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
-use super::totals::{BatchTotals, BlockTotals};
+use super::totals::BlockTotals;
 use super::{Assembly, SweepInput, Threads};
-use crate::mechanics::lanes::{BATCH, Row};
+use crate::mechanics::lanes::BATCH;
 use crate::mechanics::tensor::Vec3;
 
 /// What a sweep over all blocks writes, chunk by chunk.
@@ -40,6 +40,12 @@ impl ElementForces {
             sum.add(&chunk.totals);
         }
         sum
+    }
+
+    /// Stable step [s] of every slot of a block, padding included, as of the last sweep.
+    pub fn stable_steps(&self, block: usize) -> impl Iterator<Item = f64> {
+        let chunks = self.chunks.iter().filter(move |chunk| chunk.block as usize == block);
+        chunks.flat_map(|chunk| &chunk.batches).flat_map(|batch| batch.stable_step.0)
     }
 
     /// Sum of the element forces [N] at a node.
@@ -79,20 +85,16 @@ impl ElementForces {
         self.chunks.iter().map(of_chunk).sum()
     }
 
-    /// Largest stable step of each element of a block after a sweep [s], in the order of the slots.
-    pub fn stable_steps(&self, block: &ElementBlock, index: usize) -> Vec<f64> {
-        let chunks = self.chunks.iter().filter(|chunk| chunk.block as usize == index);
-        let steps = chunks.flat_map(|chunk| &chunk.batches).flat_map(|totals| totals.stable_step.0);
-        // Slots beyond the elements pad the last batch.
-        steps.take(block.elements.len()).collect()
-    }
-}
-
-impl ElementBlock {
-    /// Bytes of what a sweep of the block writes, see [`ElementForces`].
-    pub fn forces_memory(&self) -> usize {
-        self.chunks.len() * size_of::<ChunkForces>()
-            + self.chunk_nodes.len() * 3 * size_of::<Vec3>()
-            + self.batches.len() * (size_of::<[Row; 2]>() + size_of::<BatchTotals>())
+    /// Bytes in memory.
+    pub fn memory(&self) -> usize {
+        let of_chunk = |chunk: &ChunkForces| {
+            size_of::<ChunkForces>()
+                + size_of_val(&chunk.force[..])
+                + size_of_val(&chunk.u[..])
+                + size_of_val(&chunk.v[..])
+                + size_of_val(&chunk.after[..])
+                + size_of_val(&chunk.batches[..])
+        };
+        self.chunks.iter().map(of_chunk).sum()
     }
 }

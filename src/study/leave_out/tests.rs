@@ -32,7 +32,7 @@ fn scene() -> Scene {
 
 fn studied(scene: &Scene, recording: Option<&Path>) -> (LeaveOutStudy, Vec<Vec<Keep>>) {
     let mut told = Vec::new();
-    let study = study_leave_out(LeaveOutRequest {
+    let study = study_leave_out(&mut LeaveOutRequest {
         scene,
         document_json: b"{}",
         repeat: 2,
@@ -83,7 +83,7 @@ fn what_the_scene_keeps_itself_is_not_studied() {
 #[test]
 fn a_run_that_does_not_end_holds_nothing() {
     let scene = scene();
-    let study = study_leave_out(LeaveOutRequest {
+    let study = study_leave_out(&mut LeaveOutRequest {
         scene: &scene,
         document_json: b"{}",
         repeat: 1,
