@@ -200,6 +200,7 @@ fn add_body(
         parts: mesh.parts.clone(),
         skin: Surface { nodes, faces },
         mass: mass.iter().sum(),
+        first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
     });
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
@@ -301,7 +302,7 @@ fn add_blocks(
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
         };
-        let first_slot = blocks.last().map_or(0, |b| b.first_slot + b.slot_count());
+        let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
     }
 }

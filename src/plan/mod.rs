@@ -96,6 +96,8 @@ pub struct PlanBody {
     pub skin: Surface,
     /// Mass [kg].
     pub mass: f64,
+    /// Σ m X of its nodes [kg m].
+    pub first_moment: Vec3,
 }
 
 /// What may touch what.
@@ -166,7 +168,7 @@ impl Plan {
     }
     /// Number of slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {
-        self.blocks.last().map_or(0, |b| b.first_slot + b.slot_count())
+        self.blocks.last().map_or(0, ElementBlock::end_slot)
     }
     /// Position x = X + V_b t + u [m] of a node of a body at a time [s] with displacement u [m]; nothing flies before 0.
     pub fn position(&self, body: usize, node: usize, time: f64, u: &Vec3) -> Vec3 {

@@ -47,7 +47,7 @@ pub(super) struct StableSteps(Vec<Vec<f64>>);
 impl StableSteps {
     /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
-        let slots: usize = blocks.iter().map(ElementBlock::slot_count).sum();
+        let slots = blocks.last().map_or(0, ElementBlock::end_slot);
         let zero = vec![0.0; slots];
         let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
         forces.sweep(&Threads::ONE, blocks, &input);

@@ -136,7 +136,7 @@ impl<'p> Stepper<'p> {
                 break;
             }
             target = self.step * (0.9 * LARGEST_STRAIN_INCREMENT / (self.step * rate)).max(0.1);
-            self.check_collapse(state, target, || fastest_stretched(self.plan, &self.x, &self.v_after))?;
+            self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
         }
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
         Ok(())
@@ -167,12 +167,16 @@ impl<'p> Stepper<'p> {
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.
     pub fn advance(&mut self, state: &mut State, phase: Phase) {
-        for node in self.activity.ranges().flatten() {
-            state.u[node] += self.v_after[node] * self.step;
-        }
+        let (h, activity) = (self.step, &self.activity);
+        let arrays = (&mut state.u[..], &mut self.v_after[..]);
+        self.threads.for_each_run(Activity::NODES, arrays, |run, u, v_after| {
+            if activity.active()[run] {
+                u.iter_mut().zip(v_after).for_each(|(u, v)| *u += *v * h);
+            }
+        });
         // Nodes that are not stepped have zero in both.
         std::mem::swap(&mut state.v, &mut self.v_after);
-        self.forces.copy_history(&self.plan.blocks, &mut state.dilatation, &mut state.viscous_pressure);
+        self.forces.copy_history(&self.threads, &mut state.dilatation, &mut state.viscous_pressure);
         // While settling nobody keeps books.
         if let Phase::Running = phase {
             std::mem::swap(&mut self.ledger, &mut state.ledger);
@@ -180,10 +184,8 @@ impl<'p> Stepper<'p> {
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
-        if let (Some(contact), Some(plan)) = (&mut self.contact, &self.plan.contact) {
-            for (surface, &b) in plan.surfaces.iter().zip(&plan.surface_body) {
-                place_nodes(self.plan, b, surface.nodes.iter().copied(), state, phase, &mut self.x);
-            }
+        self.place(state, phase);
+        if let Some(contact) = &mut self.contact {
             state.projected.clear();
             state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
             for (node, du) in &state.projected {
@@ -222,6 +224,7 @@ impl<'p> Stepper<'p> {
             contacts,
             reactions,
             strain: &self.strain,
+            activity: &self.activity,
         }
     }
 
@@ -273,10 +276,17 @@ impl<'p> Stepper<'p> {
         activity.wake_nodes(forces, blocks, assembly, moving);
     }
 
-    /// Absolute positions x_n.
+    /// Absolute positions x_n of the skins that may touch: nobody else asks.
     fn place(&mut self, state: &State, phase: Phase) {
-        for b in 0..self.plan.bodies.len() {
-            place_nodes(self.plan, b, self.plan.bodies[b].nodes.clone(), state, phase, &mut self.x);
+        let plan = self.plan;
+        for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
+            let flight = match phase {
+                Phase::Settling(_) => Vec3::zeros(),
+                Phase::Running => plan.bodies[body].flight_velocity * state.time,
+            };
+            for node in surface.nodes.iter().map(|node| *node as usize) {
+                self.x[node] = plan.X[node] + flight + state.u[node];
+            }
         }
     }
 
@@ -337,24 +347,6 @@ impl<'p> Stepper<'p> {
         let solved = contact.solve(self.plan, &self.x, self.step, flying, &mut self.v_after);
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
         solved.map_err(|(cause, message)| Failure::new(state, cause, message))
-    }
-}
-
-/// Absolute positions of nodes of a body.
-fn place_nodes(
-    plan: &Plan,
-    b: usize,
-    nodes: impl Iterator<Item = u32>,
-    state: &State,
-    phase: Phase,
-    x: &mut [Vec3],
-) {
-    let flight = match phase {
-        Phase::Settling(_) => Vec3::zeros(),
-        Phase::Running => plan.bodies[b].flight_velocity * state.time,
-    };
-    for node in nodes.map(|node| node as usize) {
-        x[node] = plan.X[node] + flight + state.u[node];
     }
 }
 

@@ -102,11 +102,11 @@ impl FailureCause {
 }
 
 /// The element that is being stretched or crushed fastest along an edge or a diagonal.
-pub(super) fn fastest_stretched(plan: &Plan, x: &[Vec3], v: &[Vec3]) -> Option<u32> {
+pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
     let rate = |hex: &[u32; 8]| {
         let along = |(a, b): (usize, usize)| {
             let (a, b) = (hex[a] as usize, hex[b] as usize);
-            let dx = x[b] - x[a];
+            let dx = plan.X[b] - plan.X[a] + (u[b] - u[a]);
             (v[b] - v[a]).dot(&dx).abs() / dx.norm_squared().max(f64::MIN_POSITIVE)
         };
         HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)

@@ -11,6 +11,7 @@
 
 use super::state::State;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
+use crate::mechanics::force::Activity;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -132,6 +133,8 @@ pub(super) struct StepWork<'a> {
     pub reactions: &'a [Reaction],
     /// Strain energy of each body at t_n [J].
     pub strain: &'a [f64],
+    /// Which nodes move at all, relative to their bodies' flight.
+    pub activity: &'a Activity,
 }
 
 /// Which half of the work at t_n is counted.
@@ -279,16 +282,22 @@ impl Ledger {
         energy.pairs.clone_from(&self.pairs);
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for (b, body) in work.plan.bodies.iter().enumerate() {
-            let mut kinetic = 0.0;
-            for node in body.nodes.start as usize..body.nodes.end as usize {
-                let before = work.state.v[node] + body.flight_velocity;
-                let after = work.v_after[node] + body.flight_velocity;
+            // The body as a whole in flight, and what its nodes do besides: nothing where they rest in its frame, so those are
+            // left out without a difference.
+            let (flight, time) = (body.flight_velocity, work.state.time.max(0.0));
+            let (mut kinetic, mut relative, mut shift) = (0.0, Vec3::zeros(), Vec3::zeros());
+            for node in work.activity.stepped(body.nodes.clone()) {
                 let mass = work.plan.mass[node];
-                kinetic += mass * before.dot(&after);
+                let (before, after) = (&work.state.v[node], &work.v_after[node]);
+                kinetic += mass * before.dot(after);
                 let p = (before + after) * (0.5 * mass);
-                momentum += p;
-                angular += work.state.position(work.plan, b, node).cross(&p);
+                relative += p;
+                shift += work.state.u[node] * mass;
+                angular += (work.plan.X[node] + flight * time + work.state.u[node]).cross(&p);
             }
+            momentum += flight * body.mass + relative;
+            angular += (body.first_moment + shift).cross(&flight);
+            kinetic += body.mass * flight.norm_squared() + 2.0 * flight.dot(&relative);
             energy.bodies.push(BodyEnergy {
                 kinetic_j: 0.5 * kinetic,
                 strain_j: work.strain[b],

@@ -8,6 +8,7 @@ use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::{Assembly, ElementForces};
 use crate::mechanics::tensor::Vec3;
+use std::ops::Range;
 
 /// Which nodes have moved, and which have to be stepped.
 #[derive(Debug)]
@@ -37,11 +38,13 @@ impl Activity {
         &self.active
     }
 
-    /// Ranges of nodes that have to be stepped, ascending.
-    pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
-        let count = self.moved.len();
-        let of_block = move |block: usize| block * Self::NODES..((block + 1) * Self::NODES).min(count);
-        self.active.iter().enumerate().filter(|(_, active)| **active).map(move |(block, _)| of_block(block))
+    /// Those of a range of nodes that have to be stepped, ascending.
+    pub fn stepped(&self, nodes: Range<u32>) -> impl Iterator<Item = usize> {
+        let (first, end) = (nodes.start as usize, nodes.end as usize);
+        let blocks = (first / Self::NODES..end.div_ceil(Self::NODES)).filter(|block| self.active[*block]);
+        blocks.flat_map(move |block| {
+            (block * Self::NODES).max(first)..((block + 1) * Self::NODES).min(end)
+        })
     }
 
     /// Puts to sleep what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all

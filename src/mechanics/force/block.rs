@@ -83,7 +83,7 @@ pub struct ElementBlock {
     pub parameters: BlockParameters,
     /// Global element of each slot.
     pub elements: Vec<u32>,
-    /// First slot of the block in arrays over all slots; a multiple of [`BATCH`].
+    /// First slot of the block in arrays over all slots, at the beginning of a chunk.
     pub first_slot: usize,
     pub(super) batches: Vec<Batch>,
     /// Fibre directions in reference axes: `[batch × families][axis][lane]`.
@@ -95,7 +95,7 @@ pub struct ElementBlock {
 }
 
 impl ElementBlock {
-    /// Packs elements into batches. `first_slot` must be a multiple of [`BATCH`].
+    /// Packs elements into batches. `first_slot` is the [`ElementBlock::end_slot`] of the block before, 0 for the first.
     pub fn new(body: usize, parameters: BlockParameters, first_slot: usize, inputs: &[BlockInput]) -> Self {
         let mut block = Self {
             body,
@@ -123,6 +123,11 @@ impl ElementBlock {
     /// Number of slots, padding included.
     pub fn slot_count(&self) -> usize {
         self.batches.len() * BATCH
+    }
+
+    /// Where the next block begins in arrays over all slots: whole chunks.
+    pub fn end_slot(&self) -> usize {
+        self.first_slot + self.chunks.len() * Chunk::SLOTS
     }
 
     /// Number of chunks.

@@ -22,6 +22,8 @@ pub(super) struct Chunk {
 impl Chunk {
     /// Batches of a chunk: as many as a mask has bits.
     pub const BATCHES: usize = u32::BITS as usize;
+    /// Slots of a chunk in arrays over all slots, whether they are used or not.
+    pub const SLOTS: usize = Self::BATCHES * BATCH;
 }
 
 /// Cuts a block into chunks and numbers the nodes of its batches within them, in the order of their first use.

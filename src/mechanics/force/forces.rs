@@ -1,7 +1,7 @@
 //! The internal forces of all blocks: chunks swept one by one or on several threads, with the same bits.
 
 use super::block::ElementBlock;
-use super::chunk::ChunkForces;
+use super::chunk::{Chunk, ChunkForces};
 use super::totals::BlockTotals;
 use super::{Assembly, SweepInput, Threads};
 use crate::mechanics::lanes::BATCH;
@@ -55,21 +55,17 @@ impl ElementForces {
     }
 
     /// Copies J̄ − 1 [-] and viscous pressure [Pa] of the last sweep to the arrays over all slots.
-    pub fn copy_history(
-        &self,
-        blocks: &[ElementBlock],
-        dilatation: &mut [f64],
-        viscous_pressure: &mut [f64],
-    ) {
-        for chunk in self.chunks.iter().filter(|chunk| chunk.awake != 0) {
-            let block = &blocks[chunk.block as usize];
-            let first = block.first_slot + block.chunks[chunk.chunk as usize].batches.start as usize * BATCH;
-            for (i, [mean, viscous]) in chunk.after.iter().enumerate() {
-                let slots = first + i * BATCH..first + (i + 1) * BATCH;
-                dilatation[slots.clone()].copy_from_slice(&mean.0);
-                viscous_pressure[slots].copy_from_slice(&viscous.0);
+    pub fn copy_history(&self, threads: &Threads, dilatation: &mut [f64], viscous_pressure: &mut [f64]) {
+        threads.for_each_run(Chunk::SLOTS, (dilatation, viscous_pressure), |c, dilatation, viscous_pressure| {
+            let chunk = &self.chunks[c];
+            if chunk.awake != 0 {
+                let rows = dilatation.chunks_exact_mut(BATCH).zip(viscous_pressure.chunks_exact_mut(BATCH));
+                for ([mean, viscous], (dilatation, viscous_pressure)) in chunk.after.iter().zip(rows) {
+                    dilatation.copy_from_slice(&mean.0);
+                    viscous_pressure.copy_from_slice(&viscous.0);
+                }
             }
-        }
+        });
     }
 
     /// Number of elements that a sweep covers.

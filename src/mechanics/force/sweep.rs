@@ -5,10 +5,11 @@ use super::chunk::ChunkForces;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
+use crate::mechanics::material::{
+    Invariants, Kinematics, Law, MAX_FAMILIES, Material, Volumetric, volume_change,
+};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Tensor, Vec3};
-use crate::with_law;
 use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
@@ -29,15 +30,22 @@ pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
     fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces);
 }
 
-/// The kernel of a law and a formulation.
+/// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
 pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
-    with_law!(parameters.material, law => {
-        if parameters.mean_dilatation && law.volumetric().is_some() {
-            Box::new(LawKernel::<_, true> { law, arch: pulp::Arch::new() })
-        } else {
-            Box::new(LawKernel::<_, false> { law, arch: pulp::Arch::new() })
-        }
-    })
+    match parameters.material {
+        Material::CoupledNeoHookean(law) => new_kernel::<_, false>(law),
+        Material::MooneyRivlin(law) => kernel_of_split(law, parameters),
+        Material::NeoHookean(law) => kernel_of_split(law, parameters),
+        Material::HolzapfelGasserOgden(law) => kernel_of_split(law, parameters),
+    }
+}
+
+fn kernel_of_split<L: Law + std::fmt::Debug>(law: L, parameters: &BlockParameters) -> Box<dyn Kernel> {
+    if parameters.mean_dilatation { new_kernel::<_, true>(law) } else { new_kernel::<_, false>(law) }
+}
+
+fn new_kernel<L: Law + std::fmt::Debug, const MEAN: bool>(law: L) -> Box<dyn Kernel> {
+    Box::new(LawKernel::<_, MEAN> { law, arch: pulp::Arch::new() })
 }
 
 /// `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
