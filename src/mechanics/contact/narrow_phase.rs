@@ -110,7 +110,7 @@ pub(super) fn choose_face(
     let mut in_front = f64::INFINITY;
     let mut best = None;
     for face in faces.clone() {
-        let Some(p) = eval_within(skin, face, s, x, limit(skin, best.as_ref())) else { continue };
+        let Some(p) = eval_within(skin, face, s, x, best.as_ref()) else { continue };
         // Faces beyond their own reach may be listed or not.
         if p.gap > 0.0 && p.distance <= DEPTH * skin.sizes[p.face as usize] {
             in_front = in_front.min(p.distance);
@@ -123,18 +123,12 @@ pub(super) fn choose_face(
     }
     let mut best = None;
     for face in faces.clone() {
-        let found = eval_within(skin, face, s, x, limit(skin, best.as_ref()));
+        let found = eval_within(skin, face, s, x, best.as_ref());
         if let Some(p) = found.filter(|p| p.gap >= 0.0) {
             keep_better(skin, &mut best, p, &normal, &slave_normal);
         }
     }
     best
-}
-
-/// How far a face may be [m] to hold the node instead of `best`, or to have it in front closer than `best`.
-fn limit(skin: &Skin, best: Option<&Proximity>) -> f64 {
-    let far = skin.largest_size * (DEPTH * (1.0 + 1e-9));
-    best.map_or(far, |b| far.min(b.distance + skin.largest_size * (2.0 * TIE)))
 }
 
 /// Takes the face if it may hold the node, is opposed and better.
@@ -157,14 +151,15 @@ fn keep_better(
     }
 }
 
-/// The proximity of a face that is within `limit` [m] and its own reach of the node.
-fn eval_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
+/// The proximity of a face within its own reach of the node, unless it is too far to hold the node instead of `best`, or to
+/// have it in front closer than `best`.
+fn eval_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], best: Option<&Proximity>) -> Option<Proximity> {
     let corners = skin.faces[face as usize].map(|node| x[node as usize]);
-    // Before anything costly: the face lies within the box, the sphere and the slab of its corners.
-    if is_outside_box(&corners, s, limit)
-        || is_outside_sphere(&corners, s, NEAR.max(DEPTH) * skin.sizes[face as usize])
-        || is_outside_slab(&corners, s, limit)
-    {
+    // A hair more than what `keep_better` takes, for rounding.
+    let reach = DEPTH * (1.0 + 1e-9) * skin.sizes[face as usize];
+    let limit = best.map_or(reach, |b| reach.min(b.distance + 2.0 * TIE * skin.largest_size));
+    // Before anything costly: the face lies within the box and the slab of its corners.
+    if is_outside_box(&corners, s, limit) || is_outside_slab(&corners, s, limit) {
         return None;
     }
     eval_proximity_within(skin, face, s, x, limit)
@@ -179,15 +174,6 @@ fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
         let high = a[i].max(b[i]).max(c[i].max(d[i]));
         s[i] < low - far || s[i] > high + far
     })
-}
-
-/// Whether `s` is farther than `far` from the sphere around the corners.
-#[inline]
-fn is_outside_sphere(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
-    let centre = (corners[0] + corners[1] + corners[2] + corners[3]) * 0.25;
-    let radius = corners.iter().map(|c| (c - centre).norm_squared()).fold(0.0, f64::max).sqrt();
-    let reach = radius + far;
-    (s - centre).norm_squared() > reach * reach
 }
 
 /// Whether `s` is farther than `far` from all corners along the normal of the diagonals.
@@ -210,4 +196,65 @@ fn is_better(skin: &Skin, a: &Proximity, b: &Proximity, slave_normal: &Vec3) -> 
         return a.gap > b.gap;
     }
     slave_normal.dot(&a.normal) < slave_normal.dot(&b.normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Surface;
+    use super::*;
+
+    /// A wavy sheet with a fold, finer towards one side, of n × n faces.
+    fn sheet(n: u32) -> (Skin, Vec<Vec3>) {
+        let mut x = Vec::new();
+        for j in 0..=n {
+            for i in 0..=n {
+                let (a, b) = (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
+                let height = 0.05 * (7.0 * a).sin() * (5.0 * b).cos() + 0.8 * (b - 0.5).max(0.0);
+                x.push(Vec3::new(a * a, b, height));
+            }
+        }
+        let at = |i: u32, j: u32| j * (n + 1) + i;
+        let cells = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+        let faces = cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
+        let surface = Surface { nodes: (0..x.len() as u32).collect(), faces };
+        (Skin::new(&surface, &x), x)
+    }
+
+    /// What [`choose_face`] says, with every face evaluated and none passed over.
+    fn choose_of_all(skin: &Skin, s: &Vec3, down: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+        let normal = OnceCell::new();
+        let count = skin.faces.len() as u32;
+        let all: Vec<Proximity> = (0..count).filter_map(|face| eval_proximity(skin, face, s, x)).collect();
+        let choose = |take: &dyn Fn(&Proximity) -> bool| {
+            let mut best = None;
+            all.iter().filter(|p| take(p)).for_each(|p| keep_better(skin, &mut best, *p, &normal, || *down));
+            best
+        };
+        let held = choose(&|_| true)?;
+        let size = |p: &Proximity| skin.sizes[p.face as usize];
+        let is_in_front = |p: &Proximity| {
+            p.gap > 0.0 && p.distance <= DEPTH * size(p) && p.distance < held.distance - BAND * size(&held)
+        };
+        if held.gap < 0.0 && all.iter().any(is_in_front) { choose(&|p| p.gap >= 0.0) } else { Some(held) }
+    }
+
+    #[test]
+    fn what_is_passed_over_changes_nothing() {
+        let (skin, x) = sheet(9);
+        let faces = 0..skin.faces.len() as u32;
+        let down = Vec3::new(0.1, -0.2, -1.0).normalize();
+        let (mut held, mut inside) = (0, 0);
+        for k in 0..20_000 {
+            let t = f64::from(k);
+            let [a, b, c] = [0.618_034, 0.754_878, 0.569_840].map(|step| (t * step).fract());
+            // About the sheet, within some of the faces' sizes of it.
+            let on = (a * 80.0) as usize;
+            let s = x[on] + Vec3::new(b - 0.5, c - 0.5, (b + 2.0 * c).fract() - 0.5) * 0.1;
+            let found = choose_face(&skin, &faces, &s, || down, &x);
+            assert_eq!(found, choose_of_all(&skin, &s, &down, &x), "{s}");
+            held += usize::from(found.is_some());
+            inside += usize::from(found.is_some_and(|p| p.gap < 0.0));
+        }
+        assert!(held > 1000 && inside > 300, "{held} held, {inside} inside");
+    }
 }
