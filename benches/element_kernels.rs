@@ -5,8 +5,7 @@
 
 use contuse::mechanics::element::ReferenceGeometry;
 use contuse::mechanics::force::{
-    Assembly, BatchTotals, BlockInput, BlockParameters, ElementBlock, SweepInput, SweepOutput,
-    largest_stretch_rate,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, SweepInput, Threads,
 };
 use contuse::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -23,7 +22,7 @@ fn main() {
     divan::main();
 }
 
-/// Elements along each axis: 2 000 (in the second-level cache, but for the element forces) and 100 000 (in memory).
+/// Elements along each axis: 2 000 (in the second-level cache) and 100 000 (in memory).
 const SIZES: [[u32; 3]; 2] = [[20, 10, 10], [50, 50, 40]];
 
 #[derive(Clone, Copy)]
@@ -92,13 +91,10 @@ fn material(law: Law) -> Option<Material> {
 /// A block of elements in a deformed state, with the buffers of a sweep.
 struct Bench {
     mesh: Mesh,
-    block: ElementBlock,
+    blocks: [ElementBlock; 1],
+    forces: ElementForces,
     u: Vec<Vec3>,
     before: Vec<f64>,
-    force: Vec<Vec3>,
-    dilatation: Vec<f64>,
-    viscous_pressure: Vec<f64>,
-    totals: Vec<BatchTotals>,
 }
 
 impl Bench {
@@ -116,23 +112,15 @@ impl Bench {
         let input = |e: usize| BlockInput {
             element: e as u32,
             nodes: mesh.hexes[e],
+            corners: mesh.corners(e),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(&mesh.corners(e)),
         };
         let inputs: Vec<BlockInput> = (0..mesh.hexes.len()).map(input).collect();
-        let block = ElementBlock::new(0, parameters, 0, &inputs);
-        let slots = block.slot_count();
+        let blocks = [ElementBlock::new(0, parameters, 0, &inputs)];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
-        Some(Self {
-            u,
-            before: vec![0.02; slots],
-            force: vec![Vec3::zeros(); 8 * slots],
-            dilatation: vec![0.0; slots],
-            viscous_pressure: vec![0.0; slots],
-            totals: vec![BatchTotals::default(); block.batch_count()],
-            block,
-            mesh,
-        })
+        let before = vec![0.02; blocks[0].end_slot()];
+        Some(Self { forces: ElementForces::new(&blocks), mesh, blocks, u, before })
     }
 
     fn sweep(&mut self) {
@@ -142,13 +130,7 @@ impl Bench {
             dilatation: &self.before,
             viscous_pressure: &self.before,
         };
-        let output = SweepOutput {
-            force: &mut self.force,
-            dilatation: &mut self.dilatation,
-            viscous_pressure: &mut self.viscous_pressure,
-            totals: &mut self.totals,
-        };
-        self.block.sweep(0, black_box(&input), output);
+        self.forces.sweep(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }
 
@@ -159,36 +141,31 @@ fn force_sweep(bencher: Bencher, case: Case) {
     bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| bench.sweep());
 }
 
-/// The limit of the step by stretch rates.
-#[divan::bench(args = SIZES)]
-fn stretch_rate_sweep(bencher: Bencher, counts: [u32; 3]) {
+/// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a look at the velocities of a
+/// chunk is enough.
+#[divan::bench(args = SIZES, consts = [false, true])]
+fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
     let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
-    let Some(bench) = Bench::new(&case) else { return };
-    let (block, X, v) = (&bench.block, &bench.mesh.nodes, &bench.u);
+    let Some(mut bench) = Bench::new(&case) else { return };
+    bench.sweep();
+    let limit = if SLOW { f64::MAX } else { 0.0 };
+    let Bench { forces, blocks, u, mesh, .. } = &mut bench;
     bencher
-        .counter(ItemsCount::new(bench.mesh.hexes.len()))
-        .bench_local(|| largest_stretch_rate(block, 0..block.batch_count(), black_box(X), black_box(v)));
+        .counter(ItemsCount::new(mesh.hexes.len()))
+        .bench_local(|| forces.largest_stretch_rate(&Threads::ONE, blocks, black_box(u), 1e-9, limit));
 }
 
-/// The sum of the element forces at each node.
+/// The sum of the chunks' forces at each node.
 #[divan::bench(args = SIZES)]
 fn assembly(bencher: Bencher, counts: [u32; 3]) {
     let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.sweep();
-    let corners: Vec<(u32, u32)> = bench
-        .mesh
-        .hexes
-        .as_flattened()
-        .iter()
-        .enumerate()
-        .map(|(corner, node)| (corner as u32, *node))
-        .collect();
-    let assembly = Assembly::new(bench.mesh.nodes.len(), &corners);
+    let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);
     let mut sums = vec![Vec3::zeros(); bench.mesh.nodes.len()];
     bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| {
         for (node, sum) in sums.iter_mut().enumerate() {
-            *sum = assembly.sum_at(node, black_box(&bench.force));
+            *sum = black_box(&bench.forces).at_node(&assembly, node);
         }
     });
 }

@@ -1,0 +1,93 @@
+//! Whole runs of a block that hits a wall, from 2 000 to 1 000 000 elements: time of an element-step and memory of an
+//! element against size, the saving by quiet elements, and the gain of threads.
+//!
+//! `cargo bench --bench scaling`, or with the largest size left out `cargo bench --bench scaling -- 100000`. Each line is
+//! the best of a few runs; times are of the wall clock, so that threads show, and other programs on the machine lengthen
+//! them. A run steps a block of Mooney–Rivlin rubber into a frictionless wall at 20 m/s, without recording.
+
+use contuse::plan::compile;
+use contuse::scene::document::Keep;
+use contuse::scene::{Budget, FolderSource, Scene, load};
+use contuse::step::{Ending, RunOptions, run};
+use serde_json::json;
+use std::time::Instant;
+
+/// Elements along each axis, the first into the wall, and how many steps and runs are taken.
+const CASES: [([u32; 3], u32, u32); 3] = [([20, 10, 10], 100, 20), ([50, 50, 40], 60, 3), ([100, 100, 100], 20, 1)];
+/// Edge of an element [m].
+const EDGE: f64 = 1e-3;
+/// About the stable step of the scene [s].
+const STEP: f64 = 3.0e-6;
+
+fn main() {
+    let most = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(usize::MAX);
+    println!("elements | threads | quiet skipped | steps | swept | s | ns/element-step swept | ns/element-step | plan+state B/element");
+    for (counts, steps, runs) in CASES {
+        if counts.iter().product::<u32>() as usize > most {
+            break;
+        }
+        for (threads, keep) in [(1, true), (2, true), (1, false), (2, false)] {
+            if let Err(error) = measure(counts, steps, runs, threads, keep) {
+                eprintln!("{error}");
+            }
+        }
+    }
+    if let Some(peak) = peak_memory_kib() {
+        println!("peak memory of the process: {peak} KiB");
+    }
+}
+
+fn scene(counts: [u32; 3], steps: u32, keep: bool) -> Result<Scene, String> {
+    let size = counts.map(|n| EDGE * f64::from(n));
+    let keep = if keep { vec![Keep::QuietElements] } else { Vec::new() };
+    let document = json!({
+        "name": "block on wall", "end_time_s": STEP * f64::from(steps),
+        "bodies": [{
+            "name": "block", "velocity_m_per_s": [-20, 0, 0],
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": size, "elements": counts}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                       "material": {"law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 1e8}}]
+        }],
+        "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [1, 0, 0]}],
+        "record": {"fields": [], "field_times_s": []}, "solver": {"keep": keep},
+        "integrator": {"kind": "explicit", "max_step_s": STEP}
+    });
+    let document = document.to_string();
+    let loaded = load(document.as_bytes(), &FolderSource::new("."), &Budget::COMMAND_LINE);
+    Ok(loaded.map_err(|problems| problems.to_string())?.scene)
+}
+
+fn measure(counts: [u32; 3], steps: u32, runs: u32, threads: usize, keep: bool) -> Result<(), String> {
+    let scene = scene(counts, steps, keep)?;
+    let plan = compile(&scene).map_err(|e| e.to_string())?;
+    let mut best = f64::INFINITY;
+    let mut last = None;
+    for _ in 0..runs {
+        let clock = Instant::now();
+        let (outcome, _) = run(&plan, &RunOptions { threads, interrupt: &|| None }, &mut []);
+        best = best.min(clock.elapsed().as_secs_f64());
+        if outcome.ending != Ending::Finished {
+            return Err(format!("{:?}", outcome.ending));
+        }
+        last = Some(outcome);
+    }
+    let Some(outcome) = last else { return Ok(()) };
+    let swept = outcome.swept_element_steps as f64;
+    println!(
+        "{} | {threads} | {} | {} | {:.1} % | {best:.3} | {:.1} | {:.1} | {:.0}",
+        plan.element_count(),
+        if keep { "no" } else { "yes" },
+        outcome.steps,
+        100.0 * swept / outcome.element_steps as f64,
+        1e9 * best / swept,
+        1e9 * best / outcome.element_steps as f64,
+        plan.report.memory.bytes_per_element,
+    );
+    Ok(())
+}
+
+/// High-water mark of the resident memory, where the system tells.
+fn peak_memory_kib() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()
+}
