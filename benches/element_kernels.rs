@@ -5,8 +5,7 @@
 
 use contuse::mechanics::element::ReferenceGeometry;
 use contuse::mechanics::force::{
-    Assembly, BatchTotals, BlockInput, BlockParameters, ElementBlock, SweepInput, SweepOutput,
-    largest_stretch_rate,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
 use contuse::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -38,7 +37,7 @@ enum Law {
 #[derive(Clone, Copy)]
 struct Case {
     law: Law,
-    mean_dilatation: bool,
+    formulation: Formulation,
     counts: [u32; 3],
 }
 
@@ -50,7 +49,11 @@ impl fmt::Display for Case {
             Law::CoupledNeoHookean => "coupled neo-Hookean",
             Law::HolzapfelGasserOgden => "HGO, two families",
         };
-        let formulation = if self.mean_dilatation { "mean dilatation" } else { "full" };
+        let formulation = match self.formulation {
+            Formulation::MeanDilatation => "mean dilatation",
+            Formulation::Full => "full",
+            Formulation::Reduced => "reduced",
+        };
         write!(f, "{law}, {formulation}, {}", self.counts.iter().product::<u32>())
     }
 }
@@ -58,15 +61,19 @@ impl fmt::Display for Case {
 /// Every law in the formulations that it knows, in both sizes.
 fn cases() -> impl Iterator<Item = Case> {
     let kinds = [
-        (Law::MooneyRivlin, true),
-        (Law::MooneyRivlin, false),
-        (Law::NeoHookean, true),
-        (Law::NeoHookean, false),
-        (Law::CoupledNeoHookean, false),
-        (Law::HolzapfelGasserOgden, true),
-        (Law::HolzapfelGasserOgden, false),
+        (Law::MooneyRivlin, Formulation::MeanDilatation),
+        (Law::MooneyRivlin, Formulation::Full),
+        (Law::MooneyRivlin, Formulation::Reduced),
+        (Law::NeoHookean, Formulation::MeanDilatation),
+        (Law::NeoHookean, Formulation::Full),
+        (Law::NeoHookean, Formulation::Reduced),
+        (Law::CoupledNeoHookean, Formulation::Full),
+        (Law::CoupledNeoHookean, Formulation::Reduced),
+        (Law::HolzapfelGasserOgden, Formulation::MeanDilatation),
+        (Law::HolzapfelGasserOgden, Formulation::Full),
+        (Law::HolzapfelGasserOgden, Formulation::Reduced),
     ];
-    let of_size = move |counts| kinds.map(|(law, mean_dilatation)| Case { law, mean_dilatation, counts });
+    let of_size = move |counts| kinds.map(|(law, formulation)| Case { law, formulation, counts });
     SIZES.into_iter().flat_map(of_size)
 }
 
@@ -92,13 +99,10 @@ fn material(law: Law) -> Option<Material> {
 /// A block of elements in a deformed state, with the buffers of a sweep.
 struct Bench {
     mesh: Mesh,
-    block: ElementBlock,
+    blocks: [ElementBlock; 1],
     u: Vec<Vec3>,
     before: Vec<f64>,
-    force: Vec<Vec3>,
-    dilatation: Vec<f64>,
-    viscous_pressure: Vec<f64>,
-    totals: Vec<BatchTotals>,
+    forces: ElementForces,
 }
 
 impl Bench {
@@ -108,7 +112,7 @@ impl Bench {
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
         let parameters = BlockParameters {
             material: material(case.law)?,
-            mean_dilatation: case.mean_dilatation,
+            formulation: case.formulation,
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
@@ -116,23 +120,15 @@ impl Bench {
         let input = |e: usize| BlockInput {
             element: e as u32,
             nodes: mesh.hexes[e],
+            corners: mesh.corners(e),
             axes: Mat3::identity(),
             geometry: ReferenceGeometry::new(&mesh.corners(e)),
         };
         let inputs: Vec<BlockInput> = (0..mesh.hexes.len()).map(input).collect();
-        let block = ElementBlock::new(0, parameters, 0, &inputs);
-        let slots = block.slot_count();
+        let blocks = [ElementBlock::new(0, parameters, 0, &inputs)];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
-        Some(Self {
-            u,
-            before: vec![0.02; slots],
-            force: vec![Vec3::zeros(); 8 * slots],
-            dilatation: vec![0.0; slots],
-            viscous_pressure: vec![0.0; slots],
-            totals: vec![BatchTotals::default(); block.batch_count()],
-            block,
-            mesh,
-        })
+        let (before, forces) = (vec![0.02; blocks[0].slot_count()], ElementForces::new(&blocks));
+        Some(Self { mesh, blocks, u, before, forces })
     }
 
     fn sweep(&mut self) {
@@ -142,13 +138,7 @@ impl Bench {
             dilatation: &self.before,
             viscous_pressure: &self.before,
         };
-        let output = SweepOutput {
-            force: &mut self.force,
-            dilatation: &mut self.dilatation,
-            viscous_pressure: &mut self.viscous_pressure,
-            totals: &mut self.totals,
-        };
-        self.block.sweep(0, black_box(&input), output);
+        self.forces.sweep(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }
 
@@ -159,36 +149,29 @@ fn force_sweep(bencher: Bencher, case: Case) {
     bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| bench.sweep());
 }
 
-/// The limit of the step by stretch rates.
+/// The limit of the step by stretch rates; no step is short enough to be certain.
 #[divan::bench(args = SIZES)]
 fn stretch_rate_sweep(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
-    let Some(bench) = Bench::new(&case) else { return };
-    let (block, X, v) = (&bench.block, &bench.mesh.nodes, &bench.u);
-    bencher
-        .counter(ItemsCount::new(bench.mesh.hexes.len()))
-        .bench_local(|| largest_stretch_rate(block, 0..block.batch_count(), black_box(X), black_box(v)));
-}
-
-/// The sum of the element forces at each node.
-#[divan::bench(args = SIZES)]
-fn assembly(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
+    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.sweep();
-    let corners: Vec<(u32, u32)> = bench
-        .mesh
-        .hexes
-        .as_flattened()
-        .iter()
-        .enumerate()
-        .map(|(corner, node)| (corner as u32, *node))
-        .collect();
-    let assembly = Assembly::new(bench.mesh.nodes.len(), &corners);
+    let Bench { mesh, blocks, u, forces, .. } = &mut bench;
+    bencher
+        .counter(ItemsCount::new(mesh.hexes.len()))
+        .bench_local(|| forces.largest_stretch_rate(&Threads::ONE, blocks, black_box(u), 1.0, 0.0));
+}
+
+/// The sum of the forces of the chunks at each node.
+#[divan::bench(args = SIZES)]
+fn assembly(bencher: Bencher, counts: [u32; 3]) {
+    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
+    let Some(mut bench) = Bench::new(&case) else { return };
+    bench.sweep();
+    let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);
     let mut sums = vec![Vec3::zeros(); bench.mesh.nodes.len()];
     bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| {
         for (node, sum) in sums.iter_mut().enumerate() {
-            *sum = assembly.sum_at(node, black_box(&bench.force));
+            *sum = black_box(&bench.forces).at_node(&assembly, node);
         }
     });
 }
