@@ -5,7 +5,7 @@
 
 use contuse::mechanics::element::ReferenceGeometry;
 use contuse::mechanics::force::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, SweepInput, Threads,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
 use contuse::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -37,7 +37,7 @@ enum Law {
 #[derive(Clone, Copy)]
 struct Case {
     law: Law,
-    mean_dilatation: bool,
+    formulation: Formulation,
     counts: [u32; 3],
 }
 
@@ -49,7 +49,11 @@ impl fmt::Display for Case {
             Law::CoupledNeoHookean => "coupled neo-Hookean",
             Law::HolzapfelGasserOgden => "HGO, two families",
         };
-        let formulation = if self.mean_dilatation { "mean dilatation" } else { "full" };
+        let formulation = match self.formulation {
+            Formulation::MeanDilatation => "mean dilatation",
+            Formulation::Full => "full",
+            Formulation::Reduced => "reduced",
+        };
         write!(f, "{law}, {formulation}, {}", self.counts.iter().product::<u32>())
     }
 }
@@ -57,15 +61,19 @@ impl fmt::Display for Case {
 /// Every law in the formulations that it knows, in both sizes.
 fn cases() -> impl Iterator<Item = Case> {
     let kinds = [
-        (Law::MooneyRivlin, true),
-        (Law::MooneyRivlin, false),
-        (Law::NeoHookean, true),
-        (Law::NeoHookean, false),
-        (Law::CoupledNeoHookean, false),
-        (Law::HolzapfelGasserOgden, true),
-        (Law::HolzapfelGasserOgden, false),
+        (Law::MooneyRivlin, Formulation::MeanDilatation),
+        (Law::MooneyRivlin, Formulation::Full),
+        (Law::MooneyRivlin, Formulation::Reduced),
+        (Law::NeoHookean, Formulation::MeanDilatation),
+        (Law::NeoHookean, Formulation::Full),
+        (Law::NeoHookean, Formulation::Reduced),
+        (Law::CoupledNeoHookean, Formulation::Full),
+        (Law::CoupledNeoHookean, Formulation::Reduced),
+        (Law::HolzapfelGasserOgden, Formulation::MeanDilatation),
+        (Law::HolzapfelGasserOgden, Formulation::Full),
+        (Law::HolzapfelGasserOgden, Formulation::Reduced),
     ];
-    let of_size = move |counts| kinds.map(|(law, mean_dilatation)| Case { law, mean_dilatation, counts });
+    let of_size = move |counts| kinds.map(|(law, formulation)| Case { law, formulation, counts });
     SIZES.into_iter().flat_map(of_size)
 }
 
@@ -104,7 +112,7 @@ impl Bench {
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
         let parameters = BlockParameters {
             material: material(case.law)?,
-            mean_dilatation: case.mean_dilatation,
+            formulation: case.formulation,
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
@@ -145,7 +153,7 @@ fn force_sweep(bencher: Bencher, case: Case) {
 /// chunk is enough.
 #[divan::bench(args = SIZES, consts = [false, true])]
 fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
+    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.sweep();
     let limit = if SLOW { f64::MAX } else { 0.0 };
@@ -158,7 +166,7 @@ fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
 /// The sum of the chunks' forces at each node.
 #[divan::bench(args = SIZES)]
 fn assembly(bencher: Bencher, counts: [u32; 3]) {
-    let case = Case { law: Law::MooneyRivlin, mean_dilatation: true, counts };
+    let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
     bench.sweep();
     let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);

@@ -124,6 +124,7 @@ mod tests {
         assert_eq!(measure.now, Absorbed::default());
         let middle = BodyEnergy {
             strain_j: 4.0,
+            hourglass_j: 0.5,
             kinetic_j: 1.0,
             viscous_j: 0.5,
             contact_work_j: 4.2,

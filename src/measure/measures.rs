@@ -5,6 +5,7 @@ use super::artificial_end::ArtificialEnds;
 use super::contact_patch::PatchGeometry;
 use super::deflection::Deflection;
 use super::fields::Fields;
+use super::hourglass_energy::HourglassEnergy;
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::stress_depth::StressDepth;
 use super::summary::Summary;
@@ -37,6 +38,8 @@ pub struct Measures {
     pub absorbed: Option<AbsorbedEnergy>,
     /// The tissue's stresses; `None` without tissue.
     pub stress: Option<StressDepth>,
+    /// The stabilisation's share in the strain energy.
+    pub hourglass: HourglassEnergy,
     /// The skin's deflection.
     pub deflection: Deflection,
     /// Fields at the latest field time; `None` when the plan asks for none.
@@ -138,6 +141,7 @@ impl Recorder for Measures {
         if let Some(absorbed) = &mut self.absorbed {
             absorbed.accumulate(time, frame.energy);
         }
+        self.hourglass.accumulate(frame.energy);
         self.deflection.accumulate(frame);
         self.energy.copy_from(frame.energy);
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);

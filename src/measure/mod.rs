@@ -11,6 +11,7 @@ pub mod contact_patch;
 pub mod deflection;
 mod face_shape;
 pub mod fields;
+pub mod hourglass_energy;
 pub mod impact_force;
 mod measures;
 pub mod stress_depth;

@@ -7,7 +7,8 @@ use super::stable_step::StableSteps;
 use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
-use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
+use crate::mechanics::force::{self, Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
+use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
 use crate::scene::document::{
@@ -294,16 +295,25 @@ fn add_blocks(
         if inputs.is_empty() {
             continue;
         }
-        let split = material.volumetric().is_some();
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
-            mean_dilatation: part.formulation.map_or(split, |f| f == Formulation::MeanDilatation),
+            formulation: formulation(part.formulation, material),
             density: part.density_kg_per_m3,
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
+    }
+}
+
+/// What the part asks for, or else mean dilatation for split laws and full integration for coupled ones.
+fn formulation(asked: Option<Formulation>, material: &Material) -> force::Formulation {
+    match asked {
+        Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
+        Some(Formulation::Reduced) => force::Formulation::Reduced,
+        None if material.volumetric().is_some() => force::Formulation::MeanDilatation,
+        Some(Formulation::Full) | None => force::Formulation::Full,
     }
 }
 

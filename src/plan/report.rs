@@ -5,7 +5,7 @@ use super::memory::MemoryReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Plan, cost};
 use crate::mechanics::contact::Master;
-use crate::mechanics::force::ElementBlock;
+use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::mechanics::material::Material;
 use crate::scene::Scene;
 use crate::scene::document::Keep;
@@ -143,7 +143,12 @@ fn of_block(
         elements: block.elements.len(),
         law: law.into(),
         fibre_families: p.material.family_count(),
-        formulation: if p.mean_dilatation { "mean dilatation" } else { "full integration" }.into(),
+        formulation: match p.formulation {
+            Formulation::MeanDilatation => "mean dilatation",
+            Formulation::Full => "full integration",
+            Formulation::Reduced => "one point, stabilised",
+        }
+        .into(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
     }

@@ -20,6 +20,7 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         contact_work_j: e.contact_work_j,
         external_work_j: e.external_work_j,
         projection_j: e.projection_j,
+        hourglass_j: e.hourglass_j,
     });
     let pairs = measures.pairs.iter().zip(&ledger.pairs).map(|(pair, e)| PairEnergy {
         pair: pair.name.clone(),

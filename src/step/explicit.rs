@@ -48,6 +48,7 @@ pub(super) struct Stepper<'p> {
     /// Whether quiet elements have been put to sleep.
     has_slept: bool,
     strain: Vec<f64>,
+    hourglass: Vec<f64>,
     /// Dissipated by bulk viscosity in the step to t_n, a body [J].
     viscous: Vec<f64>,
     /// Sums with both halves of the work at t_n; they become the state's when it advances.
@@ -87,6 +88,7 @@ impl<'p> Stepper<'p> {
             forces,
             has_slept: false,
             strain: vec![0.0; plan.bodies.len()],
+            hourglass: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
@@ -225,12 +227,14 @@ impl<'p> Stepper<'p> {
             reactions,
             strain: &self.strain,
             activity: &self.activity,
+            hourglass: &self.hourglass,
         }
     }
 
     /// Internal forces; returns the stable step and the element that it comes from. Fails where an element is inverted or a fibre overstretched.
     fn sweep(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
+        self.hourglass.fill(0.0);
         self.viscous.fill(0.0);
         let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
         let input = SweepInput {
@@ -247,6 +251,7 @@ impl<'p> Stepper<'p> {
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
             self.strain[block.body] += totals.strain;
+            self.hourglass[block.body] += totals.hourglass;
             self.viscous[block.body] += totals.viscous;
             let (step, slot) = totals.stable_step;
             if step < stable.0 {

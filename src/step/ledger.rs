@@ -60,8 +60,10 @@ pub struct PairLedger {
 pub struct BodyEnergy {
     /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in [J].
     pub kinetic_j: f64,
-    /// Strain, ∫ψ dV [J].
+    /// Strain, ∫ψ dV, with that of the stabilisation of one-point elements [J].
     pub strain_j: f64,
+    /// What of the strain energy is in the stabilisation [J]; 0 in formulations that need none.
+    pub hourglass_j: f64,
     /// Dissipated by bulk viscosity so far [J].
     pub viscous_j: f64,
     /// Work of the contact reactions on it so far [J].
@@ -135,6 +137,8 @@ pub(super) struct StepWork<'a> {
     pub strain: &'a [f64],
     /// Which nodes move at all, relative to their bodies' flight.
     pub activity: &'a Activity,
+    /// What of it is in the stabilisation [J].
+    pub hourglass: &'a [f64],
 }
 
 /// Which half of the work at t_n is counted.
@@ -301,6 +305,7 @@ impl Ledger {
             energy.bodies.push(BodyEnergy {
                 kinetic_j: 0.5 * kinetic,
                 strain_j: work.strain[b],
+                hourglass_j: work.hourglass[b],
                 viscous_j: self.viscous[b],
                 contact_work_j: self.contact_work[b],
                 external_work_j: self.external[b],

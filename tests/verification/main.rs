@@ -7,6 +7,7 @@
 mod ball_on_block;
 mod bar_on_wall;
 mod breathing_hollow_ball;
+mod cantilever;
 mod coulomb_cone;
 mod free_flight;
 mod incline;

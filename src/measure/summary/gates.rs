@@ -1,5 +1,6 @@
 //! Gates and warnings: whether the numbers may be shown, and what must be said with them.
 
+use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
@@ -31,6 +32,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         numerical_contact_dissipation_j: numerical,
         numerical_contact_dissipation_share: over(numerical, scale),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
+        hourglass_energy_share: measures.hourglass.largest_share(),
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
 }
@@ -92,6 +94,17 @@ pub(super) fn own_warnings(
             100.0 * share,
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
+    }
+    for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {
+        if share > HOURGLASS_WARNING {
+            warnings.push(format!(
+                "The stabilisation of {} held {:.1} % of its strain energy (above {:.0} %): its mesh does not resolve the \
+                 deformation. Refine it, or choose the formulation mean_dilatation.",
+                body.name,
+                100.0 * share,
+                100.0 * HOURGLASS_WARNING
+            ));
+        }
     }
     if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
         && has_ended

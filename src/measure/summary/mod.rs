@@ -144,6 +144,9 @@ pub struct Numerics {
     pub numerical_contact_dissipation_share: f64,
     /// Dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,
+    /// Peak energy of the stabilisation of one-point elements over peak strain energy, of the body where it is largest [-]:
+    /// what the mesh does not resolve.
+    pub hourglass_energy_share: f64,
     /// Largest difference of the absorbed energy's two computations over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
 }

@@ -41,6 +41,9 @@ pub fn render_table(summary: &Summary) -> String {
     );
     table.row("numerical contact dissipation", &numerical, "");
     table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
+    if n.hourglass_energy_share > 0.0 {
+        table.row("stabilisation's share of strain energy", &percent(n.hourglass_energy_share), "");
+    }
     for gate in &summary.gates {
         let verdict = format!("{:?}", gate.result).to_lowercase();
         table.row(

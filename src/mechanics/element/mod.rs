@@ -1,8 +1,13 @@
-//! Elements: shape functions, quadrature and reference geometry.
+//! Elements: shape functions, quadrature, reference geometry, stabilisation.
 
 mod hex8;
+mod hex8_modes;
+mod hourglass;
 mod largest_eigenvalue;
 
 pub use hex8::{
     DERIVATIVE, HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry, shape_at,
 };
+pub use hex8_modes::{ModalGeometry, Modes, V3};
+pub use hourglass::{Hourglass, HourglassResponse};
+pub(in crate::mechanics) use largest_eigenvalue::largest_eigenvalue;

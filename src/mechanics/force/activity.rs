@@ -42,9 +42,7 @@ impl Activity {
     pub fn stepped(&self, nodes: Range<u32>) -> impl Iterator<Item = usize> {
         let (first, end) = (nodes.start as usize, nodes.end as usize);
         let blocks = (first / Self::NODES..end.div_ceil(Self::NODES)).filter(|block| self.active[*block]);
-        blocks.flat_map(move |block| {
-            (block * Self::NODES).max(first)..((block + 1) * Self::NODES).min(end)
-        })
+        blocks.flat_map(move |block| (block * Self::NODES).max(first)..((block + 1) * Self::NODES).min(end))
     }
 
     /// Puts to sleep what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all

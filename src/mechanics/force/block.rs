@@ -1,19 +1,31 @@
 //! A block of elements: one body, one law, one formulation.
 
 use super::chunk::{Chunk, ChunkForces, cut_chunks};
+use super::reduced::ReducedBatch;
 use super::sweep::{self, SweepInput};
 use crate::mechanics::element::{POINTS, ReferenceGeometry};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Law, density and viscosity of a block.
+/// How the energy of an element is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formulation {
+    /// 2×2×2 points for everything.
+    Full,
+    /// 2×2×2 points, and one mean dilatation for the volumetric energy of a split law; coupled laws are integrated fully.
+    MeanDilatation,
+    /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
+    Reduced,
+}
+
+/// Law, formulation, density and viscosity of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockParameters {
     /// The constitutive law.
     pub material: Material,
-    /// Whether the volumetric energy sees the element's mean dilatation (else each point's own J).
-    pub mean_dilatation: bool,
+    /// How it is integrated.
+    pub formulation: Formulation,
     /// Density at rest ρ [kg/m³].
     pub density: f64,
     /// Linear bulk viscosity b1 [-].
@@ -86,6 +98,8 @@ pub struct ElementBlock {
     /// First slot of the block in arrays over all slots, at the beginning of a chunk.
     pub first_slot: usize,
     pub(super) batches: Vec<Batch>,
+    /// Further constants of the batches of one-point elements, empty in other formulations.
+    pub(super) reduced: Vec<ReducedBatch>,
     /// Fibre directions in reference axes: `[batch × families][axis][lane]`.
     pub(super) fibres: Vec<[Row; 3]>,
     pub(super) chunks: Vec<Chunk>,
@@ -103,6 +117,12 @@ impl ElementBlock {
             elements: inputs.iter().map(|i| i.element).collect(),
             first_slot,
             batches: inputs.chunks(BATCH).map(|lanes| pack(lanes, parameters.density)).collect(),
+            reduced: match parameters.formulation {
+                Formulation::Full | Formulation::MeanDilatation => Vec::new(),
+                Formulation::Reduced => {
+                    inputs.chunks(BATCH).map(|lanes| ReducedBatch::new(lanes, &parameters)).collect()
+                }
+            },
             fibres: Vec::new(),
             chunks: Vec::new(),
             chunk_nodes: Vec::new(),
@@ -161,6 +181,7 @@ impl ElementBlock {
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
         self.batches.len() * size_of::<Batch>()
+            + self.reduced.len() * size_of::<ReducedBatch>()
             + self.fibres.len() * size_of::<[Row; 3]>()
             + 4 * (self.elements.len() + self.chunk_nodes.len())
             + self.chunks.len() * size_of::<Chunk>()

@@ -56,16 +56,21 @@ impl ElementForces {
 
     /// Copies J̄ − 1 [-] and viscous pressure [Pa] of the last sweep to the arrays over all slots.
     pub fn copy_history(&self, threads: &Threads, dilatation: &mut [f64], viscous_pressure: &mut [f64]) {
-        threads.for_each_run(Chunk::SLOTS, (dilatation, viscous_pressure), |c, dilatation, viscous_pressure| {
-            let chunk = &self.chunks[c];
-            if chunk.awake != 0 {
-                let rows = dilatation.chunks_exact_mut(BATCH).zip(viscous_pressure.chunks_exact_mut(BATCH));
-                for ([mean, viscous], (dilatation, viscous_pressure)) in chunk.after.iter().zip(rows) {
-                    dilatation.copy_from_slice(&mean.0);
-                    viscous_pressure.copy_from_slice(&viscous.0);
+        threads.for_each_run(
+            Chunk::SLOTS,
+            (dilatation, viscous_pressure),
+            |c, dilatation, viscous_pressure| {
+                let chunk = &self.chunks[c];
+                if chunk.awake != 0 {
+                    let rows =
+                        dilatation.chunks_exact_mut(BATCH).zip(viscous_pressure.chunks_exact_mut(BATCH));
+                    for ([mean, viscous], (dilatation, viscous_pressure)) in chunk.after.iter().zip(rows) {
+                        dilatation.copy_from_slice(&mean.0);
+                        viscous_pressure.copy_from_slice(&viscous.0);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Number of elements that a sweep covers.

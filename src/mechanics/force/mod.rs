@@ -12,14 +12,16 @@ mod block;
 mod chunk;
 mod forces;
 mod points;
+mod pressure;
 mod rate;
+mod reduced;
 mod sweep;
 mod threads;
 mod totals;
 
 pub use activity::Activity;
 pub use assembly::Assembly;
-pub use block::{BlockInput, BlockParameters, ElementBlock};
+pub use block::{BlockInput, BlockParameters, ElementBlock, Formulation};
 pub use forces::ElementForces;
 pub use points::{PointBatch, PointField, PointScalar};
 pub use sweep::SweepInput;

@@ -1,7 +1,8 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock};
+use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
+use super::reduced::ReducedBatch;
 use super::sweep::load_corners;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -17,6 +18,9 @@ pub type PointScalar = [Row; POINTS];
 
 /// The quadrature points of one batch of elements, `[point][lane]`; lanes beyond the elements of the block are padding
 /// without volume.
+///
+/// What a one-point element has at its point stands at all eight, each with its share of the volume; the energy of the
+/// stabilisation is not in ψ.
 #[derive(Clone, Debug)]
 pub struct PointBatch {
     /// Reference volume [m³].
@@ -120,8 +124,9 @@ impl ElementBlock {
         with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
             element: PointLaw {
                 law,
-                mean_dilatation: self.parameters.mean_dilatation,
+                formulation: self.parameters.formulation,
                 batch: &self.batches[b],
+                reduced: self.reduced.get(b),
                 fibres: &self.fibres[b * families..(b + 1) * families],
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
@@ -145,8 +150,10 @@ impl PointBatch {
 /// One batch, one law.
 struct PointLaw<'a, L> {
     law: L,
-    mean_dilatation: bool,
+    formulation: Formulation,
     batch: &'a Batch,
+    /// Of one-point elements.
+    reduced: Option<&'a ReducedBatch>,
     fibres: &'a [[Row; 3]],
 }
 
@@ -207,6 +214,9 @@ impl<L: Law> PointLaw<'_, L> {
                 .store(&mut points.volume[q], part);
         }
         let mean = change * load!(&self.batch.scaled_inverse_volume);
+        if let Some(reduced) = self.reduced {
+            kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); POINTS];
+        }
         let mut fibres = [[zero; 3]; MAX_FAMILIES];
         for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
             *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
@@ -214,7 +224,7 @@ impl<L: Law> PointLaw<'_, L> {
         for q in 0..POINTS {
             let k = &kinematics[q];
             let response = self.law.eval(k, &fibres[..self.fibres.len()]);
-            let j = if self.mean_dilatation { mean } else { k.j };
+            let j = if self.formulation == Formulation::MeanDilatation { mean } else { k.j };
             let (energy, pressure) = match self.law.volumetric() {
                 Some(U) => (U.energy(j), U.pressure(j)),
                 None => (zero, zero),

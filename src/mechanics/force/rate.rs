@@ -138,7 +138,7 @@ fn rate_of_batch<S: Simd>(
 mod tests {
     use super::*;
     use crate::mechanics::element::ReferenceGeometry;
-    use crate::mechanics::force::{BlockInput, BlockParameters, SweepInput};
+    use crate::mechanics::force::{BlockInput, BlockParameters, Formulation, SweepInput};
     use crate::mechanics::material::{CoupledNeoHookean, Material};
     use crate::mechanics::tensor::Mat3;
 
@@ -160,7 +160,7 @@ mod tests {
             .collect();
         let parameters = BlockParameters {
             material: Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1.0, lambda: 1.0 }),
-            mean_dilatation: false,
+            formulation: Formulation::Full,
             density: 1.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,

@@ -1,13 +1,13 @@
 //! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
 
-use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock};
+use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::ChunkForces;
+use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
+use super::reduced::OnePoint;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{
-    Invariants, Kinematics, Law, MAX_FAMILIES, Material, Volumetric, volume_change,
-};
+use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Material, volume_change};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -32,78 +32,118 @@ pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
 
 /// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
 pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
+    let formulation = parameters.formulation;
     match parameters.material {
-        Material::CoupledNeoHookean(law) => new_kernel::<_, false>(law),
-        Material::MooneyRivlin(law) => kernel_of_split(law, parameters),
-        Material::NeoHookean(law) => kernel_of_split(law, parameters),
-        Material::HolzapfelGasserOgden(law) => kernel_of_split(law, parameters),
+        Material::CoupledNeoHookean(law) => kernel_of_coupled(law, formulation),
+        Material::MooneyRivlin(law) => kernel_of_split(law, formulation),
+        Material::NeoHookean(law) => kernel_of_split(law, formulation),
+        Material::HolzapfelGasserOgden(law) => kernel_of_split(law, formulation),
     }
 }
 
-fn kernel_of_split<L: Law + std::fmt::Debug>(law: L, parameters: &BlockParameters) -> Box<dyn Kernel> {
-    if parameters.mean_dilatation { new_kernel::<_, true>(law) } else { new_kernel::<_, false>(law) }
+fn kernel_of_split<L: Law + std::fmt::Debug>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
+    match formulation {
+        Formulation::MeanDilatation => new_kernel(law, GaussPoints::<true>),
+        Formulation::Full | Formulation::Reduced => kernel_of_coupled(law, formulation),
+    }
 }
 
-fn new_kernel<L: Law + std::fmt::Debug, const MEAN: bool>(law: L) -> Box<dyn Kernel> {
-    Box::new(LawKernel::<_, MEAN> { law, arch: pulp::Arch::new() })
+fn kernel_of_coupled<L: Law + std::fmt::Debug>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
+    match formulation {
+        Formulation::Full | Formulation::MeanDilatation => new_kernel(law, GaussPoints::<false>),
+        Formulation::Reduced => new_kernel(law, OnePoint),
+    }
 }
 
-/// `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
+fn new_kernel<L: Law + std::fmt::Debug, E: ElementKernel>(law: L, element: E) -> Box<dyn Kernel> {
+    Box::new(LawKernel { law, arch: pulp::Arch::new(), element })
+}
+
+/// What a formulation does to the elements of a batch that fit into a register.
+pub(super) trait ElementKernel: Copy + std::fmt::Debug + Send + Sync + 'static {
+    /// Its constants of a batch.
+    type Batch;
+    /// Those of a block.
+    fn batches(self, block: &ElementBlock) -> &[Self::Batch];
+    /// Forces and totals of the elements in the `part`-th register.
+    fn sweep<S: Simd, L: Law>(
+        self,
+        element: &ElementSweep<L, Self::Batch>,
+        simd: S,
+        part: usize,
+        lanes: &mut BatchLanes,
+        totals: &mut BatchTotals,
+    );
+}
+
+/// The state of a batch, lane by lane.
+pub(super) struct BatchLanes {
+    /// Displacements on entry [m], forces on return [N]: `[component][corner]`.
+    pub nodal: [[Row; 8]; 3],
+    /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}.
+    pub before: [Row; 2],
+    /// The same at t_n.
+    pub after: [Row; 2],
+}
+
 #[derive(Debug)]
-struct LawKernel<L, const MEAN: bool> {
+struct LawKernel<L, E> {
     law: L,
     arch: pulp::Arch,
+    element: E,
 }
 
-impl<L: Law + std::fmt::Debug, const MEAN: bool> Kernel for LawKernel<L, MEAN> {
+impl<L: Law + std::fmt::Debug, E: ElementKernel> Kernel for LawKernel<L, E> {
     fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces) {
-        self.arch.dispatch(Sweep::<L, MEAN> { law: self.law, block, input, forces });
+        let (law, element) = (self.law, self.element);
+        self.arch.dispatch(Sweep { law, element, block, input, forces });
     }
 }
 
-struct Sweep<'a, L, const MEAN: bool> {
+struct Sweep<'a, L, E> {
     law: L,
+    element: E,
     block: &'a ElementBlock,
     input: &'a SweepInput<'a>,
     forces: &'a mut ChunkForces,
 }
 
-impl<L: Law, const MEAN: bool> WithSimd for Sweep<'_, L, MEAN> {
+impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { law, block, input, forces } = self;
+        let Self { law, element: kernel, block, input, forces } = self;
         let families = law.family_count();
         let first_batch = block.chunks[forces.chunk as usize].batches.start as usize;
         for (u, node) in forces.u.iter_mut().zip(block.nodes_of_chunk(forces.chunk as usize)) {
             *u = input.u[*node as usize];
         }
         forces.force.fill(Vec3::zeros());
-        let mut buffer = [[Row([0.0; BATCH]); 8]; 3];
+        let zero = Row([0.0; BATCH]);
+        let mut lanes = BatchLanes { nodal: [[zero; 8]; 3], before: [zero; 2], after: [zero; 2] };
         for i in 0..forces.batches.len() {
             if forces.awake & (1 << i) == 0 {
                 continue;
             }
             let b = first_batch + i;
-            let batch = &block.batches[b];
-            let element = ElementSweep::<L> {
+            let nodes = &block.batches[b].nodes;
+            let element = ElementSweep {
                 law,
-                batch,
+                batch: &kernel.batches(block)[b],
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
             };
             let slots = block.first_slot + b * BATCH..block.first_slot + (b + 1) * BATCH;
-            let mut before = [Row([0.0; BATCH]); 2];
-            before[0].0.copy_from_slice(&input.dilatation[slots.clone()]);
-            before[1].0.copy_from_slice(&input.viscous_pressure[slots]);
-            gather(&batch.nodes, &forces.u, &mut buffer);
-            let (after, totals) = (&mut forces.after[i], &mut forces.batches[i]);
+            lanes.before[0].0.copy_from_slice(&input.dilatation[slots.clone()]);
+            lanes.before[1].0.copy_from_slice(&input.viscous_pressure[slots]);
+            gather(nodes, &forces.u, &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
-                element.sweep::<S, MEAN>(simd, part, &mut buffer, &before, after, totals);
+                kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
-            add(&buffer, &batch.nodes, &mut forces.force);
+            forces.after[i] = lanes.after;
+            add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
     }
@@ -136,33 +176,45 @@ fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec3]) {
 }
 
 /// One batch, one law.
-struct ElementSweep<'a, L> {
-    law: L,
-    batch: &'a Batch,
-    parameters: &'a BlockParameters,
-    fibres: &'a [[Row; 3]],
-    inverse_step: f64,
+pub(super) struct ElementSweep<'a, L, B> {
+    pub law: L,
+    pub batch: &'a B,
+    pub parameters: &'a BlockParameters,
+    pub fibres: &'a [[Row; 3]],
+    pub inverse_step: f64,
 }
 
-/// The volumetric part of an element at one state.
-#[derive(Clone, Copy)]
-struct Pressure<R> {
-    /// p = U′ − q [Pa], positive in tension.
-    p: R,
-    /// U″ [Pa], not negative.
-    stiffness: R,
+/// 2×2×2 points. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
+#[derive(Clone, Copy, Debug)]
+struct GaussPoints<const MEAN: bool>;
+
+impl<const MEAN: bool> ElementKernel for GaussPoints<MEAN> {
+    type Batch = Batch;
+
+    fn batches(self, block: &ElementBlock) -> &[Batch] {
+        &block.batches
+    }
+
+    #[inline(always)]
+    fn sweep<S: Simd, L: Law>(
+        self,
+        element: &ElementSweep<L, Batch>,
+        simd: S,
+        part: usize,
+        lanes: &mut BatchLanes,
+        totals: &mut BatchTotals,
+    ) {
+        element.sweep::<S, MEAN>(simd, part, lanes, totals);
+    }
 }
 
-impl<L: Law> ElementSweep<'_, L> {
-    /// `buffer` holds displacements on entry and forces on return; `before` and `after` are (J̄ − 1, viscous pressure).
+impl<L: Law> ElementSweep<'_, L, Batch> {
     #[inline(always)]
     fn sweep<S: Simd, const MEAN: bool>(
         &self,
         simd: S,
         part: usize,
-        buffer: &mut [[Row; 8]; 3],
-        before: &[Row; 2],
-        after: &mut [Row; 2],
+        lanes: &mut BatchLanes,
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -174,7 +226,7 @@ impl<L: Law> ElementSweep<'_, L> {
         let zero = Lane::splat(simd, 0.0);
         let no_tensor = Tensor::diagonal(zero);
         let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, buffer, part)));
+        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, &lanes.nodal, part)));
 
         // First pass: reference geometry, displacement gradients and the element's volume. Weights w are over CORNER_SCALE.
         let (mut cof_X, mut H) = (Aligned([no_tensor; POINTS]), Aligned([no_tensor; POINTS]));
@@ -199,7 +251,13 @@ impl<L: Law> ElementSweep<'_, L> {
         }
         let volume = load!(&self.batch.volume);
         let mean = change * load!(&self.batch.scaled_inverse_volume);
-        let viscous = self.viscous_pressure(load!(&self.batch.length), mean, load!(&before[0]));
+        let viscous = viscous_pressure(
+            self.parameters,
+            self.inverse_step,
+            load!(&self.batch.length),
+            mean,
+            load!(&lanes.before[0]),
+        );
 
         // Second pass: stresses.
         let U = self.law.volumetric();
@@ -232,10 +290,7 @@ impl<L: Law> ElementSweep<'_, L> {
 
             // |cof F|² = I2
             let invariants = Invariants::new(&k);
-            let bound = self.law.eval_stiffness_bound(&k, &invariants, fibres);
-            let bound = pressure.stiffness.mul_add(invariants.I2, bound);
-            let bound = (pressure.p.abs() * 2.0).mul_add(invariants.max_C.sqrt(), bound);
-            tangent = tangent.max(bound);
+            tangent = tangent.max(tangent_bound(&self.law, &k, &invariants, fibres, &pressure));
             cofactor = cofactor.max(invariants.I2);
             exponent = exponent.max(self.law.eval_fibre_exponent(&k, fibres));
         }
@@ -245,35 +300,21 @@ impl<L: Law> ElementSweep<'_, L> {
         }
 
         let forces = Hex8::nodal_forces(&sums.0);
-        for (rows, forces) in buffer.iter_mut().zip(&forces) {
+        for (rows, forces) in lanes.nodal.iter_mut().zip(&forces) {
             for (row, force) in rows.iter_mut().zip(forces) {
                 force.store(row, part);
             }
         }
-        mean.store(&mut after[0], part);
-        viscous.0.store(&mut after[1], part);
+        mean.store(&mut lanes.after[0], part);
+        viscous.0.store(&mut lanes.after[1], part);
         strain.store(&mut totals.strain, part);
-        let dissipated = (viscous.0 + load!(&before[1])) * (load!(&before[0]) - mean) * volume * 0.5;
+        let dissipated =
+            (viscous.0 + load!(&lanes.before[1])) * (load!(&lanes.before[0]) - mean) * volume * 0.5;
         dissipated.store(&mut totals.viscous, part);
         let bound = load!(&self.batch.frequency_bound);
         stable_step(bound * tangent, bound * cofactor * viscous.1).store(&mut totals.stable_step, part);
         smallest.store(&mut totals.smallest_j, part);
         exponent.store(&mut totals.fibre_exponent, part);
-    }
-
-    /// (q, η/J̄): viscous pressure `q = ρ L |ε̇| (b1 c + b2² L |ε̇|)` in compression, zero else [Pa], and its slope against ε̇
-    /// [Pa s], with ε̇ the volumetric rate over the last step (Landshoff 1955; von Neumann & Richtmyer 1950).
-    #[inline(always)]
-    fn viscous_pressure<R: Real>(&self, length: R, mean: R, before: R) -> (R, R) {
-        let p = self.parameters;
-        let J = mean + 1.0;
-        let rate = ((before - mean) * self.inverse_step / J).max(mean.zero());
-        let density = J.constant(p.density) / J;
-        let linear = p.linear_viscosity * p.wave_speed();
-        let quadratic = p.quadratic_viscosity * p.quadratic_viscosity;
-        let scaled_rate = length * rate * quadratic;
-        let q = density * length * rate * (scaled_rate + linear);
-        (q, density * length * (scaled_rate * 2.0 + linear) / J)
     }
 }
 
@@ -287,18 +328,4 @@ pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) 
         }
     }
     lanes
-}
-
-#[inline(always)]
-fn pressure_at<R: Real>(U: Volumetric, j: R, viscous: R) -> Pressure<R> {
-    Pressure { p: U.pressure(j) - viscous, stiffness: U.stiffness(j).max(j.zero()) }
-}
-
-/// h = (2/ω)(√(1 + ζ²) − ζ) with ω² and the viscous eigenvalue λ_C = 2 ζ ω; without overflow where ω = 0 (padding).
-#[inline(always)]
-fn stable_step<R: Real>(omega_squared: R, viscous_eigenvalue: R) -> R {
-    let half = viscous_eigenvalue * 0.5;
-    let root = half.mul_add(half, omega_squared).sqrt();
-    // 2 (√(ω² + a²) − a)/ω² = 2/(√(ω² + a²) + a)
-    root.constant(2.0) / (root + half + 1e-30)
 }

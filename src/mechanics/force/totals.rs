@@ -5,8 +5,10 @@ use crate::mechanics::lanes::{BATCH, Row};
 /// Sums and extremes of one batch, lane by lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BatchTotals {
-    /// Strain energy of each element [J].
+    /// Strain energy of each element, that of its stabilisation included [J].
     pub strain: Row,
+    /// What of it is the stabilisation's [J]; 0 in formulations that need none.
+    pub hourglass: Row,
     /// Energy that bulk viscosity dissipated in the last step [J].
     pub viscous: Row,
     /// Largest stable step [s].
@@ -20,8 +22,10 @@ pub struct BatchTotals {
 /// The totals of many elements as one: sums in slot order, extremes with their slot in the block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockTotals {
-    /// Strain energy [J].
+    /// Strain energy, that of the stabilisation included [J].
     pub strain: f64,
+    /// What of it is the stabilisation's [J].
+    pub hourglass: f64,
     /// Energy that bulk viscosity dissipated in the last step [J].
     pub viscous: f64,
     /// Smallest stable step [s] and its slot.
@@ -36,6 +40,7 @@ impl BlockTotals {
     /// Of no element.
     pub const NONE: Self = Self {
         strain: 0.0,
+        hourglass: 0.0,
         viscous: 0.0,
         stable_step: (f64::INFINITY, 0),
         smallest_j: (f64::INFINITY, 0),
@@ -50,6 +55,7 @@ impl BlockTotals {
                 let slot = first + b * BATCH + lane;
                 sum.add(&Self {
                     strain: batch.strain.0[lane],
+                    hourglass: batch.hourglass.0[lane],
                     viscous: batch.viscous.0[lane],
                     stable_step: (batch.stable_step.0[lane], slot),
                     smallest_j: (batch.smallest_j.0[lane], slot),
@@ -63,6 +69,7 @@ impl BlockTotals {
     /// Adds the totals of the slots that follow.
     pub(super) fn add(&mut self, next: &Self) {
         self.strain += next.strain;
+        self.hourglass += next.hourglass;
         self.viscous += next.viscous;
         // Written so that a NaN wins and stays: it must be seen, not skipped.
         if !(next.stable_step.0 >= self.stable_step.0 || self.stable_step.0.is_nan()) {

@@ -127,7 +127,7 @@ pub struct Energy {
     pub angular_momentum_kg_m2_per_s: Option<Vector3>,
 }
 
-/// Energy of one body; the last four are sums so far.
+/// Energy of one body; those from `viscous_j` to `projection_j` are sums so far.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct BodyEnergy {
     /// Body.
@@ -151,6 +151,9 @@ pub struct BodyEnergy {
     /// Projection [J].
     #[prost(double, tag = "7")]
     pub projection_j: f64,
+    /// What of the strain energy is in the stabilisation of one-point elements [J].
+    #[prost(double, tag = "8")]
+    pub hourglass_j: f64,
 }
 
 /// Energy of one contact pair, sums so far.

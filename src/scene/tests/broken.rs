@@ -26,7 +26,7 @@ fn structure() -> Vec<Break> {
         ("/bodies/0/parts/0/material", json!({"c10_pa": 1}), "/bodies/0/parts/0/material/law", "missing_field"),
         ("/bodies/0/parts/0/material/c01_pa", json!("1"), "/bodies/0/parts/0/material/c01_pa", "wrong_type"),
         ("/bodies/0/parts/0/material/volumetric", json!("ln"), "/bodies/0/parts/0/material/volumetric", "unknown_variant"),
-        ("/bodies/0/parts/0/formulation", json!("reduced"), "/bodies/0/parts/0/formulation", "unknown_variant"),
+        ("/bodies/0/parts/0/formulation", json!("redcued"), "/bodies/0/parts/0/formulation", "unknown_variant"),
         ("/bodies/0/mesh/generator/kind", json!("holow_ball"), "/bodies/0/mesh/generator/kind", "unknown_variant"),
         ("/bodies/0/mesh/generator/elements_around", json!(-1), "/bodies/0/mesh/generator/elements_around", "out_of_range"),
         ("/bodies/0/mesh/generator/elements_around", json!(5e9), "/bodies/0/mesh/generator/elements_around", "out_of_range"),

@@ -48,7 +48,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
             "mean dilatation averages U(J), but this law does not keep U(J) apart",
         )
         .value("mean_dilatation")
-        .limit("full, for a coupled law")
+        .limit("full or reduced, for a coupled law")
         .remedy("choose \"full\", or a law that is split")
     });
     if let Some(frame) = &part.fibre_frame {

@@ -1,0 +1,57 @@
+//! How much of the strain energy is in the stabilisation of one-point elements: what the mesh does not resolve.
+
+use crate::step::Energy;
+
+/// Share above which it is warned about, as is the custom of the field.
+pub const HOURGLASS_WARNING: f64 = 0.05;
+
+/// Peaks so far. Peaks, because a share at one time says nothing while a body is nearly at rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HourglassEnergy {
+    /// Largest energy of the stabilisation and largest strain energy of each body [J].
+    peaks: Vec<[f64; 2]>,
+}
+
+impl HourglassEnergy {
+    /// Takes in the ledger of one step.
+    pub fn accumulate(&mut self, energy: &Energy) {
+        self.peaks.resize(energy.bodies.len(), [0.0; 2]);
+        for (peak, body) in self.peaks.iter_mut().zip(&energy.bodies) {
+            *peak = [peak[0].max(body.hourglass_j), peak[1].max(body.strain_j)];
+        }
+    }
+
+    /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 without strain.
+    pub fn shares(&self) -> impl Iterator<Item = f64> {
+        self.peaks.iter().map(|[hourglass, strain]| if *strain > 0.0 { hourglass / strain } else { 0.0 })
+    }
+
+    /// The largest share of all bodies [-].
+    pub fn largest_share(&self) -> f64 {
+        self.shares().fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
+mod tests {
+    use super::*;
+    use crate::step::BodyEnergy;
+
+    #[test]
+    fn the_share_is_that_of_the_peaks_of_each_body() {
+        let energy = |pairs: [[f64; 2]; 2]| Energy {
+            bodies: pairs
+                .map(|[hourglass_j, strain_j]| BodyEnergy { strain_j, hourglass_j, ..BodyEnergy::default() })
+                .into(),
+            ..Energy::default()
+        };
+        let mut measure = HourglassEnergy::default();
+        assert_eq!(measure.largest_share(), 0.0);
+        measure.accumulate(&energy([[0.0, 0.0], [1e-20, 2e-20]]));
+        measure.accumulate(&energy([[0.0, 3.0], [0.5, 8.0]]));
+        measure.accumulate(&energy([[0.0, 1.0], [0.25, 10.0]]));
+        assert_eq!(measure.shares().collect::<Vec<_>>(), [0.0, 0.05]);
+        assert_eq!(measure.largest_share(), 0.05);
+    }
+}

@@ -1,0 +1,267 @@
+//! One-point elements: batches and kernel of [`Formulation::Reduced`](super::Formulation).
+//!
+//! ```text
+//! W(u) = V [ψ(F̄) + U(det F̄)] + ψ_hg          F̄ = I + H̄, the mean gradient
+//! ```
+//!
+//! Everything of the law is taken at the one point, of coupled laws too: with one constraint an element on the volume it does
+//! not lock. The force is the exact gradient of W. A linear field gives each node the integral of its shape function's
+//! gradient times the one stress, as exact quadrature would: the patch test is passed on any hexahedron.
+
+use super::block::{BlockInput, BlockParameters, ElementBlock};
+use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
+use super::sweep::{BatchLanes, ElementKernel, ElementSweep, load_corners};
+use super::totals::BatchTotals;
+use crate::mechanics::element::{Hourglass, ModalGeometry, Modes, largest_eigenvalue};
+use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
+use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Material};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Tensor, tensor};
+use crate::with_law;
+use pulp::Simd;
+
+/// Constants of a batch of one-point elements, lane by lane; all zero in padding but `length` and `base`.
+#[derive(Clone, Debug)]
+pub(super) struct ReducedBatch {
+    /// V [m³].
+    pub volume: Row,
+    /// A_k [1/m]: `[3 k + j][lane]`, see [`ModalGeometry`].
+    pub A: [Row; 9],
+    /// B_α [1/m]: `[3 α + j][lane]`.
+    pub B: [Row; 9],
+    /// X_α [m]: `[3 α + i][lane]`.
+    pub curvature: [Row; 12],
+    /// Unit base vectors: `[3 k + i][lane]` [-].
+    pub base: [Row; 9],
+    /// Their inverse lengths [1/m].
+    pub inverse_length: [Row; 3],
+    /// Stiffness of the planes: `[4 n + i][lane]` [J].
+    pub plane: [Row; 12],
+    /// Stiffness of the fourth vector [J].
+    pub fourth: Row,
+    /// Inverse of the energy that the stabilisation's fourth order is measured with [1/J].
+    pub inverse_scale: Row,
+    /// λ / ρ: largest ω² per tangent norm, the stabilisation's share in it [1/(m² kg/m³)].
+    pub frequency_bound: Row,
+    /// Tangent norm at rest α₀ [Pa].
+    pub tangent_at_rest: f64,
+    /// Length L of the bulk viscosity [m], as in other formulations; 1 in padding.
+    pub length: Row,
+}
+
+impl ReducedBatch {
+    /// From the elements of a batch.
+    pub fn new(chunk: &[BlockInput], parameters: &BlockParameters) -> Self {
+        let (mu, K) = parameters.material.moduli_at_rest();
+        let tangent_at_rest = tangent_at_rest(&parameters.material);
+        let mut batch = Self {
+            volume: Row::default(),
+            A: [Row::default(); 9],
+            B: [Row::default(); 9],
+            curvature: [Row::default(); 12],
+            // Unit vectors in padding too, so that no base vanishes.
+            base: std::array::from_fn(|i| Row([if i % 4 == 0 { 1.0 } else { 0.0 }; BATCH])),
+            inverse_length: [Row::default(); 3],
+            plane: [Row::default(); 12],
+            fourth: Row::default(),
+            inverse_scale: Row::default(),
+            frequency_bound: Row::default(),
+            tangent_at_rest,
+            length: Row([1.0; BATCH]),
+        };
+        for (lane, input) in chunk.iter().enumerate() {
+            let modal = ModalGeometry::new(&input.corners);
+            let hourglass = Hourglass::new(&modal, mu, K);
+            batch.volume[lane] = modal.volume;
+            for k in 0..3 {
+                for i in 0..3 {
+                    batch.A[3 * k + i][lane] = modal.A[k][i];
+                    batch.B[3 * k + i][lane] = modal.B[k][i];
+                    batch.base[3 * k + i][lane] = hourglass.base[k][i];
+                }
+                batch.inverse_length[k][lane] = hourglass.inverse_length[k];
+                for i in 0..4 {
+                    batch.plane[4 * k + i][lane] = hourglass.plane[k][i];
+                }
+            }
+            for alpha in 0..4 {
+                for i in 0..3 {
+                    batch.curvature[3 * alpha + i][lane] = modal.curvature[alpha][i];
+                }
+            }
+            batch.fourth[lane] = hourglass.fourth;
+            batch.inverse_scale[lane] = hourglass.inverse_scale;
+            let corner_volume = &input.geometry.corner_volume;
+            let largest = frequency_eigenvalue(&modal, &hourglass, corner_volume, tangent_at_rest);
+            batch.frequency_bound[lane] = largest / parameters.density;
+            batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
+        }
+        batch
+    }
+
+    /// H̄ [-] of the elements of a register, from nodal displacements [m].
+    #[inline(always)]
+    pub fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
+        let (A, B) = self.gradient_vectors(simd, part);
+        Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
+    }
+
+    /// A and B of the elements of a register.
+    #[inline(always)]
+    fn gradient_vectors<S: Simd>(&self, simd: S, part: usize) -> (Tensor<Lane<S>>, Tensor<Lane<S>>) {
+        (
+            tensor!(k, j => Lane::load(simd, &self.A[3 * k + j], part)),
+            tensor!(k, j => Lane::load(simd, &self.B[3 * k + j], part)),
+        )
+    }
+}
+
+/// The largest λ with `ω² ≤ max(α, s α₀) λ/ρ`, α₀ the tangent norm at rest, s the stiffening of the stabilisation: of the 8×8 matrix
+/// `D^(−½) [V Σ_j b_j b_jᵀ + 1/α₀ Σ_α κ_α γ_α γ_αᵀ] D^(−½)`, D the corner volumes [1/m²].
+///
+/// As `α bbᵀ + s κγγᵀ ≤ max(α, s α₀) (bbᵀ + κγγᵀ/α₀)`. What the base vectors' part in the stabilisation adds is of the order of the
+/// hourglass strain times κ, for which the bounds κ_α leave room.
+fn frequency_eigenvalue(
+    modal: &ModalGeometry,
+    hourglass: &Hourglass<f64>,
+    corner_volume: &[f64; 8],
+    tangent_at_rest: f64,
+) -> f64 {
+    let (b, gamma) = (modal.mean_gradients(), modal.hourglass_vectors());
+    let kappa = hourglass.stiffness_bound().map(|kappa| kappa / tangent_at_rest.max(f64::MIN_POSITIVE));
+    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
+        std::array::from_fn(|c| {
+            let stabilisation: f64 =
+                (0..4).map(|alpha| kappa[alpha] * gamma[alpha][a] * gamma[alpha][c]).sum();
+            (modal.volume * b[a].dot(&b[c]) + stabilisation) * scale[a] * scale[c]
+        })
+    }))
+}
+
+/// The bound of the tangent's norm without strain [Pa].
+fn tangent_at_rest(material: &Material) -> f64 {
+    let k = Kinematics::new(&Tensor::diagonal(0.0));
+    let invariants = Invariants::new(&k);
+    with_law!(material, law => {
+        let stiffness = law.volumetric().map_or(0.0, |U| U.stiffness(0.0));
+        tangent_bound(law, &k, &invariants, material.fibre_directions(), &Pressure { p: 0.0, stiffness })
+    })
+}
+
+/// The formulation with one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnePoint;
+
+impl ElementKernel for OnePoint {
+    type Batch = ReducedBatch;
+
+    fn batches(self, block: &ElementBlock) -> &[ReducedBatch] {
+        &block.reduced
+    }
+
+    #[inline(always)]
+    fn sweep<S: Simd, L: Law>(
+        self,
+        element: &ElementSweep<L, ReducedBatch>,
+        simd: S,
+        part: usize,
+        lanes: &mut BatchLanes,
+        totals: &mut BatchTotals,
+    ) {
+        // A macro, not a closure: that would be compiled without the instruction set of this function.
+        macro_rules! load {
+            ($x:expr) => {
+                Lane::load(simd, $x, part)
+            };
+        }
+        let (law, batch) = (&element.law, element.batch);
+        let zero = Lane::splat(simd, 0.0);
+        let modes = Aligned(Modes::new(&load_corners(simd, &lanes.nodal, part)));
+        let (A, B) = batch.gradient_vectors(simd, part);
+        let H = modes.0.mean_gradient(&A, &B);
+
+        // The law at the one point.
+        let k = Kinematics::new(&H);
+        let volume = load!(&batch.volume);
+        let viscous = viscous_pressure(
+            element.parameters,
+            element.inverse_step,
+            load!(&batch.length),
+            k.j,
+            load!(&lanes.before[0]),
+        );
+        let mut fibres = [[zero; 3]; MAX_FAMILIES];
+        for (a, lanes) in fibres.iter_mut().zip(element.fibres) {
+            *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
+        }
+        let fibres = &fibres[..element.fibres.len()];
+        let response = law.eval(&k, fibres);
+        let (mut psi, mut pressure) = (response.psi, Pressure { p: -viscous.0, stiffness: zero });
+        if let Some(U) = law.volumetric() {
+            psi += U.energy(k.j);
+            pressure = pressure_at(U, k.j, viscous.0);
+        }
+        let invariants = Invariants::new(&k);
+        let tangent = tangent_bound(law, &k, &invariants, fibres, &pressure);
+
+        // The stabilisation.
+        let mut curvature = Aligned([[zero; 3]; 4]);
+        for (alpha, X) in curvature.0.iter_mut().enumerate() {
+            for (i, X) in X.iter_mut().enumerate() {
+                *X = load!(&batch.curvature[3 * alpha + i]);
+            }
+        }
+        let mut constants = Aligned(Hourglass {
+            base: [[zero; 3]; 3],
+            inverse_length: [zero; 3],
+            plane: [[zero; 4]; 3],
+            fourth: load!(&batch.fourth),
+            inverse_scale: load!(&batch.inverse_scale),
+        });
+        for n in 0..3 {
+            constants.0.inverse_length[n] = load!(&batch.inverse_length[n]);
+            for i in 0..3 {
+                constants.0.base[n][i] = load!(&batch.base[3 * n + i]);
+            }
+            for i in 0..4 {
+                constants.0.plane[n][i] = load!(&batch.plane[4 * n + i]);
+            }
+        }
+        let hourglass = constants.0.eval(&modes.0.linear, &modes.0.hourglass(&H, &curvature.0));
+
+        // Forces on the modes: q_α = w_α − H̄ X_α passes those on the hourglass vectors to w_α and H̄.
+        let mut T = response.first_piola(&k, pressure.p).scaled(volume);
+        for (on, X) in hourglass.on_hourglass.iter().zip(&curvature.0) {
+            for i in 0..3 {
+                for j in 0..3 {
+                    T.0[i][j] -= on[i] * X[j];
+                }
+            }
+        }
+        let mut on = Modes { linear: hourglass.on_linear, bilinear: hourglass.on_hourglass };
+        on.add_mean_stress(&T, &A, &B);
+        let forces = on.nodal_forces();
+
+        for (rows, forces) in lanes.nodal.iter_mut().zip(&forces) {
+            for (row, force) in rows.iter_mut().zip(forces) {
+                force.store(row, part);
+            }
+        }
+        k.j.store(&mut lanes.after[0], part);
+        viscous.0.store(&mut lanes.after[1], part);
+        volume.mul_add(psi, hourglass.energy).store(&mut totals.strain, part);
+        hourglass.energy.store(&mut totals.hourglass, part);
+        let dissipated =
+            (viscous.0 + load!(&lanes.before[1])) * (load!(&lanes.before[0]) - k.j) * volume * 0.5;
+        dissipated.store(&mut totals.viscous, part);
+        let bound = load!(&batch.frequency_bound);
+        let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
+        stable_step(bound * tangent, bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);
+        k.j.store(&mut totals.smallest_j, part);
+        law.eval_fibre_exponent(&k, fibres).store(&mut totals.fibre_exponent, part);
+    }
+}
+
+#[cfg(test)]
+mod tests;
