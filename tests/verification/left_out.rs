@@ -23,7 +23,7 @@ fn assert_same(document: &Value, keep: &[Keep]) -> (Plan, Outcome, State) {
             let energies = frame.energy.bodies.iter();
             let energies = energies.flat_map(|b| [b.kinetic_j, b.strain_j, b.viscous_j, b.contact_work_j]);
             let sums = [frame.energy.total_j, frame.energy.scale_j, frame.energy.balance_error];
-            steps.push((frame.time(), frame.v_after.to_vec(), energies.chain(sums).collect()));
+            steps.push((frame.time, frame.v_after.to_vec(), energies.chain(sums).collect()));
         });
         (steps, outcome, state)
     };
