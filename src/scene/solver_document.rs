@@ -61,15 +61,6 @@ impl Keep {
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|keep| keep.name() == name)
     }
-
-    /// Whether putting it back must leave every bit of the motion.
-    ///
-    /// Quiet elements have forces of exact zeros, distant pairs have no contacts, idle fibres add exact zeros to the stress,
-    /// and fields are only looked at. Tangential reactions of frictionless contacts are zeros too, but a sweep that needs
-    /// damping takes another way to the same solution within the solver's tolerance.
-    pub fn leaves_every_bit(self) -> bool {
-        self != Self::TangentialReactions
-    }
 }
 
 impl std::fmt::Display for Keep {
