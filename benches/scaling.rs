@@ -13,15 +13,18 @@ use serde_json::json;
 use std::time::Instant;
 
 /// Elements along each axis, the first into the wall, and how many steps and runs are taken.
-const CASES: [([u32; 3], u32, u32); 3] = [([20, 10, 10], 100, 20), ([50, 50, 40], 60, 3), ([100, 100, 100], 20, 1)];
+const CASES: [([u32; 3], u32, u32); 3] =
+    [([20, 10, 10], 100, 20), ([50, 50, 40], 60, 3), ([100, 100, 100], 20, 1)];
 /// Edge of an element [m].
 const EDGE: f64 = 1e-3;
 /// About the stable step of the scene [s].
 const STEP: f64 = 3.0e-6;
 
 fn main() {
-    let most = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(usize::MAX);
-    println!("elements | threads | quiet skipped | steps | swept | s | ns/element-step swept | ns/element-step | plan+state B/element");
+    let most = std::env::args().find_map(|a| a.parse().ok()).unwrap_or(usize::MAX);
+    println!(
+        "elements | threads | quiet skipped | steps | swept | s | ns/element-step swept | ns/element-step | plan+state B/element"
+    );
     for (counts, steps, runs) in CASES {
         if counts.iter().product::<u32>() as usize > most {
             break;
