@@ -16,7 +16,9 @@ const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [94.0, 227.0];
 /// Not measured: mean dilatation with what full integration adds to Mooney–Rivlin. The matrix of Holzapfel–Gasser–Ogden
 /// and the coupled form are counted like it.
 const NEO_HOOKEAN_FULL: Nanoseconds = [116.0, 244.0];
+/// Not measured with these kernels: a guess from whole runs of an earlier one, about half of mean dilatation.
 const MOONEY_RIVLIN_REDUCED: Nanoseconds = [60.0, 120.0];
+/// Not measured: counted like Mooney–Rivlin.
 const NEO_HOOKEAN_REDUCED: Nanoseconds = [60.0, 120.0];
 /// Each family of fibres, on top of its neo-Hookean matrix.
 const FIBRE_FAMILY: Nanoseconds = [42.0, 22.0];

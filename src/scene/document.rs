@@ -134,7 +134,7 @@ pub enum Formulation {
     MeanDilatation,
     /// 2×2×2 points for everything.
     Full,
-    /// One point, with a physical stabilisation of the hourglass modes whose energy the ledger shows: about half the cost.
+    /// One point, with a physical stabilisation of the hourglass modes whose energy the ledger shows.
     Reduced,
 }
 
