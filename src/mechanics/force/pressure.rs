@@ -1,7 +1,7 @@
 //! Pressure with bulk viscosity, and the stable step that stress and viscosity leave: what all formulations share.
 
 use super::block::BlockParameters;
-use crate::mechanics::material::{Invariants, Kinematics, Law, Volumetric};
+use crate::mechanics::material::{Invariants, Volumetric};
 use crate::mechanics::real::Real;
 
 /// The volumetric part of an element at one state.
@@ -40,17 +40,10 @@ pub(super) fn viscous_pressure<R: Real>(
     (q, density * length * (scaled_rate * 2.0 + linear) / J)
 }
 
-/// Upper bound of the tangent's norm at a point [Pa], the pressure of its element in it.
+/// Upper bound of the tangent's norm at a point [Pa]: the law's, and the pressure of its element.
 #[inline(always)]
-pub(super) fn tangent_bound<L: Law, R: Real>(
-    law: &L,
-    k: &Kinematics<R>,
-    invariants: &Invariants<R>,
-    fibres: &[[R; 3]],
-    pressure: &Pressure<R>,
-) -> R {
+pub(super) fn tangent_bound<R: Real>(bound: R, invariants: &Invariants<R>, pressure: &Pressure<R>) -> R {
     // |cof F|² = I2
-    let bound = law.eval_stiffness_bound(k, invariants, fibres);
     let bound = pressure.stiffness.mul_add(invariants.I2, bound);
     (pressure.p.abs() * 2.0).mul_add(invariants.max_C.sqrt(), bound)
 }

@@ -145,7 +145,8 @@ fn tangent_at_rest(material: &Material) -> f64 {
     let invariants = Invariants::new(&k);
     with_law!(material, law => {
         let stiffness = law.volumetric().map_or(0.0, |U| U.stiffness(0.0));
-        tangent_bound(law, &k, &invariants, material.fibre_directions(), &Pressure { p: 0.0, stiffness })
+        let point = law.eval_with_bounds(&k, &invariants, material.fibre_directions());
+        tangent_bound(point.stiffness_bound, &invariants, &Pressure { p: 0.0, stiffness })
     })
 }
 
@@ -196,14 +197,15 @@ impl ElementKernel for OnePoint {
             *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
         }
         let fibres = &fibres[..element.fibres.len()];
-        let response = law.eval(&k, fibres);
+        let invariants = Invariants::new(&k);
+        let point = law.eval_with_bounds(&k, &invariants, fibres);
+        let response = point.response;
         let (mut psi, mut pressure) = (response.psi, Pressure { p: -viscous.0, stiffness: zero });
         if let Some(U) = law.volumetric() {
             psi += U.energy(k.j);
             pressure = pressure_at(U, k.j, viscous.0);
         }
-        let invariants = Invariants::new(&k);
-        let tangent = tangent_bound(law, &k, &invariants, fibres, &pressure);
+        let tangent = tangent_bound(point.stiffness_bound, &invariants, &pressure);
 
         // The stabilisation.
         let mut curvature = Aligned([[zero; 3]; 4]);
@@ -259,7 +261,7 @@ impl ElementKernel for OnePoint {
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
         stable_step(bound * tangent, bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);
         k.j.store(&mut totals.smallest_j, part);
-        law.eval_fibre_exponent(&k, fibres).store(&mut totals.fibre_exponent, part);
+        point.fibre_exponent.store(&mut totals.fibre_exponent, part);
     }
 }
 

@@ -274,8 +274,9 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
                 *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
             }
             let fibres = &fibres[..self.fibres.len()];
-            let response = self.law.eval(&k, fibres);
-            let mut psi = response.psi;
+            let invariants = Invariants::new(&k);
+            let point = self.law.eval_with_bounds(&k, &invariants, fibres);
+            let mut psi = point.response.psi;
             let pressure = match (element_pressure, U) {
                 (Some(pressure), _) => pressure,
                 (None, Some(U)) => {
@@ -285,14 +286,14 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
                 (None, None) => Pressure { p: -viscous.0, stiffness: zero },
             };
             strain = w.0[q].mul_add(psi, strain);
-            let P = response.first_piola(&k, pressure.p);
+            let P = point.response.first_piola(&k, pressure.p);
             Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
 
             // |cof F|² = I2
             let invariants = Invariants::new(&k);
-            tangent = tangent.max(tangent_bound(&self.law, &k, &invariants, fibres, &pressure));
+            tangent = tangent.max(tangent_bound(point.stiffness_bound, &invariants, &pressure));
             cofactor = cofactor.max(invariants.I2);
-            exponent = exponent.max(self.law.eval_fibre_exponent(&k, fibres));
+            exponent = exponent.max(point.fibre_exponent);
         }
         strain = strain * CORNER_SCALE;
         if let (true, Some(U)) = (MEAN, U) {

@@ -2,7 +2,7 @@
 
 use super::isochoric::{bound_first_invariant, eval_first_invariant};
 use super::neo_hookean::eval_coupled_matrix;
-use super::{FibreFamilies, Invariants, Kinematics, Law, Response, Volumetric};
+use super::{BoundedResponse, FibreFamilies, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Sym;
 
@@ -10,7 +10,7 @@ use crate::mechanics::tensor::Sym;
 ///
 /// Beyond it the energy goes on linearly in the exponent (so quadratically in E_a, with the stress continuous):
 /// nothing overflows, whatever a lane holds. e²⁰⁰ ≈ 7·10⁸⁶ is far beyond any tissue: a point that gets there has
-/// failed, and [`Law::eval_fibre_exponent`] tells.
+/// failed, and [`BoundedResponse::fibre_exponent`] tells.
 pub const FIBRE_EXPONENT_LIMIT: f64 = 200.0;
 
 /// Which invariants the fibre term takes.
@@ -58,6 +58,15 @@ pub struct HolzapfelGasserOgden {
     pub volumetric: Volumetric,
 }
 
+/// The stretch of one family.
+#[derive(Clone, Copy)]
+struct FibreStrain<R> {
+    /// ⟨E_a⟩ [-].
+    E: R,
+    /// The square of its stretch, a·C a [-].
+    I4: R,
+}
+
 /// The energy W(E) of one family and its derivatives, at E ≥ 0.
 struct FibreEnergy<R> {
     /// W = k1/(2 k2) (exp(k2 E²) − 1) [J/m³].
@@ -75,24 +84,40 @@ impl HolzapfelGasserOgden {
         self.k2.max(1e-100)
     }
 
-    /// ⟨E_a⟩ [-] of the family `a`, in the invariants of the law; exactly 0 at rest.
+    /// ψ, stress and stiffness bound of the matrix.
+    #[inline(always)]
+    fn eval_matrix<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>) -> (R, Sym<R>, R) {
+        match self.matrix {
+            MatrixForm::Isochoric => {
+                let (psi, factor) = eval_first_invariant(0.5 * self.c, k);
+                (psi, k.dev_C.scaled(factor), bound_first_invariant(0.5 * self.c, k, inv))
+            }
+            MatrixForm::Coupled => {
+                let (psi, matrix) = eval_coupled_matrix(self.c, k);
+                (psi, matrix, (inv.max_C_inverse + 1.0) * self.c)
+            }
+        }
+    }
+
+    /// The strain of the family `a` in the invariants of the law; exactly 0 at rest.
     ///
     /// With `θ = κ I1 + (1 − 3κ) I4 = 1 + E_a` of the full invariants, the isochoric ones give `J^(−2/3) θ − 1`.
     #[inline(always)]
-    fn eval_fibre_strain<R: Real>(&self, k: &Kinematics<R>, a: &[R; 3]) -> R {
-        let aligned = k.C_minus_I.quadratic_form(a) * (1.0 - 3.0 * self.kappa);
+    fn eval_fibre_strain<R: Real>(&self, k: &Kinematics<R>, a: &[R; 3]) -> FibreStrain<R> {
+        let I4_m1 = k.C_minus_I.quadratic_form(a);
+        let aligned = I4_m1 * (1.0 - 3.0 * self.kappa);
         let full = k.C_minus_I.trace().mul_add(aligned.constant(self.kappa), aligned);
         let strain = match self.i4 {
             I4Form::Full => full,
             I4Form::Isochoric => k.j23_m1().mul_add(full + 1.0, full),
         };
-        strain.max(strain.zero())
+        FibreStrain { E: strain.max(strain.zero()), I4: I4_m1 + 1.0 }
     }
 
-    /// W, W′ and W″ at the fibre strain `E` ≥ 0, continued beyond [`FIBRE_EXPONENT_LIMIT`].
+    /// W, W′ and W″ at a fibre strain, continued beyond [`FIBRE_EXPONENT_LIMIT`].
     #[inline(always)]
-    fn eval_fibre_energy<R: Real>(&self, E: R) -> FibreEnergy<R> {
-        let k2 = self.exponent();
+    fn eval_fibre_energy<R: Real>(&self, strain: FibreStrain<R>) -> FibreEnergy<R> {
+        let (k2, E) = (self.exponent(), strain.E);
         let q = E * E * k2;
         let bounded = q.min(q.constant(FIBRE_EXPONENT_LIMIT));
         let e_m1 = bounded.exp_m1();
@@ -113,11 +138,16 @@ impl HolzapfelGasserOgden {
     /// full: ∂E = 2B, ∂²E ≤ 2 (1 − 2κ); isochoric: ∂E = 2 J^(−2/3) (B − θ/3 F⁻ᵀ) and, by completing the square,
     /// `∂²E ≤ J^(−2/3) [4/9 θ |F⁻ᵀ − 3B/θ|² + 2 (1 − 2κ) + ⅔ θ y²]`, y² the largest eigenvalue of C⁻¹.
     #[inline(always)]
-    fn bound_fibre_term<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, a: &[R; 3]) -> R {
+    fn bound_fibre_term<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        strain: FibreStrain<R>,
+        energy: &FibreEnergy<R>,
+    ) -> R {
         let kappa = self.kappa;
         let aligned = 1.0 - 3.0 * kappa;
-        let energy = self.eval_fibre_energy(self.eval_fibre_strain(k, a));
-        let I4 = k.C_minus_I.quadratic_form(a) + 1.0;
+        let I4 = strain.I4;
         let B2 = inv.I1.mul_add(I4.constant(kappa * kappa), I4 * (aligned * (1.0 - kappa)));
         let curvature = 2.0 * (1.0 - 2.0 * kappa);
         match self.i4 {
@@ -143,23 +173,23 @@ impl Law for HolzapfelGasserOgden {
 
     /// The matrix (with, of isochoric invariants, −⅓ tr(C S)/J I) and S = Σ 2 W′ [κ I + (1 − 3κ) a⊗a].
     #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
-        let (mut psi, mut matrix) = match self.matrix {
-            MatrixForm::Isochoric => {
-                let (psi, factor) = eval_first_invariant(0.5 * self.c, k);
-                (psi, k.dev_C.scaled(factor))
-            }
-            MatrixForm::Coupled => eval_coupled_matrix(self.c, k),
-        };
-        if fibres.is_empty() {
-            return Response { psi, matrix, fibres: None };
-        }
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        fibres: &[[R; 3]],
+    ) -> BoundedResponse<R> {
+        let (mut psi, mut matrix, mut bound) = self.eval_matrix(k, inv);
         let zero = psi.zero();
+        if fibres.is_empty() {
+            let response = Response { psi, matrix, fibres: None };
+            return BoundedResponse { response, stiffness_bound: bound, fibre_exponent: zero };
+        }
         let mut S = Sym([zero; 6]);
-        let mut trace_CS = zero;
+        let (mut trace_CS, mut exponent) = (zero, zero);
         for a in fibres {
-            let E = self.eval_fibre_strain(k, a);
-            let energy = self.eval_fibre_energy(E);
+            let strain = self.eval_fibre_strain(k, a);
+            let energy = self.eval_fibre_energy(strain);
             psi += energy.W;
             let aligned = energy.dW * (2.0 - 6.0 * self.kappa);
             let spread = energy.dW * (2.0 * self.kappa);
@@ -171,36 +201,17 @@ impl Law for HolzapfelGasserOgden {
             S.0[3] = along[0].mul_add(a[1], S.0[3]);
             S.0[4] = along[1].mul_add(a[2], S.0[4]);
             S.0[5] = along[0].mul_add(a[2], S.0[5]);
-            trace_CS += energy.dW * (E + 1.0) * 2.0;
+            trace_CS += energy.dW * (strain.E + 1.0) * 2.0;
+            bound += self.bound_fibre_term(k, inv, strain, &energy);
+            exponent = exponent.max(strain.E * strain.E * self.k2);
         }
         if self.i4 == I4Form::Isochoric {
             // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is on
             S = S.scaled(k.j23_m1() + 1.0);
             matrix = matrix.plus_diagonal(trace_CS * k.J_inverse * (-1.0 / 3.0));
         }
-        Response { psi, matrix, fibres: Some(S) }
-    }
-
-    #[inline(always)]
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R {
-        let mut bound = match self.matrix {
-            MatrixForm::Isochoric => bound_first_invariant(0.5 * self.c, k, inv),
-            MatrixForm::Coupled => (inv.max_C_inverse + 1.0) * self.c,
-        };
-        for a in fibres {
-            bound += self.bound_fibre_term(k, inv, a);
-        }
-        bound
-    }
-
-    #[inline(always)]
-    fn eval_fibre_exponent<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> R {
-        let mut largest = k.J.zero();
-        for a in fibres {
-            let E = self.eval_fibre_strain(k, a);
-            largest = largest.max(E * E * self.k2);
-        }
-        largest
+        let response = Response { psi, matrix, fibres: Some(S) };
+        BoundedResponse { response, stiffness_bound: bound, fibre_exponent: exponent }
     }
 
     #[inline(always)]

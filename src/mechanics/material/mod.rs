@@ -51,6 +51,20 @@ impl<R: Real> Response<R> {
     }
 }
 
+/// What a law gives at one point, with what the stable step and the diagnosis take of it.
+#[derive(Clone, Copy, Debug)]
+pub struct BoundedResponse<R> {
+    /// ψ and stress.
+    pub response: Response<R>,
+    /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F²; exact (or nearly so) at rest, where it decides the stable
+    /// step of most scenes.
+    pub stiffness_bound: R,
+    /// The largest exponent k2 ⟨E_a⟩² [-] of the fibre families, 0 for a law without fibres. Beyond
+    /// [`FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports `FibreOverstretched`, with the
+    /// stretch from [`Material::overstretched_fibre`].
+    pub fibre_exponent: R,
+}
+
 /// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point, everything in.
 #[derive(Clone, Copy, Debug)]
 pub struct TotalResponse<R> {
@@ -69,17 +83,18 @@ pub trait Law: Copy + Send + Sync + 'static {
     fn family_count(&self) -> usize {
         0
     }
-    /// ψ and stress of all but `U(J)`. `fibres[a]` are the reference unit directions.
-    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R>;
-    /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F² of what [`Law::eval`] returns; exact (or nearly so)
-    /// at rest, where it decides the stable step of most scenes.
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, fibres: &[[R; 3]]) -> R;
-    /// The largest exponent k2 ⟨E_a⟩² [-] of the fibre families, 0 for a law without fibres. Beyond
-    /// [`FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports `FibreOverstretched`, with
-    /// the stretch from [`Material::overstretched_fibre`].
+    /// ψ and stress of all but `U(J)`, with bounds for the step: together, because exponentials serve both. `fibres[a]` are
+    /// the reference unit directions.
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        fibres: &[[R; 3]],
+    ) -> BoundedResponse<R>;
+    /// ψ and stress alone; what the bounds take is not computed where the compiler sees that nobody asks.
     #[inline(always)]
-    fn eval_fibre_exponent<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> R {
-        k.J.zero()
+    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
+        self.eval_with_bounds(k, &Invariants::new(k), fibres).response
     }
     /// The volumetric energy `U(J)` of a split law, or `None` for a coupled one.
     fn volumetric(&self) -> Option<Volumetric>;
@@ -155,7 +170,8 @@ impl Material {
     /// [`FIBRE_EXPONENT_LIMIT`], else `None`. `H = F − I` [-].
     pub fn overstretched_fibre(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
         let k = Kinematics::new(H);
-        let exponent = with_law!(self, law => law.eval_fibre_exponent(&k, fibres));
+        let exponent =
+            with_law!(self, law => law.eval_with_bounds(&k, &Invariants::new(&k), fibres).fibre_exponent);
         // Not `>`: an exponent that is not a number has passed the limit too.
         if exponent <= FIBRE_EXPONENT_LIMIT {
             return None;

@@ -3,7 +3,7 @@
 use super::isochoric::{
     bound_first_invariant, bound_second_invariant, eval_first_invariant, eval_second_invariant,
 };
-use super::{Invariants, Kinematics, Law, Response, Volumetric};
+use super::{BoundedResponse, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
 
 /// ψ = C10 (Ī1 − 3) + C01 (Ī2 − 3) + U(J)      (Mooney 1940; Rivlin 1948; isochoric split)
@@ -21,15 +21,21 @@ pub struct MooneyRivlin {
 
 impl Law for MooneyRivlin {
     #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        _fibres: &[[R; 3]],
+    ) -> BoundedResponse<R> {
         let (psi1, first) = eval_first_invariant(self.c10, k);
         let (psi2, second) = eval_second_invariant(self.c01, k);
         let matrix = k.dev_C.scaled(first).plus_scaled(second, &k.dev_cof_C);
-        Response { psi: psi1 + psi2, matrix, fibres: None }
-    }
-    #[inline(always)]
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
-        bound_first_invariant(self.c10, k, inv) + bound_second_invariant(self.c01, k, inv)
+        BoundedResponse {
+            response: Response { psi: psi1 + psi2, matrix, fibres: None },
+            stiffness_bound: bound_first_invariant(self.c10, k, inv)
+                + bound_second_invariant(self.c01, k, inv),
+            fibre_exponent: k.J.zero(),
+        }
     }
     #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {

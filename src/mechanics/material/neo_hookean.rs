@@ -1,7 +1,7 @@
 //! Neo-Hookean solids: the isochoric split and the coupled compressible form.
 
 use super::isochoric::{bound_first_invariant, eval_first_invariant};
-use super::{Invariants, Kinematics, Law, Response, Volumetric};
+use super::{BoundedResponse, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::{Real, ln_1p_defect};
 use crate::mechanics::tensor::Sym;
 
@@ -16,13 +16,18 @@ pub struct NeoHookean {
 
 impl Law for NeoHookean {
     #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        _fibres: &[[R; 3]],
+    ) -> BoundedResponse<R> {
         let (psi, factor) = eval_first_invariant(self.c10, k);
-        Response { psi, matrix: k.dev_C.scaled(factor), fibres: None }
-    }
-    #[inline(always)]
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
-        bound_first_invariant(self.c10, k, inv)
+        BoundedResponse {
+            response: Response { psi, matrix: k.dev_C.scaled(factor), fibres: None },
+            stiffness_bound: bound_first_invariant(self.c10, k, inv),
+            fibre_exponent: k.J.zero(),
+        }
     }
     #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {
@@ -59,25 +64,30 @@ pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sy
 }
 
 impl Law for CoupledNeoHookean {
-    #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, _fibres: &[[R; 3]]) -> Response<R> {
-        let ln_J = k.j.ln_1p();
-        let (psi, matrix) = eval_coupled_matrix(self.mu, k);
-        let pressure = ln_J * self.lambda;
-        Response {
-            psi: (pressure * 0.5).mul_add(ln_J, psi),
-            matrix: matrix.plus_diagonal(pressure * k.J_inverse),
-            fibres: None,
-        }
-    }
-    /// `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
+    /// The bound is `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
     ///
     /// In principal stretches the 3×3 block is `μ I + g diag(y²) + λ y⊗y`, and the rotation modes `μ ± g yᵢ yⱼ`.
     #[inline(always)]
-    fn eval_stiffness_bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, _fibres: &[[R; 3]]) -> R {
-        let skew = (k.j.ln_1p() * -self.lambda + self.mu) * inv.max_C_inverse;
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        _fibres: &[[R; 3]],
+    ) -> BoundedResponse<R> {
+        let ln_J = k.j.ln_1p();
+        let (psi, matrix) = eval_coupled_matrix(self.mu, k);
+        let pressure = ln_J * self.lambda;
+        let skew = (ln_J * -self.lambda + self.mu) * inv.max_C_inverse;
         let block = skew.max(skew.zero()) + inv.trace_C_inverse * self.lambda.max(0.0);
-        block.max(-skew) + self.mu
+        BoundedResponse {
+            response: Response {
+                psi: (pressure * 0.5).mul_add(ln_J, psi),
+                matrix: matrix.plus_diagonal(pressure * k.J_inverse),
+                fibres: None,
+            },
+            stiffness_bound: block.max(-skew) + self.mu,
+            fibre_exponent: k.J.zero(),
+        }
     }
     #[inline(always)]
     fn volumetric(&self) -> Option<Volumetric> {

@@ -34,8 +34,9 @@ impl WithSimd for LanesOfLaw<'_> {
             }
             response.psi.store(&mut out[9], part);
             crate::with_law!(self.law, law => {
-                law.eval_stiffness_bound(&k, &inv, &fibres).store(&mut out[10], part);
-                law.eval_fibre_exponent(&k, &fibres).store(&mut out[11], part);
+                let point = law.eval_with_bounds(&k, &inv, &fibres);
+                point.stiffness_bound.store(&mut out[10], part);
+                point.fibre_exponent.store(&mut out[11], part);
             });
         }
         out
@@ -66,7 +67,8 @@ fn lanes_give_what_plain_numbers_give() {
                 let k = Kinematics::new(&gradient(F));
                 let inv = Invariants::new(&k);
                 let (bound, exponent) = crate::with_law!(law, law => {
-                    (law.eval_stiffness_bound(&k, &inv, &FIBRES), law.eval_fibre_exponent(&k, &FIBRES))
+                    let point = law.eval_with_bounds(&k, &inv, &FIBRES);
+                    (point.stiffness_bound, point.fibre_exponent)
                 });
                 assert!((outcome[10].0[lane] - bound).abs() <= 1e-11 * bound, "{law:?}: {bound}");
                 assert!((outcome[11].0[lane] - exponent).abs() <= 1e-12 * exponent, "{law:?}: {exponent}");
