@@ -290,7 +290,6 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
 
             // |cof F|² = I2
-            let invariants = Invariants::new(&k);
             tangent = tangent.max(tangent_bound(point.stiffness_bound, &invariants, &pressure));
             cofactor = cofactor.max(invariants.I2);
             exponent = exponent.max(point.fibre_exponent);

@@ -1,0 +1,76 @@
+//! What local time steps could save at most: how the stable steps of the elements spread while a scene runs.
+//!
+//! `cargo bench --bench local_steps`. At each look the elements are put into groups that would step with 1, 2, 4, … times
+//! the smallest stable step; the bound is the share of element-steps that is left if that cost nothing: no work at the
+//! borders of groups, no interpolation, every group in full lanes. Bulk viscosity, which shortens the steps of elements
+//! that are being crushed, is not in it.
+
+use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
+use contuse::plan::{Plan, compile};
+use contuse::scene::{Budget, load_file};
+use contuse::step::{Frame, Outcome, Recorder, RecorderError, RunOptions, run};
+use std::path::Path;
+
+/// Largest power of two of a group's step.
+const GROUPS: i32 = 5;
+
+fn main() {
+    for scenario in ["flashball_thigh", "ball_on_block"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario).join("scene.json");
+        let Ok(loaded) = load_file(&path, &Budget::COMMAND_LINE) else { continue };
+        let Ok(plan) = compile(&loaded.scene) else { continue };
+        println!(
+            "{scenario}: share of elements that may step with 1, 2, 4, 8, 16, 32 times the smallest step"
+        );
+        let options = RunOptions { threads: 1, interrupt: &|| None };
+        let _ = run(&plan, &options, &mut [&mut Spread { forces: ElementForces::new(&plan.blocks) }]);
+    }
+}
+
+struct Spread {
+    forces: ElementForces,
+}
+
+impl Recorder for Spread {
+    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+        Ok(())
+    }
+
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        if !frame.is_field_time {
+            return Ok(());
+        }
+        let plan = frame.plan;
+        let zero = vec![0.0; plan.slot_count()];
+        let input = SweepInput { u: frame.u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        self.forces.sweep(&Threads::ONE, &plan.blocks, &input);
+        let steps: Vec<f64> = plan
+            .blocks
+            .iter()
+            .enumerate()
+            .flat_map(|(index, block)| self.forces.stable_steps(index).take(block.elements.len()))
+            .collect();
+        let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut groups = [0_usize; GROUPS as usize + 1];
+        for step in &steps {
+            groups[((step / smallest).log2().floor() as i32).clamp(0, GROUPS) as usize] += 1;
+        }
+        let share = |count: &usize| *count as f64 / steps.len() as f64;
+        let left: f64 =
+            groups.iter().enumerate().map(|(i, count)| share(count) / f64::from(1_u32 << i)).sum();
+        let shares: Vec<String> =
+            groups.iter().map(|count| format!("{:5.1} %", 100.0 * share(count))).collect();
+        println!(
+            "  t = {:6.1} µs, smallest step {:.3} µs: {}; element-steps left at best: {:.0} %",
+            1e6 * frame.time,
+            1e6 * smallest,
+            shares.join(" "),
+            100.0 * left
+        );
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
