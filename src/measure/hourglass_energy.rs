@@ -5,25 +5,33 @@ use crate::step::Energy;
 /// Share above which it is warned about, as is the custom of the field.
 pub const HOURGLASS_WARNING: f64 = 0.05;
 
+/// A body whose strain energy never exceeds this share of the energy scale is as good as at rest.
+const NEGLIGIBLE: f64 = 1e-6;
+
 /// Peaks so far. Peaks, because a share at one time says nothing while a body is nearly at rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HourglassEnergy {
     /// Largest energy of the stabilisation and largest strain energy of each body [J].
     peaks: Vec<[f64; 2]>,
+    /// Strain energy below which a body is as good as at rest [J].
+    floor: f64,
 }
 
 impl HourglassEnergy {
-    /// Takes in the ledger of one step.
-    pub fn accumulate(&mut self, energy: &Energy) {
+    /// Takes in the ledger of one step; `rounding` is what rounding alone may stir up [J].
+    pub fn accumulate(&mut self, energy: &Energy, rounding: f64) {
+        self.floor = rounding.max(NEGLIGIBLE * energy.scale_j);
         self.peaks.resize(energy.bodies.len(), [0.0; 2]);
         for (peak, body) in self.peaks.iter_mut().zip(&energy.bodies) {
             *peak = [peak[0].max(body.hourglass_j), peak[1].max(body.strain_j)];
         }
     }
 
-    /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 without strain.
+    /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 where it hardly strains.
     pub fn shares(&self) -> impl Iterator<Item = f64> {
-        self.peaks.iter().map(|[hourglass, strain]| if *strain > 0.0 { hourglass / strain } else { 0.0 })
+        let share =
+            |[hourglass, strain]: &[f64; 2]| if *strain > self.floor { hourglass / strain } else { 0.0 };
+        self.peaks.iter().map(share)
     }
 
     /// The largest share of all bodies [-].
@@ -48,9 +56,11 @@ mod tests {
         };
         let mut measure = HourglassEnergy::default();
         assert_eq!(measure.largest_share(), 0.0);
-        measure.accumulate(&energy([[0.0, 0.0], [1e-20, 2e-20]]));
-        measure.accumulate(&energy([[0.0, 3.0], [0.5, 8.0]]));
-        measure.accumulate(&energy([[0.0, 1.0], [0.25, 10.0]]));
+        // What rounding stirs up is no share of anything.
+        measure.accumulate(&energy([[0.0, 0.0], [1e-20, 2e-20]]), 1e-19);
+        assert_eq!(measure.largest_share(), 0.0);
+        measure.accumulate(&energy([[0.0, 3.0], [0.5, 8.0]]), 1e-19);
+        measure.accumulate(&energy([[0.0, 1.0], [0.25, 10.0]]), 1e-19);
         assert_eq!(measure.shares().collect::<Vec<_>>(), [0.0, 0.05]);
         assert_eq!(measure.largest_share(), 0.05);
     }

@@ -141,7 +141,7 @@ impl Recorder for Measures {
         if let Some(absorbed) = &mut self.absorbed {
             absorbed.accumulate(time, frame.energy);
         }
-        self.hourglass.accumulate(frame.energy);
+        self.hourglass.accumulate(frame.energy, frame.plan.rounding_energy);
         self.deflection.accumulate(frame);
         self.energy.copy_from(frame.energy);
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);

@@ -317,6 +317,9 @@ fn formulation(asked: Option<Formulation>, material: &Material) -> force::Formul
     }
 }
 
+/// Field times closer than this share of the end time are the same.
+const SAME_TIME: f64 = 1e-9;
+
 fn field_times(scene: &Scene) -> Vec<f64> {
     let (record, end) = (&scene.document.record, scene.document.end_time_s);
     let mut times = match (&record.field_times_s, record.field_interval_s) {
@@ -330,9 +333,11 @@ fn field_times(scene: &Scene) -> Vec<f64> {
         }
     };
     times.retain(|t| *t > 0.0 && *t < end);
+    // Times that differ by rounding alone are one: a step from one to the other would be no step.
+    times.retain(|t| end - t > SAME_TIME * end && *t > SAME_TIME * end);
     times.insert(0, 0.0);
     times.push(end);
-    times.dedup();
+    times.dedup_by(|later, earlier| *later - *earlier <= SAME_TIME * end);
     times
 }
 

@@ -88,7 +88,9 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let (safety, max_step) = (plan.explicit.safety, plan.explicit.max_step);
     let stable_step_s = max_step.min(safety * steps.smallest());
     let settling = plan.settle.map_or(0.0, |s| s.duration);
-    let expected_steps = ((plan.end_time + settling) / stable_step_s).ceil() as u64;
+    // Field times are hit exactly, by equal steps from one to the next.
+    let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
+    let expected_steps = stops.map(|interval| (interval / stable_step_s).ceil() as u64).sum();
     let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks

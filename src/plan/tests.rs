@@ -129,7 +129,8 @@ fn the_report_counts_what_the_plan_holds() {
     assert!((step.smallest_s - stone.smallest_stable_step_s).abs() == 0.0);
     assert!(ground.smallest_stable_step_s > 5.0 * step.smallest_s);
     assert!((report.stable_step_s - 0.9 * step.smallest_s).abs() < 1e-12 * step.smallest_s);
-    assert_eq!(report.expected_steps, (2e-4 / report.stable_step_s).ceil() as u64);
+    // Fifty equal intervals between the field times, each of whole steps.
+    assert_eq!(report.expected_steps, 50 * (2e-4 / 50.0 / report.stable_step_s).ceil() as u64);
     // Its eight elements are alike, and the others are far.
     let counts: Vec<usize> = step.distribution.iter().map(|w| w.elements).collect();
     assert_eq!(counts, [8, 8, 8]);

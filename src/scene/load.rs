@@ -46,6 +46,9 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     let mut checked = structure::check(&parsed.value, &schema::SCENE);
     checked.problems.splice(0..0, parsed.problems);
 
+    if checked.is_cut_short {
+        return Err(Problems(checked.problems));
+    }
     let mended = std::mem::take(&mut checked.mended);
     let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
         Ok(document) => document,

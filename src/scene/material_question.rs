@@ -82,6 +82,9 @@ impl MaterialQuestions {
         let parsed = json::parse(bytes)?;
         let mut checked = structure::check(&parsed.value, &QUESTIONS);
         checked.problems.splice(0..0, parsed.problems);
+        if checked.is_cut_short {
+            return Err(Problems(checked.problems));
+        }
         let questions: Self = match serde_path_to_error::deserialize(&checked.mended) {
             Ok(questions) => questions,
             Err(error) => {

@@ -24,15 +24,58 @@ pub struct Checked {
     pub mended: Value,
     /// Pointers to the placeholders in it.
     pub placeholders: Vec<String>,
+    /// There are more problems than are listed; the mended document is of no use.
+    pub is_cut_short: bool,
+}
+
+/// Problems of structure that are listed: a document with more is not a scene with mistakes but something else, and the work
+/// for it would grow with its square.
+const MOST_PROBLEMS: usize = 200;
+/// Items of the longest list that a document may hold.
+const MOST_ITEMS: usize = 10_000;
+
+/// A list that is longer than any scene needs.
+fn longer_than_any_scene(value: &Value, at: &Pointer) -> Option<Problem> {
+    match value {
+        Value::Array(items) if items.len() > MOST_ITEMS => Some(
+            Problem::error("list_too_long", at, "this list is too long")
+                .value(items.len())
+                .limit(format!("at most {MOST_ITEMS} items"))
+                .remedy("put meshes into files of their own; remove what is not needed"),
+        ),
+        Value::Array(items) => {
+            items.iter().enumerate().find_map(|(i, item)| longer_than_any_scene(item, &at.index(i)))
+        }
+        Value::Object(members) => {
+            members.iter().find_map(|(name, member)| longer_than_any_scene(member, &at.key(name)))
+        }
+        _ => None,
+    }
 }
 
 /// Checks `document` against a compiled schema.
 pub(super) fn check(document: &Value, compiled: &Compiled) -> Checked {
-    let mut out = Checked { problems: Vec::new(), mended: document.clone(), placeholders: Vec::new() };
+    let mut out = Checked {
+        problems: Vec::new(),
+        mended: document.clone(),
+        placeholders: Vec::new(),
+        is_cut_short: false,
+    };
+    if let Some(problem) = longer_than_any_scene(document, &Pointer::root()) {
+        out.problems.push(problem);
+        out.is_cut_short = true;
+        return out;
+    }
     match &compiled.validator {
         Ok(validator) => {
             for error in validator.iter_errors(document) {
                 out.report(&error, compiled);
+                if out.problems.len() >= MOST_PROBLEMS {
+                    let more = format!("there are more; the first {MOST_PROBLEMS} are listed");
+                    out.problems.push(Problem::error("too_many_problems", &Pointer::root(), more));
+                    out.is_cut_short = true;
+                    break;
+                }
             }
         }
         Err(text) => out.problems.push(Problem::error("schema_broken", &Pointer::root(), text)),

@@ -114,8 +114,9 @@ impl<'p> Stepper<'p> {
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
+        // A step that was cut to hit a time says nothing of the elements, nor does the growth from it.
+        self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
-        self.check_collapse(state, target, || stiffest)?;
         loop {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
@@ -295,8 +296,13 @@ impl<'p> Stepper<'p> {
         }
     }
 
+    /// The share of the stable step that may be taken, and no more than the scene allows [s].
+    fn longest_stable(&self, stable: f64) -> f64 {
+        (self.plan.explicit.safety * stable).min(self.plan.explicit.max_step)
+    }
+
     fn choose_step(&self, state: &State, stable: f64) -> f64 {
-        let mut step = (self.plan.explicit.safety * stable).min(self.plan.explicit.max_step);
+        let mut step = self.longest_stable(stable);
         if state.last_step > 0.0 {
             step = step.min(LARGEST_GROWTH * state.last_step);
         }

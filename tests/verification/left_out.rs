@@ -140,3 +140,39 @@ fn pairs_that_cannot_meet() {
     let kept = plan(&near);
     assert!(kept.distant_pairs.is_empty() && kept.contact.unwrap().pairs.len() == 3);
 }
+
+#[test]
+fn strongly_stretched_fibres_that_do_not_pull() {
+    // Their exponent would be beyond the limit, but without stiffness it is the exponent of nothing.
+    let document = json!({
+        "name": "stretched", "end_time_s": 1e-5,
+        "bodies": [{
+            "name": "block",
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.01, 0.01, 0.01], "elements": [1, 1, 1]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                "fibre_frame": {"kind": "constant", "axis": [1, 0, 0], "plane": [0, 1, 0]},
+                "material": {"law": "holzapfel_gasser_ogden", "c_pa": 1e5, "k1_pa": 0, "k2": 50, "kappa": 0,
+                             "bulk_modulus_pa": 2e6, "fibres": {"angles_deg": [0]}}}],
+            "initial_deformation": {"kind": "affine", "center_m": [0, 0, 0],
+                "deformation_gradient": [[2, 0, 0], [0, 0.7071067811865476, 0], [0, 0, 0.7071067811865476]]}
+        }],
+        "integrator": {"kind": "explicit", "safety_factor": 0.2}
+    });
+    assert_same(&document, &[Keep::IdleFibres]);
+}
+
+#[test]
+fn field_times_a_rounding_apart_are_one() {
+    let mut document = oblique(0.0);
+    let (_, without) = run(&plan(&document), |_| {});
+    // As a loop over fiftieths leaves them: the last is one rounding before the end.
+    let end = document["end_time_s"].as_f64().unwrap();
+    let times: Vec<f64> =
+        (0..=50).map(|i| f64::from(i) * (end / 50.0)).chain([end * (1.0 - 1e-16)]).collect();
+    document["record"] = json!({"field_times_s": times});
+    let (outcome, state) = run(&plan(&document), |_| {});
+    assert!(state.time == without.time && outcome.steps < 400, "{} steps", outcome.steps);
+    // A gap that is no rounding costs steps, but is no collapse.
+    document["record"] = json!({"field_times_s": [0.5 * end, 0.5 * end + 1e-12]});
+    run(&plan(&document), |_| {});
+}

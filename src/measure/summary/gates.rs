@@ -25,6 +25,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
+        swept_element_share: outcome.map(|o| over(o.swept_element_steps as f64, o.element_steps as f64)),
         smallest_step_s: outcome.map(|o| o.smallest_step_s),
         initial_energy_j: energy.initial_total_j,
         energy_scale_j: scale,

@@ -132,6 +132,10 @@ pub struct Numerics {
     /// Smallest step [s]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_step_s: Option<f64>,
+    /// Elements that were swept over all elements, summed over the steps [-]: the rest were quiet, nothing had reached them
+    /// yet; absent while running.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub swept_element_share: Option<f64>,
     /// Energy at the start [J].
     pub initial_energy_j: f64,
     /// Energy that errors are compared with [J].

@@ -33,6 +33,9 @@ pub fn render_table(summary: &Summary) -> String {
     if let Some(J) = n.smallest_jacobian {
         table.row("smallest Jacobian J", &format!("{J:.4}"), "");
     }
+    if let Some(share) = n.swept_element_share {
+        table.row("elements swept, the rest quiet", &percent(share), "");
+    }
     table.row("error of the energy balance", &percent(n.balance_error), "");
     let numerical = format!(
         "{} J ({})",

@@ -203,7 +203,9 @@ impl Law for HolzapfelGasserOgden {
             S.0[5] = along[0].mul_add(a[2], S.0[5]);
             trace_CS += energy.dW * (strain.E + 1.0) * 2.0;
             bound += self.bound_fibre_term(k, inv, strain, &energy);
-            exponent = exponent.max(strain.E * strain.E * self.k2);
+            if self.k1 > 0.0 {
+                exponent = exponent.max(strain.E * strain.E * self.k2);
+            }
         }
         if self.i4 == I4Form::Isochoric {
             // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is on

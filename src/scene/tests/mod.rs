@@ -308,3 +308,18 @@ fn a_strange_service_allows_less() {
     let Problems(found) = load(document.to_string().as_bytes(), &files(), &budget).unwrap_err();
     assert!(found.iter().any(|p| p.code == "budget_mesh_bytes"), "{found:#?}");
 }
+
+#[test]
+fn a_document_of_mistakes_is_answered_briefly() {
+    let Problems(found) = load(br#"{"bodies": [0]}"#, &files(), &Budget::SERVICE).unwrap_err();
+    assert!(found.len() < 20);
+    let many = json!({"bodies": vec![0; 5000]}).to_string();
+    let Problems(found) = load(many.as_bytes(), &files(), &Budget::SERVICE).unwrap_err();
+    assert!((200..=210).contains(&found.len()) && found.last().unwrap().code == "too_many_problems");
+    let longer = json!({"bodies": vec![0; 20_000]}).to_string();
+    let Problems(found) = load(longer.as_bytes(), &files(), &Budget::SERVICE).unwrap_err();
+    assert_eq!(
+        (found.len(), found[0].code.as_ref(), found[0].pointer.as_str()),
+        (1, "list_too_long", "/bodies")
+    );
+}
