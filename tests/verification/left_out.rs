@@ -167,8 +167,8 @@ fn field_times_a_rounding_apart_are_one() {
     let (_, without) = run(&plan(&document), |_| {});
     // As a loop over fiftieths leaves them: the last is one rounding before the end.
     let end = document["end_time_s"].as_f64().unwrap();
-    let times: Vec<f64> =
-        (0..=50).map(|i| f64::from(i) * (end / 50.0)).chain([end * (1.0 - 1e-16)]).collect();
+    let fiftieths = (0..50).map(|i| f64::from(i) * (end / 50.0));
+    let times: Vec<f64> = fiftieths.chain([end.next_down()]).collect();
     document["record"] = json!({"field_times_s": times});
     let (outcome, state) = run(&plan(&document), |_| {});
     assert!(state.time == without.time && outcome.steps < 400, "{} steps", outcome.steps);
