@@ -62,12 +62,6 @@ pub trait Real:
     fn mul_sub(self, b: Self, c: Self) -> Self {
         self.mul_add(b, -c)
     }
-    /// `c − self * b`, fused where the machine can.
-    #[must_use]
-    #[inline(always)]
-    fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        (-self).mul_add(b, c)
-    }
     /// `self * b + c` with constants.
     #[must_use]
     #[inline(always)]

@@ -1,5 +1,6 @@
 //! The eight-node hexahedron as a shape: its faces, edges, volume and Jacobians.
 
+pub use crate::mechanics::element::HEX8_CORNERS as CORNERS;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Corners of the six faces, counter-clockwise seen from outside; face `i` is Abaqus' `S{i+1}`.
@@ -9,18 +10,6 @@ pub const FACES: [[usize; 4]; 6] =
 /// End corners of the twelve edges.
 pub const EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
-
-/// Natural coordinates (ξ, η, ζ) of the corners, each −1 or 1.
-pub const CORNERS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// Jacobian ∂x/∂ξ [m] of the trilinear map at the natural point `xi`; column `j` is ∂x/∂ξ_j.
 ///

@@ -47,6 +47,8 @@ pub(super) struct Stepper<'p> {
     activity: Activity,
     /// Whether quiet elements have been put to sleep.
     has_slept: bool,
+    /// Elements of the last sweep.
+    swept: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
     /// Dissipated by bulk viscosity in the step to t_n, a body [J].
@@ -73,7 +75,7 @@ pub(super) struct Extremes {
     pub smallest_j: f64,
     pub most_contacts: usize,
     pub balance_error: f64,
-    /// Elements swept, summed over the steps.
+    /// Elements swept, summed over the steps since the clock started.
     pub swept_elements: u64,
 }
 
@@ -87,6 +89,7 @@ impl<'p> Stepper<'p> {
             activity: Activity::everything(nodes, &forces),
             forces,
             has_slept: false,
+            swept: 0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             viscous: vec![0.0; plan.bodies.len()],
@@ -182,6 +185,7 @@ impl<'p> Stepper<'p> {
         self.forces.copy_history(&self.threads, &mut state.dilatation, &mut state.viscous_pressure);
         // While settling nobody keeps books.
         if let Phase::Running = phase {
+            self.extremes.swept_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         state.last_step = self.step;
@@ -245,7 +249,7 @@ impl<'p> Stepper<'p> {
             viscous_pressure: &state.viscous_pressure,
         };
         self.forces.sweep(&self.threads, &self.plan.blocks, &input);
-        self.extremes.swept_elements += self.forces.awake_elements(&self.plan.blocks) as u64;
+        self.swept = self.forces.awake_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);

@@ -135,10 +135,10 @@ pub(super) struct StepWork<'a> {
     pub reactions: &'a [Reaction],
     /// Strain energy of each body at t_n [J].
     pub strain: &'a [f64],
-    /// Which nodes move at all, relative to their bodies' flight.
-    pub activity: &'a Activity,
     /// What of it is in the stabilisation [J].
     pub hourglass: &'a [f64],
+    /// Which nodes move at all, relative to their bodies' flight.
+    pub activity: &'a Activity,
 }
 
 /// Which half of the work at t_n is counted.

@@ -244,7 +244,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
             if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
-        outcome.swept_element_steps = extremes.swept_elements.min(outcome.element_steps);
+        outcome.swept_element_steps = extremes.swept_elements;
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(

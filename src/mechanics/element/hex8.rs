@@ -15,8 +15,8 @@ use crate::mechanics::tensor::{Mat3, Tensor, Vec3, tensor};
 /// Number of quadrature points.
 pub const POINTS: usize = 8;
 
-/// Signs of the corners.
-const CORNER: [[f64; 3]; 8] = [
+/// Local coordinates (ξ, η, ζ) of the corners, each −1 or 1.
+pub const HEX8_CORNERS: [[f64; 3]; 8] = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],
@@ -163,7 +163,7 @@ const fn shapes_at_points() -> ([[f64; 8]; POINTS], [[[f64; 3]; 8]; POINTS]) {
     let mut i = 0;
     while i < 8 * POINTS {
         let (q, a) = (i / 8, i % 8);
-        let c = CORNER[a];
+        let c = HEX8_CORNERS[a];
         let mut factor = [0.0; 3];
         let mut k = 0;
         while k < 3 {
@@ -184,7 +184,7 @@ const fn shapes_at_points() -> ([[f64; 8]; POINTS], [[[f64; 3]; 8]; POINTS]) {
 
 /// Shape functions of the corners at local coordinates.
 pub fn shape_at(local: [f64; 3]) -> [f64; 8] {
-    CORNER.map(|c| (0..3).map(|i| 0.5 * (1.0 + c[i] * local[i])).product())
+    HEX8_CORNERS.map(|c| (0..3).map(|i| 0.5 * (1.0 + c[i] * local[i])).product())
 }
 
 /// Reference geometry of one element.
@@ -248,7 +248,7 @@ mod tests {
 
     fn distorted() -> [Vec3; 8] {
         std::array::from_fn(|a| {
-            let c = CORNER[a];
+            let c = HEX8_CORNERS[a];
             Vec3::new(c[0] * 1.0 + 0.1 * c[1] * c[2], c[1] * 1.5 + 0.2 * c[0], c[2] * 0.7 + 0.1 * c[0] * c[1])
         })
     }
@@ -290,7 +290,7 @@ mod tests {
     #[test]
     fn a_cube_has_the_textbook_bound() {
         // A unit cube: corner volume 1/8, highest mode of the Laplacian 4/L².
-        let corners = CORNER.map(|c| Vec3::new(c[0], c[1], c[2]) * 0.5);
+        let corners = HEX8_CORNERS.map(|c| Vec3::new(c[0], c[1], c[2]) * 0.5);
         let geometry = ReferenceGeometry::new(&corners);
         assert!((geometry.gradient_bound - 4.0).abs() < 1e-12);
         assert!((geometry.total_volume() - 1.0).abs() < 1e-14);

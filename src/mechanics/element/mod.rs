@@ -6,7 +6,8 @@ mod hourglass;
 mod largest_eigenvalue;
 
 pub use hex8::{
-    DERIVATIVE, HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry, shape_at,
+    DERIVATIVE, HEX8_CORNERS, HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry,
+    shape_at,
 };
 pub use hex8_modes::{ModalGeometry, Modes, V3};
 pub use hourglass::{Hourglass, HourglassResponse};

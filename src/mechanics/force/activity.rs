@@ -85,8 +85,10 @@ impl Activity {
         for block in 0..self.active.len() {
             if self.active[block] {
                 let nodes = block * Self::NODES..((block + 1) * Self::NODES).min(self.moved.len());
-                for node in nodes.filter(|node| v[*node] != Vec3::zeros()) {
-                    self.note(assembly, node);
+                for node in nodes {
+                    if !self.moved[node] && v[node] != Vec3::zeros() {
+                        self.note(assembly, node);
+                    }
                 }
             }
         }

@@ -15,6 +15,7 @@ mod points;
 mod pressure;
 mod rate;
 mod reduced;
+mod rows;
 mod sweep;
 mod threads;
 mod totals;

@@ -3,10 +3,10 @@
 use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
 use super::reduced::ReducedBatch;
-use super::sweep::load_corners;
+use super::rows::{load_corners, load_fibres};
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES};
+use crate::mechanics::material::{Kinematics, Law};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
 use crate::with_law;
@@ -217,10 +217,7 @@ impl<L: Law> PointLaw<'_, L> {
         if let Some(reduced) = self.reduced {
             kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); POINTS];
         }
-        let mut fibres = [[zero; 3]; MAX_FAMILIES];
-        for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
-            *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
-        }
+        let fibres = load_fibres(simd, self.fibres, part);
         for q in 0..POINTS {
             let k = &kinematics[q];
             let response = self.law.eval(k, &fibres[..self.fibres.len()]);

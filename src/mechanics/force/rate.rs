@@ -2,7 +2,7 @@
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
-use super::sweep::gather;
+use super::rows::gather;
 use super::{Assembly, ElementForces, Threads};
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
 use crate::mechanics::lanes::{BATCH, Lane, Row};

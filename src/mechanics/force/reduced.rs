@@ -10,11 +10,12 @@
 
 use super::block::{BlockInput, BlockParameters, ElementBlock};
 use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
-use super::sweep::{BatchLanes, ElementKernel, ElementSweep, load_corners};
+use super::rows::{load_corners, load_fibres, store_corners};
+use super::sweep::{BatchLanes, ElementKernel, ElementSweep};
 use super::totals::BatchTotals;
 use crate::mechanics::element::{Hourglass, ModalGeometry, Modes, largest_eigenvalue};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Material};
+use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
 use crate::with_law;
@@ -192,11 +193,7 @@ impl ElementKernel for OnePoint {
             k.j,
             load!(&lanes.before[0]),
         );
-        let mut fibres = [[zero; 3]; MAX_FAMILIES];
-        for (a, lanes) in fibres.iter_mut().zip(element.fibres) {
-            *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
-        }
-        let fibres = &fibres[..element.fibres.len()];
+        let fibres = &load_fibres(simd, element.fibres, part)[..element.fibres.len()];
         let invariants = Invariants::new(&k);
         let point = law.eval_with_bounds(&k, &invariants, fibres);
         let response = point.response;
@@ -243,20 +240,11 @@ impl ElementKernel for OnePoint {
         }
         let mut on = Modes { linear: hourglass.on_linear, bilinear: hourglass.on_hourglass };
         on.add_mean_stress(&T, &A, &B);
-        let forces = on.nodal_forces();
-
-        for (rows, forces) in lanes.nodal.iter_mut().zip(&forces) {
-            for (row, force) in rows.iter_mut().zip(forces) {
-                force.store(row, part);
-            }
-        }
-        k.j.store(&mut lanes.after[0], part);
-        viscous.0.store(&mut lanes.after[1], part);
+        store_corners(&on.nodal_forces(), &mut lanes.nodal, part);
         volume.mul_add(psi, hourglass.energy).store(&mut totals.strain, part);
         hourglass.energy.store(&mut totals.hourglass, part);
-        let dissipated =
-            (viscous.0 + load!(&lanes.before[1])) * (load!(&lanes.before[0]) - k.j) * volume * 0.5;
-        dissipated.store(&mut totals.viscous, part);
+        lanes.store_history(k.j, viscous.0, part);
+        lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&batch.frequency_bound);
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
         stable_step(bound * tangent, bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);

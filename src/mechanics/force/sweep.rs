@@ -4,10 +4,11 @@ use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulati
 use super::chunk::ChunkForces;
 use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
+use super::rows::{add, gather, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, MAX_FAMILIES, Material, volume_change};
+use crate::mechanics::material::{Invariants, Kinematics, Law, Material, volume_change};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -86,6 +87,23 @@ pub(super) struct BatchLanes {
     pub after: [Row; 2],
 }
 
+impl BatchLanes {
+    /// Stores J̄ − 1 [-] and the viscous pressure [Pa] at t_n.
+    #[inline(always)]
+    pub fn store_history<S: Simd>(&mut self, dilatation: Lane<S>, viscous_pressure: Lane<S>, part: usize) {
+        dilatation.store(&mut self.after[0], part);
+        viscous_pressure.store(&mut self.after[1], part);
+    }
+
+    /// What bulk viscosity dissipated in the step to t_n [J], by its mean pressure; the history must be stored.
+    #[inline(always)]
+    pub fn dissipated<S: Simd>(&self, simd: S, volume: Lane<S>, part: usize) -> Lane<S> {
+        let before = [Lane::load(simd, &self.before[0], part), Lane::load(simd, &self.before[1], part)];
+        let after = [Lane::load(simd, &self.after[0], part), Lane::load(simd, &self.after[1], part)];
+        (after[1] + before[1]) * (before[0] - after[0]) * volume * 0.5
+    }
+}
+
 #[derive(Debug)]
 struct LawKernel<L, E> {
     law: L,
@@ -146,32 +164,6 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
             add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
-    }
-}
-
-/// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.
-#[inline(always)]
-pub(super) fn gather(nodes: &[[u16; BATCH]; 8], from: &[Vec3], to: &mut [[Row; 8]; 3]) {
-    for (corner, nodes) in nodes.iter().enumerate() {
-        for (lane, node) in nodes.iter().enumerate() {
-            let value = &from[*node as usize];
-            to[0][corner].0[lane] = value.x;
-            to[1][corner].0[lane] = value.y;
-            to[2][corner].0[lane] = value.z;
-        }
-    }
-}
-
-/// Adds the reverse of [`gather`], corner by corner, lane by lane.
-#[inline(always)]
-fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec3]) {
-    for (corner, nodes) in nodes.iter().enumerate() {
-        for (lane, node) in nodes.iter().enumerate() {
-            let force = &mut to[*node as usize];
-            force.x += from[0][corner].0[lane];
-            force.y += from[1][corner].0[lane];
-            force.z += from[2][corner].0[lane];
-        }
     }
 }
 
@@ -269,11 +261,7 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
         for q in 0..POINTS {
             let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
-            let mut fibres = [[zero; 3]; MAX_FAMILIES];
-            for (a, lanes) in fibres.iter_mut().zip(self.fibres) {
-                *a = [load!(&lanes[0]), load!(&lanes[1]), load!(&lanes[2])];
-            }
-            let fibres = &fibres[..self.fibres.len()];
+            let fibres = &load_fibres(simd, self.fibres, part)[..self.fibres.len()];
             let invariants = Invariants::new(&k);
             let point = self.law.eval_with_bounds(&k, &invariants, fibres);
             let mut psi = point.response.psi;
@@ -299,33 +287,13 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             strain = volume.mul_add(U.energy(mean), strain);
         }
 
-        let forces = Hex8::nodal_forces(&sums.0);
-        for (rows, forces) in lanes.nodal.iter_mut().zip(&forces) {
-            for (row, force) in rows.iter_mut().zip(forces) {
-                force.store(row, part);
-            }
-        }
-        mean.store(&mut lanes.after[0], part);
-        viscous.0.store(&mut lanes.after[1], part);
+        store_corners(&Hex8::nodal_forces(&sums.0), &mut lanes.nodal, part);
         strain.store(&mut totals.strain, part);
-        let dissipated =
-            (viscous.0 + load!(&lanes.before[1])) * (load!(&lanes.before[0]) - mean) * volume * 0.5;
-        dissipated.store(&mut totals.viscous, part);
+        lanes.store_history(mean, viscous.0, part);
+        lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&self.batch.frequency_bound);
         stable_step(bound * tangent, bound * cofactor * viscous.1).store(&mut totals.stable_step, part);
         smallest.store(&mut totals.smallest_j, part);
         exponent.store(&mut totals.fibre_exponent, part);
     }
-}
-
-/// Nodal values of the elements of a register.
-#[inline(always)]
-pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
-    let mut lanes = [[Lane::splat(simd, 0.0); 8]; 3];
-    for i in 0..3 {
-        for corner in 0..8 {
-            lanes[i][corner] = Lane::load(simd, &rows[i][corner], part);
-        }
-    }
-    lanes
 }

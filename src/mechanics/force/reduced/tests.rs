@@ -1,6 +1,6 @@
 //! One-point elements, through the kernel that a run uses.
 
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
     Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput,
     Threads,
@@ -11,17 +11,6 @@ use crate::mechanics::material::{
 };
 use crate::mechanics::tensor::{Mat3, Vec3};
 use nalgebra::{Rotation3, SMatrix, SVector};
-
-const SIGNS: [[f64; 3]; 8] = [
-    [-1.0, -1.0, -1.0],
-    [1.0, -1.0, -1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [-1.0, -1.0, 1.0],
-    [1.0, -1.0, 1.0],
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-];
 
 /// One element in a block of its own.
 struct Element {
@@ -95,7 +84,7 @@ fn flat(f: &U) -> SVector<f64, 24> {
 }
 
 fn brick(size: [f64; 3]) -> [Vec3; 8] {
-    SIGNS.map(|s| Vec3::from(s).component_mul(&Vec3::from(size)) * 0.5)
+    HEX8_CORNERS.map(|s| Vec3::from(s).component_mul(&Vec3::from(size)) * 0.5)
 }
 
 /// Numbers between −1 and 1 that are as good as random, and the same everywhere.

@@ -1,0 +1,66 @@
+//! Between nodes, rows of lanes and registers.
+
+use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::material::MAX_FAMILIES;
+use crate::mechanics::tensor::Vec3;
+use pulp::Simd;
+
+/// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.
+#[inline(always)]
+pub(super) fn gather(nodes: &[[u16; BATCH]; 8], from: &[Vec3], to: &mut [[Row; 8]; 3]) {
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let value = &from[*node as usize];
+            to[0][corner].0[lane] = value.x;
+            to[1][corner].0[lane] = value.y;
+            to[2][corner].0[lane] = value.z;
+        }
+    }
+}
+
+/// Adds the reverse of [`gather`], corner by corner, lane by lane.
+#[inline(always)]
+pub(super) fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec3]) {
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let force = &mut to[*node as usize];
+            force.x += from[0][corner].0[lane];
+            force.y += from[1][corner].0[lane];
+            force.z += from[2][corner].0[lane];
+        }
+    }
+}
+
+/// Nodal values of the elements of a register.
+#[inline(always)]
+pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
+    let mut lanes = [[Lane::splat(simd, 0.0); 8]; 3];
+    for i in 0..3 {
+        for corner in 0..8 {
+            lanes[i][corner] = Lane::load(simd, &rows[i][corner], part);
+        }
+    }
+    lanes
+}
+
+/// The reverse of [`load_corners`].
+#[inline(always)]
+pub(super) fn store_corners<S: Simd>(lanes: &[[Lane<S>; 8]; 3], rows: &mut [[Row; 8]; 3], part: usize) {
+    for i in 0..3 {
+        for corner in 0..8 {
+            lanes[i][corner].store(&mut rows[i][corner], part);
+        }
+    }
+}
+
+/// Fibre directions of the elements of a register; zero beyond the families of the law.
+#[inline(always)]
+pub(super) fn load_fibres<S: Simd>(simd: S, rows: &[[Row; 3]], part: usize) -> [[Lane<S>; 3]; MAX_FAMILIES] {
+    let mut fibres = [[Lane::splat(simd, 0.0); 3]; MAX_FAMILIES];
+    for (a, rows) in fibres.iter_mut().zip(rows) {
+        for i in 0..3 {
+            a[i] = Lane::load(simd, &rows[i], part);
+        }
+    }
+    fibres
+}
