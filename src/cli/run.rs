@@ -135,13 +135,15 @@ fn is_recording(path: &Path) -> bool {
 
 /// A flag that Ctrl-C (or a polite kill) sets; the second Ctrl-C ends the process at once, as always.
 pub(super) fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
     const KILLED_BY_INTERRUPT: i32 = 128 + 2;
     let flag = Arc::new(AtomicBool::new(false));
     // In this order: the first signal finds the flag down, and then puts it up.
     signal_hook::flag::register_conditional_shutdown(SIGINT, KILLED_BY_INTERRUPT, Arc::clone(&flag))?;
     signal_hook::flag::register(SIGINT, Arc::clone(&flag))?;
     signal_hook::flag::register(SIGTERM, Arc::clone(&flag))?;
+    // A file beyond the process's limit is then an error of the write, which has a diagnosis, and not the end.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
     Ok(flag)
 }
 

@@ -13,6 +13,7 @@ pub mod memory;
 pub mod null;
 mod own_thread;
 pub mod packed;
+mod partial_file;
 pub mod point_cloud;
 pub mod proto;
 pub mod reference;
@@ -41,6 +42,12 @@ pub enum RecordError {
         path: PathBuf,
         /// What it said.
         source: std::io::Error,
+    },
+    /// Another run has the file open for its recording.
+    #[error("{path} is being written by another run: name another file", path = path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
     },
     /// The MCAP writer or reader said no.
     #[error(transparent)]

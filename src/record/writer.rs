@@ -1,6 +1,7 @@
 //! The file beneath a recording: `.partial` until it is whole, chunks, times, metadata and attachments.
 
 use super::RecordError;
+use super::partial_file::open_exclusively;
 use super::proto::schema_of;
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Attachment, Compression, WriteOptions, Writer};
@@ -88,10 +89,9 @@ pub(super) struct RecordingWriter {
 }
 
 impl RecordingWriter {
-    /// Creates `<path>.partial`.
+    /// Creates `<path>.partial`, for itself alone.
     pub fn create(path: &Path, scale: TimeScale) -> Result<Self, RecordError> {
-        let partial = partial_path(path);
-        let file = File::create(&partial).map_err(|source| RecordError::File { path: partial, source })?;
+        let file = open_exclusively(&partial_path(path))?;
         let writer = write_options().create(BufWriter::new(file))?;
         Ok(Self {
             writer,

@@ -220,7 +220,17 @@ fn interrupted(interrupt: Interrupt, state: &State) -> Result<Ending, Failure> {
 }
 
 fn recording_failed(state: &State, error: &RecorderError) -> Failure {
-    Failure::new(state, FailureCause::RecordingFailed, format!("{error}."))
+    // With what lies behind it: that the disk is full is known to the operating system only.
+    let mut message = error.to_string();
+    let mut source = std::error::Error::source(error);
+    while let Some(reason) = source {
+        let told = reason.to_string();
+        if !message.contains(&told) {
+            message += &format!(": {told}");
+        }
+        source = reason.source();
+    }
+    Failure::new(state, FailureCause::RecordingFailed, message + ".")
 }
 
 fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Ending) -> Outcome {

@@ -10,6 +10,9 @@ use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
+/// A rate below this share of the allowed one is below it in exact arithmetic too.
+const CERTAIN: f64 = 1.0 - 1e-12;
+
 impl ElementForces {
     /// Largest relative stretch rate `|Δv·Δx| / |Δx|²` of the edges and body diagonals of all elements [1/s], at the
     /// positions of the last sweep and the velocities `v` [m/s], nodes × 3; 0 when it is certain that a step of `h` [s]
@@ -46,13 +49,17 @@ impl ElementForces {
                 return;
             }
             let difference = (high - low).norm();
-            chunk.stretch_rate = if difference * h <= limit * chunk.shortest {
-                0.0
-            } else {
-                let (rate, shortest) = pulp::Arch::new().dispatch(Rate { block, chunk });
+            chunk.stretch_rate = 0.0;
+            if difference * h > limit * chunk.shortest {
+                // Divisions are most of what exact rates cost: they wait until an element is seen to need them.
+                let allowed = CERTAIN * limit / h;
+                let (excess, shortest) = pulp::Arch::new().dispatch(Rate::<false> { block, chunk, allowed });
                 chunk.shortest = shortest;
-                rate
-            };
+                if !(excess <= 0.0) {
+                    (chunk.stretch_rate, _) =
+                        pulp::Arch::new().dispatch(Rate::<true> { block, chunk, allowed });
+                }
+            }
             chunk.shortest -= difference * h;
         });
         self.chunks.iter().map(|chunk| chunk.stretch_rate).fold(0.0, f64::max)
@@ -66,44 +73,48 @@ impl ElementForces {
     }
 }
 
-/// Exact largest rate and shortest length of a chunk, from its `u` and `v`.
-struct Rate<'a> {
+/// Shortest length of a chunk, from its `u` and `v`, beside its largest rate where that is `EXACT`, else by how much
+/// `|Δv·Δx|` exceeds `allowed` [1/s] times `|Δx|²` at most.
+struct Rate<'a, const EXACT: bool> {
     block: &'a ElementBlock,
     chunk: &'a ChunkForces,
+    allowed: f64,
 }
 
-impl WithSimd for Rate<'_> {
+impl<const EXACT: bool> WithSimd for Rate<'_, EXACT> {
     type Output = (f64, f64);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
         let chunk = self.chunk;
         let range = &self.block.chunks[chunk.chunk as usize].batches;
-        let mut extremes = [Row([0.0; BATCH]), Row([f64::INFINITY; BATCH]), Row([0.0; BATCH])];
+        let least = if EXACT { 0.0 } else { f64::NEG_INFINITY };
+        let mut extremes = [Row([least; BATCH]), Row([f64::INFINITY; BATCH]), Row([0.0; BATCH])];
         let (mut u, mut v) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
         for batch in &self.block.batches[range.start as usize..range.end as usize] {
             gather(&batch.nodes, &chunk.u, &mut u);
             gather(&batch.nodes, &chunk.v, &mut v);
             for part in 0..BATCH / S::F64_LANES {
-                rate_of_batch(simd, part, batch, (&u, &v), &mut extremes);
+                rate_of_batch::<S, EXACT>(simd, part, batch, (&u, &v), self.allowed, &mut extremes);
             }
         }
-        let [rates, squares, witnesses] = extremes;
+        let [largest, squares, witnesses] = extremes;
         if !witnesses.0.iter().all(|w| w.is_finite()) {
             return (f64::INFINITY, 0.0);
         }
         let shortest = squares.0.into_iter().fold(f64::INFINITY, f64::min).sqrt();
-        (rates.0.into_iter().fold(0.0, f64::max), shortest)
+        (largest.0.into_iter().fold(least, f64::max), shortest)
     }
 }
 
-/// Updates (largest rate, shortest squared length, a sum that is finite when all are) of each lane.
+/// Updates (largest rate or excess, shortest squared length, a sum that is finite when all are) of each lane.
 #[inline(always)]
-fn rate_of_batch<S: Simd>(
+fn rate_of_batch<S: Simd, const EXACT: bool>(
     simd: S,
     part: usize,
     batch: &Batch,
     (u, v): (&[[Row; 8]; 3], &[[Row; 8]; 3]),
+    allowed: f64,
     extremes: &mut [Row; 3],
 ) {
     let mut largest = Lane::load(simd, &extremes[0], part);
@@ -125,7 +136,7 @@ fn rate_of_batch<S: Simd>(
         }
         let along = along.abs();
         witness += along + length;
-        largest = largest.max(along / length);
+        largest = largest.max(if EXACT { along / length } else { along - length * allowed });
         shortest = shortest.min(length);
     }
     largest.store(&mut extremes[0], part);

@@ -1,0 +1,87 @@
+//! Opening the file that a recording is written to: one writer at a time, and never through a link.
+
+use super::RecordError;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io;
+use std::path::Path;
+
+/// Opens `path` empty and locked for as long as the file is open. What a killed run left there is written over.
+///
+/// # Errors
+/// When another run is writing it, when it is a symbolic link, and when the file system says no.
+pub(super) fn open_exclusively(path: &Path) -> Result<File, RecordError> {
+    let at = |source| RecordError::File { path: path.to_owned(), source };
+    loop {
+        // Emptied only when it is ours.
+        let file = options().open(path).map_err(at)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { path: path.to_owned() }),
+            Err(TryLockError::Error(source)) => return Err(at(source)),
+        }
+        // Another run may have finished, and given the file its final name, between opening and locking.
+        if is_still_named(&file, path).map_err(at)? {
+            file.set_len(0).map_err(at)?;
+            return Ok(file);
+        }
+    }
+}
+
+fn options() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(false);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        options.custom_flags(rustix::fs::OFlags::NOFOLLOW.bits().cast_signed());
+    }
+    options
+}
+
+/// Whether `path` is the name of the open `file`.
+#[cfg(unix)]
+fn is_still_named(file: &File, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt as _;
+    let opened = file.metadata()?;
+    match std::fs::symlink_metadata(path) {
+        Ok(named) => Ok((opened.dev(), opened.ino()) == (named.dev(), named.ino())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(not(unix))]
+fn is_still_named(_: &File, _: &Path) -> io::Result<bool> {
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+
+    #[test]
+    fn a_second_writer_is_refused_and_harms_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap.partial");
+        let mut first = open_exclusively(&path).unwrap();
+        first.write_all(b"first").unwrap();
+        assert!(matches!(open_exclusively(&path), Err(RecordError::InUse { .. })));
+        assert_eq!(std::fs::read(&path).unwrap(), b"first");
+        drop(first);
+        // What a killed run left is written over.
+        drop(open_exclusively(&path).unwrap());
+        assert_eq!(std::fs::read(&path).unwrap(), b"");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (target, path) = (folder.path().join("precious"), folder.path().join("run.mcap.partial"));
+        std::fs::write(&target, b"precious").unwrap();
+        std::os::unix::fs::symlink(&target, &path).unwrap();
+        assert!(matches!(open_exclusively(&path), Err(RecordError::File { .. })));
+        assert_eq!(std::fs::read(&target).unwrap(), b"precious");
+    }
+}
