@@ -1,7 +1,7 @@
 //! What a run costs, from a fixed table and never from a stopwatch, so that a scene always gets the same plan.
 //!
-//! Measured on one core of a virtual AMD EPYC machine (family 26, AVX-512) with `cargo bench`: `element_kernels` for the
-//! elements, `scenes` for the rest of a step.
+//! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
+//! the elements, `scenes` for the rest of a step.
 
 use super::Plan;
 use crate::mechanics::force::{BlockParameters, ElementBlock, Formulation};
@@ -10,18 +10,15 @@ use crate::mechanics::material::Material;
 /// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
 type Nanoseconds = [f64; 2];
 
-const MOONEY_RIVLIN_MEAN_DILATATION: Nanoseconds = [106.0, 200.0];
-const MOONEY_RIVLIN_FULL: Nanoseconds = [128.0, 217.0];
-const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [94.0, 227.0];
-/// Not measured: mean dilatation with what full integration adds to Mooney–Rivlin. The matrix of Holzapfel–Gasser–Ogden
-/// and the coupled form are counted like it.
-const NEO_HOOKEAN_FULL: Nanoseconds = [116.0, 244.0];
-/// Not measured with these kernels: a guess from whole runs of an earlier one, about half of mean dilatation.
-const MOONEY_RIVLIN_REDUCED: Nanoseconds = [60.0, 120.0];
-/// Not measured: counted like Mooney–Rivlin.
-const NEO_HOOKEAN_REDUCED: Nanoseconds = [60.0, 120.0];
+const MOONEY_RIVLIN_MEAN_DILATATION: Nanoseconds = [186.0, 246.0];
+const MOONEY_RIVLIN_FULL: Nanoseconds = [204.0, 274.0];
+const MOONEY_RIVLIN_REDUCED: Nanoseconds = [84.0, 156.0];
+/// The matrix of Holzapfel–Gasser–Ogden and the coupled form are counted like the neo-Hookean law.
+const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [167.0, 233.0];
+const NEO_HOOKEAN_FULL: Nanoseconds = [196.0, 256.0];
+const NEO_HOOKEAN_REDUCED: Nanoseconds = [83.0, 157.0];
 /// Each family of fibres, on top of its neo-Hookean matrix.
-const FIBRE_FAMILY: Nanoseconds = [42.0, 22.0];
+const FIBRE_FAMILY: Nanoseconds = [48.0, 31.0];
 
 /// The rest of a step [ns]: sums, ledger and measures for each node, contact for each node of a slave surface. What whole
 /// runs of `ball_on_block` and `flashball_thigh` take beyond their elements, parted by estimate.
