@@ -15,9 +15,16 @@ use std::path::Path;
 const GROUPS: i32 = 5;
 
 fn main() {
-    for scenario in ["flashball_thigh", "ball_on_block"] {
+    for (scenario, end_time) in
+        [("flashball_thigh", None), ("flashball_thigh", Some(2e-3)), ("ball_on_block", None)]
+    {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario).join("scene.json");
-        let Ok(loaded) = load_file(&path, &Budget::COMMAND_LINE) else { continue };
+        let Ok(mut loaded) = load_file(&path, &Budget::COMMAND_LINE) else { continue };
+        if let Some(end_time) = end_time {
+            let document = &mut loaded.scene.document;
+            document.end_time_s = end_time;
+            document.record.field_times_s = None;
+        }
         let Ok(plan) = compile(&loaded.scene) else { continue };
         println!(
             "{scenario}: share of elements that may step with 1, 2, 4, 8, 16, 32 times the smallest step"
