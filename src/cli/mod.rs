@@ -9,6 +9,7 @@ pub mod schema;
 #[cfg(feature = "service")]
 pub mod serve;
 pub mod study;
+pub mod study_error;
 pub mod validate;
 
 mod plot;

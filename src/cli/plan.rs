@@ -79,7 +79,7 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             format!("{:.1}", 1e-6 * block.element_steps_per_s),
         ]
     });
-    write_table(header, &rows.collect::<Vec<_>>(), out)
+    write_table(&header, &rows.collect::<Vec<_>>(), out)
 }
 
 fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
@@ -126,7 +126,7 @@ fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
             pair.unknowns_per_contact.to_string(),
         ]
     });
-    write_table(header, &rows.collect::<Vec<_>>(), out)
+    write_table(&header, &rows.collect::<Vec<_>>(), out)
 }
 
 fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
@@ -157,21 +157,23 @@ fn write_left_out(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
 }
 
 /// A table with its columns as wide as they need to be.
-pub(super) fn write_table<const N: usize>(
-    header: [&str; N],
-    rows: &[[String; N]],
+pub(super) fn write_table(
+    header: &[impl AsRef<str>],
+    rows: &[impl AsRef<[String]>],
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let header = header.map(str::to_owned);
-    let all = || std::iter::once(&header).chain(rows);
-    let width = |column: usize| all().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; N] = std::array::from_fn(width);
-    for row in all() {
-        let cells: Vec<String> =
-            row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
-        writeln!(out, "  {}", cells.join("  ").trim_end())?;
+    let header: Vec<&str> = header.iter().map(AsRef::as_ref).collect();
+    let cells = |row: &[String]| row.iter().map(|cell| cell.chars().count()).collect::<Vec<_>>();
+    let mut widths: Vec<usize> = header.iter().map(|name| name.chars().count()).collect();
+    for row in rows {
+        widths.iter_mut().zip(cells(row.as_ref())).for_each(|(width, cell)| *width = (*width).max(cell));
     }
-    Ok(())
+    let mut write = |row: &mut dyn Iterator<Item = &str>| {
+        let padded: Vec<String> = row.zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        writeln!(out, "  {}", padded.join("  ").trim_end())
+    };
+    write(&mut header.iter().copied())?;
+    rows.iter().try_for_each(|row| write(&mut row.as_ref().iter().map(String::as_str)))
 }
 
 /// A number of bytes for people.

@@ -1,5 +1,6 @@
 //! Stress against stretch, as SVG.
 
+use crate::study::palette::COLOURS;
 use plotters::prelude::*;
 
 /// One line of a plot.
@@ -9,17 +10,6 @@ pub struct Line {
     /// Its points: stretch or shear [-], stress [Pa].
     pub points: Vec<(f64, f64)>,
 }
-
-/// Colours that stay apart for all kinds of colour vision (Okabe & Ito), in this order.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 0, 0),
-];
 
 const SIZE: (u32, u32) = (900, 600);
 

@@ -17,6 +17,8 @@ use std::sync::atomic::Ordering;
 pub enum StudyCommand {
     /// What leaving out saves, and that it changes no bit: with everything left out, then with each thing put back.
     LeaveOut(LeaveOutArgs),
+    /// Error against run time: meshes, formulations, steps and tolerances, what each costs and how far it is off.
+    Error(super::study_error::ErrorArgs),
 }
 
 /// Arguments of `contuse study leave-out`.
@@ -45,6 +47,7 @@ pub struct LeaveOutArgs {
 pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     match command {
         StudyCommand::LeaveOut(args) => leave_out(args, out),
+        StudyCommand::Error(args) => super::study_error::error(args, out),
     }
 }
 
@@ -122,7 +125,7 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
     let header =
         ["put back", "element-steps", "wall", "processor", "memory", "recording", "difference", "theory", ""];
     let rows: Vec<[String; 9]> = study.rows.iter().map(cells).collect();
-    write_table(header, &rows, out)?;
+    write_table(&header, &rows, out)?;
     writeln!(out)?;
     if study.holds {
         writeln!(out, "every run ends with the same bits: leaving out changes nothing")

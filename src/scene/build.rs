@@ -9,6 +9,7 @@ use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::refine::refined;
 use crate::mesh::{Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
@@ -78,8 +79,10 @@ impl<'a> Builder<'a> {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
         };
-        self.spend(mesh.hexes.len() as u64, here, out)?;
-        Some(mesh)
+        let children = 8_u64.checked_pow(file.refine).unwrap_or(u64::MAX);
+        let place = if file.refine > 0 { here.key("refine") } else { here.clone() };
+        self.spend((mesh.hexes.len() as u64).saturating_mul(children), &place, out)?;
+        Some((0..file.refine).fold(mesh, |mesh, _| refined(&mesh)))
     }
 
     fn read(&mut self, name: &str, here: &Pointer, out: &mut Findings) -> Option<Mesh> {

@@ -7,7 +7,8 @@ pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
 pub use super::mesh_document::{
-    Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument, RotationDocument,
+    Count, Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
+    RotationDocument,
 };
 pub use super::solver_document::{Keep, SolverDocument};
 

@@ -22,6 +22,14 @@ pub struct MeshFileDocument {
     /// Parts of the file that make this body; all when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<String>>,
+    /// How often each element is split into eight. The facets of curved surfaces stay what they are.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub refine: u32,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_zero(count: &u32) -> bool {
+    *count == 0
 }
 
 /// Where a body stands.
@@ -119,6 +127,60 @@ pub enum Generator {
     /// A limb along y with an elliptic section: bone hole, muscle, fat, skin; parts `muscle`, `fat`, `skin`; node sets
     /// `bone`, `skin_outer`, `end_low`, `end_high`; material axes e1 along the limb, e2 circumferential, e3 outwards.
     LimbSegment(LimbSegmentDocument),
+}
+
+/// A number of elements along one direction, and their grading.
+#[derive(Debug)]
+pub struct Count<'a> {
+    /// How many.
+    pub elements: &'a mut u32,
+    /// Size ratio of the largest to the smallest; `None` where they are all alike.
+    pub grading: Option<&'a mut f64>,
+    /// Geometric series that they make: two where the smallest lie inside.
+    pub series: u32,
+}
+
+impl Generator {
+    /// Every number of elements, to be changed.
+    pub fn counts_mut(&mut self) -> Vec<Count<'_>> {
+        fn even(elements: &mut u32) -> Count<'_> {
+            Count { elements, grading: None, series: 1 }
+        }
+        match self {
+            Self::HollowBall { elements_around, elements_through, .. }
+            | Self::SolidBall { elements_around, elements_through, .. } => {
+                vec![even(elements_around), even(elements_through)]
+            }
+            Self::Cylinder { elements_around, elements_through, elements_along, .. } => {
+                vec![even(elements_around), even(elements_through), even(elements_along)]
+            }
+            Self::Block { elements, grading: None, .. } => elements.iter_mut().map(even).collect(),
+            Self::Block { elements, grading: Some(grading), .. } => elements
+                .iter_mut()
+                .zip(grading)
+                .map(|(elements, grading)| Count { elements, grading: Some(grading), series: 2 })
+                .collect(),
+            Self::LimbSegment(limb) => vec![
+                Count {
+                    elements: &mut limb.elements_around,
+                    grading: Some(&mut limb.grading_around),
+                    series: 2,
+                },
+                Count {
+                    elements: &mut limb.elements_along,
+                    grading: Some(&mut limb.grading_along),
+                    series: 2,
+                },
+                Count {
+                    elements: &mut limb.muscle_elements,
+                    grading: Some(&mut limb.grading_muscle),
+                    series: 1,
+                },
+                even(&mut limb.fat_elements),
+                even(&mut limb.skin_elements),
+            ],
+        }
+    }
 }
 
 /// A segment of a limb.

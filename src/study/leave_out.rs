@@ -4,7 +4,7 @@
 //! Whatever a plan leaves out adds exact zeros, or is never looked at, so putting it back must leave every bit of the
 //! motion, of the impulses and of the energies ([`Theory::Bitwise`]); a run that does not is a fault of the program.
 
-use super::single::{RunError, RunRequest, RunResult, run_scene};
+use super::single::{RunError, RunRequest, RunResult, ending_name, run_scene};
 use crate::scene::Scene;
 use crate::scene::document::Keep;
 use crate::step::{Ending, Interrupt};
@@ -191,17 +191,6 @@ impl Kind {
             difference,
             theory,
         })
-    }
-}
-
-fn ending_name(ending: &Ending) -> String {
-    match ending {
-        Ending::Finished => "finished".into(),
-        Ending::Cancelled => "cancelled".into(),
-        Ending::Failed { failure } => serde_json::to_value(failure.cause)
-            .ok()
-            .and_then(|cause| cause.as_str().map(str::to_owned))
-            .unwrap_or_else(|| "failed".into()),
     }
 }
 

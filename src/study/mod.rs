@@ -1,6 +1,8 @@
 //! Studies: from the one run of a scene to many.
 
+pub mod error;
 pub mod leave_out;
+pub mod palette;
 pub mod single;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};

@@ -159,6 +159,17 @@ fn mesh_hash(mesh: &crate::mesh::Mesh) -> String {
     })
 }
 
+pub(super) fn ending_name(ending: &Ending) -> String {
+    match ending {
+        Ending::Finished => "finished".into(),
+        Ending::Cancelled => "cancelled".into(),
+        Ending::Failed { failure } => serde_json::to_value(failure.cause)
+            .ok()
+            .and_then(|cause| cause.as_str().map(str::to_owned))
+            .unwrap_or_else(|| "failed".into()),
+    }
+}
+
 /// Processor time of the process so far [s].
 #[cfg(unix)]
 #[allow(clippy::unnecessary_wraps)] // not every system tells

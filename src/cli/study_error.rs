@@ -1,0 +1,215 @@
+//! `contuse study error`: error against run time of one scene.
+
+use super::plan::{duration, write_table};
+use super::run::{available_threads, read_scene, watch_for_ctrl_c};
+use super::{CliError, Exit};
+use crate::scene::document::Formulation;
+use crate::scene::{Budget, FolderSource};
+use crate::step::Interrupt;
+use crate::study::error::{
+    Advice, ErrorRequest, ErrorStudy, Quantity, Reference, Row, TARGETS, chart, ladder, study_error,
+};
+use clap::{Args, ValueEnum};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::{self, IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+/// Arguments of `contuse study error`.
+#[derive(Args, Debug)]
+pub struct ErrorArgs {
+    /// The scene document; its mesh files and `expected.json` lie beside it.
+    pub scene: PathBuf,
+    /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
+    #[arg(long, default_value_t = -1, allow_hyphen_values = true, value_parser = clap::value_parser!(i32).range(-4..=0))]
+    pub coarsest: i32,
+    /// Finest mesh: each level splits every element into eight, and takes sixteen times as long.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(i32).range(0..=4))]
+    pub finest: i32,
+    /// Formulations whose meshes are run beside those of the scene's own.
+    #[arg(long, value_delimiter = ',')]
+    pub formulations: Vec<FormulationName>,
+    /// Threads of each run; by default all cores.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the runs as CSV.
+    #[arg(long)]
+    pub csv: Option<PathBuf>,
+    /// Draw error against run time.
+    #[arg(long)]
+    pub svg: Option<PathBuf>,
+}
+
+/// A formulation, as on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum FormulationName {
+    /// One mean dilatation an element.
+    MeanDilatation,
+    /// 2×2×2 points.
+    Full,
+    /// One point with stabilisation.
+    Reduced,
+}
+
+impl From<FormulationName> for Formulation {
+    fn from(name: FormulationName) -> Self {
+        match name {
+            FormulationName::MeanDilatation => Self::MeanDilatation,
+            FormulationName::Full => Self::Full,
+            FormulationName::Reduced => Self::Reduced,
+        }
+    }
+}
+
+/// Runs the study. Exit code 3 when no setting came to its end, 4 when it was stopped.
+///
+/// # Errors
+/// What is wrong with the scene, its `expected.json`, or the flags.
+pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let (_, loaded) = read_scene(&args.scene)?;
+    loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
+    let exact = exact_values(&args.scene)?;
+    let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
+    let cancelled = watch_for_ctrl_c()?;
+    let study = study_error(&mut ErrorRequest {
+        document: &loaded.scene.document,
+        source: &FolderSource::new(folder),
+        budget: &Budget::COMMAND_LINE,
+        ladder: &ladder(args.coarsest, args.finest, &formulations),
+        exact: &exact,
+        threads: args.threads.map_or_else(available_threads, usize::from),
+        interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
+        progress: &mut |number, count, setting| {
+            if io::stderr().is_terminal() {
+                eprintln!("run {} of {count}: {}", number + 1, setting.name());
+            }
+        },
+    });
+    if let Some(path) = &args.csv {
+        std::fs::write(path, csv(&study))?;
+    }
+    if let Some(path) = &args.svg {
+        let svg = chart(&study).map_err(|error| CliError::Other(error.into()))?;
+        std::fs::write(path, svg)?;
+    }
+    if args.json {
+        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
+        writeln!(out, "{text}")?;
+    } else {
+        write_study(&study, out)?;
+    }
+    Ok(match () {
+        () if study.is_cancelled => Exit::Cancelled,
+        () if study.rows.iter().any(Row::is_finished) => Exit::Success,
+        () => Exit::RunFailed,
+    })
+}
+
+/// The exact values that `expected.json` beside the scene declares for it: `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`.
+fn exact_values(scene: &Path) -> Result<BTreeMap<Quantity, f64>, CliError> {
+    let path = scene.with_file_name("expected.json");
+    let Ok(bytes) = std::fs::read(&path) else { return Ok(BTreeMap::new()) };
+    let wrong = |what: String| CliError::Usage(format!("{}: {what}", path.display()));
+    let expected: Value = serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
+    let name = scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let Some(exact) = expected.get(&name).and_then(|entry| entry.get("exact")).and_then(Value::as_object)
+    else {
+        return Ok(BTreeMap::new());
+    };
+    let entry = |(name, value): (&String, &Value)| {
+        let known = || Quantity::ALL.map(Quantity::name).join(", ");
+        let quantity = Quantity::from_name(name)
+            .ok_or_else(|| wrong(format!("exact: no quantity is called {name:?}; there are {}", known())))?;
+        let value = value.as_f64().ok_or_else(|| wrong(format!("exact: {name} is no number")))?;
+        Ok((quantity, value))
+    };
+    exact.iter().map(entry).collect()
+}
+
+fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "{}: {} runs, {} thread(s) each\n", study.scene, study.rows.len(), study.threads)?;
+    writeln!(out, "What errors are measured against:")?;
+    for (quantity, reference) in &study.references {
+        let (title, unit) = quantity.title();
+        writeln!(out, "  {title:<18} {:.4e} {unit}: {}", reference.value(), describe(reference))?;
+    }
+    writeln!(out)?;
+    let mut header = vec!["setting".to_owned(), "elements".into(), "steps".into(), "processor".into()];
+    header.extend(study.references.keys().map(|q| q.title().0.to_owned()));
+    let rows: Vec<Vec<String>> = study.rows.iter().map(|row| cells(row, study)).collect();
+    write_table(&header, &rows, out)?;
+    for row in study.rows.iter().filter(|row| row.reason.is_some()) {
+        writeln!(out, "\n{}: {}", row.name, row.reason.as_deref().unwrap_or_default())?;
+    }
+    writeln!(out, "\nCheapest setting, the uncertainty of the reference included:")?;
+    let mut header = vec![String::new()];
+    header.extend(TARGETS.map(|target| format!("for {} %", 100.0 * target)));
+    let rows: Vec<Vec<String>> = study.advice.chunks(TARGETS.len()).map(advice_cells).collect();
+    write_table(&header, &rows, out)
+}
+
+fn describe(reference: &Reference) -> String {
+    let share = 100.0 * reference.uncertainty() / reference.value().abs();
+    match reference {
+        Reference::Exact { .. } => "exact".into(),
+        Reference::Extrapolated { order, .. } => {
+            format!("limit of the meshes, observed order {order:.2}, ± {share:.2} %")
+        }
+        Reference::Finest { reason, .. } => format!("the finest mesh, ± {share:.2} %, since {reason}"),
+    }
+}
+
+fn cells(row: &Row, study: &ErrorStudy) -> Vec<String> {
+    if !row.is_finished() {
+        return vec![row.name.clone(), row.ending.replace('_', " ")];
+    }
+    let mut cells =
+        vec![row.name.clone(), row.elements.to_string(), row.steps.to_string(), duration(row.cost_s())];
+    cells.extend(study.references.keys().map(|q| match row.errors.get(q) {
+        Some(error) => {
+            format!("{:.2} %{}", 100.0 * error, if row.is_on_front(&study.rows, *q) { " *" } else { "" })
+        }
+        None => "-".into(),
+    }));
+    cells
+}
+
+fn advice_cells(advice: &[Advice]) -> Vec<String> {
+    let title = advice.first().and_then(|a| a.quantity).map_or("all of them", |q| q.title().0);
+    let choice = |a: &Advice| match (&a.setting, a.cost_s) {
+        (Some(setting), Some(cost)) => format!("{setting} ({})", duration(cost)),
+        _ => "none of these".into(),
+    };
+    std::iter::once(title.to_owned()).chain(advice.iter().map(choice)).collect()
+}
+
+/// One line a run: setting, cost, values and relative errors.
+fn csv(study: &ErrorStudy) -> String {
+    let quantities: Vec<Quantity> = study.references.keys().copied().collect();
+    let mut text = String::from("setting,ending,elements,steps,wall_s,cpu_s");
+    for quantity in &quantities {
+        text += &format!(",{quantity},{quantity}_relative_error");
+    }
+    let number = |value: Option<&f64>| value.map(ToString::to_string).unwrap_or_default();
+    for row in &study.rows {
+        text += &format!(
+            "\n\"{}\",{},{},{},{},{}",
+            row.name,
+            row.ending,
+            row.elements,
+            row.steps,
+            row.wall_s,
+            number(row.cpu_s.as_ref())
+        );
+        for quantity in &quantities {
+            text += &format!(",{},{}", number(row.values.get(quantity)), number(row.errors.get(quantity)));
+        }
+    }
+    text + "\n"
+}

@@ -1,0 +1,119 @@
+//! Error against run time as SVG: one panel a quantity, both axes logarithmic, the Pareto front as a line.
+
+use super::{ErrorStudy, Quantity, Row};
+use crate::study::palette::COLOURS;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Failure = Box<dyn std::error::Error>;
+
+/// Size of a panel [px].
+const PANEL: (u32, u32) = (560, 400);
+/// Panels beside each other.
+const COLUMNS: usize = 2;
+/// Errors below this are drawn here [-].
+const LEAST_ERROR: f64 = 1e-5;
+
+/// The study as a picture.
+///
+/// # Errors
+/// The drawing library's own words.
+pub fn chart(study: &ErrorStudy) -> Result<String, String> {
+    let quantities: Vec<Quantity> = study.references.keys().copied().collect();
+    let rows = quantities.len().div_ceil(COLUMNS).max(1);
+    let size = (PANEL.0 * COLUMNS as u32, PANEL.1 * rows as u32);
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let drawn = area.fill(&WHITE).map_err(Failure::from).and_then(|()| {
+            let panels = area.split_evenly((rows, COLUMNS));
+            panels.iter().zip(&quantities).try_for_each(|(panel, q)| draw(panel, study, *q))
+        });
+        drawn.and_then(|()| Ok(area.present()?)).map_err(|error| error.to_string())?;
+    }
+    Ok(svg)
+}
+
+/// What a group of settings has in common: one colour, one line of the legend.
+fn family(row: &Row) -> &'static str {
+    use crate::scene::document::Formulation;
+    if row.setting.step_divisor != 1.0 {
+        "smaller steps"
+    } else if row.setting.contact_tolerance.is_some() {
+        "contact tolerance"
+    } else {
+        match row.setting.formulation {
+            None => "meshes, as in the scene",
+            Some(Formulation::MeanDilatation) => "meshes, mean dilatation",
+            Some(Formulation::Full) => "meshes, full",
+            Some(Formulation::Reduced) => "meshes, reduced",
+        }
+    }
+}
+
+fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failure> {
+    let point =
+        |row: &Row| row.errors.get(&quantity).map(|error| (row.cost_s(), 100.0 * error.max(LEAST_ERROR)));
+    let points: Vec<(f64, f64)> = study.rows.iter().filter_map(point).collect();
+    let (title, _) = quantity.title();
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, ("sans-serif", 18))
+        .margin(12)
+        .x_label_area_size(40)
+        .y_label_area_size(60)
+        .build_cartesian_2d(
+            decades(points.iter().map(|p| p.0)).log_scale(),
+            decades(points.iter().map(|p| p.1)).log_scale(),
+        )?;
+    chart
+        .configure_mesh()
+        .x_desc("processor time [s]")
+        .y_desc("error [%]")
+        .light_line_style(TRANSPARENT)
+        .x_label_formatter(&|x| format!("{x:.3e}"))
+        .y_label_formatter(&|y| format!("{y}"))
+        .draw()?;
+    let mut front: Vec<(f64, f64)> =
+        study.rows.iter().filter(|row| row.is_on_front(&study.rows, quantity)).filter_map(point).collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    chart.draw_series(LineSeries::new(front, BLACK.mix(0.4)))?;
+    // Below the uncertainty of the reference an error says nothing.
+    if let Some(reference) = study.references.get(&quantity) {
+        let floor = 100.0 * reference.uncertainty() / reference.value().abs();
+        if floor.is_finite() && floor > 100.0 * LEAST_ERROR {
+            let range = chart.x_range();
+            let line = [(range.start, floor), (range.end, floor)];
+            chart.draw_series(DashedLineSeries::new(line, 5, 5, BLACK.mix(0.4).into()))?;
+        }
+    }
+    let mut families: Vec<&str> = study.rows.iter().map(family).collect();
+    families.dedup();
+    for (i, name) in families.into_iter().enumerate() {
+        let colour = COLOURS[i % COLOURS.len()];
+        let of_family = study.rows.iter().filter(|row| family(row) == name).filter_map(point);
+        chart
+            .draw_series(of_family.map(|p| Circle::new(p, 4, colour.filled())))?
+            .label(name)
+            .legend(move |(x, y)| Circle::new((x + 8, y), 4, colour.filled()));
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::LowerLeft)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK.mix(0.3))
+        .draw()?;
+    Ok(())
+}
+
+/// Whole decades around some positive numbers.
+fn decades(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (low, high) = values
+        .filter(|x| x.is_finite() && *x > 0.0)
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(x), high.max(x)));
+    if low > high {
+        return 1.0..10.0;
+    }
+    let power = |x: f64| 10_f64.powf(x);
+    power(low.log10().floor())..power((high.log10().floor()) + 1.0)
+}

@@ -1,0 +1,141 @@
+//! What a sequence of meshes converges to, how fast, and how sure that is (Roache 1994; Celik et al. 2008).
+
+use serde::Serialize;
+
+/// Ratio of the element sizes of one mesh to the next finer one.
+pub const REFINEMENT: f64 = 2.0;
+/// Orders that are believed: below, the sequence hardly converges; above, two of its members are close by chance.
+const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
+/// Roache's factors of safety: with an observed order, and with an assumed one.
+const SAFETY: (f64, f64) = (1.25, 3.0);
+/// The order that is assumed where none is observed: impacts are of first order.
+const ASSUMED_ORDER: f64 = 1.0;
+
+/// What errors are measured against.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Reference {
+    /// Known otherwise.
+    Exact {
+        /// The value.
+        value: f64,
+    },
+    /// The limit of the meshes (Richardson).
+    Extrapolated {
+        /// The value.
+        value: f64,
+        /// Observed order of convergence.
+        order: f64,
+        /// Uncertainty of the value: the grid convergence index of the finest mesh.
+        uncertainty: f64,
+    },
+    /// The finest mesh itself, since the sequence allows no extrapolation.
+    Finest {
+        /// The value.
+        value: f64,
+        /// Uncertainty: three times the largest difference of the last meshes, at an assumed first order.
+        uncertainty: f64,
+        /// Why nothing was extrapolated.
+        reason: String,
+    },
+}
+
+impl Reference {
+    /// The value.
+    pub fn value(&self) -> f64 {
+        match self {
+            Self::Exact { value } | Self::Extrapolated { value, .. } | Self::Finest { value, .. } => *value,
+        }
+    }
+    /// How far it may be off.
+    pub fn uncertainty(&self) -> f64 {
+        match self {
+            Self::Exact { .. } => 0.0,
+            Self::Extrapolated { uncertainty, .. } | Self::Finest { uncertainty, .. } => *uncertainty,
+        }
+    }
+}
+
+/// The reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
+pub fn extrapolate(values: &[f64]) -> Option<Reference> {
+    let finest = *values.last()?;
+    let unknown = |uncertainty: f64, reason: &str| {
+        Some(Reference::Finest { value: finest, uncertainty, reason: reason.into() })
+    };
+    let [.., coarse, middle, fine] = *values else {
+        return match *values {
+            [coarse, fine] => unknown(assumed_error(coarse, fine), "only two meshes: order 1 is assumed"),
+            _ => unknown(f64::INFINITY, "only one mesh"),
+        };
+    };
+    let (before, after) = (middle - coarse, fine - middle);
+    let spread = assumed_error(coarse, middle).max(assumed_error(middle, fine));
+    if before == 0.0 && after == 0.0 {
+        return Some(Reference::Extrapolated { value: fine, order: f64::INFINITY, uncertainty: 0.0 });
+    }
+    if !(before * after > 0.0) {
+        return unknown(spread, "the values do not approach their limit from one side");
+    }
+    let order = observed_order(coarse, middle, fine);
+    if !BELIEVED.contains(&order) {
+        let reason = format!("the observed order {order:.2} is outside {:?}", BELIEVED);
+        return unknown(spread, &reason);
+    }
+    let step = after / (REFINEMENT.powf(order) - 1.0);
+    Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY.0 * step.abs() })
+}
+
+/// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
+pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
+    ((middle - coarse) / (fine - middle)).ln() / REFINEMENT.ln()
+}
+
+/// Error of the finer of two values at an *assumed* first order, with a factor of safety of three.
+pub fn assumed_error(coarse: f64, fine: f64) -> f64 {
+    SAFETY.1 * (fine - coarse).abs() / (REFINEMENT.powf(ASSUMED_ORDER) - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 + h^p on meshes h = 1, 1/2, 1/4, …
+    fn sequence(order: f64) -> Vec<f64> {
+        (0..4).map(|level| 2.0 + 0.5_f64.powi(level).powf(order)).collect()
+    }
+
+    #[test]
+    fn limit_and_order_of_a_pure_power_are_found() {
+        for p in [0.7, 1.0, 2.0] {
+            let Some(Reference::Extrapolated { value, order, uncertainty }) = extrapolate(&sequence(p))
+            else {
+                panic!("order {p} is not believed")
+            };
+            assert!((value - 2.0).abs() < 1e-12 && (order - p).abs() < 1e-12, "{value} {order}");
+            assert!(uncertainty > (sequence(p)[3] - 2.0).abs(), "{uncertainty}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_converge_is_not_extrapolated() {
+        for (values, uncertainty) in [
+            (vec![1.0, 2.0, 1.5], 3.0),
+            (vec![1.0, 2.0, 3.0], 3.0),
+            (vec![1.0, 2.0, 2.01], 3.0),
+            (vec![1.0, 2.0], 3.0),
+        ] {
+            let found = extrapolate(&values);
+            let Some(Reference::Finest { value, uncertainty: found, .. }) = found else {
+                panic!("{found:?}")
+            };
+            assert!((value - values.last().unwrap()).abs() < 1e-15 && (found - uncertainty).abs() < 1e-12);
+        }
+        assert!(extrapolate(&[1.0]).is_some_and(|r| r.uncertainty().is_infinite()));
+        assert_eq!(extrapolate(&[]), None);
+    }
+
+    #[test]
+    fn equal_values_have_no_error() {
+        assert!(extrapolate(&[3.0, 3.0, 3.0]).is_some_and(|r| r.uncertainty() == 0.0));
+    }
+}

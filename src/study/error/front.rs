@@ -1,0 +1,75 @@
+//! What to choose: the Pareto front of error and cost, and the cheapest setting for an error that is asked for.
+
+use super::{Quantity, Reference, Row};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Errors that are asked for [-].
+pub const TARGETS: [f64; 3] = [0.01, 0.03, 0.1];
+
+/// The cheapest setting for one quantity and one target.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// The quantity; absent for all of them at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<Quantity>,
+    /// Relative error that must not be exceeded, the uncertainty of the reference included [-].
+    pub target: f64,
+    /// Name of the setting; absent when none of the ladder reaches the target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub setting: Option<String>,
+    /// What it takes [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cost_s: Option<f64>,
+}
+
+/// Advice for each quantity, then for all at once.
+pub(super) fn advice(rows: &[Row], references: &BTreeMap<Quantity, Reference>) -> Vec<Advice> {
+    let quantities: Vec<Quantity> = references.keys().copied().collect();
+    if quantities.is_empty() {
+        return Vec::new();
+    }
+    let each = quantities.iter().map(|q| (Some(*q), vec![*q]));
+    let all = std::iter::once((None, quantities.clone()));
+    each.chain(all)
+        .flat_map(|(quantity, asked)| {
+            TARGETS.map(|target| choose(rows, references, quantity, &asked, target))
+        })
+        .collect()
+}
+
+fn choose(
+    rows: &[Row],
+    references: &BTreeMap<Quantity, Reference>,
+    quantity: Option<Quantity>,
+    asked: &[Quantity],
+    target: f64,
+) -> Advice {
+    let reaches = |row: &&Row| {
+        row.is_finished()
+            && asked.iter().all(|q| certain_error(row, references, *q).is_some_and(|e| e <= target))
+    };
+    let best = rows.iter().filter(reaches).min_by(|a, b| a.cost_s().total_cmp(&b.cost_s()));
+    Advice { quantity, target, setting: best.map(|row| row.name.clone()), cost_s: best.map(Row::cost_s) }
+}
+
+/// The error that a run has at most: its distance from the reference and how far that may be off [-].
+fn certain_error(row: &Row, references: &BTreeMap<Quantity, Reference>, quantity: Quantity) -> Option<f64> {
+    let reference = references.get(&quantity)?;
+    Some(row.errors.get(&quantity)? + reference.uncertainty() / reference.value().abs())
+}
+
+impl Row {
+    /// Whether no other finished run is both cheaper and at least as exact.
+    pub fn is_on_front(&self, rows: &[Self], quantity: Quantity) -> bool {
+        let Some(error) = self.errors.get(&quantity) else { return false };
+        let beaten = |other: &Self| {
+            other.is_finished()
+                && other.errors.get(&quantity).is_some_and(|e| {
+                    (*e <= *error && other.cost_s() < self.cost_s())
+                        || (*e < *error && other.cost_s() <= self.cost_s())
+                })
+        };
+        self.is_finished() && !rows.iter().any(beaten)
+    }
+}

@@ -1,0 +1,222 @@
+//! Error against run time: one scene computed with many settings, what each costs and how far it is off.
+//!
+//! A ladder changes one thing at a time ([`Setting`]): meshes for each formulation, time steps, tolerances of the contact
+//! solver. Errors are against the exact value where the scene has one, else against what the finest meshes converge to
+//! ([`convergence`]), with that limit's own uncertainty.
+
+mod chart;
+pub mod convergence;
+mod front;
+pub mod quantity;
+pub mod setting;
+
+pub use chart::chart;
+pub use convergence::Reference;
+pub use front::{Advice, TARGETS};
+pub use quantity::Quantity;
+pub use setting::Setting;
+
+use super::single::{RunRequest, ending_name, run_scene};
+use crate::scene::document::{Formulation, SceneDocument};
+use crate::scene::{Budget, MeshSource, load};
+use crate::step::{Ending, Interrupt};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What to study.
+pub struct ErrorRequest<'a> {
+    /// The scene.
+    pub document: &'a SceneDocument,
+    /// Its meshes.
+    pub source: &'a dyn MeshSource,
+    /// What a run may cost: settings beyond it are told and left out.
+    pub budget: &'a Budget,
+    /// The settings.
+    pub ladder: &'a [Setting],
+    /// Exact values, where they are known.
+    pub exact: &'a BTreeMap<Quantity, f64>,
+    /// Threads of each run.
+    pub threads: usize,
+    /// Asked before every step.
+    pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+    /// Told before each run: its number, how many there are, and its setting.
+    pub progress: &'a mut dyn FnMut(usize, usize, &Setting),
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// How the scene was computed.
+    pub setting: Setting,
+    /// The same for people.
+    pub name: String,
+    /// `finished`, `left_out`, or the cause of the failure.
+    pub ending: String,
+    /// Why it was left out or failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Elements.
+    pub elements: usize,
+    /// Steps.
+    pub steps: u64,
+    /// Wall time [s].
+    pub wall_s: f64,
+    /// Processor time [s].
+    pub cpu_s: Option<f64>,
+    /// The quantities of interest, by name.
+    pub values: BTreeMap<Quantity, f64>,
+    /// Their relative errors [-].
+    pub errors: BTreeMap<Quantity, f64>,
+}
+
+impl Row {
+    /// Processor time, or wall time where the system does not tell the former [s].
+    pub fn cost_s(&self) -> f64 {
+        self.cpu_s.unwrap_or(self.wall_s)
+    }
+    /// Whether it came to its end.
+    pub fn is_finished(&self) -> bool {
+        self.ending == "finished"
+    }
+}
+
+/// What came out.
+#[derive(Clone, Debug, Serialize)]
+pub struct ErrorStudy {
+    /// Name of the scene.
+    pub scene: String,
+    /// Threads of each run.
+    pub threads: usize,
+    /// What errors are measured against.
+    pub references: BTreeMap<Quantity, Reference>,
+    /// The runs, in the order of the ladder.
+    pub rows: Vec<Row>,
+    /// For each quantity and target the cheapest setting that reaches it.
+    pub advice: Vec<Advice>,
+    /// Whether it was stopped before its end.
+    pub is_cancelled: bool,
+}
+
+/// Meshes from `coarsest` to `finest` for each formulation, then time steps and tolerances on the scene's own mesh.
+pub fn ladder(coarsest: i32, finest: i32, formulations: &[Formulation]) -> Vec<Setting> {
+    let meshes = |formulation| {
+        (coarsest..=finest).map(move |mesh_level| Setting { mesh_level, formulation, ..Setting::OWN })
+    };
+    let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
+    let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
+    let others = formulations.iter().flat_map(|formulation| meshes(Some(*formulation)));
+    meshes(None).chain(others).chain(steps).chain(tolerances).collect()
+}
+
+/// Runs every setting of the ladder and compares them.
+pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
+    let (mut rows, mut is_cancelled) = (Vec::with_capacity(request.ladder.len()), false);
+    for (number, setting) in request.ladder.iter().enumerate() {
+        (request.progress)(number, request.ladder.len(), setting);
+        let row = measure(request, *setting);
+        is_cancelled = row.ending == "cancelled";
+        rows.push(row);
+        if is_cancelled {
+            break;
+        }
+    }
+    let references = references(&rows, request.exact);
+    for row in &mut rows {
+        row.errors = errors(&row.values, &references);
+    }
+    let advice = front::advice(&rows, &references);
+    ErrorStudy {
+        scene: request.document.name.clone(),
+        threads: request.threads,
+        references,
+        rows,
+        advice,
+        is_cancelled,
+    }
+}
+
+fn measure(request: &ErrorRequest, setting: Setting) -> Row {
+    let row = Row {
+        setting,
+        name: setting.name(),
+        ending: "left_out".into(),
+        reason: None,
+        elements: 0,
+        steps: 0,
+        wall_s: 0.0,
+        cpu_s: None,
+        values: BTreeMap::new(),
+        errors: BTreeMap::new(),
+    };
+    let left_out = |reason: String| Row { reason: Some(reason), ..row.clone() };
+    let Some(document) = setting.apply(request.document) else {
+        return left_out("the mesh cannot be made so coarse".into());
+    };
+    let document_json = match serde_json::to_vec(&document) {
+        Ok(json) => json,
+        Err(error) => return left_out(error.to_string()),
+    };
+    let loaded = match load(&document_json, request.source, request.budget) {
+        Ok(loaded) => loaded,
+        Err(problems) => {
+            let first = problems.0.iter().find(|p| p.is_error()).map(ToString::to_string);
+            return left_out(first.unwrap_or_else(|| problems.to_string()));
+        }
+    };
+    let result = run_scene(RunRequest {
+        scene: &loaded.scene,
+        document_json: &document_json,
+        recording: None,
+        threads: request.threads,
+        interrupt: request.interrupt,
+        progress: &mut |_| {},
+    });
+    let result = match result {
+        Ok(result) => result,
+        Err(error) => return left_out(error.to_string()),
+    };
+    let reason = match &result.outcome.ending {
+        Ending::Failed { failure } => Some(failure.message.clone()),
+        Ending::Finished | Ending::Cancelled => None,
+    };
+    let values = Quantity::ALL.into_iter().filter_map(|q| Some((q, q.of(&result.summary)?)));
+    Row {
+        elements: result.plan_report.elements,
+        steps: result.outcome.steps,
+        wall_s: result.wall_s,
+        cpu_s: result.cpu_s,
+        // What a failed run had until then is no answer to the question.
+        values: if result.outcome.ending == Ending::Finished { values.collect() } else { BTreeMap::new() },
+        ending: ending_name(&result.outcome.ending),
+        reason,
+        ..row
+    }
+}
+
+/// Exact values, else the limit of the meshes at the scene's own formulation and step.
+fn references(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTreeMap<Quantity, Reference> {
+    let mut meshes: Vec<&Row> = rows
+        .iter()
+        .filter(|row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN })
+        .collect();
+    meshes.sort_by_key(|row| row.setting.mesh_level);
+    let reference = |quantity: Quantity| {
+        if let Some(value) = exact.get(&quantity) {
+            return Some((quantity, Reference::Exact { value: *value }));
+        }
+        let values: Vec<f64> = meshes.iter().filter_map(|row| row.values.get(&quantity).copied()).collect();
+        Some((quantity, convergence::extrapolate(&values)?))
+    };
+    Quantity::ALL.into_iter().filter_map(reference).collect()
+}
+
+fn errors(
+    values: &BTreeMap<Quantity, f64>,
+    references: &BTreeMap<Quantity, Reference>,
+) -> BTreeMap<Quantity, f64> {
+    let error = |(quantity, value): (&Quantity, &f64)| {
+        let reference = references.get(quantity)?.value();
+        (reference != 0.0).then(|| (*quantity, ((value - reference) / reference).abs()))
+    };
+    values.iter().filter_map(error).collect()
+}

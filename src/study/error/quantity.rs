@@ -1,0 +1,102 @@
+//! The quantities of interest: numbers of the summary whose error is asked for.
+
+use crate::measure::{Results, Summary};
+use serde::Serialize;
+use std::fmt;
+
+/// A number that the scene is run for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Largest mean force over the window [N].
+    PeakForceN,
+    /// Impulse of the contact [N s].
+    #[serde(rename = "impulse_n_s")]
+    ImpulseNS,
+    /// Energy absorbed by the tissue at the end [J].
+    AbsorbedEnergyJ,
+    /// Area of the contact patch at the peak force [mm²].
+    PatchAreaMm2,
+    /// Depth of von Mises stress above the first threshold [mm].
+    StressDepthMm,
+    /// Largest principal Green–Lagrange strain [-].
+    PrincipalStrain,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::PeakForceN,
+        Self::ImpulseNS,
+        Self::AbsorbedEnergyJ,
+        Self::PatchAreaMm2,
+        Self::StressDepthMm,
+        Self::PrincipalStrain,
+    ];
+
+    /// Its name on the wire, with the unit in it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PeakForceN => "peak_force_n",
+            Self::ImpulseNS => "impulse_n_s",
+            Self::AbsorbedEnergyJ => "absorbed_energy_j",
+            Self::PatchAreaMm2 => "patch_area_mm2",
+            Self::StressDepthMm => "stress_depth_mm",
+            Self::PrincipalStrain => "principal_strain",
+        }
+    }
+
+    /// Its name for people, and its unit.
+    pub fn title(self) -> (&'static str, &'static str) {
+        match self {
+            Self::PeakForceN => ("peak force", "N"),
+            Self::ImpulseNS => ("impulse", "N s"),
+            Self::AbsorbedEnergyJ => ("absorbed energy", "J"),
+            Self::PatchAreaMm2 => ("contact patch", "mm²"),
+            Self::StressDepthMm => ("depth of stress", "mm"),
+            Self::PrincipalStrain => ("principal strain", "-"),
+        }
+    }
+
+    /// The one of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|quantity| quantity.name() == name)
+    }
+
+    /// Its value in a summary, of the contact with the largest impulse; `None` where the scene has no such thing.
+    pub fn of(self, summary: &Summary) -> Option<f64> {
+        let results: &Results = summary.values();
+        let impacts = results.impacts.iter();
+        let impact = impacts.max_by(|a, b| a.impulse_n_s.value.total_cmp(&b.impulse_n_s.value));
+        let tissue = results.tissue.as_ref();
+        match self {
+            Self::PeakForceN => impact.map(|i| i.peak_force_n.value),
+            Self::ImpulseNS => impact.map(|i| i.impulse_n_s.value),
+            Self::PatchAreaMm2 => impact.map(|i| i.patch_area_mm2.value),
+            Self::AbsorbedEnergyJ => tissue.map(|t| t.absorbed_energy_j.value),
+            Self::StressDepthMm => {
+                tissue.and_then(|t| t.significant_stress.first()?.depth_mm.as_ref()).map(|depth| depth.value)
+            }
+            Self::PrincipalStrain => tissue.map(|t| t.peak_principal_strain.quantity.value),
+        }
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_the_documents() {
+        for quantity in Quantity::ALL {
+            assert_eq!(serde_json::to_value(quantity).unwrap(), quantity.name());
+            assert_eq!(Quantity::from_name(quantity.name()), Some(quantity));
+        }
+    }
+}

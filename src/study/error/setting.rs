@@ -1,0 +1,113 @@
+//! A setting of the numerics: what a study changes in a scene without changing its question.
+
+use crate::scene::document::{
+    Count, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
+};
+use serde::Serialize;
+
+/// How a scene is computed, relative to its document.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// Mesh: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
+    pub mesh_level: i32,
+    /// Element formulation of every part; `None` for what the document says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub formulation: Option<Formulation>,
+    /// The time step's safety factor is divided by this.
+    pub step_divisor: f64,
+    /// Tolerance of the contact solver; `None` for what the document says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_tolerance: Option<f64>,
+}
+
+impl Setting {
+    /// What the document says.
+    pub const OWN: Self =
+        Self { mesh_level: 0, formulation: None, step_divisor: 1.0, contact_tolerance: None };
+
+    /// The scene computed like this; `None` where it cannot be: a mesh from a file is not made coarser.
+    pub fn apply(&self, document: &SceneDocument) -> Option<SceneDocument> {
+        let mut document = document.clone();
+        for body in &mut document.bodies {
+            change_mesh(&mut body.mesh, self.mesh_level)?;
+            for part in &mut body.parts {
+                part.formulation = self.formulation.or(part.formulation);
+            }
+        }
+        let IntegratorDocument::Explicit { safety_factor, .. } = &mut document.integrator;
+        *safety_factor /= self.step_divisor;
+        if let Some(tolerance) = self.contact_tolerance {
+            document.contact.tolerance = tolerance;
+        }
+        Some(document)
+    }
+
+    /// A name for people: "mesh +1, reduced, step / 2".
+    pub fn name(&self) -> String {
+        let mut name = format!("mesh {:+}", self.mesh_level).replace("+0", "0");
+        if let Some(formulation) = self.formulation {
+            name += match formulation {
+                Formulation::MeanDilatation => ", mean dilatation",
+                Formulation::Full => ", full",
+                Formulation::Reduced => ", reduced",
+            };
+        }
+        if self.step_divisor != 1.0 {
+            name += &format!(", step / {}", self.step_divisor);
+        }
+        if let Some(tolerance) = self.contact_tolerance {
+            name += &format!(", contact to {tolerance:.0e}");
+        }
+        name
+    }
+}
+
+fn change_mesh(mesh: &mut MeshDocument, level: i32) -> Option<()> {
+    match mesh {
+        MeshDocument::File(file) => {
+            file.refine = file.refine.checked_add_signed(level)?;
+            Some(())
+        }
+        MeshDocument::Generator(generator) => change_counts(generator, level),
+    }
+}
+
+/// Doubles or halves the numbers of elements; where a number is odd, or one, a half is rounded up. `None` when nothing would
+/// change.
+fn change_counts(generator: &mut Generator, level: i32) -> Option<()> {
+    let factor = 2_u32.checked_pow(level.unsigned_abs())?;
+    let mut has_changed = level == 0;
+    for Count { elements, grading, series } in generator.counts_mut() {
+        let before = *elements;
+        *elements = if level < 0 { before.div_ceil(factor) } else { before.checked_mul(factor)? };
+        has_changed |= *elements != before;
+        if let Some(grading) = grading {
+            *grading = nested_grading(*grading, before.div_ceil(series), elements.div_ceil(series));
+        }
+    }
+    has_changed.then_some(())
+}
+
+/// The grading of `after` elements in a geometric series whose cuts are among those of `before` elements, or hold them.
+///
+/// n elements of ratio G grow by q = G^(1/(n−1)) from one to the next; two of them merged grow by q².
+fn nested_grading(grading: f64, before: u32, after: u32) -> f64 {
+    if before < 2 || after == before {
+        return grading;
+    }
+    let growth = grading.ln() / f64::from(before - 1) * f64::from(before) / f64::from(after);
+    (growth * f64::from(after - 1)).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradings_are_those_of_merged_elements() {
+        // 1, 2, 4, 8 → 3, 12
+        assert!((nested_grading(8.0, 4, 2) - 4.0).abs() < 1e-12);
+        assert!((nested_grading(4.0, 2, 4) - 8.0).abs() < 1e-12);
+        assert!((nested_grading(5.0, 1, 2) - 5.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,14 @@
+//! Colours of the lines in plots.
+
+use plotters::style::RGBColor;
+
+/// Colours that stay apart for all kinds of colour vision (Okabe & Ito), in this order.
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
