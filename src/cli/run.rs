@@ -4,6 +4,7 @@ use super::keep::KeepArgs;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
 use crate::record::partial_path;
+use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
@@ -38,6 +39,9 @@ pub struct RunArgs {
     /// Stop after so many seconds of wall time.
     #[arg(long)]
     pub deadline_s: Option<f64>,
+    /// Leave out the cheaper runs that give the numbers their error bars.
+    #[arg(long)]
+    pub no_error_bars: bool,
     /// What is put back.
     #[command(flatten)]
     pub keep: KeepArgs,
@@ -51,6 +55,9 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
+    if args.no_error_bars {
+        loaded.scene.document.solver.error_bars = ErrorBarsDocument::None;
+    }
     let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
     check_output(&path)?;
     if !args.quiet {
@@ -168,6 +175,7 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     bar.set_position((progress.fraction * BAR_LENGTH as f64) as u64);
     bar.set_message(match progress.phase {
         Phase::Compiling => "compiling".to_owned(),
+        Phase::EstimatingErrors => "estimating errors".to_owned(),
         Phase::Settling => "settling".to_owned(),
         Phase::Running | Phase::Finished => {
             format!("t = {:.2} µs, step {}", 1e6 * progress.time_s, progress.step)
@@ -284,6 +292,7 @@ mod tests {
             threads: None,
             quiet: true,
             deadline_s,
+            no_error_bars: false,
             keep: KeepArgs::default(),
         };
         assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());

@@ -8,7 +8,7 @@ use super::fields::Fields;
 use super::hourglass_energy::HourglassEnergy;
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::stress_depth::StressDepth;
-use super::summary::Summary;
+use super::summary::{ErrorBars, Summary};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
@@ -54,6 +54,8 @@ pub struct Measures {
     pub step: u64,
     /// Ends of the model that send waves back; `None` when none is known.
     pub artificial_ends: Option<ArtificialEnds>,
+    /// Where the numbers' error bars come from.
+    pub error_bars: ErrorBars,
     /// The final summary, once the run has ended.
     pub summary: Option<Summary>,
 }
@@ -68,6 +70,12 @@ impl Measures {
     #[must_use]
     pub fn with_artificial_ends(self, artificial_ends: Option<ArtificialEnds>) -> Self {
         Self { artificial_ends, ..self }
+    }
+
+    /// Gives the numbers error bars.
+    #[must_use]
+    pub fn with_error_bars(self, error_bars: ErrorBars) -> Self {
+        Self { error_bars, ..self }
     }
 
     /// Takes in a frame's stresses.
@@ -119,6 +127,7 @@ impl Recorder for Measures {
             deflection: Deflection::new(plan),
             fields: Fields::new(plan),
             artificial_ends: self.artificial_ends.take(),
+            error_bars: std::mem::take(&mut self.error_bars),
             ..Self::default()
         };
         Ok(())

@@ -18,4 +18,4 @@ pub mod stress_depth;
 pub mod summary;
 
 pub use measures::Measures;
-pub use summary::{Results, Summary, render_table};
+pub use summary::{CheaperRuns, ErrorBars, REFINEMENT, Results, Summary, assumed_error, render_table};

@@ -10,7 +10,7 @@ pub use super::mesh_document::{
     Count, Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
 };
-pub use super::solver_document::{Keep, SolverDocument};
+pub use super::solver_document::{ErrorBarsDocument, Keep, SolverDocument};
 
 /// One scene: bodies, what may touch, how long, what to record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

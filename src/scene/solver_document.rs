@@ -10,6 +10,28 @@ pub struct SolverDocument {
     /// What is put back though the scene does not need it, to measure what leaving it out saves and that the results agree.
     #[serde(default)]
     pub keep: Vec<Keep>,
+    /// Where the error bars of the summary come from.
+    #[serde(default, skip_serializing_if = "ErrorBarsDocument::is_default")]
+    pub error_bars: ErrorBarsDocument,
+}
+
+/// Where the error bars of the summary come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorBarsDocument {
+    /// From three runs with half the numbers of elements, before the run itself; they add about a third to its time. Only
+    /// generated meshes can be made coarser.
+    #[default]
+    TwoLevels,
+    /// There are none.
+    None,
+}
+
+impl ErrorBarsDocument {
+    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 impl SolverDocument {

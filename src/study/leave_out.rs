@@ -6,7 +6,7 @@
 
 use super::single::{RunError, RunRequest, RunResult, ending_name, run_scene};
 use crate::scene::Scene;
-use crate::scene::document::Keep;
+use crate::scene::document::{ErrorBarsDocument, Keep};
 use crate::step::{Ending, Interrupt};
 use serde::Serialize;
 use std::path::Path;
@@ -148,6 +148,8 @@ impl Kind {
     fn run(&mut self, request: &LeaveOutRequest) -> Result<(), RunError> {
         let mut scene = request.scene.clone();
         scene.put_back(&self.put_back);
+        // Error bars would be the same, and their time is not what is studied.
+        scene.document.solver.error_bars = ErrorBarsDocument::None;
         let result = run_scene(RunRequest {
             scene: &scene,
             document_json: request.document_json,

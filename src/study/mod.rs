@@ -1,6 +1,7 @@
 //! Studies: from the one run of a scene to many.
 
 pub mod error;
+mod error_bars;
 pub mod leave_out;
 pub mod palette;
 pub mod single;

@@ -1,5 +1,6 @@
 //! One run of one scene: compile, step, measure, record. The command line and the service both come through here.
 
+use super::error_bars::error_bars;
 use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{Measures, Summary};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
@@ -22,6 +23,8 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 pub enum Phase {
     /// Scene → plan.
     Compiling,
+    /// Cheaper runs for the error bars.
+    EstimatingErrors,
     /// Settling before the clock starts.
     Settling,
     /// Stepping.
@@ -96,10 +99,14 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let progress = request.progress;
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::Compiling });
     let plan = compile(request.scene)?;
+    progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::EstimatingErrors });
+    let error_bars = error_bars(request.scene, request.threads, request.interrupt);
     let phase = if plan.settle.is_some() { Phase::Settling } else { Phase::Running };
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase });
 
-    let measures = Measures::new().with_artificial_ends(ArtificialEnds::of(request.scene, &plan));
+    let measures = Measures::new()
+        .with_artificial_ends(ArtificialEnds::of(request.scene, &plan))
+        .with_error_bars(error_bars);
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let mut teller = Teller { tell: progress, told: None };
     let (outcome, state, summary, energy) = if let Some(path) = request.recording {

@@ -2,10 +2,12 @@
 //!
 //! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
 
+mod error_bars;
 mod gates;
 mod results;
 mod table;
 
+pub use error_bars::{CheaperRuns, Estimate, REFINEMENT, assumed_error};
 pub use results::{Impact, Located, Results, SignificantStress, Split, Tissue};
 pub use table::render_table;
 
@@ -24,6 +26,9 @@ pub enum ErrorEstimate {
     /// Nobody looked.
     #[serde(rename = "not estimated")]
     NotEstimated,
+    /// So much.
+    #[serde(untagged)]
+    Estimated(Estimate),
 }
 
 /// Whether the run passed its gates.
@@ -45,6 +50,31 @@ pub struct Quantity {
     pub error: ErrorEstimate,
     /// Whether the run that it comes from passed its gates.
     pub gate: GateResult,
+}
+
+/// Where error bars come from.
+#[derive(Clone, Debug, Default)]
+pub enum ErrorBars {
+    /// Nobody asked for any.
+    #[default]
+    NotAsked,
+    /// There are none, and why.
+    Unknown(String),
+    /// Cheaper runs of the same scene.
+    From(Box<CheaperRuns>),
+}
+
+impl std::fmt::Display for ErrorBars {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
+            Self::Unknown(why) => write!(f, "not estimated: {why}"),
+            Self::From(_) => f.write_str(
+                "estimated from runs on a mesh of half the numbers of elements: two levels, first order assumed, factor of \
+                 safety 3",
+            ),
+        }
+    }
 }
 
 /// A check that decides whether numbers may be shown.
@@ -106,6 +136,8 @@ pub struct Summary {
     pub gates: Vec<Gate>,
     /// Sentences to read before the numbers are used.
     pub warnings: Vec<String>,
+    /// Where the error bars come from, or why there are none.
+    pub error_bars: String,
 }
 
 /// Numbers, plain or withheld.
@@ -181,6 +213,9 @@ impl Summary {
             reason = Some("a result is infinite or not a number".to_owned());
             values = results(measures, plan, Mint(GateResult::Failed));
         }
+        if let ErrorBars::From(runs) = &measures.error_bars {
+            values.estimate_errors(runs);
+        }
         let mut warnings = outcome.map(|o| o.warnings.clone()).unwrap_or_default();
         warnings.extend(
             own_warnings(measures, plan, &numerics, outcome.is_some())
@@ -203,6 +238,7 @@ impl Summary {
             numerics,
             gates,
             warnings,
+            error_bars: measures.error_bars.to_string(),
         }
     }
 

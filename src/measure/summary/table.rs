@@ -1,6 +1,6 @@
 //! The summary as a table for people.
 
-use super::{Impact, Located, Quantity, RunState, Shown, Split, Summary, Tissue};
+use super::{ErrorEstimate, Impact, Located, Quantity, RunState, Shown, Split, Summary, Tissue};
 use std::fmt::Write as _;
 
 /// Renders the summary as plain text, one number a line, with its unit and what is known of its error.
@@ -55,6 +55,7 @@ pub fn render_table(summary: &Summary) -> String {
             "",
         );
     }
+    table.line(&format!("  error bars: {}", summary.error_bars));
     if !summary.warnings.is_empty() {
         table.heading("Warnings");
         summary.warnings.iter().for_each(|warning| table.line(&format!("  {warning}")));
@@ -78,11 +79,12 @@ impl Table {
         self.line(format!("  {name:<42} {value:<24} {remark}").trim_end());
     }
     fn quantity(&mut self, name: &str, quantity: &Quantity, unit: &str) {
-        self.row(name, &format!("{} {unit}", number(quantity.value)), "error not estimated");
+        self.row(name, &plain(quantity, 1.0, unit), &error_of(quantity, 1.0, unit));
     }
     fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
-        let value = format!("{} {unit}", number(scale * located.quantity.value));
-        self.row(name, &value, &format!("at {}, error not estimated", seconds(located.time_s)));
+        let error = error_of(&located.quantity, scale, unit);
+        let remark = format!("at {}, {error}", seconds(located.time_s));
+        self.row(name, &plain(&located.quantity, scale, unit), &remark);
     }
 
     fn impact(&mut self, impact: &Impact) {
@@ -149,6 +151,39 @@ impl Table {
         let parts =
             [&split.strain_j, &split.kinetic_j, &split.dissipated_j].map(|q| number(q.value)).join(" + ");
         self.row("  strain + kinetic + dissipated", &format!("{parts} J"), "");
+    }
+}
+
+/// The number with its unit; one that is smaller than its error is not shown as a plain number.
+fn plain(quantity: &Quantity, scale: f64, unit: &str) -> String {
+    let value = number(scale * quantity.value);
+    match &quantity.error {
+        ErrorEstimate::Estimated(error) if !error.resolved => format!("({value}) {unit}"),
+        _ => format!("{value} {unit}"),
+    }
+}
+
+/// "± 200 N (mesh 150, step 45, contact 5)".
+fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
+    let ErrorEstimate::Estimated(error) = &quantity.error else { return "error not estimated".into() };
+    let [total, mesh, step, contact] =
+        [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}){verdict}")
+}
+
+/// Two significant digits: an error is not known better.
+fn rounded(error: f64) -> String {
+    if error == 0.0 || !(1e-4..1e7).contains(&error) {
+        return format!("{error:.1e}");
+    }
+    let decimals = 1 - error.log10().floor() as i32;
+    if decimals >= 0 {
+        format!("{error:.*}", decimals.unsigned_abs() as usize)
+    } else {
+        let unit = 10_f64.powi(-decimals);
+        format!("{}", (error / unit).round() * unit)
     }
 }
 

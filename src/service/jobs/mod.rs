@@ -77,6 +77,8 @@ pub enum Phase {
     Waiting,
     /// Meshes are made or read, the scene is compiled.
     Loading,
+    /// Cheaper runs of the scene give the error bars.
+    EstimatingErrors,
     /// It settles before the clock starts.
     Settling,
     /// It steps through time.
@@ -88,14 +90,22 @@ pub enum Phase {
 }
 
 impl Phase {
-    const ALL: [Self; 6] =
-        [Self::Waiting, Self::Loading, Self::Settling, Self::Stepping, Self::Closing, Self::Done];
+    const ALL: [Self; 7] = [
+        Self::Waiting,
+        Self::Loading,
+        Self::EstimatingErrors,
+        Self::Settling,
+        Self::Stepping,
+        Self::Closing,
+        Self::Done,
+    ];
 
     /// The name on the wire and in the store.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
             Self::Loading => "loading",
+            Self::EstimatingErrors => "estimating_errors",
             Self::Settling => "settling",
             Self::Stepping => "stepping",
             Self::Closing => "closing",

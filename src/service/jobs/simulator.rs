@@ -300,6 +300,7 @@ impl From<study::Phase> for Phase {
     fn from(phase: study::Phase) -> Self {
         match phase {
             study::Phase::Compiling => Self::Loading,
+            study::Phase::EstimatingErrors => Self::EstimatingErrors,
             study::Phase::Settling => Self::Settling,
             study::Phase::Running => Self::Stepping,
             study::Phase::Finished => Self::Closing,

@@ -1,15 +1,12 @@
 //! What a sequence of meshes converges to, how fast, and how sure that is (Roache 1994; Celik et al. 2008).
 
+use crate::measure::{REFINEMENT, assumed_error};
 use serde::Serialize;
 
-/// Ratio of the element sizes of one mesh to the next finer one.
-pub const REFINEMENT: f64 = 2.0;
 /// Orders that are believed: below, the sequence hardly converges; above, two of its members are close by chance.
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-/// Roache's factors of safety: with an observed order, and with an assumed one.
-const SAFETY: (f64, f64) = (1.25, 3.0);
-/// The order that is assumed where none is observed: impacts are of first order.
-const ASSUMED_ORDER: f64 = 1.0;
+/// Roache's factor of safety where an order was observed.
+const SAFETY: f64 = 1.25;
 
 /// What errors are measured against.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,17 +79,12 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
         return unknown(spread, &reason);
     }
     let step = after / (REFINEMENT.powf(order) - 1.0);
-    Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY.0 * step.abs() })
+    Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY * step.abs() })
 }
 
 /// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
 pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
     ((middle - coarse) / (fine - middle)).ln() / REFINEMENT.ln()
-}
-
-/// Error of the finer of two values at an *assumed* first order, with a factor of safety of three.
-pub fn assumed_error(coarse: f64, fine: f64) -> f64 {
-    SAFETY.1 * (fine - coarse).abs() / (REFINEMENT.powf(ASSUMED_ORDER) - 1.0)
 }
 
 #[cfg(test)]

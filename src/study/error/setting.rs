@@ -1,7 +1,7 @@
 //! A setting of the numerics: what a study changes in a scene without changing its question.
 
 use crate::scene::document::{
-    Count, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
+    Count, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
 };
 use serde::Serialize;
 
@@ -28,6 +28,8 @@ impl Setting {
     /// The scene computed like this; `None` where it cannot be: a mesh from a file is not made coarser.
     pub fn apply(&self, document: &SceneDocument) -> Option<SceneDocument> {
         let mut document = document.clone();
+        // The study compares the runs themselves.
+        document.solver.error_bars = ErrorBarsDocument::None;
         for body in &mut document.bodies {
             change_mesh(&mut body.mesh, self.mesh_level)?;
             for part in &mut body.parts {
