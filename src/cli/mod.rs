@@ -10,6 +10,7 @@ pub mod schema;
 pub mod serve;
 pub mod study;
 pub mod study_error;
+pub mod study_stability;
 pub mod validate;
 
 mod plot;

@@ -19,6 +19,8 @@ pub enum StudyCommand {
     LeaveOut(LeaveOutArgs),
     /// Error against run time: meshes, formulations, steps and tolerances, what each costs and how far it is off.
     Error(super::study_error::ErrorArgs),
+    /// Stability on stiff and extreme cases: a matrix of small impacts, each finished or diagnosed.
+    Stability(super::study_stability::StabilityArgs),
 }
 
 /// Arguments of `contuse study leave-out`.
@@ -47,6 +49,7 @@ pub struct LeaveOutArgs {
 pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     match command {
         StudyCommand::LeaveOut(args) => leave_out(args, out),
+        StudyCommand::Stability(args) => super::study_stability::stability(args, out),
         StudyCommand::Error(args) => super::study_error::error(args, out),
     }
 }

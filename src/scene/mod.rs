@@ -35,7 +35,7 @@ pub use budget::Budget;
 pub use load::{Loaded, load, load_file};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
-pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError};
+pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
 use crate::mechanics::tensor::Mat3;
 use crate::mesh::Mesh;

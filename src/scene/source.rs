@@ -58,6 +58,16 @@ pub enum MeshSourceError {
     },
 }
 
+/// No files at all: for scenes whose meshes are all generated.
+#[derive(Clone, Copy, Debug)]
+pub struct NoFiles;
+
+impl MeshSource for NoFiles {
+    fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
+        Err(MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() })
+    }
+}
+
 /// Files in the folder of the scene and below it. A name cannot lead out: no absolute paths, no `..`, no symbolic links
 /// to elsewhere.
 #[derive(Clone, Debug)]

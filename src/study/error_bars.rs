@@ -4,7 +4,7 @@ use super::error::Setting;
 use super::single::{RunRequest, ending_name, run_scene};
 use crate::measure::{CheaperRuns, ErrorBars, Results};
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};
-use crate::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, Scene, load};
+use crate::scene::{Budget, NoFiles, Scene, load};
 use crate::step::{Ending, Interrupt};
 
 /// The mesh of the cheaper runs, and the divisor of their step.
@@ -57,14 +57,5 @@ fn results(
     match &result.outcome.ending {
         Ending::Finished => Ok(result.summary.values().clone()),
         ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),
-    }
-}
-
-/// Scenes of generated meshes alone have a coarser mesh: they read no files.
-struct NoFiles;
-
-impl MeshSource for NoFiles {
-    fn read(&self, name: &str, _: u64) -> Result<MeshBytes, MeshSourceError> {
-        Err(MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() })
     }
 }

@@ -5,6 +5,7 @@ mod error_bars;
 pub mod leave_out;
 pub mod palette;
 pub mod single;
+pub mod stability;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
 pub use single::{Phase, Progress, RunError, RunRequest, RunResult, run_scene};

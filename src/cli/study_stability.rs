@@ -1,0 +1,111 @@
+//! `contuse study stability`: the matrix of stiff and extreme cases.
+
+use super::run::watch_for_ctrl_c;
+use super::{CliError, Exit};
+use crate::step::Interrupt;
+use crate::study::stability::{Cell, StabilityStudy, Stepping, Verdict, cases, picture, study_stability};
+use clap::Args;
+use std::fmt::Write as _;
+use std::io::{self, IsTerminal as _, Write};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+/// Arguments of `contuse study stability`.
+#[derive(Args, Debug)]
+pub struct StabilityArgs {
+    /// The ends of each axis only.
+    #[arg(long)]
+    pub short: bool,
+    /// Steps of the implicit scheme over the explicit one; none leaves the scheme out.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 10, 100, 1000])]
+    pub implicit: Vec<u32>,
+    /// Answer as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Draw the matrix as SVG.
+    #[arg(long)]
+    pub svg: Option<PathBuf>,
+}
+
+/// Runs the matrix; Markdown by default. Exit code 1 when a cell neither finished nor was diagnosed.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let cancelled = watch_for_ctrl_c()?;
+    let implicit = args.implicit.iter().filter(|ratio| **ratio > 0);
+    let steppings: Vec<Stepping> = std::iter::once(Stepping::Explicit)
+        .chain(implicit.map(|ratio| Stepping::Implicit { step_ratio: *ratio }))
+        .collect();
+    let study = study_stability(
+        &cases(args.short),
+        &steppings,
+        &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
+        &mut |cell| {
+            if io::stderr().is_terminal() {
+                eprintln!("{} {}, {}: {}", cell.axis, cell.value, cell.stepping, cell.ending);
+            }
+        },
+    );
+    if let Some(path) = &args.svg {
+        let svg = picture(&study).map_err(|error| CliError::Other(error.into()))?;
+        std::fs::write(path, svg)?;
+    }
+    if args.json {
+        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
+        writeln!(out, "{text}")?;
+    } else {
+        out.write_all(markdown(&study).as_bytes())?;
+    }
+    Ok(match () {
+        () if study.is_cancelled => Exit::Cancelled,
+        () if study.wrong > 0 => Exit::Unexpected,
+        () => Exit::Success,
+    })
+}
+
+/// The matrix for people: what finished, then why the rest did not.
+fn markdown(study: &StabilityStudy) -> String {
+    let mut text = format!(
+        "{} cells; of {} that could happen {} finish within their gates ({:.0} %); {} without a diagnosis\n\n",
+        study.cells.len(),
+        study.physical,
+        study.physical_finished,
+        100.0 * study.physical_finished as f64 / study.physical.max(1) as f64,
+        study.wrong
+    );
+    text += "| axis | value | stepping | ending | energy error | growth | contact loss | smallest J | penetration | steps | time |\n";
+    text += "|---|---|---|---|---|---|---|---|---|---|---|\n";
+    for cell in &study.cells {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "{}", line(cell));
+    }
+    text += "\n## What did not finish\n\n";
+    for cell in study.cells.iter().filter(|cell| cell.verdict != Verdict::Finished) {
+        let reason = cell.reason.as_deref().unwrap_or("no reason");
+        let remedy = cell.remedy.as_deref().unwrap_or("none");
+        let _ =
+            writeln!(text, "- {} {}, {}: {reason} Remedy: {remedy}", cell.axis, cell.value, cell.stepping);
+    }
+    text
+}
+
+fn line(cell: &Cell) -> String {
+    let head =
+        format!("| {} | {} | {} | {}", cell.axis, cell.value, cell.stepping, cell.ending.replace('_', " "));
+    if cell.verdict == Verdict::Refused {
+        return format!("{head} | | | | | | | |");
+    }
+    let reached =
+        if cell.reached < 1.0 - 1e-9 { format!(" at {:.0} %", 100.0 * cell.reached) } else { String::new() };
+    format!(
+        "{head}{reached} | {:.1e} | {:.4} | {:.1} % | {:.3} | {:.1e} | {} | {:.2} s |",
+        cell.balance_error,
+        cell.growth,
+        100.0 * cell.contact_loss,
+        cell.smallest_jacobian,
+        cell.penetration,
+        cell.steps,
+        cell.wall_s
+    )
+}

@@ -1,0 +1,234 @@
+//! Stability on stiff and extreme cases: a matrix of small impacts, each finished within its gates or diagnosed.
+
+mod picture;
+mod scenes;
+mod watch;
+
+pub use picture::picture;
+pub use scenes::{Case, cases};
+
+use super::single::ending_name;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{Plan, compile};
+use crate::scene::{Budget, NoFiles, load};
+use crate::step::{Ending, Interrupt, RunOptions, run};
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::time::Instant;
+use watch::Watch;
+
+/// How a cell is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stepping {
+    /// Central differences.
+    Explicit,
+    /// The θ scheme at so many times the explicit step.
+    Implicit {
+        /// Its step over the explicit one.
+        step_ratio: u32,
+    },
+}
+
+impl std::fmt::Display for Stepping {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Explicit => f.write_str("explicit"),
+            Self::Implicit { step_ratio } => write!(f, "implicit, step × {step_ratio}"),
+        }
+    }
+}
+
+/// What became of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It came to its end within its gates.
+    Finished,
+    /// It was refused before the run, with a reason.
+    Refused,
+    /// It ended with a diagnosis.
+    Diagnosed,
+    /// It gave a number that is none, or grew without being noticed: a defect.
+    Wrong,
+}
+
+/// One cell of the matrix.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// What is varied.
+    pub axis: String,
+    /// Its value.
+    pub value: String,
+    /// How it was integrated.
+    pub stepping: Stepping,
+    /// Whether such an impact could happen.
+    pub is_physical: bool,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// `finished`, `refused`, or the cause of the failure.
+    pub ending: String,
+    /// Why it did not finish.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<String>,
+    /// Largest error of the energy balance [-].
+    pub balance_error: f64,
+    /// Largest total energy over that of the start [-].
+    pub growth: f64,
+    /// Numerical contact dissipation, as a share of the energy [-].
+    pub contact_loss: f64,
+    /// Smallest Jacobian.
+    pub smallest_jacobian: f64,
+    /// Deepest that a contact was inside when a step began, over the shortest edge [-].
+    pub penetration: f64,
+    /// Share of the simulated time that was reached.
+    pub reached: f64,
+    /// Steps.
+    pub steps: u64,
+    /// Wall time [s].
+    pub wall_s: f64,
+}
+
+/// The matrix.
+#[derive(Clone, Debug, Serialize)]
+pub struct StabilityStudy {
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// Cells that could happen.
+    pub physical: usize,
+    /// Those of them that finished within their gates.
+    pub physical_finished: usize,
+    /// Cells without a finish and without a diagnosis: must be none.
+    pub wrong: usize,
+    /// Whether it was stopped before its end.
+    pub is_cancelled: bool,
+}
+
+/// Runs each case with each stepping.
+pub fn study_stability(
+    cases: &[Case],
+    steppings: &[Stepping],
+    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
+    progress: &mut dyn FnMut(&Cell),
+) -> StabilityStudy {
+    let (mut cells, mut is_cancelled) = (Vec::new(), false);
+    'cases: for case in cases {
+        for stepping in steppings {
+            let cell = eval_cell(case, *stepping, interrupt);
+            progress(&cell);
+            is_cancelled = cell.ending == "cancelled";
+            cells.push(cell);
+            if is_cancelled {
+                break 'cases;
+            }
+        }
+    }
+    let physical = cells.iter().filter(|c| c.is_physical);
+    StabilityStudy {
+        physical: physical.clone().count(),
+        physical_finished: physical.filter(|c| c.verdict == Verdict::Finished).count(),
+        wrong: cells.iter().filter(|c| c.verdict == Verdict::Wrong).count(),
+        cells,
+        is_cancelled,
+    }
+}
+
+fn eval_cell(case: &Case, stepping: Stepping, interrupt: &(dyn Fn() -> Option<Interrupt> + Sync)) -> Cell {
+    let clock = Instant::now();
+    let cell = Cell {
+        axis: case.axis.into(),
+        value: case.label.clone(),
+        stepping,
+        is_physical: case.is_physical,
+        verdict: Verdict::Refused,
+        ending: "refused".into(),
+        reason: None,
+        remedy: None,
+        balance_error: 0.0,
+        growth: 1.0,
+        contact_loss: 0.0,
+        smallest_jacobian: 1.0,
+        penetration: 0.0,
+        reached: 0.0,
+        steps: 0,
+        wall_s: 0.0,
+    };
+    let mut cell = match plan_of(case, stepping) {
+        Ok((plan, shortest_edge)) => run_cell(&plan, shortest_edge, interrupt, &cell),
+        Err(refusal) => Cell { reason: Some(refusal.reason), remedy: Some(refusal.remedy), ..cell },
+    };
+    cell.wall_s = clock.elapsed().as_secs_f64();
+    cell
+}
+
+/// Why a case is not run, and what to do.
+struct Refusal {
+    reason: String,
+    remedy: String,
+}
+
+/// The plan of a case with a stepping, and its shortest edge [m].
+fn plan_of(case: &Case, stepping: Stepping) -> Result<(Plan, f64), Refusal> {
+    let explicit = compiled(&case.document)?;
+    let Stepping::Implicit { step_ratio } = stepping else { return Ok(explicit) };
+    let (plan, _) = explicit;
+    let mut document = case.document.clone();
+    // Two steps at the least, or nothing is stepped.
+    let step = (f64::from(step_ratio) * plan.report.stable_step_s).min(0.5 * plan.end_time);
+    document["integrator"] = json!({"kind": "implicit", "step_s": step});
+    compiled(&document)
+}
+
+fn compiled(document: &Value) -> Result<(Plan, f64), Refusal> {
+    let internal = |reason: String| Refusal { reason, remedy: "report this scene".into() };
+    let bytes = serde_json::to_vec(document).map_err(|error| internal(error.to_string()))?;
+    let loaded = load(&bytes, &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
+        let first = problems.0.iter().find(|problem| problem.is_error());
+        first.map_or_else(
+            || internal("refused without a reason".into()),
+            |p| Refusal { reason: format!("{}: {}", p.pointer, p.message), remedy: p.remedy.clone() },
+        )
+    })?;
+    let shortest = loaded.bodies.iter().map(|body| body.min_edge_m).fold(f64::INFINITY, f64::min);
+    let plan = compile(&loaded.scene).map_err(|error| internal(error.to_string()))?;
+    Ok((plan, shortest))
+}
+
+/// Runs a plan; the rest of the cell is in `blank`.
+fn run_cell(
+    plan: &Plan,
+    shortest_edge: f64,
+    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
+    blank: &Cell,
+) -> Cell {
+    let mut watch = Watch::default();
+    let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt }, &mut [&mut watch]);
+    let is_sound = |all: &[Vec3]| all.iter().all(|v| v.iter().all(|x| x.is_finite()));
+    let is_finite = is_sound(&state.u) && is_sound(&state.v) && outcome.balance_error.is_finite();
+    let failure = match &outcome.ending {
+        Ending::Failed { failure } => Some(failure),
+        Ending::Finished | Ending::Cancelled => None,
+    };
+    let verdict = match (&outcome.ending, is_finite) {
+        (Ending::Finished, true) => Verdict::Finished,
+        (Ending::Finished, false) => Verdict::Wrong,
+        _ => Verdict::Diagnosed,
+    };
+    Cell {
+        verdict,
+        ending: ending_name(&outcome.ending),
+        reason: failure.map(|f| f.message.clone()),
+        remedy: failure.map(|f| f.remedy.clone()),
+        balance_error: outcome.balance_error,
+        growth: watch.growth(),
+        contact_loss: watch.contact_loss(),
+        smallest_jacobian: outcome.smallest_jacobian,
+        penetration: watch.deepest / shortest_edge,
+        reached: outcome.time_s / plan.end_time,
+        steps: outcome.steps,
+        ..blank.clone()
+    }
+}
