@@ -11,6 +11,7 @@ use crate::service::jobs::recordings::hexadecimal;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
 use crate::service::meshes::MeshShelf;
 use axum::Json;
+use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -48,10 +49,22 @@ pub async fn submit(
     headers: HeaderMap,
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
+    let (engine, scene) = (Arc::clone(&app.queue.engine), body.clone());
+    accept(&app, owner, &headers, body, move |shelf| engine.check(&scene, shelf)).await
+}
+
+/// Makes a job of a body that `check` finds good.
+pub(super) async fn accept(
+    app: &Arc<App>,
+    owner: String,
+    headers: &HeaderMap,
+    body: Bytes,
+    check: impl FnOnce(&MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> + Send + 'static,
+) -> Result<Response, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    let idempotency_key = idempotency_key(&headers)?;
+    let idempotency_key = idempotency_key(headers)?;
     let body_sha256 = hexadecimal(&Sha256::digest(&body));
     // A replay needs no second judgement of the scene.
     if let Some(key) = &idempotency_key
@@ -59,9 +72,7 @@ pub async fn submit(
     {
         return submitted(earlier);
     }
-    let engine = Arc::clone(&app.queue.engine);
-    let scene = body.clone();
-    let checked: CheckedScene = judge(&app, &owner, move |shelf| engine.check(&scene, shelf)).await?;
+    let checked = judge(app, &owner, check).await?;
     let new = NewJob {
         owner,
         idempotency_key,

@@ -10,6 +10,7 @@ mod pages;
 mod problem;
 mod range;
 mod recording;
+mod studies;
 mod wire;
 
 pub use openapi::text as openapi_text;
@@ -49,6 +50,7 @@ fn routes() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(jobs::summary))
         .routes(routes!(jobs::plan))
         .routes(routes!(recording::download))
+        .routes(routes!(studies::submit))
         .routes(routes!(meshes::upload))
         .routes(routes!(meshes::get))
         .routes(routes!(pages::healthz))

@@ -19,6 +19,7 @@ use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
     modifiers(&Bearer),
     tags(
         (name = "jobs", description = "Scenes that wait, run and end"),
+        (name = "studies", description = "Many runs of one scene: error against run time, stability"),
         (name = "meshes", description = "Meshes that scenes can name"),
         (name = "service", description = "The service itself"),
     )

@@ -155,6 +155,12 @@ pub trait Engine: Send + Sync + 'static {
     /// Every problem of the scene at once.
     fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
 
+    /// Judges a study of a scene.
+    ///
+    /// # Errors
+    /// Every problem of the study and its scene at once.
+    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
+
     /// Judges a scene and compiles it: what it would be, and what it would cost.
     ///
     /// # Errors

@@ -16,6 +16,7 @@ pub mod recordings;
 pub mod simulator;
 pub mod snapshots;
 pub mod store;
+pub mod study_job;
 pub mod worker;
 
 pub use error::JobsError;

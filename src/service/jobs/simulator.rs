@@ -4,6 +4,7 @@ use super::engine::{
     BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
     SceneProblem,
 };
+use super::study_job::{self, StudyDocument};
 use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::mesh::Mesh;
 use crate::mesh::quality::quality;
@@ -67,9 +68,29 @@ impl Simulator {
     }
 }
 
+impl Simulator {
+    /// What a run may cost.
+    pub(super) fn budget(&self) -> &Budget {
+        &self.budget
+    }
+
+    /// See [`Engine::check`].
+    pub(super) fn check_scene(
+        &self,
+        scene: &[u8],
+        meshes: &MeshShelf,
+    ) -> Result<CheckedScene, Vec<SceneProblem>> {
+        self.load(scene, meshes).map(|loaded| checked(&loaded))
+    }
+}
+
 impl Engine for Simulator {
     fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        self.load(scene, meshes).map(|loaded| checked(&loaded))
+        self.check_scene(scene, meshes)
+    }
+
+    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        study_job::check(self, study, meshes)
     }
 
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
@@ -81,6 +102,9 @@ impl Engine for Simulator {
     }
 
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+        if let Some(study) = StudyDocument::of(order.scene) {
+            return study_job::run(self, study, order);
+        }
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
         let estimated_steps = loaded.estimate.steps;
         let mut reached = RunProgress::loading();

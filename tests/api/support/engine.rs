@@ -109,6 +109,11 @@ impl Engine for ScriptedEngine {
         })
     }
 
+    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        let document: Value = serde_json::from_slice(study).unwrap();
+        self.check(document["scene"].to_string().as_bytes(), meshes)
+    }
+
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
         let checked = self.check(scene, meshes)?;
         let body = BodyPreview {

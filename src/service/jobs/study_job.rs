@@ -1,0 +1,202 @@
+//! Studies as jobs: many runs of one scene behind one job, whose summary is what they say.
+
+use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
+use super::simulator::Simulator;
+use super::{JobFailure, JobFailureCause, Phase, RunProgress};
+use crate::scene::document::{Formulation, SceneDocument};
+use crate::service::meshes::MeshShelf;
+use crate::study::error::{ErrorRequest, Quantity, Row, Setting, ladder, study_error};
+use crate::study::stability::{Stepping, cases, study_stability};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use utoipa::ToSchema;
+
+/// Levels of meshes that may be asked for: a level more is sixteen times the work.
+const LEVELS: RangeInclusive<i32> = -4..=4;
+
+/// A study that is asked for.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum StudyDocument {
+    /// Error against run time of one scene.
+    Error {
+        /// The scene document.
+        #[schema(value_type = Object)]
+        scene: Value,
+        /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
+        #[serde(default = "default_coarsest")]
+        coarsest: i32,
+        /// Finest mesh: each level splits every element into eight.
+        #[serde(default = "default_finest")]
+        finest: i32,
+        /// Formulations beside the scene's own.
+        #[serde(default)]
+        #[schema(value_type = Vec<String>)]
+        formulations: Vec<Formulation>,
+        /// Exact values by the name of the quantity, where they are known.
+        #[serde(default)]
+        exact: BTreeMap<String, f64>,
+    },
+    /// The matrix of stiff and extreme cases.
+    Stability {
+        /// The ends of each axis only.
+        #[serde(default = "yes")]
+        short: bool,
+        /// Steps of the implicit scheme over the explicit one.
+        #[serde(default)]
+        implicit: Vec<u32>,
+    },
+}
+
+fn default_coarsest() -> i32 {
+    -1
+}
+fn default_finest() -> i32 {
+    1
+}
+fn yes() -> bool {
+    true
+}
+
+impl StudyDocument {
+    /// The study of a body that was accepted as one; `None` for a scene.
+    pub fn of(body: &[u8]) -> Option<Self> {
+        serde_json::from_slice(body).ok()
+    }
+}
+
+/// Judges a study; problems of its scene have their place in the whole document.
+pub(super) fn check(
+    simulator: &Simulator,
+    body: &[u8],
+    meshes: &MeshShelf,
+) -> Result<CheckedScene, Vec<SceneProblem>> {
+    let study: StudyDocument =
+        serde_json::from_slice(body).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
+    match &study {
+        StudyDocument::Error { scene, coarsest, finest, exact, .. } => {
+            let mut problems: Vec<SceneProblem> = Vec::new();
+            for (name, level, range) in [("coarsest", coarsest, -4..=0), ("finest", finest, 0..=4)] {
+                if !range.contains(level) {
+                    problems.push(out_of_range(name, *level, &range));
+                }
+            }
+            for name in exact.keys().filter(|name| Quantity::from_name(name).is_none()) {
+                problems.push(no_quantity(name));
+            }
+            let checked = simulator.check_scene(scene.to_string().as_bytes(), meshes);
+            match checked {
+                Ok(checked) if problems.is_empty() => {
+                    Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
+                }
+                Ok(_) => Err(problems),
+                Err(found) => {
+                    let placed = found
+                        .into_iter()
+                        .map(|p| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p });
+                    problems.extend(placed);
+                    Err(problems)
+                }
+            }
+        }
+        StudyDocument::Stability { .. } => Ok(CheckedScene {
+            name: "stability".into(),
+            content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
+            end_time_s: 1.0,
+            warnings: Vec::new(),
+        }),
+    }
+}
+
+fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> SceneProblem {
+    SceneProblem {
+        code: "out_of_range".into(),
+        pointer: format!("/{name}"),
+        value: level.into(),
+        limit: format!("{} to {}", range.start(), range.end()),
+        remedy: format!("levels go from {} to {}", LEVELS.start(), LEVELS.end()),
+        ..SceneProblem::of_document(&format!("{name} is no level of meshes that is offered"))
+    }
+}
+
+fn no_quantity(name: &str) -> SceneProblem {
+    SceneProblem {
+        code: "unknown_quantity".into(),
+        pointer: format!("/exact/{}", name.replace('~', "~0").replace('/', "~1")),
+        value: name.into(),
+        limit: "a quantity of interest".into(),
+        remedy: format!("there are {}", Quantity::ALL.map(Quantity::name).join(", ")),
+        ..SceneProblem::of_document(&format!("no quantity is called {name:?}"))
+    }
+}
+
+/// Runs a study that was judged before.
+pub(super) fn run(
+    simulator: &Simulator,
+    study: StudyDocument,
+    order: RunOrder<'_>,
+) -> Result<RunReport, JobFailure> {
+    let mut reached = RunProgress { phase: Phase::Stepping, ..RunProgress::loading() };
+    let mut tell = |number: usize, count: usize| {
+        reached.progress = number as f64 / count.max(1) as f64;
+        reached.step = number as u64;
+        reached.expected_steps = Some(count as u64);
+        (order.progress)(reached);
+    };
+    let interrupt = || order.control.interrupt();
+    let (summary, is_cancelled, has_finished) = match study {
+        StudyDocument::Error { scene, coarsest, finest, formulations, exact } => {
+            let document: SceneDocument =
+                serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
+            let exact =
+                exact.iter().filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
+            let study = study_error(&mut ErrorRequest {
+                document: &document,
+                source: order.meshes,
+                budget: simulator.budget(),
+                ladder: &ladder(coarsest, finest, &formulations),
+                exact: &exact,
+                threads: order.threads,
+                interrupt: &interrupt,
+                progress: &mut |number, count, _: &Setting| tell(number, count),
+            });
+            let has_finished = study.rows.iter().any(Row::is_finished);
+            (serde_json::to_string_pretty(&study), study.is_cancelled, has_finished)
+        }
+        StudyDocument::Stability { short, implicit } => {
+            let cases = cases(short);
+            let steppings: Vec<Stepping> = std::iter::once(Stepping::Explicit)
+                .chain(implicit.iter().map(|ratio| Stepping::Implicit { step_ratio: *ratio }))
+                .collect();
+            let (mut done, count) = (0, cases.len() * steppings.len());
+            let study = study_stability(&cases, &steppings, &interrupt, &mut |_| {
+                done += 1;
+                tell(done, count);
+            });
+            (serde_json::to_string_pretty(&study), study.is_cancelled, true)
+        }
+    };
+    let summary = summary.map_err(|error| {
+        tracing::error!(%error, "a study cannot be written as JSON");
+        JobFailure::internal()
+    })?;
+    let ending = match () {
+        () if is_cancelled => RunEnding::Stopped,
+        () if has_finished => RunEnding::Finished,
+        () => RunEnding::Failed(nothing_finished()),
+    };
+    Ok(RunReport { ending, summary: Some(summary), progress: reached })
+}
+
+fn nothing_finished() -> JobFailure {
+    JobFailure {
+        cause: JobFailureCause::InvalidScene,
+        message: "No setting of the study came to its end; the summary says why of each.".into(),
+        remedy: "Run the scene by itself first.".into(),
+        time_s: None,
+        step: None,
+        element: None,
+    }
+}
