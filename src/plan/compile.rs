@@ -1,6 +1,7 @@
 //! Scene → Plan.
 
 use super::contact::compile_contact;
+use super::contact_mass::ContactMass;
 use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
 use super::stable_step::StableSteps;
@@ -164,7 +165,7 @@ fn add_body(
     let mesh = &body.mesh;
     let (first_node, first_element) =
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
-    let geometry = reference_geometry(document, body)?;
+    let geometry = reference_geometry(scene, document, body)?;
 
     let mut mass = vec![0.0; mesh.nodes.len()];
     for (e, hex) in mesh.hexes.iter().enumerate() {
@@ -209,11 +210,14 @@ fn add_body(
 }
 
 fn reference_geometry(
+    scene: &SceneDocument,
     document: &BodyDocument,
     body: &SceneBody,
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
+    let mass = ContactMass::new(scene.contact.mass_redistribution, &body.mesh);
     let of_element = |element: usize| {
-        let geometry = ReferenceGeometry::new(&body.mesh.corners(element));
+        let (corners, hex) = (body.mesh.corners(element), &body.mesh.hexes[element]);
+        let geometry = ReferenceGeometry::with_mass_at(&corners, |volume| mass.moved(hex, volume));
         if geometry.smallest_jacobian > 0.0 {
             return Ok(geometry);
         }

@@ -2,6 +2,7 @@
 
 mod compile;
 mod contact;
+mod contact_mass;
 mod cost;
 mod distant;
 mod left_out;

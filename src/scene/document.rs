@@ -236,6 +236,15 @@ pub struct ContactDocument {
     /// Largest scaled residual of the contact solver [-].
     #[serde(default = "default_contact_tolerance")]
     pub tolerance: f64,
+    /// Share of the mass of skin nodes that is moved inwards, 0 … 0.95 [-]: lowers what a lumped node loses when it is caught,
+    /// and shortens the step.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub mass_redistribution: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_nothing(share: &f64) -> bool {
+    *share == 0.0
 }
 
 fn default_contact_tolerance() -> f64 {
@@ -244,7 +253,12 @@ fn default_contact_tolerance() -> f64 {
 
 impl Default for ContactDocument {
     fn default() -> Self {
-        Self { pairs: ContactPairs::default(), friction: 0.0, tolerance: default_contact_tolerance() }
+        Self {
+            pairs: ContactPairs::default(),
+            friction: 0.0,
+            tolerance: default_contact_tolerance(),
+            mass_redistribution: 0.0,
+        }
     }
 }
 

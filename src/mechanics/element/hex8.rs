@@ -194,7 +194,7 @@ pub struct ReferenceGeometry {
     pub volume: [f64; POINTS],
     /// Smallest Jacobian determinant over the points, relative to the mean: ≤ 0 for an inverted element.
     pub smallest_jacobian: f64,
-    /// Row-sum share of the element's volume at each corner [m³].
+    /// Share of the element's volume at each corner, by which mass is lumped; row sums unless moved [m³].
     pub corner_volume: [f64; 8],
     /// Largest eigenvalue λ of `Σ_q V_q ∇N_a·∇N_b` against the corner volumes [1/m²]: with a tangent of norm α and density
     /// ρ, `ω² ≤ α λ / ρ`.
@@ -204,6 +204,11 @@ pub struct ReferenceGeometry {
 impl ReferenceGeometry {
     /// From the corner positions X [m].
     pub fn new(corners: &[Vec3; 8]) -> Self {
+        Self::with_mass_at(corners, |row_sums| row_sums)
+    }
+
+    /// The same with volume moved from corner to corner, by which mass is lumped: `move_volume` changes the row-sum shares.
+    pub fn with_mass_at(corners: &[Vec3; 8], move_volume: impl FnOnce([f64; 8]) -> [f64; 8]) -> Self {
         let X: [[f64; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| corners[a][i]));
         let g = Hex8::local_gradients(&X);
         let jacobians: [Mat3; POINTS] =
@@ -211,7 +216,8 @@ impl ReferenceGeometry {
         let volume = jacobians.map(|j| j.determinant());
         let mean = volume.iter().sum::<f64>() / POINTS as f64;
         let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let corner_volume = std::array::from_fn(|a| (0..POINTS).map(|q| SHAPES[q][a] * volume[q]).sum());
+        let row_sums = std::array::from_fn(|a| (0..POINTS).map(|q| SHAPES[q][a] * volume[q]).sum());
+        let corner_volume = move_volume(row_sums);
         let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
         let smallest_jacobian =
             volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);

@@ -24,6 +24,13 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         [1e-14, 1e-3],
         "leave it out for the default 1e-10",
     );
+    out.between(
+        &here.key("mass_redistribution"),
+        "the share of mass that is moved",
+        contact.mass_redistribution,
+        [0.0, 0.95],
+        "0.75 takes three quarters of the loss away for twice as many steps",
+    );
     let ContactPairs::List(pairs) = &contact.pairs else { return };
 
     let bodies: Vec<&str> = document.bodies.iter().map(|b| b.name.as_str()).collect();

@@ -104,8 +104,9 @@ pub fn ladder(coarsest: i32, finest: i32, formulations: &[Formulation]) -> Vec<S
     };
     let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
     let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
+    let masses = [0.5, 0.75, 0.9].map(|share| Setting { mass_redistribution: Some(share), ..Setting::OWN });
     let others = formulations.iter().flat_map(|formulation| meshes(Some(*formulation)));
-    meshes(None).chain(others).chain(steps).chain(tolerances).collect()
+    meshes(None).chain(others).chain(steps).chain(tolerances).chain(masses).collect()
 }
 
 /// Runs every setting of the ladder and compares them.

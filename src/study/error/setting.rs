@@ -18,12 +18,20 @@ pub struct Setting {
     /// Tolerance of the contact solver; `None` for what the document says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_tolerance: Option<f64>,
+    /// Share of the mass of skin nodes that is moved inwards; `None` for what the document says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_redistribution: Option<f64>,
 }
 
 impl Setting {
     /// What the document says.
-    pub const OWN: Self =
-        Self { mesh_level: 0, formulation: None, step_divisor: 1.0, contact_tolerance: None };
+    pub const OWN: Self = Self {
+        mesh_level: 0,
+        formulation: None,
+        step_divisor: 1.0,
+        contact_tolerance: None,
+        mass_redistribution: None,
+    };
 
     /// The scene computed like this; `None` where it cannot be: a mesh from a file is not made coarser.
     pub fn apply(&self, document: &SceneDocument) -> Option<SceneDocument> {
@@ -40,6 +48,9 @@ impl Setting {
         *safety_factor /= self.step_divisor;
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;
+        }
+        if let Some(share) = self.mass_redistribution {
+            document.contact.mass_redistribution = share;
         }
         Some(document)
     }
@@ -59,6 +70,9 @@ impl Setting {
         }
         if let Some(tolerance) = self.contact_tolerance {
             name += &format!(", contact to {tolerance:.0e}");
+        }
+        if let Some(share) = self.mass_redistribution {
+            name += &format!(", {:.0} % of the skin's mass inwards", 100.0 * share);
         }
         name
     }
