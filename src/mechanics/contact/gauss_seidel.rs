@@ -19,11 +19,11 @@
 //! The law is chosen once a pair. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
 //! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
 
-use super::contact_row::{NormalRow, Row, squared};
+use super::contact_row::{Levers, NormalRow, Row, Turning, squared};
 use super::local::{
     Local, natural_map, natural_map_frictionless, solve_contact, solve_frictionless, solve_isotropic,
 };
-use super::{Contact, ContactLaw, Reaction};
+use super::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
@@ -66,18 +66,33 @@ pub struct SolveReport {
 /// Memory of the solver, kept by the caller between steps so that nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
-    normal_rows: Vec<NormalRow>,
-    rows: Vec<Row>,
+    meshes: Rows<()>,
+    rigid: Rows<Levers>,
     blocks: Vec<Block>,
+}
+
+/// The rows of contacts of one kind.
+#[derive(Clone, Debug)]
+struct Rows<T> {
+    normal: Vec<NormalRow<T>>,
+    full: Vec<Row<T>>,
+}
+
+impl<T> Default for Rows<T> {
+    fn default() -> Self {
+        Self { normal: Vec::new(), full: Vec::new() }
+    }
 }
 
 /// A run of contacts of one pair.
 #[derive(Clone, Debug)]
 struct Block {
     law: ContactLaw,
+    /// Whether a side is a rigid body.
+    turns: bool,
     /// Where its contacts are in the list.
     contacts: Range<usize>,
-    /// Where its rows are: among the normal ones without friction, else among the full ones.
+    /// Where its rows are among those of its kind: among the normal ones without friction, else among the full ones.
     rows: Range<usize>,
 }
 
@@ -110,9 +125,29 @@ pub fn solve(
     options: &Options,
     workspace: &mut Workspace,
 ) -> SolveReport {
+    let none = RigidSides::NONE;
+    solve_with_rigid(contacts, laws, &none, inverse_mass, h, v, reactions, options, workspace)
+}
+
+/// As [`solve`], where sides may be rigid bodies.
+///
+/// W may have a rank far below the number of contacts then (four corners of one face): the impulses are not unique, but the
+/// motion is, and the sweeps converge to one of the solutions.
+#[allow(clippy::too_many_arguments)] // as for `solve`
+pub fn solve_with_rigid(
+    contacts: &[Contact],
+    laws: &[ContactLaw],
+    rigid: &RigidSides,
+    inverse_mass: &[Vec3],
+    h: f64,
+    v: &mut [Vec3],
+    reactions: &mut Vec<Reaction>,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> SolveReport {
     reactions.clear();
     reactions.resize(contacts.len(), Reaction::default());
-    workspace.prepare(contacts, laws, inverse_mass, h);
+    workspace.prepare(contacts, laws, rigid, inverse_mass, h);
 
     // What the contacts that close ask for; if none does, p = 0 is the solution.
     let closing = workspace.closing(v);
@@ -146,33 +181,48 @@ pub fn solve(
 }
 
 impl Workspace {
-    /// With room for so many contacts of so many pairs.
-    pub fn with_capacity(contacts: usize, pairs: usize) -> Self {
+    /// With room for so many contacts of so many pairs, and for so many where a side is a rigid body.
+    pub fn with_capacity(contacts: usize, rigid_contacts: usize, pairs: usize) -> Self {
         Self {
-            normal_rows: Vec::with_capacity(contacts),
-            rows: Vec::with_capacity(contacts),
+            meshes: Rows::with_capacity(contacts),
+            rigid: Rows::with_capacity(rigid_contacts),
             blocks: Vec::with_capacity(pairs),
         }
     }
 
-    fn prepare(&mut self, contacts: &[Contact], laws: &[ContactLaw], inverse_mass: &[Vec3], h: f64) {
-        self.normal_rows.clear();
-        self.rows.clear();
+    fn prepare(
+        &mut self,
+        contacts: &[Contact],
+        laws: &[ContactLaw],
+        rigid: &RigidSides,
+        inverse_mass: &[Vec3],
+        h: f64,
+    ) {
+        self.meshes.clear();
+        self.rigid.clear();
         self.blocks.clear();
         let mut start = 0;
         for run in contacts.chunk_by(|a, b| a.pair == b.pair) {
             let law = laws[run[0].pair as usize];
-            let rows = match law {
-                ContactLaw::Frictionless => {
-                    self.normal_rows.extend(run.iter().map(|c| NormalRow::new(c, inverse_mass, h)));
-                    self.normal_rows.len() - run.len()..self.normal_rows.len()
-                }
-                ContactLaw::Coulomb(_) => {
-                    self.rows.extend(run.iter().map(|c| Row::new(c, inverse_mass, h)));
-                    self.rows.len() - run.len()..self.rows.len()
-                }
+            let sides = rigid.of_pair(run[0].pair);
+            let turns = sides != [None; 2];
+            let rows = if turns {
+                let levers = |c: &Contact| Levers::new(c, sides, rigid);
+                self.rigid.extend(
+                    law,
+                    run.iter().map(|c| (c, levers(c))),
+                    |(c, levers)| NormalRow::turning(c, inverse_mass, h, levers),
+                    |(c, levers)| Row::turning(c, inverse_mass, h, levers),
+                )
+            } else {
+                self.meshes.extend(
+                    law,
+                    run.iter(),
+                    |c| NormalRow::new(c, inverse_mass, h),
+                    |c| Row::new(c, inverse_mass, h),
+                )
             };
-            self.blocks.push(Block { law, contacts: start..start + run.len(), rows });
+            self.blocks.push(Block { law, turns, contacts: start..start + run.len(), rows });
             start += run.len();
         }
     }
@@ -181,23 +231,10 @@ impl Workspace {
     fn closing(&self, v: &[Vec3]) -> f64 {
         let mut closing = 0.0;
         for block in &self.blocks {
-            match block.law {
-                ContactLaw::Frictionless => {
-                    for row in self.normal_rows[block.rows.clone()].iter().filter(|row| row.w_nn > 0.0) {
-                        let q = row.velocity(v);
-                        if q < 0.0 {
-                            closing += q * q / row.d;
-                        }
-                    }
-                }
-                ContactLaw::Coulomb(mu) => {
-                    for row in self.rows[block.rows.clone()].iter().filter(|row| row.normal.w_nn > 0.0) {
-                        let q = row.velocity(v);
-                        if q[0] < 0.0 {
-                            closing += if mu == 0.0 { q[0] * q[0] } else { squared(q) } / row.normal.d;
-                        }
-                    }
-                }
+            if block.turns {
+                self.rigid.add_closing(block, v, &mut closing);
+            } else {
+                self.meshes.add_closing(block, v, &mut closing);
             }
         }
         closing
@@ -207,17 +244,10 @@ impl Workspace {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let reactions = &mut reactions[block.contacts.clone()];
-            match block.law {
-                ContactLaw::Frictionless => {
-                    let rows = &self.normal_rows[block.rows.clone()];
-                    sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums);
-                }
-                ContactLaw::Coulomb(mu) => {
-                    // Without friction nothing cycles.
-                    let damping = if mu == 0.0 { 1.0 } else { damping };
-                    let rows = &self.rows[block.rows.clone()];
-                    sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums);
-                }
+            if block.turns {
+                self.rigid.sweep(block, damping, inverse_mass, v, reactions, &mut sums);
+            } else {
+                self.meshes.sweep(block, damping, inverse_mass, v, reactions, &mut sums);
             }
         }
         sums
@@ -228,30 +258,122 @@ impl Workspace {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let reactions = &reactions[block.contacts.clone()];
-            match block.law {
-                ContactLaw::Frictionless => {
-                    for (row, reaction) in self.normal_rows[block.rows.clone()].iter().zip(reactions) {
-                        let (p, u) = (reaction.impulse[0], row.velocity(v));
-                        let f = natural_map_frictionless(p, u, 1.0 / row.d);
-                        sums.add(row, [p, 0.0, 0.0], u, [f, 0.0, 0.0], v);
-                    }
-                }
-                ContactLaw::Coulomb(mu) => {
-                    for (row, reaction) in self.rows[block.rows.clone()].iter().zip(reactions) {
-                        let (p, u) = (reaction.impulse, row.velocity(v));
-                        let f = natural_map(p, u, mu, 1.0 / row.normal.d);
-                        sums.add(&row.normal, p, u[0], f, v);
-                    }
-                }
+            if block.turns {
+                self.rigid.measure(block, v, reactions, &mut sums);
+            } else {
+                self.meshes.measure(block, v, reactions, &mut sums);
             }
         }
         sums
     }
 }
 
+impl<T> Rows<T> {
+    fn with_capacity(contacts: usize) -> Self {
+        Self { normal: Vec::with_capacity(contacts), full: Vec::with_capacity(contacts) }
+    }
+
+    fn clear(&mut self) {
+        self.normal.clear();
+        self.full.clear();
+    }
+
+    /// Adds the rows of a pair, with the unknowns that its law needs; where they are.
+    fn extend<C>(
+        &mut self,
+        law: ContactLaw,
+        contacts: impl Iterator<Item = C>,
+        normal: impl Fn(C) -> NormalRow<T>,
+        full: impl Fn(C) -> Row<T>,
+    ) -> Range<usize> {
+        match law {
+            ContactLaw::Frictionless => {
+                let start = self.normal.len();
+                self.normal.extend(contacts.map(normal));
+                start..self.normal.len()
+            }
+            ContactLaw::Coulomb(_) => {
+                let start = self.full.len();
+                self.full.extend(contacts.map(full));
+                start..self.full.len()
+            }
+        }
+    }
+}
+
+impl<T: Turning> Rows<T> {
+    fn add_closing(&self, block: &Block, v: &[Vec3], closing: &mut f64) {
+        match block.law {
+            ContactLaw::Frictionless => {
+                for row in self.normal[block.rows.clone()].iter().filter(|row| row.w_nn > 0.0) {
+                    let q = row.velocity(v);
+                    if q < 0.0 {
+                        *closing += q * q / row.d;
+                    }
+                }
+            }
+            ContactLaw::Coulomb(mu) => {
+                for row in self.full[block.rows.clone()].iter().filter(|row| row.normal.w_nn > 0.0) {
+                    let q = row.velocity(v);
+                    if q[0] < 0.0 {
+                        *closing += if mu == 0.0 { q[0] * q[0] } else { squared(q) } / row.normal.d;
+                    }
+                }
+            }
+        }
+    }
+
+    fn sweep(
+        &self,
+        block: &Block,
+        damping: f64,
+        inverse_mass: &[Vec3],
+        v: &mut [Vec3],
+        reactions: &mut [Reaction],
+        sums: &mut Sums,
+    ) {
+        match block.law {
+            ContactLaw::Frictionless => {
+                sweep_frictionless(&self.normal[block.rows.clone()], inverse_mass, v, reactions, sums);
+            }
+            ContactLaw::Coulomb(mu) => {
+                // Without friction nothing cycles.
+                let damping = if mu == 0.0 { 1.0 } else { damping };
+                sweep_coulomb(
+                    &self.full[block.rows.clone()],
+                    (mu, damping),
+                    inverse_mass,
+                    v,
+                    reactions,
+                    sums,
+                );
+            }
+        }
+    }
+
+    fn measure(&self, block: &Block, v: &[Vec3], reactions: &[Reaction], sums: &mut Sums) {
+        match block.law {
+            ContactLaw::Frictionless => {
+                for (row, reaction) in self.normal[block.rows.clone()].iter().zip(reactions) {
+                    let (p, u) = (reaction.impulse[0], row.velocity(v));
+                    let f = natural_map_frictionless(p, u, 1.0 / row.d);
+                    sums.add(row, [p, 0.0, 0.0], u, [f, 0.0, 0.0], v);
+                }
+            }
+            ContactLaw::Coulomb(mu) => {
+                for (row, reaction) in self.full[block.rows.clone()].iter().zip(reactions) {
+                    let (p, u) = (reaction.impulse, row.velocity(v));
+                    let f = natural_map(p, u, mu, 1.0 / row.normal.d);
+                    sums.add(&row.normal, p, u[0], f, v);
+                }
+            }
+        }
+    }
+}
+
 impl Sums {
     /// Adds the residual `f` of a contact of impulse `p` and normal velocity `u_n`, unless nothing can move along n.
-    fn add(&mut self, row: &NormalRow, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
+    fn add<T: Turning>(&mut self, row: &NormalRow<T>, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
         if row.w_nn == 0.0 {
             return;
         }
@@ -263,8 +385,8 @@ impl Sums {
     }
 }
 
-fn sweep_frictionless(
-    rows: &[NormalRow],
+fn sweep_frictionless<T: Turning>(
+    rows: &[NormalRow<T>],
     inverse_mass: &[Vec3],
     v: &mut [Vec3],
     reactions: &mut [Reaction],
@@ -286,8 +408,8 @@ fn sweep_frictionless(
     }
 }
 
-fn sweep_coulomb(
-    rows: &[Row],
+fn sweep_coulomb<T: Turning>(
+    rows: &[Row<T>],
     (mu, damping): (f64, f64),
     inverse_mass: &[Vec3],
     v: &mut [Vec3],

@@ -9,7 +9,7 @@ mod motion;
 mod shape;
 
 pub use motion::{rotated, turn_freely};
-pub use shape::Shape;
+pub use shape::{Feet, Shape};
 
 use super::tensor::{Mat3, Vec3};
 

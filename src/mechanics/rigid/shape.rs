@@ -122,19 +122,20 @@ impl Shape {
         }
     }
 
-    /// Calls `take` with the points of the surface that may touch a plane first, in the axes of the body [m]: `down` is the
-    /// unit direction into the plane. Always the same number in the same order, so that those of two poses belong together.
-    pub fn for_each_foot(&self, down: &Vec3, mut take: impl FnMut(Vec3)) {
+    /// The points that may touch a plane first, the lowest of the body among them, in its axes [m]: `down` is the unit
+    /// direction into the plane. Always the same number in the same order, so that those of two poses belong together.
+    pub fn feet(&self, down: &Vec3) -> Feet {
+        let mut feet = Feet { points: [Vec3::zeros(); Feet::MOST], count: 0 };
         match *self {
-            Self::Ball { radius } => take(down * radius),
+            Self::Ball { radius } => feet.push(down * radius),
             Self::Box { half } => {
                 for corner in 0..8 {
-                    take(Vec3::from_fn(|i, _| if corner >> i & 1 == 0 { -half[i] } else { half[i] }));
+                    feet.push(Vec3::from_fn(|i, _| if corner >> i & 1 == 0 { -half[i] } else { half[i] }));
                 }
             }
             Self::Capsule { radius, half_length } => {
                 for end in [-half_length, half_length] {
-                    take(Vec3::y() * end + down * radius);
+                    feet.push(Vec3::y() * end + down * radius);
                 }
             }
             Self::Cylinder { radius, half_length } => {
@@ -142,11 +143,34 @@ impl Shape {
                 let beside = Vec3::y().cross(&across);
                 for end in [-half_length, half_length] {
                     for rim in [across, beside, -across, -beside] {
-                        take(Vec3::y() * end + rim * radius);
+                        feet.push(Vec3::y() * end + rim * radius);
                     }
                 }
             }
         }
+        feet
+    }
+}
+
+/// Points of a shape that may touch a plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Feet {
+    points: [Vec3; Self::MOST],
+    count: usize,
+}
+
+impl Feet {
+    /// The most that a shape has.
+    pub const MOST: usize = 8;
+
+    fn push(&mut self, point: Vec3) {
+        self.points[self.count] = point;
+        self.count += 1;
+    }
+
+    /// The points [m].
+    pub fn points(&self) -> &[Vec3] {
+        &self.points[..self.count]
     }
 }
 
@@ -228,11 +252,9 @@ mod tests {
     fn the_lowest_foot_is_the_lowest_point() {
         for shape in SHAPES {
             for down in grid(6).map(|p| p.normalize()) {
-                let mut lowest = f64::NEG_INFINITY;
-                shape.for_each_foot(&down, |foot| {
-                    assert!(shape.eval_distance(&foot).0.abs() < 1e-12);
-                    lowest = lowest.max(down.dot(&foot));
-                });
+                let feet = shape.feet(&down);
+                assert!(feet.points().iter().all(|foot| shape.eval_distance(foot).0 < 1e-12));
+                let lowest = feet.points().iter().map(|foot| down.dot(foot)).fold(f64::NEG_INFINITY, f64::max);
                 // No point of the surface is lower.
                 for p in grid(9) {
                     let (d, n) = shape.eval_distance(&p);
