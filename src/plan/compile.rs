@@ -3,8 +3,8 @@
 use super::contact::compile_contact;
 use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
-use super::stable_step::StableSteps;
 use super::rigid::RigidPlan;
+use super::stable_step::StableSteps;
 use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
@@ -74,11 +74,14 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
-    let until = document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks);
+    let (explicit, _) = integrator(&document.integrator);
+    // Without elements the scene gives the step.
+    let longest = if parts.blocks.is_empty() { explicit.max_step } else { 0.0 };
+    let until =
+        document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks).max(longest);
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
-    let (explicit, _) = integrator(&document.integrator);
     let mut plan = Plan {
         skip_quiet_elements: skips_quiet_elements(document, &parts),
         distant_pairs,
@@ -156,8 +159,7 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
     let fall = plan.gravity.map_or(0.0, |g| g.norm() * duration);
     let of_body = |(rigid, body): (&crate::mechanics::rigid::RigidBody, &usize)| {
         let spin = plan.initial_v.get(rigid.spin as usize).map_or(0.0, |omega| omega.norm());
-        let speed =
-            plan.bodies[*body].flight_velocity.norm() + spin * rigid.shape.outer_radius() + fall;
+        let speed = plan.bodies[*body].flight_velocity.norm() + spin * rigid.shape.outer_radius() + fall;
         rigid.mass * speed * speed * document.contact.tolerance
     };
     plan.rigid.iter().flat_map(|r| r.bodies.iter().zip(&r.of_body)).map(of_body).sum()

@@ -20,8 +20,8 @@ pub use report::{BlockReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 
-use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
+use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{FieldName, Role};

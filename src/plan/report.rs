@@ -108,11 +108,10 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let pairs: Vec<PairReport> = of_pairs(plan);
     let memory = MemoryReport::new(plan, forces_bytes);
     let rigid_bodies = RigidReport::of(plan);
-    let words = blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
+    let words =
+        blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
     let mut kept: Vec<String> = words.chain(pairs.iter().map(PairReport::in_words)).collect();
-    if !plan.blocks.is_empty()
-        && !plan.skip_quiet_elements
-        && !scene.document.keeps(Keep::QuietElements) {
+    if !plan.blocks.is_empty() && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
         kept.push(
             "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
         );

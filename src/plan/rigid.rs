@@ -40,7 +40,14 @@ impl Plan {
     }
 
     /// Pose of a rigid body at a time [s] with displacement `u` [m] of its centre.
-    pub fn pose(&self, rigid: &RigidPlan, index: usize, time: f64, u: &[Vec3], orientation: Rotation) -> Pose {
+    pub fn pose(
+        &self,
+        rigid: &RigidPlan,
+        index: usize,
+        time: f64,
+        u: &[Vec3],
+        orientation: Rotation,
+    ) -> Pose {
         let centre = rigid.bodies[index].centre as usize;
         Pose { centre: self.position(rigid.of_body[index], centre, time, &u[centre]), orientation }
     }

@@ -56,9 +56,8 @@ impl Levers {
 
     /// `Σ J I⁻¹ Jᵀ`.
     fn operator(&self, inverse_mass: &[Vec3]) -> Mat3 {
-        let of_lever = |(spin, J): &(u32, Mat3)| {
-            J * Mat3::from_diagonal(&inverse_mass[*spin as usize]) * J.transpose()
-        };
+        let of_lever =
+            |(spin, J): &(u32, Mat3)| J * Mat3::from_diagonal(&inverse_mass[*spin as usize]) * J.transpose();
         self.each().map(of_lever).sum()
     }
 }
@@ -130,8 +129,7 @@ impl NormalRow {
         let trace = diagonal.sum();
         row.isotropic = most - least <= ISOTROPY * most;
         row.d = if row.isotropic { diagonal.x } else { trace / 3.0 };
-        let n_n =
-            if row.isotropic { row.d } else { row.normal.component_mul(&diagonal).dot(&row.normal) };
+        let n_n = if row.isotropic { row.d } else { row.normal.component_mul(&diagonal).dot(&row.normal) };
         row.w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
         (row, diagonal)
     }

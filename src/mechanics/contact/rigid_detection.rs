@@ -198,7 +198,8 @@ impl Finder<'_> {
         let [a_step, b_step] = [a_end.centre - a_start.centre, b_end.centre - b_start.centre];
         let near = reach(a.shape.size().min(b.shape.size()));
         let moved = (a_step - b_step).norm() + turned(a, &a_start, &a_end) + turned(b, &b_start, &b_end);
-        let apart = (a_start.centre - b_start.centre).norm() - a.shape.outer_radius() - b.shape.outer_radius();
+        let apart =
+            (a_start.centre - b_start.centre).norm() - a.shape.outer_radius() - b.shape.outer_radius();
         if apart > near + moved {
             return;
         }
@@ -207,9 +208,7 @@ impl Finder<'_> {
         // Slow bodies as they are at the start: the points that may close within the step.
         if moved <= near {
             manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
-        } else if let Some(share) =
-            first_impact((a_shape, &a_start, &a_step), (b_shape, &b_start, &b_step))
-        {
+        } else if let Some(share) = first_impact((a_shape, &a_start, &a_step), (b_shape, &b_start, &b_step)) {
             let then = |start: &Pose, end: &Pose| Pose {
                 centre: start.centre.lerp(&end.centre, share),
                 orientation: start.orientation.slerp(&end.orientation, share),
@@ -222,9 +221,11 @@ impl Finder<'_> {
                 touches.push(Touch { gap, point, ..touch });
             });
         }
-        contacts.extend(touches.iter().map(|touch| {
-            self.contact(a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)
-        }));
+        contacts.extend(
+            touches
+                .iter()
+                .map(|touch| self.contact(a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)),
+        );
     }
 
     /// A contact of the slave's node (the centre of a rigid slave) with a rigid body or a plane.

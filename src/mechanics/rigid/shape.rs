@@ -72,8 +72,8 @@ impl Shape {
                 let (middle, ends) = (2.0 * half_length, 4.0 / 3.0 * radius);
                 // Each half ball turns about its own centre of mass, 3/8 r beyond the centre of the end.
                 let along = (middle * 0.5 + ends * 0.4) * r2;
-                let across = middle * (r2 / 4.0 + l2 / 3.0)
-                    + ends * (0.4 * r2 + l2 + 0.75 * radius * half_length);
+                let across =
+                    middle * (r2 / 4.0 + l2 / 3.0) + ends * (0.4 * r2 + l2 + 0.75 * radius * half_length);
                 Vec3::new(across, along, across) / (middle + ends)
             }
         }
@@ -213,9 +213,8 @@ mod tests {
     /// Points of a cube about the origin, on a fine grid.
     fn grid(n: i32) -> impl Iterator<Item = Vec3> {
         let at = move |i: i32| 1.1 * (2.0 * f64::from(i) + 1.0 - f64::from(n)) / f64::from(n);
-        (0..n).flat_map(move |i| {
-            (0..n).flat_map(move |j| (0..n).map(move |k| Vec3::new(at(i), at(j), at(k))))
-        })
+        (0..n)
+            .flat_map(move |i| (0..n).flat_map(move |j| (0..n).map(move |k| Vec3::new(at(i), at(j), at(k)))))
     }
 
     #[test]
@@ -254,7 +253,8 @@ mod tests {
             for down in grid(6).map(|p| p.normalize()) {
                 let feet = shape.feet(&down);
                 assert!(feet.points().iter().all(|foot| shape.eval_distance(foot).0 < 1e-12));
-                let lowest = feet.points().iter().map(|foot| down.dot(foot)).fold(f64::NEG_INFINITY, f64::max);
+                let lowest =
+                    feet.points().iter().map(|foot| down.dot(foot)).fold(f64::NEG_INFINITY, f64::max);
                 // No point of the surface is lower.
                 for p in grid(9) {
                     let (d, n) = shape.eval_distance(&p);

@@ -26,7 +26,17 @@ impl Random {
 }
 
 fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], gap: f64) -> Contact {
-    Contact { pair: 0, slave, face: 0, master, weights, frame, gap, point: Vec3::zeros(), drift: Vec3::zeros() }
+    Contact {
+        pair: 0,
+        slave,
+        face: 0,
+        master,
+        weights,
+        frame,
+        gap,
+        point: Vec3::zeros(),
+        drift: Vec3::zeros(),
+    }
 }
 
 /// `count` contacts among `nodes` nodes. Slaves and master faces share nodes freely, with normals all around; where
