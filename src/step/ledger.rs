@@ -333,9 +333,7 @@ impl Ledger {
             angular += (body.first_moment + shift).cross(&flight);
             kinetic += body.mass * flight.norm_squared() + 2.0 * flight.dot(&relative);
             if let (Some(index), Some(rigid)) = (body.rigid, work.rigid) {
-                let before = rigid.spin(index, Half::Before, &work.state.v);
-                let after = rigid.spin(index, Half::After, work.v_after);
-                let (energy, moment) = rigid.rotation(index, &before, &after);
+                let (energy, moment) = rigid.rotation(index, &work.state.v, work.v_after);
                 kinetic += energy;
                 angular += moment;
             }

@@ -5,7 +5,7 @@ use super::failure::{Failure, FailureCause};
 use super::ledger::Half;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::rigid::{Pose, rotated, turn_freely};
+use crate::mechanics::rigid::{Pose, RigidBody, rotated, turn_freely};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, RigidPlan};
 
@@ -116,11 +116,14 @@ impl RigidWork<'_> {
         })
     }
 
-    /// Twice the kinetic energy of a rotation [J], and its angular momentum in space [kg m²/s], from the spins before and
-    /// after t_n in the axes of the body.
-    pub fn rotation(&self, body: usize, before: &Vec3, after: &Vec3) -> (f64, Vec3) {
-        let inertia = &self.sides.bodies[body].inertia;
+    /// Twice the kinetic energy of a rotation at t_n [J], and its angular momentum in space [kg m²/s]; `v_before` and
+    /// `v_after` are the velocities of the half steps around.
+    pub fn rotation(&self, body: usize, v_before: &[Vec3], v_after: &[Vec3]) -> (f64, Vec3) {
+        let RigidBody { inertia, spin, .. } = &self.sides.bodies[body];
+        let (before, after) = (v_before[*spin as usize], v_after[*spin as usize]);
+        let energy = self.spin(body, Half::Before, v_before).dot(&inertia.component_mul(&after));
+        // The axes of the body at t_n are half way between those of both spins.
         let moment = inertia.component_mul(&((before + after) * 0.5));
-        (before.dot(&inertia.component_mul(after)), self.sides.poses[body].orientation * moment)
+        (energy, self.sides.poses[body].orientation * moment)
     }
 }

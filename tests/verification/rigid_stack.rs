@@ -31,7 +31,6 @@ fn ten_boxes_on_each_other_stay() {
     let boxes = (0..10).map(|i| cube(&format!("box {i}"), [0.05; 3], [0.0, 0.0, 0.05 + 0.1 * f64::from(i)]));
     let plan = plan(&scene(boxes.collect(), [0.0, 0.0, -G], 0.3, (0.5, 1e-3)));
     let (mut most, mut turned) = (0.0_f64, 0.0_f64);
-    let mut force = 0.0;
     let (outcome, _) = run(&plan, |frame| {
         for (body, start) in frame.plan.rigid_bodies().iter().zip(&plan.rigid.as_ref().unwrap().orientations)
         {
@@ -39,9 +38,8 @@ fn ten_boxes_on_each_other_stay() {
             most = most.max((frame.position(node) - plan.X[node as usize]).norm());
             turned = turned.max(frame.orientations.iter().map(|o| o.angle_to(start)).fold(0.0, f64::max));
         }
-        force = -frame.energy.pairs.iter().map(|p| p.impulse_n_s[2]).sum::<f64>();
     });
-    println!("moved {most:e} m, turned {turned:e}, {outcome:?} {force}");
+    println!("moved {most:e} m, turned {turned:e}");
     assert!(most < 1e-9 && turned < 1e-9, "moved by {most:e} m, turned by {turned:e}");
     assert!(outcome.warnings.is_empty(), "{:?}", outcome.warnings);
 }
@@ -77,7 +75,7 @@ fn slide(degrees: f64, mu: f64, speed: f64, end: f64) -> Vec<(f64, f64, f64)> {
 #[test]
 fn at_15_degrees_a_block_sticks_and_at_30_it_slides() {
     let rows = slide(15.0, 0.3, 0.0, 1.0);
-    assert!(rows.iter().all(|(_, x, _)| x.abs() < 1e-12), "{:?}", rows.last());
+    assert!(rows.iter().all(|(_, x, _)| x.abs() < 1e-11), "{:?}", rows.last());
     let rows = slide(30.0, 0.3, 0.0, 1.0);
     let (_, x, v) = rows.last().unwrap();
     assert_close(*x, 1.178_143_618, 1e-8, "way after 1 s");
@@ -107,7 +105,7 @@ fn a_spinning_box_keeps_energy_and_angular_momentum_also_about_its_middle_axis()
             drift = drift.max((momentum - start).norm());
         });
         let about_centre = plan.rigid_bodies()[0].inertia.norm() * Vec3::from(spin).norm();
-        assert!(outcome.balance_error < 1e-5, "{}", outcome.balance_error);
+        assert!(outcome.balance_error < 1e-11, "{}", outcome.balance_error);
         assert!(drift < 2e-5 * about_centre, "{}", drift / about_centre);
     }
 }

@@ -278,3 +278,6 @@ fn mean_size(surface: &Surface, x: &[Vec3]) -> f64 {
     let sum: f64 = surface.faces.iter().map(|face| area(face).sqrt()).sum();
     sum / surface.faces.len().max(1) as f64
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,12 +4,16 @@ use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::math::{Pose as ParryPose, Rotation as ParryRotation, Vector};
 use parry3d_f64::query::{
-    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, ShapeCastOptions, cast_shapes,
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, ShapeCastOptions, TrackedContact,
+    cast_shapes,
 };
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SharedShape};
 
 /// The most points of one pair: two clipped quadrilaterals, and the closest point.
 pub const MOST_POINTS: usize = 20;
+
+/// Points this share of the reach from each other are one.
+const SAME: f64 = 1e-6;
 
 /// A point of contact of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,10 +58,16 @@ impl ManifoldFinder {
         debug_assert!(found.is_ok(), "all shapes are convex");
         for manifold in &self.manifolds {
             let normal = -(at.orientation * from_parry(manifold.local_n1));
-            for point in manifold.points.iter().filter(|p| p.dist <= reach).take(MOST_POINTS) {
-                let [on_a, on_b] =
-                    [at.place(&from_parry(point.local_p1)), bt.place(&from_parry(point.local_p2))];
-                take(Touch { point: (on_a + on_b) * 0.5, normal, gap: point.dist });
+            let points = &manifold.points;
+            for (i, point) in points.iter().enumerate().filter(|(_, p)| p.dist <= reach).take(MOST_POINTS) {
+                // Corners that lie on corners or edges come several times: once is enough.
+                let is_same =
+                    |other: &TrackedContact<()>| (other.local_p1 - point.local_p1).length() <= SAME * reach;
+                if !points[..i].iter().any(is_same) {
+                    let [on_a, on_b] =
+                        [at.place(&from_parry(point.local_p1)), bt.place(&from_parry(point.local_p2))];
+                    take(Touch { point: (on_a + on_b) * 0.5, normal, gap: point.dist });
+                }
             }
         }
     }
