@@ -1,7 +1,7 @@
 //! Recorders: MCAP files, memory, nothing.
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
-//! [`stress`], [`scene_update`], [`point_cloud`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
+//! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
 //! [`salvage`] makes a readable file of what a killed writer left. [`on_own_thread`] keeps any recorder out of the way of the steps.
 
 pub mod colour;
@@ -14,6 +14,7 @@ pub mod null;
 mod own_thread;
 pub mod packed;
 pub mod point_cloud;
+pub mod pose;
 pub mod proto;
 pub mod reference;
 pub mod salvage;

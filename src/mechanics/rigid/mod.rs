@@ -7,9 +7,11 @@
 
 mod motion;
 mod shape;
+mod skin;
 
 pub use motion::{rotated, turn_freely};
 pub use shape::{Feet, Shape};
+pub use skin::triangulated;
 
 use super::tensor::{Mat3, Vec3};
 
