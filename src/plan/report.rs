@@ -199,17 +199,22 @@ impl BlockReport {
 }
 
 impl PairReport {
-    fn in_words(&self) -> String {
-        let mut rigid = self.rigid_shapes.iter();
-        let slave = match self.slave_nodes {
-            0 => rigid.next().map_or_else(String::new, |shape| format!("a rigid {shape}")),
-            nodes => format!("{nodes} slave nodes"),
-        };
-        let master = match (self.master_faces, rigid.next()) {
+    /// The master: its faces, or what it is in their place.
+    pub fn master_in_words(&self) -> String {
+        let rigid_master = self.rigid_shapes.get(usize::from(self.slave_nodes == 0));
+        match (self.master_faces, rigid_master) {
             (Some(faces), _) => format!("{faces} faces"),
             (None, Some(shape)) => format!("a rigid {shape}"),
             (None, None) => "a plane".into(),
+        }
+    }
+
+    fn in_words(&self) -> String {
+        let slave = match self.slave_nodes {
+            0 => self.rigid_shapes.first().map_or_else(String::new, |shape| format!("a rigid {shape}")),
+            nodes => format!("{nodes} slave nodes"),
         };
+        let master = self.master_in_words();
         let unknowns = if self.unknowns_per_contact == 1 { "1 unknown" } else { "3 unknowns" };
         format!(
             "contact {}: {slave} against {master}, friction {}, {unknowns} a contact",

@@ -2,6 +2,7 @@
 
 use super::proto::contuse::RigidPose;
 use super::proto::foxglove::{Pose, Quaternion};
+use super::reference::role_name;
 use crate::mechanics::rigid;
 use crate::step::Frame;
 
@@ -13,8 +14,15 @@ pub const SCHEMA: &str = "contuse.v1.RigidPose";
 /// The message of one body; `None` for one that deforms.
 pub fn message(frame: &Frame, body: usize) -> Option<RigidPose> {
     let Pose { position, orientation } = on_the_wire(&frame.pose(body)?);
-    let body = frame.plan.bodies[body].name.clone();
-    Some(RigidPose { time_s: frame.time, step: frame.step, body, position_m: position, orientation })
+    let plan_body = &frame.plan.bodies[body];
+    Some(RigidPose {
+        time_s: frame.time,
+        step: frame.step,
+        body: plan_body.name.clone(),
+        position_m: position,
+        orientation,
+        role: role_name(plan_body.role).into(),
+    })
 }
 
 /// A pose as Foxglove writes it.

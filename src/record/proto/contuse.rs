@@ -246,6 +246,9 @@ pub struct RigidPose {
     /// From the axes of the body to those of space.
     #[prost(message, optional, tag = "5")]
     pub orientation: Option<Quaternion>,
+    /// "projectile" or "other".
+    #[prost(string, tag = "6")]
+    pub role: String,
 }
 
 /// `/summary`: the running clinical summary. The numbers are here for plots, `json` has everything.

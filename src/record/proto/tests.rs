@@ -152,6 +152,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         body: "b".into(),
         position_m: Some(vector()),
         orientation: Some(Quaternion { x: 0.1, y: 0.1, z: 0.1, w: 1.0 }),
+        role: "other".into(),
     };
     let summary = Summary {
         time_s: 1.0,
