@@ -158,7 +158,7 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
     let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
     let fall = plan.gravity.map_or(0.0, |g| g.norm() * duration);
     let of_body = |(rigid, body): (&crate::mechanics::rigid::RigidBody, &usize)| {
-        let spin = plan.initial_v.get(rigid.spin as usize).map_or(0.0, |omega| omega.norm());
+        let spin = plan.initial_v.get(rigid.spin as usize).map_or(0.0, Vec3::norm);
         let speed = plan.bodies[*body].flight_velocity.norm() + spin * rigid.shape.outer_radius() + fall;
         rigid.mass * speed * speed * document.contact.tolerance
     };

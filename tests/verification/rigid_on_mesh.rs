@@ -5,7 +5,7 @@ use contuse::mechanics::tensor::Vec3;
 use serde_json::{Value, json};
 
 /// A soft block, held at its bottom or free, under a rigid body.
-fn scene(body: Value, fixed: bool, end: f64) -> Value {
+fn scene(body: &Value, fixed: bool, end: f64) -> Value {
     json!({
         "name": "rigid body on a soft block",
         "end_time_s": end,
@@ -39,7 +39,7 @@ fn steel_ball(velocity: [f64; 3]) -> Value {
 
 #[test]
 fn a_steel_ball_indents_a_block_and_the_books_balance() {
-    let plan = plan(&scene(steel_ball([2.0, 0.0, -10.0]), true, 1e-3));
+    let plan = plan(&scene(&steel_ball([2.0, 0.0, -10.0]), true, 1e-3));
     let (ball, mut deepest, mut last) = (plan.rigid_bodies()[0].clone(), 0.0_f64, None);
     let (outcome, state) = run(&plan, |frame| {
         let pose = frame.pose(0).unwrap();
@@ -66,7 +66,7 @@ fn a_steel_ball_indents_a_block_and_the_books_balance() {
 
 #[test]
 fn a_free_block_and_a_ball_keep_their_momenta() {
-    let plan = plan(&scene(steel_ball([2.0, 1.0, -10.0]), false, 5e-4));
+    let plan = plan(&scene(&steel_ball([2.0, 1.0, -10.0]), false, 5e-4));
     let mut first = None;
     let mut worst = [0.0_f64; 2];
     run(&plan, |frame| {
@@ -91,7 +91,7 @@ fn no_node_passes_a_thin_disc_at_any_speed() {
             "velocity_m_per_s": [0, 0, -speed]
         });
         // Far enough that every node of the top would be beyond it, if it were not stopped.
-        let mut scene = scene(disc, false, 2e-3 / speed);
+        let mut scene = scene(&disc, false, 2e-3 / speed);
         scene["integrator"] = json!({"kind": "explicit", "energy_gate": 1.0});
         let plan = plan(&scene);
         let top: Vec<u32> = (0..plan.node_count() as u32).filter(|a| plan.X[*a as usize].z == 0.03).collect();

@@ -13,7 +13,7 @@ fn cube(name: &str, half: [f64; 3], center: [f64; 3]) -> Value {
     })
 }
 
-fn scene(bodies: Vec<Value>, gravity: [f64; 3], mu: f64, (end, step): (f64, f64)) -> Value {
+fn scene(bodies: &[Value], gravity: [f64; 3], mu: f64, (end, step): (f64, f64)) -> Value {
     json!({
         "name": "rigid boxes",
         "end_time_s": end,
@@ -29,7 +29,7 @@ fn scene(bodies: Vec<Value>, gravity: [f64; 3], mu: f64, (end, step): (f64, f64)
 #[test]
 fn ten_boxes_on_each_other_stay() {
     let boxes = (0..10).map(|i| cube(&format!("box {i}"), [0.05; 3], [0.0, 0.0, 0.05 + 0.1 * f64::from(i)]));
-    let plan = plan(&scene(boxes.collect(), [0.0, 0.0, -G], 0.3, (0.5, 1e-3)));
+    let plan = plan(&scene(&boxes.collect::<Vec<_>>(), [0.0, 0.0, -G], 0.3, (0.5, 1e-3)));
     let (mut most, mut turned) = (0.0_f64, 0.0_f64);
     let (outcome, _) = run(&plan, |frame| {
         for (body, start) in frame.plan.rigid_bodies().iter().zip(&plan.rigid.as_ref().unwrap().orientations)
@@ -51,7 +51,7 @@ fn a_plank_laid_across_another_does_not_fall_through() {
         cube("below", [0.2, 0.02, 0.01], [0.0, 0.0, 0.01]),
         cube("above", [0.02, 0.2, 0.01], [0.0, 0.0, 0.03]),
     ];
-    let plan = plan(&scene(planks, [0.0, 0.0, -G], 0.3, (0.2, 1e-3)));
+    let plan = plan(&scene(&planks, [0.0, 0.0, -G], 0.3, (0.2, 1e-3)));
     let (_, state) = run(&plan, |_| ());
     assert!(state.u[2].norm() < 1e-9, "{}", state.u[2]);
 }
@@ -61,7 +61,7 @@ fn slide(degrees: f64, mu: f64, speed: f64, end: f64) -> Vec<(f64, f64, f64)> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let mut block = cube("block", [0.1, 0.1, 0.025], [0.0, 0.0, 0.025]);
     block["velocity_m_per_s"] = json!([speed, 0, 0]);
-    let plan = plan(&scene(vec![block], [G * sin, 0.0, -G * cos], mu, (end, 1e-3)));
+    let plan = plan(&scene(&[block], [G * sin, 0.0, -G * cos], mu, (end, 1e-3)));
     let mut rows = Vec::new();
     let (outcome, _) = run(&plan, |frame| {
         let velocity = 0.5 * (frame.v[0].x + frame.v_after[0].x) + speed;
@@ -97,7 +97,7 @@ fn a_spinning_box_keeps_energy_and_angular_momentum_also_about_its_middle_axis()
         block["spin_rad_per_s"] = json!(spin);
         block["rigid"]["rotation"] = json!({"axis": [1, 2, 3], "angle_deg": 25});
         block["velocity_m_per_s"] = json!([1, 0, 0.5]);
-        let plan = plan(&scene(vec![block], [0.0; 3], 0.0, (1.0, 1e-4)));
+        let plan = plan(&scene(&[block], [0.0; 3], 0.0, (1.0, 1e-4)));
         let (mut first, mut drift) = (None, 0.0_f64);
         let (outcome, _) = run(&plan, |frame| {
             let momentum = Vec3::from(frame.energy.angular_momentum_kg_m2_per_s);

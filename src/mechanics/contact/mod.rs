@@ -129,7 +129,7 @@ pub struct RigidSides<'a> {
     pub poses: &'a [Pose],
 }
 
-impl<'a> RigidSides<'a> {
+impl RigidSides<'_> {
     /// No side is a rigid body.
     pub const NONE: RigidSides<'static> = RigidSides { of_pairs: &[], bodies: &[], poses: &[] };
 

@@ -218,7 +218,7 @@ impl Finder<'_> {
                 // The gap at the start, and the lever on the slave as it is at the impact.
                 let gap = touch.gap - touch.normal.dot(&(a_step - b_step)) * share;
                 let point = touch.point + (a_start.centre - a_then.centre);
-                touches.push(Touch { gap, point, ..touch });
+                touches.push(Touch { point, gap, ..touch });
             });
         }
         contacts.extend(

@@ -1,6 +1,8 @@
 //! What the sweeps must hold: agreement with the dense operator, momentum, the cone, and a word when they do not converge.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
+use super::super::contact_row::squared;
+use super::super::local::natural_map;
 use super::*;
 use crate::mechanics::contact::local::proj_coulomb_cone;
 

@@ -2,9 +2,10 @@ use super::*;
 use crate::mechanics::contact::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use crate::mechanics::contact::{ContactLaw, Reaction, RigidSides};
 use crate::mechanics::rigid::{Rotation, Shape};
+use std::slice::from_ref;
 
 /// Rigid bodies with their pairs, at rest.
-struct Bodies {
+struct Pile {
     bodies: Vec<RigidBody>,
     poses: Vec<Pose>,
     x: Vec<Vec3>,
@@ -13,9 +14,9 @@ struct Bodies {
     of_pairs: Vec<[Option<u32>; 2]>,
 }
 
-impl Bodies {
+impl Pile {
     /// Bodies of 1 kg, every one with the next, and the first with the plane z = 0.
-    fn pile(shapes: &[(Shape, Vec3, Rotation)], mu: f64) -> Self {
+    fn new(shapes: &[(Shape, Vec3, Rotation)], mu: f64) -> Self {
         let mut all = Self {
             bodies: Vec::new(),
             poses: Vec::new(),
@@ -65,7 +66,7 @@ fn a_pile_of_boxes_under_its_weight_comes_to_rest_in_few_sweeps() {
             })
             .collect();
         for mu in [0.0, 0.3] {
-            let pile = Bodies::pile(&shapes, mu);
+            let pile = Pile::new(&shapes, mu);
             let contacts = pile.contacts();
             let laws: Vec<ContactLaw> = pile.pairs.iter().map(|p| p.law).collect();
             let mut v: Vec<Vec3> = (0..2 * count)
@@ -85,7 +86,7 @@ fn a_pile_of_boxes_under_its_weight_comes_to_rest_in_few_sweeps() {
                 &options,
                 &mut Workspace::default(),
             );
-            let fastest = v.iter().map(|v| v.amax()).fold(0.0, f64::max);
+            let fastest = v.iter().map(Vec3::amax).fold(0.0, f64::max);
             assert_eq!(contacts.len(), 4 * count, "four corners a face");
             assert!(report.converged && report.sweeps < 50 * count, "{count} boxes, μ = {mu}: {report:?}");
             assert!(fastest < 1e-9, "{fastest:e}");
@@ -102,10 +103,8 @@ fn a_node_is_caught_at_any_speed_where_it_meets_the_shape() {
         Shape::Capsule { radius: 0.01, half_length: 0.04 },
     ];
     for shape in shapes {
-        let pile = Bodies::pile(
-            &[(shape, Vec3::new(0.0, 0.0, 1.0), Rotation::from_euler_angles(0.2, 0.1, 0.0))],
-            0.0,
-        );
+        let pile =
+            Pile::new(&[(shape, Vec3::new(0.0, 0.0, 1.0), Rotation::from_euler_angles(0.2, 0.1, 0.0))], 0.0);
         let surface = Surface { nodes: vec![2], faces: vec![[2; 4]] };
         let pair = ContactPair {
             name: String::new(),
@@ -119,7 +118,7 @@ fn a_node_is_caught_at_any_speed_where_it_meets_the_shape() {
             let to = from + (pile.poses[0].centre - from).normalize() * reach;
             let with = |node: Vec3| [pile.x[0], pile.x[1], node];
             let (x, x_end) = (with(from), with(to));
-            let mut detector = RigidDetector::new(&[surface.clone()], (&[pair.clone()], 0), &pile.bodies, &x);
+            let mut detector = RigidDetector::new(from_ref(&surface), (from_ref(&pair), 0), &pile.bodies, &x);
             let motion = RigidMotion { x: &x, x_end: &x_end, poses: &pile.poses, poses_end: &pile.poses };
             let mut contacts = Vec::new();
             detector.detect(&motion, &[Vec3::zeros()], &mut contacts).unwrap();
