@@ -4,8 +4,9 @@
 use contuse::measure::Measures;
 use contuse::plan::{Plan, compile};
 use contuse::record::{McapRecorder, RecordingInfo, on_own_thread};
-use contuse::scene::{Budget, load_file};
+use contuse::scene::{Budget, FolderSource, Loaded, load, load_file};
 use contuse::step::{Ending, Frame, Outcome, Recorder, RecorderError, RunOptions, run};
+use serde_json::json;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
@@ -84,7 +85,11 @@ impl Recorder for Probe {
 /// A recorded run of a ball that strikes a block with friction, step by step.
 fn look(threads: usize) -> Vec<Seen> {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ball_on_block/scene.json");
-    let loaded = load_file(&scene, &Budget::COMMAND_LINE).expect("it is valid");
+    look_at(&load_file(&scene, &Budget::COMMAND_LINE).expect("it is valid"), threads)
+}
+
+/// A recorded run, step by step.
+fn look_at(loaded: &Loaded, threads: usize) -> Vec<Seen> {
     let plan = compile(&loaded.scene).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
@@ -103,6 +108,39 @@ fn a_step_in_contact_allocates_nothing() {
     let seen = look(1);
     let most = seen.iter().map(|s| s.contacts).max().unwrap();
     assert!(most > 100 && seen.len() > 90, "{most} contacts, {} steps", seen.len());
+    let later = seen.iter().filter(|s| s.step >= WARM_UP && s.allocations > 0);
+    assert_eq!(later.count(), 0, "{seen:#?}");
+}
+
+#[test]
+fn a_step_of_rigid_bodies_allocates_nothing() {
+    let shapes = [
+        json!({"kind": "box", "half_extents_m": [0.1, 0.1, 0.05]}),
+        json!({"kind": "box", "half_extents_m": [0.06, 0.06, 0.05]}),
+        json!({"kind": "box", "half_extents_m": [0.05, 0.05, 0.05]}),
+        json!({"kind": "ball", "radius_m": 0.05}),
+    ];
+    let bodies = shapes.iter().enumerate().map(|(i, shape)| {
+        json!({
+            "name": format!("body {i}"),
+            "rigid": {"shape": shape, "center_m": [0, 0, 0.05 + 0.1 * i as f64], "density_kg_per_m3": 1000},
+            "spin_rad_per_s": [0, 0, i]
+        })
+    });
+    let document = json!({
+        "name": "a pile",
+        "end_time_s": 0.1,
+        "bodies": bodies.collect::<Vec<_>>(),
+        "planes": [{"name": "ground", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "contact": {"friction": 0.3},
+        "gravity_m_per_s2": [0, 0, -9.81],
+        "integrator": {"kind": "explicit", "max_step_s": 1e-3},
+        "record": {"fields": []}
+    });
+    let source = FolderSource::new(Path::new("."));
+    let loaded = load(document.to_string().as_bytes(), &source, &Budget::COMMAND_LINE).expect("it is valid");
+    let seen = look_at(&loaded, 1);
+    assert!(seen.len() > 90 && seen.iter().all(|s| s.contacts >= 4), "{seen:#?}");
     let later = seen.iter().filter(|s| s.step >= WARM_UP && s.allocations > 0);
     assert_eq!(later.count(), 0, "{seen:#?}");
 }

@@ -56,6 +56,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
     )?;
     write_elements(report, out)?;
     write_step(report, out)?;
+    write_rigid_bodies(report, out)?;
     write_contact(report, out)?;
     write_memory(report, out)?;
     write_left_out(report, out)
@@ -111,6 +112,24 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
+fn write_rigid_bodies(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    if report.rigid_bodies.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nRigid bodies")?;
+    let header = ["body", "shape", "mass", "moments of inertia"];
+    let rows = report.rigid_bodies.iter().map(|body| {
+        let moments = body.inertia_kg_m2.map(|moment| format!("{moment:.3e}")).join(", ");
+        [
+            body.body.clone(),
+            body.shape.clone(),
+            format!("{:.4e} kg", body.mass_kg),
+            format!("{moments} kg m²"),
+        ]
+    });
+    write_table(&header, &rows.collect::<Vec<_>>(), out)
+}
+
 fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if report.pairs.is_empty() {
         return Ok(());
@@ -121,7 +140,7 @@ fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         [
             pair.name.clone(),
             pair.slave_nodes.to_string(),
-            pair.master_faces.map_or_else(|| "a plane".into(), |faces| faces.to_string()),
+            pair.master_faces.map_or_else(|| pair.master_in_words(), |faces| faces.to_string()),
             pair.friction.to_string(),
             pair.unknowns_per_contact.to_string(),
         ]

@@ -107,11 +107,13 @@ fn write_bodies(bodies: &[BodySummary], out: &mut dyn Write) -> io::Result<()> {
             body.volume_m3,
             size.join(" × ")
         )?;
-        writeln!(
-            out,
-            "  quality: scaled Jacobian ≥ {:.3} (element {}), aspect ratio ≤ {:.1}, shortest edge {:.3e} m",
-            body.min_scaled_jacobian, body.worst_element, body.max_aspect_ratio, body.min_edge_m
-        )?;
+        if body.elements > 0 {
+            writeln!(
+                out,
+                "  quality: scaled Jacobian ≥ {:.3} (element {}), aspect ratio ≤ {:.1}, shortest edge {:.3e} m",
+                body.min_scaled_jacobian, body.worst_element, body.max_aspect_ratio, body.min_edge_m
+            )?;
+        }
         for part in &body.parts {
             writeln!(out, "  part {}: {} elements, {:.6e} kg", part.name, part.elements, part.mass_kg)?;
         }

@@ -24,6 +24,8 @@ pub struct PairMeasures {
     /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
     /// so a sign by the slave would change with refinement.
     pub told_for: usize,
+    /// Whether both sides are rigid: they touch in points, without a patch.
+    pub is_of_points: bool,
     /// Forces.
     pub force: ImpactForce,
     geometry: PatchGeometry,
@@ -181,6 +183,7 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             ],
             on_tissue: tissue(slave) || master.is_some_and(tissue),
             told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
+            is_of_points: plan.bodies[slave].rigid.is_some(),
             force: ImpactForce::new(plan.measures.force_window),
             geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
         })

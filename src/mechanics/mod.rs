@@ -1,7 +1,8 @@
 //! Mathematics only: no input or output, no serde, no clock, no logging, and no allocation in a step.
 //!
 //! Read `real` and `tensor` first, then `material` (one law a file), `element` and `force` (internal forces of
-//! blocks of elements), and `contact` (detection, the bi-potential law and its Gauss–Seidel solver).
+//! blocks of elements), `rigid` (bodies that do not deform), and `contact` (detection, the bi-potential law and its
+//! Gauss–Seidel solver).
 
 pub mod contact;
 pub mod dual;
@@ -11,4 +12,5 @@ pub mod lanes;
 pub mod material;
 pub mod principal;
 pub mod real;
+pub mod rigid;
 pub mod tensor;

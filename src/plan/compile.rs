@@ -4,6 +4,7 @@ use super::contact::compile_contact;
 use super::contact_mass::ContactMass;
 use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
+use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
 use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
@@ -54,6 +55,7 @@ struct Parts {
     v: Vec<Vec3>,
     blocks: Vec<ElementBlock>,
     bodies: Vec<PlanBody>,
+    rigid: RigidPlan,
 }
 
 /// Compiles a scene.
@@ -64,16 +66,23 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
-        add_body(&mut parts, document, body, mesh)?;
+        match &mesh.rigid {
+            Some(rigid) => add_rigid_body(&mut parts, body, rigid),
+            None => add_body(&mut parts, document, body, mesh)?,
+        }
     }
     let assembly = Assembly::new(parts.X.len(), &parts.blocks);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
-    let until = document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks);
+    let (explicit, _) = integrator(&document.integrator);
+    // Without elements the scene gives the step.
+    let longest = if parts.blocks.is_empty() { explicit.max_step } else { 0.0 };
+    let until =
+        document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks).max(longest);
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
-    let (explicit, _) = integrator(&document.integrator);
+    parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
     let mut plan = Plan {
         skip_quiet_elements: skips_quiet_elements(document, &parts),
         distant_pairs,
@@ -83,6 +92,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         X: parts.X,
         mass: parts.mass,
         inverse_mass: parts.inverse_mass,
+        rigid: (!parts.rigid.bodies.is_empty()).then_some(parts.rigid),
         blocks: parts.blocks,
         assembly,
         contact,
@@ -98,7 +108,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         every_steps: document.record.every_steps.max(1),
         report: PlanReport::default(),
     };
-    plan.rounding_energy = rounding_energy(&plan);
+    plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     Ok(plan)
 }
@@ -110,7 +120,11 @@ const LONGER_THAN_A_STEP: f64 = 1.01;
 fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
     let is_loaded = is_loaded(document);
     let start = [&parts.u[..], &parts.v, &parts.inverse_mass];
-    parts.bodies.iter().map(|body| BodyMotion::new(body, &parts.X, start, is_loaded)).collect()
+    let of_body = |body: &PlanBody| match body.rigid {
+        Some(rigid) => BodyMotion::rigid(body, &parts.rigid.bodies[rigid], &parts.X, is_loaded),
+        None => BodyMotion::new(body, &parts.X, start, is_loaded),
+    };
+    parts.bodies.iter().map(of_body).collect()
 }
 
 /// Whether something pulls at every node from the first step.
@@ -120,8 +134,11 @@ fn is_loaded(document: &SceneDocument) -> bool {
 
 /// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.
 fn skips_quiet_elements(document: &SceneDocument, parts: &Parts) -> bool {
-    let rests = |(u, v): (&Vec3, &Vec3)| *u == Vec3::zeros() && *v == Vec3::zeros();
-    !document.keeps(Keep::QuietElements) && !is_loaded(document) && parts.u.iter().zip(&parts.v).any(rests)
+    let rests = |node: u32| [&parts.u, &parts.v].iter().all(|values| values[node as usize] == Vec3::zeros());
+    let mut meshes = parts.bodies.iter().filter(|body| body.rigid.is_none());
+    !document.keeps(Keep::QuietElements)
+        && !is_loaded(document)
+        && meshes.any(|body| body.nodes.clone().any(rests))
 }
 
 /// Strains that differences of displacements may have by rounding, some thousand ulps of a displacement of a body's size.
@@ -134,6 +151,19 @@ fn rounding_energy(plan: &Plan) -> f64 {
         blocks.map(|block| block.parameters.wave_speed()).fold(0.0, f64::max)
     };
     plan.bodies.iter().enumerate().map(|(b, body)| body.mass * (fastest(b) * ROUNDING_STRAIN).powi(2)).sum()
+}
+
+/// m s² τ of the rigid bodies, s a bound of the speed of flight, spin and fall, τ the tolerance of contact: what the impulses
+/// that hold a body are uncertain by, a body at rest is moved by.
+fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
+    let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let fall = plan.gravity.map_or(0.0, |g| g.norm() * duration);
+    let of_body = |(rigid, body): (&crate::mechanics::rigid::RigidBody, &usize)| {
+        let spin = plan.initial_v.get(rigid.spin as usize).map_or(0.0, Vec3::norm);
+        let speed = plan.bodies[*body].flight_velocity.norm() + spin * rigid.shape.outer_radius() + fall;
+        rigid.mass * speed * speed * document.contact.tolerance
+    };
+    plan.rigid.iter().flat_map(|r| r.bodies.iter().zip(&r.of_body)).map(of_body).sum()
 }
 
 /// Options of the integrator, and its two bulk viscosities.
@@ -201,12 +231,50 @@ fn add_body(
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
         skin: Surface { nodes, faces },
+        rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
     });
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
     Ok(())
+}
+
+/// Two nodes: the centre of mass, and the spin in the axes of the body.
+fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::scene::RigidSceneBody) {
+    let centre = parts.X.len() as u32;
+    let first_element = parts.bodies.last().map_or(0, |b| b.elements.end);
+    let (place, mass) = (rigid.pose.centre, rigid.mass);
+    let orientation = rigid.pose.orientation;
+    parts.X.extend([place; 2]);
+    parts.mass.extend([mass, 0.0]);
+    parts.inverse_mass.extend([Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)]);
+    parts.u.extend([Vec3::zeros(); 2]);
+    let spin = orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s));
+    parts.v.extend([Vec3::zeros(), spin]);
+    parts.bodies.push(PlanBody {
+        name: document.name.clone(),
+        role: document.role,
+        nodes: centre..centre + 2,
+        elements: first_element..first_element,
+        flight_velocity: Vec3::from(document.velocity_m_per_s),
+        hexes: Vec::new(),
+        part_of: Vec::new(),
+        parts: Vec::new(),
+        skin: Surface { nodes: vec![centre], faces: Vec::new() },
+        rigid: Some(parts.rigid.bodies.len()),
+        mass,
+        first_moment: place * mass,
+    });
+    parts.rigid.of_body.push(parts.bodies.len() - 1);
+    parts.rigid.orientations.push(orientation);
+    parts.rigid.bodies.push(crate::mechanics::rigid::RigidBody {
+        centre,
+        spin: centre + 1,
+        shape: rigid.shape,
+        mass,
+        inertia: rigid.inertia,
+    });
 }
 
 fn reference_geometry(

@@ -34,11 +34,18 @@ pub(super) fn compile_contact(
         surfaces: Vec::new(),
         surface_body: Vec::new(),
         pairs: Vec::new(),
+        mesh_pairs: 0,
         pair_bodies: Vec::new(),
         tolerance: document.contact.tolerance,
     };
-    for (a, b, mu) in asked {
-        add_pair(&mut plan, document, bodies, X, (a, b, mu));
+    let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
+        asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
+    for pair in meshes {
+        add_pair(&mut plan, document, bodies, X, pair);
+    }
+    plan.mesh_pairs = plan.pairs.len();
+    for pair in rigid {
+        add_pair(&mut plan, document, bodies, X, pair);
     }
     (Some(plan), distant)
 }
@@ -87,6 +94,9 @@ impl<'a> Side<'a> {
             Self::Plane(plane) => &plane.name,
         }
     }
+    fn is_rigid(self, bodies: &[PlanBody]) -> bool {
+        matches!(self, Self::Body(body) if bodies[body].rigid.is_some())
+    }
     fn is_tissue(self, bodies: &[PlanBody]) -> bool {
         matches!(self, Self::Body(body) if bodies[body].role == Role::Tissue)
     }
@@ -132,9 +142,12 @@ fn add_pair(
         }
         (Side::Body(a), Side::Body(b)) => {
             let (slave, master) = slave_and_master(document, bodies, X, a, b);
-            let surface = surface_of(plan, bodies, master);
+            let side = match bodies[master].rigid {
+                Some(rigid) => Master::Rigid(rigid),
+                None => Master::Surface(surface_of(plan, bodies, master)),
+            };
             let names = [bodies[slave].name.as_str(), bodies[master].name.as_str()];
-            (slave, Master::Surface(surface), Some(master), names)
+            (slave, side, Some(master), names)
         }
         (Side::Plane(_), Side::Plane(_)) => return,
     };
@@ -145,7 +158,7 @@ fn add_pair(
     plan.pair_bodies.push((slave, master_body));
 }
 
-/// The finer surface in the patch that the bodies sweep towards each other is the slave.
+/// The finer surface in the patch that the bodies sweep towards each other is the slave; a mesh that of a rigid body.
 fn slave_and_master(
     document: &SceneDocument,
     bodies: &[PlanBody],
@@ -155,6 +168,11 @@ fn slave_and_master(
 ) -> (usize, usize) {
     if a == b {
         return (a, b);
+    }
+    match [a, b].map(|body| bodies[body].rigid.is_some()) {
+        [false, false] => {}
+        [true, false] => return (b, a),
+        [_, true] => return (a, b),
     }
     let flown = (bodies[a].flight_velocity - bodies[b].flight_velocity) * document.end_time_s;
     let (low, high) = (a.min(b), a.max(b));

@@ -15,6 +15,8 @@
 use super::PlanBody;
 use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::contact::detection::reach;
+use crate::mechanics::contact::rigid_detection;
+use crate::mechanics::rigid::RigidBody;
 use crate::mechanics::tensor::Vec3;
 
 /// Share of the lengths involved that is given away to rounding.
@@ -63,6 +65,19 @@ impl BodyMotion {
             reach: reach(sizes.fold(0.0, f64::max)),
             held: zero(inverse_mass) && body.flight_velocity == Vec3::zeros(),
             straight: !is_loaded && zero(u) && zero(v),
+        }
+    }
+
+    /// Of a rigid body, turned anyhow: the box of the ball around it.
+    pub fn rigid(body: &PlanBody, rigid: &RigidBody, X: &[Vec3], is_loaded: bool) -> Self {
+        let (centre, radius) = (X[rigid.centre as usize], rigid.shape.outer_radius());
+        Self {
+            low: centre.add_scalar(-radius),
+            high: centre.add_scalar(radius),
+            flight: body.flight_velocity,
+            reach: rigid_detection::reach(rigid.shape.size()),
+            held: false,
+            straight: !is_loaded,
         }
     }
 

@@ -89,6 +89,7 @@ fn absent(plan: &Plan, list: &mut List) {
         "contact",
         "the scene has no pair that may touch",
     );
+    add(plan.rigid.is_none(), "rigid bodies", "every body deforms");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");
     add(plan.settle.is_none(), "settling", "the scene asks for none");
     let has_fibres = plan.blocks.iter().any(|b| b.parameters.material.family_count() > 0);

@@ -79,7 +79,7 @@ fn contact_bytes(plan: &Plan) -> u64 {
         .iter()
         .map(|pair| match pair.master {
             Master::Surface(master) => contact.surfaces[master].faces.len() * BYTES_PER_LEAF,
-            Master::Plane { .. } => 0,
+            Master::Plane { .. } | Master::Rigid(_) => 0,
         })
         .sum();
     let slaves: usize = contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()).sum();

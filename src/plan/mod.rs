@@ -8,6 +8,7 @@ mod distant;
 mod left_out;
 mod memory;
 mod report;
+mod rigid;
 mod stable_step;
 #[cfg(test)]
 mod tests;
@@ -17,15 +18,18 @@ pub use distant::DistantPair;
 pub use left_out::LeftOut;
 pub use memory::MemoryReport;
 pub use report::{BlockReport, PairReport, PlanReport};
+pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 
+use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{FieldName, Role};
 use std::ops::Range;
 
-/// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body.
+/// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body. A rigid body has
+/// two nodes, see [`crate::mechanics::rigid`].
 #[derive(Debug)]
 pub struct Plan {
     /// Name of the scene.
@@ -34,10 +38,12 @@ pub struct Plan {
     pub bodies: Vec<PlanBody>,
     /// Reference positions X [m], nodes × 3.
     pub X: Vec<Vec3>,
-    /// Lumped (row sum) mass [kg], nodes.
+    /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body.
     pub mass: Vec<f64>,
-    /// 1/m along each axis [1/kg], 0 where the node is held fixed; nodes × 3.
+    /// 1/m along each axis [1/kg], 0 where the node is held fixed; 1/I [1/(kg m²)] for the spin of a rigid body; nodes × 3.
     pub inverse_mass: Vec<Vec3>,
+    /// The rigid bodies; `None` when there are none.
+    pub rigid: Option<RigidPlan>,
     /// Elements, in blocks of one kernel each.
     pub blocks: Vec<ElementBlock>,
     /// Which force contributions each node sums, in which order.
@@ -93,8 +99,10 @@ pub struct PlanBody {
     pub part_of: Vec<u32>,
     /// Names of its parts.
     pub parts: Vec<String>,
-    /// Its skin: outward faces with global nodes.
+    /// Its skin: outward faces with global nodes. A rigid body has its centre and no faces.
     pub skin: Surface,
+    /// Its index among the rigid bodies, if it is one.
+    pub rigid: Option<usize>,
     /// Mass [kg].
     pub mass: f64,
     /// Σ m X of its nodes [kg m].
@@ -108,8 +116,10 @@ pub struct ContactPlan {
     pub surfaces: Vec<Surface>,
     /// Body of each surface.
     pub surface_body: Vec<usize>,
-    /// The pairs.
+    /// The pairs; those with a rigid side come last.
     pub pairs: Vec<ContactPair>,
+    /// How many of them have no rigid side.
+    pub mesh_pairs: usize,
     /// For each pair the bodies of slave and master (`None` for a plane).
     pub pair_bodies: Vec<(usize, Option<usize>)>,
     /// Largest scaled residual of the solver [-].
@@ -150,7 +160,16 @@ pub struct MeasurePlan {
 impl ContactPlan {
     /// The most contacts that a step can have: one for each slave node of each pair.
     pub fn most_contacts(&self) -> usize {
-        self.pairs.iter().map(|pair| self.surfaces[pair.slave].nodes.len()).sum()
+        self.most_mesh_contacts() + self.most_rigid_contacts()
+    }
+    /// As [`ContactPlan::most_contacts`], of the pairs without a rigid side.
+    pub fn most_mesh_contacts(&self) -> usize {
+        self.pairs[..self.mesh_pairs].iter().map(|pair| self.surfaces[pair.slave].nodes.len()).sum()
+    }
+    /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points.
+    pub fn most_rigid_contacts(&self) -> usize {
+        let of_pair = |pair: &ContactPair| self.surfaces[pair.slave].nodes.len().max(MOST_POINTS);
+        self.pairs[self.mesh_pairs..].iter().map(of_pair).sum()
     }
 }
 
@@ -159,9 +178,13 @@ impl Plan {
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
     }
-    /// Number of nodes.
+    /// Number of nodes, those of rigid bodies included.
     pub fn node_count(&self) -> usize {
         self.X.len()
+    }
+    /// Number of nodes of meshes.
+    pub fn mesh_node_count(&self) -> usize {
+        self.bodies.iter().filter(|b| b.rigid.is_none()).map(|b| b.nodes.len()).sum()
     }
     /// Number of elements.
     pub fn element_count(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
+use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Plan, cost};
 use crate::mechanics::contact::Master;
@@ -16,7 +17,7 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PlanReport {
-    /// Number of nodes.
+    /// Number of nodes of meshes.
     pub nodes: usize,
     /// Number of elements.
     pub elements: usize,
@@ -35,9 +36,12 @@ pub struct PlanReport {
     pub expected_run_time_s: f64,
     /// Elements by kernel.
     pub blocks: Vec<BlockReport>,
+    /// Rigid bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rigid_bodies: Vec<RigidReport>,
     /// Pairs that may touch.
     pub pairs: Vec<PairReport>,
-    /// Blocks and pairs in words.
+    /// Blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
     pub left_out: Vec<LeftOut>,
@@ -73,10 +77,13 @@ pub struct BlockReport {
 pub struct PairReport {
     /// Its name, the slave first.
     pub name: String,
-    /// Nodes on the slave's surface.
+    /// Nodes on the slave's surface; 0 for a rigid body.
     pub slave_nodes: usize,
-    /// Faces of the master; null for a plane.
+    /// Faces of the master; null for a plane or a rigid body.
     pub master_faces: Option<usize>,
+    /// Names of the rigid shapes among slave and master.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rigid_shapes: Vec<String>,
     /// Coulomb friction μ [-].
     pub friction: f64,
     /// Unknowns of each contact: one without friction, three with it.
@@ -100,15 +107,17 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
     let memory = MemoryReport::new(plan, forces_bytes);
-    let mut kept: Vec<String> =
-        blocks.iter().map(BlockReport::in_words).chain(pairs.iter().map(PairReport::in_words)).collect();
-    if !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
+    let rigid_bodies = RigidReport::of(plan);
+    let words =
+        blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
+    let mut kept: Vec<String> = words.chain(pairs.iter().map(PairReport::in_words)).collect();
+    if !plan.blocks.is_empty() && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
         kept.push(
             "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
         );
     }
     PlanReport {
-        nodes: plan.node_count(),
+        nodes: plan.mesh_node_count(),
         elements: plan.element_count(),
         memory_bytes: memory.total_bytes(),
         memory,
@@ -118,6 +127,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         expected_run_time_s: cost::run_time_s(plan, expected_steps, swept_bytes),
         kept,
         blocks,
+        rigid_bodies,
         pairs,
         left_out: left_out(plan, scene),
         put_back: scene.document.solver.keep.clone(),
@@ -158,17 +168,22 @@ fn of_block(
 
 fn of_pairs(plan: &Plan) -> Vec<PairReport> {
     let Some(contact) = &plan.contact else { return Vec::new() };
-    let of_pair = |pair: &crate::mechanics::contact::ContactPair| PairReport {
-        name: pair.name.clone(),
-        slave_nodes: contact.surfaces[pair.slave].nodes.len(),
-        master_faces: match pair.master {
-            Master::Surface(master) => Some(contact.surfaces[master].faces.len()),
-            Master::Plane { .. } => None,
-        },
-        friction: pair.law.mu(),
-        unknowns_per_contact: pair.law.unknowns(),
+    let of_pair = |(index, pair): (usize, &crate::mechanics::contact::ContactPair)| {
+        let sides = plan.rigid.as_ref().map_or([None; 2], |rigid| rigid.of_pairs[index]);
+        let shapes = sides.iter().flatten().map(|body| &plan.rigid_bodies()[*body as usize].shape);
+        PairReport {
+            name: pair.name.clone(),
+            slave_nodes: if sides[0].is_some() { 0 } else { contact.surfaces[pair.slave].nodes.len() },
+            master_faces: match pair.master {
+                Master::Surface(master) => Some(contact.surfaces[master].faces.len()),
+                Master::Plane { .. } | Master::Rigid(_) => None,
+            },
+            rigid_shapes: shapes.map(|shape| shape.name().to_owned()).collect(),
+            friction: pair.law.mu(),
+            unknowns_per_contact: pair.law.unknowns(),
+        }
     };
-    contact.pairs.iter().map(of_pair).collect()
+    contact.pairs.iter().enumerate().map(of_pair).collect()
 }
 
 impl BlockReport {
@@ -184,12 +199,26 @@ impl BlockReport {
 }
 
 impl PairReport {
+    /// The master: its faces, or what it is in their place.
+    pub fn master_in_words(&self) -> String {
+        let rigid_master = self.rigid_shapes.get(usize::from(self.slave_nodes == 0));
+        match (self.master_faces, rigid_master) {
+            (Some(faces), _) => format!("{faces} faces"),
+            (None, Some(shape)) => format!("a rigid {shape}"),
+            (None, None) => "a plane".into(),
+        }
+    }
+
     fn in_words(&self) -> String {
-        let master = self.master_faces.map_or_else(|| "a plane".into(), |faces| format!("{faces} faces"));
+        let slave = match self.slave_nodes {
+            0 => self.rigid_shapes.first().map_or_else(String::new, |shape| format!("a rigid {shape}")),
+            nodes => format!("{nodes} slave nodes"),
+        };
+        let master = self.master_in_words();
         let unknowns = if self.unknowns_per_contact == 1 { "1 unknown" } else { "3 unknowns" };
         format!(
-            "contact {}: {} slave nodes against {master}, friction {}, {unknowns} a contact",
-            self.name, self.slave_nodes, self.friction
+            "contact {}: {slave} against {master}, friction {}, {unknowns} a contact",
+            self.name, self.friction
         )
     }
 }

@@ -12,7 +12,7 @@ const WITHIN: [f64; 3] = [1.1, 2.0, 4.0];
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct StableStepReport {
-    /// Smallest stable step of an element [s], without safety factor.
+    /// Smallest stable step of an element [s], without safety factor; the scene's `max_step_s` when there is no element.
     pub smallest_s: f64,
     /// Body of that element.
     pub body: String,
@@ -88,7 +88,8 @@ impl StableSteps {
         let all = || self.0.iter().flatten();
         let within = |times: f64| {
             let elements = all().filter(|step| **step <= times * smallest).count();
-            ElementsWithin { times_smallest: times, elements, share: elements as f64 / all().count() as f64 }
+            let share = elements as f64 / all().count().max(1) as f64;
+            ElementsWithin { times_smallest: times, elements, share }
         };
         let slots = self
             .0
@@ -103,7 +104,8 @@ impl StableSteps {
             (body.name.clone(), part, local)
         });
         StableStepReport {
-            smallest_s: smallest,
+            // Without elements nothing has a stable step, and the scene's is it.
+            smallest_s: if smallest.is_finite() { smallest } else { max_step },
             body,
             part,
             element,

@@ -64,6 +64,7 @@ fn impact_pressure(plan: &Plan) -> f64 {
     let pressure = |&(slave, master): &(usize, Option<usize>)| {
         let (v, Z) = (plan.bodies[slave].flight_velocity, impedance(slave));
         match master {
+            Some(m) if plan.bodies[m].rigid.is_some() => Z * (v - plan.bodies[m].flight_velocity).norm(),
             None => Z * v.norm(),
             Some(m) if Z + impedance(m) > 0.0 => {
                 (v - plan.bodies[m].flight_velocity).norm() * Z * impedance(m) / (Z + impedance(m))

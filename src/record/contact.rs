@@ -55,7 +55,7 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     };
     vec![
         packed::u32s("node", active().map(|(c, _)| [c.slave - first_node])),
-        packed::vectors("position_m", "m", active().map(|(c, _)| frame.position(c.slave))),
+        packed::vectors("position_m", "m", active().map(|(c, _)| c.point)),
         packed::vectors("normal", "", active().map(|(c, _)| c.frame[0])),
         packed::scalars("normal_force_n", "N", active().map(|(_, r)| force(r.impulse[0]))),
         packed::vectors("tangential_force_n", "N", active().map(tangential)),

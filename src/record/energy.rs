@@ -28,6 +28,7 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         numerical_contact_j: e.numerical_j,
         work_on_slave_j: e.work_on_slave_j,
         work_on_master_j: e.work_on_master_j,
+        impact_j: e.impact_j,
     });
     let absorbed = measures.absorbed.as_ref().map(|a| a.now).unwrap_or_default();
     Energy {

@@ -2,16 +2,16 @@
 //!
 //! | topic | when |
 //! |---|---|
-//! | `/reference/{body}` | once |
-//! | `/contact/forces`, `/energy` | every `every_steps` steps, and at the field times |
-//! | `/stress/{body}`, `/mesh/{body}`, `/points/{body}` | at the field times, when any field is asked for |
+//! | `/reference/{body}` | once; of a rigid body there is none |
+//! | `/contact/forces`, `/energy`, `/pose/{body}` of a rigid body | every `every_steps` steps, and at the field times |
+//! | `/stress/{body}`, `/mesh/{body}`, `/points/{body}` | at the field times, when any field is asked for; of a rigid body `/mesh` |
 //! | `/summary`, `/log` | at the field times and at the end; as there is something to say |
 //!
 //! It carries the [`Measures`], so that what is recorded and what is summed up are the same numbers.
 
 use super::writer::{RecordingWriter, TimeScale};
 use super::{
-    RecordError, colour, contact, energy, log, point_cloud, reference, scene_update, stress, summary,
+    RecordError, colour, contact, energy, log, point_cloud, pose, reference, scene_update, stress, summary,
 };
 use crate::measure::{Measures, Summary};
 use crate::plan::{Plan, PlanBody};
@@ -40,12 +40,21 @@ pub struct RecordingInfo {
     pub mesh_hashes: Vec<(String, String)>,
 }
 
-/// Channels of one body.
+/// Channels of one body that deforms.
 struct BodyChannels {
+    body: usize,
     stress: u16,
     mesh: u16,
     points: u16,
     triangles: Vec<u32>,
+}
+
+/// Channels of one rigid body.
+struct RigidChannels {
+    body: usize,
+    pose: u16,
+    /// With its skin; when any field is asked for.
+    mesh: Option<(u16, scene_update::RigidSkin)>,
 }
 
 /// The open file and what is known of it.
@@ -56,6 +65,7 @@ struct Open {
     summary: u16,
     log: u16,
     bodies: Vec<BodyChannels>,
+    rigid: Vec<RigidChannels>,
     colour_top: f64,
     frames: u64,
     /// Whether the latest frame is in the file.
@@ -98,21 +108,27 @@ impl McapRecorder {
         let summary = writer.add_channel(summary::TOPIC, summary::SCHEMA)?;
         let log = writer.add_channel(log::TOPIC, log::SCHEMA)?;
         let names = topic_names(&plan.bodies);
-        let mut bodies = Vec::new();
+        let (mut bodies, mut rigid) = (Vec::new(), Vec::new());
         for (body, name) in names.iter().enumerate() {
+            if let Some(index) = plan.bodies[body].rigid {
+                rigid.push(add_rigid_channels(&mut writer, plan, (body, index), name)?);
+                continue;
+            }
             let channel = writer.add_channel(&format!("{}{name}", reference::TOPIC), reference::SCHEMA)?;
             writer.write(channel, 0.0, &reference::message(plan, body))?;
             if plan.fields.is_empty() {
                 continue;
             }
             bodies.push(BodyChannels {
+                body,
                 stress: writer.add_channel(&format!("{}{name}", stress::TOPIC), stress::SCHEMA)?,
                 mesh: writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?,
                 points: writer.add_channel(&format!("{}{name}", point_cloud::TOPIC), point_cloud::SCHEMA)?,
                 triangles: scene_update::triangles(&plan.bodies[body].skin),
             });
         }
-        let start = format!("{}: {} elements, {} nodes", plan.name, plan.element_count(), plan.node_count());
+        let start =
+            format!("{}: {} elements, {} nodes", plan.name, plan.element_count(), plan.mesh_node_count());
         writer.write(log, 0.0, &log::message(0.0, Level::Info, &start))?;
         // From here on a crash leaves a recording that says what it was.
         writer.flush_if(0)?;
@@ -123,6 +139,7 @@ impl McapRecorder {
             summary,
             log,
             bodies,
+            rigid,
             colour_top,
             frames: 0,
             is_latest_written: true,
@@ -174,11 +191,23 @@ impl McapRecorder {
             open.writer.write(channel, time, &contact::message(frame, measures))?;
         }
         open.writer.write(open.energy, time, &energy::message(frame.plan, measures))?;
+        for channels in &open.rigid {
+            if let Some(message) = pose::message(frame, channels.body) {
+                open.writer.write(channels.pose, time, &message)?;
+            }
+            let mesh = channels.mesh.as_ref().filter(|_| frame.is_field_time);
+            let mesh = mesh
+                .map(|(channel, skin)| (channel, scene_update::rigid_message(frame, channels.body, skin)));
+            if let Some((channel, Some(message))) = mesh {
+                open.writer.write(*channel, time, &message)?;
+            }
+        }
         if !frame.is_field_time {
             return Ok(());
         }
         let fields = measures.fields.as_ref();
-        for (body, channels) in open.bodies.iter().enumerate() {
+        for channels in &open.bodies {
+            let body = channels.body;
             open.writer.write(channels.stress, time, &stress::message(frame, body, fields))?;
             let mesh = scene_update::message(frame, body, fields, &channels.triangles, open.colour_top);
             open.writer.write(channels.mesh, time, &mesh)?;
@@ -249,6 +278,23 @@ fn last_words(outcome: &Outcome) -> (Level, String) {
         }
         Ending::Failed { failure } => (Level::Error, failure.to_string()),
     }
+}
+
+/// Channels of the rigid body `index`, number `body` of all.
+fn add_rigid_channels(
+    writer: &mut RecordingWriter,
+    plan: &Plan,
+    (body, index): (usize, usize),
+    name: &str,
+) -> Result<RigidChannels, RecordError> {
+    let pose = writer.add_channel(&format!("{}{name}", pose::TOPIC), pose::SCHEMA)?;
+    let mesh = if plan.fields.is_empty() {
+        None
+    } else {
+        let channel = writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?;
+        Some((channel, scene_update::RigidSkin::new(&plan.rigid_bodies()[index].shape)))
+    };
+    Ok(RigidChannels { body, pose, mesh })
 }
 
 /// Names of the bodies as parts of topics: letters, digits, `_`, `-`, `.`; numbered where two would be the same.

@@ -1,7 +1,7 @@
 //! Recorders: MCAP files, memory, nothing.
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
-//! [`stress`], [`scene_update`], [`point_cloud`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
+//! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
 //! [`salvage`] makes a readable file of what a killed writer left. [`on_own_thread`] keeps any recorder out of the way of the steps.
 
 pub mod colour;
@@ -15,6 +15,7 @@ mod own_thread;
 pub mod packed;
 mod partial_file;
 pub mod point_cloud;
+pub mod pose;
 pub mod proto;
 pub mod reference;
 pub mod salvage;

@@ -10,19 +10,23 @@ pub const TOPIC: &str = "/reference/";
 /// Schema.
 pub const SCHEMA: &str = "contuse.v1.ReferenceMesh";
 
+/// The name of a role.
+pub(super) fn role_name(role: Role) -> &'static str {
+    match role {
+        Role::Projectile => "projectile",
+        Role::Tissue => "tissue",
+        Role::Other => "other",
+    }
+}
+
 /// The message of one body.
 pub fn message(plan: &Plan, body: usize) -> ReferenceMesh {
     let body = &plan.bodies[body];
     let (first, last) = (body.nodes.start, body.nodes.end as usize);
-    let role = match body.role {
-        Role::Projectile => "projectile",
-        Role::Tissue => "tissue",
-        Role::Other => "other",
-    };
     ReferenceMesh {
         time_s: 0.0,
         body: body.name.clone(),
-        role: role.into(),
+        role: role_name(body.role).into(),
         parts: body.parts.clone(),
         positions: Some(packed::f64s(
             "position_m",

@@ -1,11 +1,13 @@
 //! `/mesh/{body}`: the skin as a coloured triangle mesh, a `foxglove.SceneUpdate`.
 
 use super::colour::viridis;
+use super::pose::on_the_wire;
 use super::proto::foxglove::{
-    Color, KeyValuePair, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp,
+    Color, KeyValuePair, Point3, Pose, SceneEntity, SceneUpdate, TriangleListPrimitive, timestamp,
 };
 use crate::measure::fields::Fields;
 use crate::mechanics::contact::Surface;
+use crate::mechanics::rigid::{Shape, triangulated};
 use crate::step::Frame;
 
 /// Topic, before the body's name.
@@ -29,6 +31,32 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
         }
     }
     indices
+}
+
+/// The skin of a rigid body, in its axes.
+pub struct RigidSkin {
+    points: Vec<Point3>,
+    indices: Vec<u32>,
+}
+
+impl RigidSkin {
+    /// Of a shape.
+    pub fn new(shape: &Shape) -> Self {
+        let (points, triangles) = triangulated(shape);
+        Self { points: points.into_iter().map(Into::into).collect(), indices: triangles.concat() }
+    }
+}
+
+/// The message of a rigid body at a field time; `None` for one that deforms.
+pub fn rigid_message(frame: &Frame, body: usize, skin: &RigidSkin) -> Option<SceneUpdate> {
+    let mesh = TriangleListPrimitive {
+        pose: Some(on_the_wire(&frame.pose(body)?)),
+        points: skin.points.clone(),
+        color: Some(PLAIN),
+        colors: Vec::new(),
+        indices: skin.indices.clone(),
+    };
+    Some(update(frame, body, vec![pair("time_s", frame.time.to_string())], mesh))
 }
 
 /// The message of one body at a field time; `indices` are its [`triangles`], colours go from 0 to `top` [Pa] of von Mises
@@ -57,10 +85,19 @@ pub fn message(
             .unwrap_or_default(),
         indices: indices.to_vec(),
     };
+    update(frame, body, metadata, mesh)
+}
+
+fn update(
+    frame: &Frame,
+    body: usize,
+    metadata: Vec<KeyValuePair>,
+    mesh: TriangleListPrimitive,
+) -> SceneUpdate {
     let entity = SceneEntity {
         timestamp: Some(timestamp(frame.time)),
         frame_id: FRAME_ID.into(),
-        id: plan_body.name.clone(),
+        id: frame.plan.bodies[body].name.clone(),
         metadata,
         triangles: vec![mesh],
     };

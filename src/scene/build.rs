@@ -1,7 +1,8 @@
 //! A body of the document → its mesh, in its place, with a part entry and material axes for every element.
 
+use super::RigidSceneBody;
 use super::budget::Budget;
-use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument};
+use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument};
 use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
@@ -14,6 +15,17 @@ use crate::mesh::{Mesh, MeshError};
 use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
+
+/// A rigid body from its document; `None` where the document's own checks have said why not.
+pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
+    let mass = rigid.mass()?;
+    Some(RigidSceneBody {
+        shape: rigid.shape.shape(),
+        mass,
+        inertia: rigid.inertia(mass),
+        pose: rigid.pose()?,
+    })
+}
 
 /// Makes the meshes of a scene; a file that several bodies name is read once.
 pub struct Builder<'a> {
@@ -41,7 +53,7 @@ impl<'a> Builder<'a> {
     /// The mesh of a body, in its place; `None` when problems were found.
     pub fn body_mesh(&mut self, index: usize, body: &BodyDocument, out: &mut Findings) -> Option<Mesh> {
         let here = Pointer::root().key("bodies").index(index);
-        let mesh = match &body.mesh {
+        let mesh = match body.mesh.as_ref()? {
             MeshDocument::Generator(generator) => {
                 self.generated(&Recipe::new(generator), &here.key("mesh").key("generator"), out)?
             }

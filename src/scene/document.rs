@@ -10,6 +10,7 @@ pub use super::mesh_document::{
     Count, Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
 };
+pub use super::rigid_document::{RigidDocument, ShapeDocument};
 pub use super::solver_document::{ErrorBarsDocument, Keep, SolverDocument};
 
 /// One scene: bodies, what may touch, how long, what to record.
@@ -64,7 +65,7 @@ pub enum Role {
     Other,
 }
 
-/// One deformable body.
+/// One body: deformable, with `mesh` and `parts`, or `rigid`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyDocument {
@@ -73,8 +74,12 @@ pub struct BodyDocument {
     /// Role in the story.
     #[serde(default)]
     pub role: Role,
+    /// A body that does not deform; instead of a mesh and what goes with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigid: Option<RigidDocument>,
     /// Where the mesh comes from.
-    pub mesh: MeshDocument,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshDocument>,
     /// Where it stands, applied to the mesh: scale, then rotation, then translation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementDocument>,
@@ -82,6 +87,7 @@ pub struct BodyDocument {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<SetDocument>,
     /// One entry for every part of the mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartDocument>,
     /// Initial velocity of flight [m/s].
     #[serde(default)]

@@ -1,7 +1,7 @@
 //! Bytes → [`Scene`], or all that is wrong with it.
 
 use super::budget::Budget;
-use super::build::{Builder, body_axes};
+use super::build::{Builder, body_axes, rigid_body};
 use super::document::SceneDocument;
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
@@ -136,6 +136,11 @@ fn make_body(
     out: &mut Findings,
 ) -> Option<(SceneBody, BodySummary)> {
     let body = &document.bodies[index];
+    if let Some(rigid) = &body.rigid {
+        let rigid = rigid_body(rigid)?;
+        let summary = BodySummary::rigid(body, &rigid);
+        return Some((SceneBody { rigid: Some(rigid), ..SceneBody::default() }, summary));
+    }
     let mut mesh = builder.body_mesh(index, body, out)?;
     meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
@@ -145,7 +150,7 @@ fn make_body(
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
     let materials = body.parts.iter().map(|part| part.material.to_material()).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    Some((SceneBody { mesh, materials, part_entry, axes }, summary))
+    Some((SceneBody { rigid: None, mesh, materials, part_entry, axes }, summary))
 }
 
 /// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.

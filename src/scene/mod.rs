@@ -22,6 +22,7 @@ pub mod material_question;
 pub mod mesh_document;
 pub mod problem;
 pub mod recipe;
+pub mod rigid_document;
 pub mod schema;
 pub mod solver_document;
 pub mod source;
@@ -37,7 +38,8 @@ pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
 pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
-use crate::mechanics::tensor::Mat3;
+use crate::mechanics::rigid::{Pose, Shape};
+use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::Mesh;
 use document::{Keep, SceneDocument};
 
@@ -65,10 +67,25 @@ impl Scene {
     }
 }
 
+/// What of a rigid body is not in its document as it is needed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidSceneBody {
+    /// Shape.
+    pub shape: Shape,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Principal moments of inertia [kg m²].
+    pub inertia: Vec3,
+    /// Where it starts.
+    pub pose: Pose,
+}
+
 /// A body of a validated scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SceneBody {
-    /// Its mesh, placed.
+    /// The body without a mesh, if it is rigid.
+    pub rigid: Option<RigidSceneBody>,
+    /// Its mesh, placed; empty for a rigid body.
     pub mesh: Mesh,
     /// The law of each entry of the body's `parts`.
     pub materials: Vec<crate::mechanics::material::Material>,

@@ -1,5 +1,6 @@
 //! Counts, mass and mesh quality of a body, for people and for the service.
 
+use super::RigidSceneBody;
 use super::document::BodyDocument;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
@@ -17,19 +18,19 @@ pub struct BodySummary {
     pub nodes: usize,
     /// Elements.
     pub elements: usize,
-    /// Volume of the mesh [m³].
+    /// Volume of the mesh or the rigid shape [m³].
     pub volume_m3: f64,
-    /// Mass of the mesh [kg].
+    /// Mass [kg].
     pub mass_kg: f64,
     /// Lower and upper corner of the box around it [m].
     pub bounding_box_m: [[f64; 3]; 2],
-    /// Smallest scaled Jacobian of all corners and Gauss points, 1 for a brick [-].
+    /// Smallest scaled Jacobian of all corners and Gauss points, 1 for a brick and where there is no mesh [-].
     pub min_scaled_jacobian: f64,
     /// The element where that is.
     pub worst_element: u32,
-    /// Largest ratio of longest to shortest edge in one element [-].
+    /// Largest ratio of longest to shortest edge in one element [-], 1 where there is no mesh.
     pub max_aspect_ratio: f64,
-    /// Shortest edge [m].
+    /// Shortest edge [m], 0 where there is no mesh.
     pub min_edge_m: f64,
     /// Elements and mass of each part.
     pub parts: Vec<PartSummary>,
@@ -49,6 +50,25 @@ pub struct PartSummary {
 }
 
 impl BodySummary {
+    /// Of a rigid body, with the box around the ball around it.
+    pub fn rigid(body: &BodyDocument, rigid: &RigidSceneBody) -> Self {
+        let (centre, radius) = (rigid.pose.centre, rigid.shape.outer_radius());
+        Self {
+            name: body.name.clone(),
+            nodes: 0,
+            elements: 0,
+            volume_m3: rigid.shape.volume(),
+            mass_kg: rigid.mass,
+            bounding_box_m: [centre.add_scalar(-radius).into(), centre.add_scalar(radius).into()],
+            min_scaled_jacobian: 1.0,
+            worst_element: 0,
+            max_aspect_ratio: 1.0,
+            min_edge_m: 0.0,
+            parts: Vec::new(),
+            notes: vec![format!("a rigid {}, without a mesh", rigid.shape.name())],
+        }
+    }
+
     /// Sums up a body.
     pub fn new(body: &BodyDocument, mesh: &Mesh, part_entry: &[u32], quality: &Quality) -> Self {
         let empty = |name: &String| PartSummary { name: name.clone(), elements: 0, mass_kg: 0.0 };

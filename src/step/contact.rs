@@ -3,12 +3,16 @@
 use super::explicit::drift;
 use super::failure::FailureCause;
 use super::ledger::stuck;
+use super::rigid::RigidStep;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
 use crate::mechanics::contact::projection::project_positions;
-use crate::mechanics::contact::{Contact, ContactLaw, Reaction};
+use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::rigid_projection::RigidProjection;
+use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
+use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Plan};
+use crate::plan::{ContactPlan, Plan, RigidPlan};
 
 /// Sweeps of Gauss–Seidel before it is said not to converge.
 const MOST_SWEEPS: usize = 2000;
@@ -31,18 +35,42 @@ pub(super) struct ContactStep<'p> {
     reactions: Vec<Reaction>,
     workspace: Workspace,
     moved: Vec<(u32, Vec3)>,
+    /// When a pair has a rigid side.
+    rigid: Option<RigidContact<'p>>,
     /// Solves that ended above the scene's tolerance: how many, and the largest residual.
     pub unconverged: (u64, f64),
 }
 
+/// What contact needs where a side is a rigid body.
+struct RigidContact<'p> {
+    plan: &'p RigidPlan,
+    detector: RigidDetector,
+    projection: RigidProjection,
+    poses_end: Vec<Pose>,
+}
+
+impl<'p> RigidContact<'p> {
+    fn new(plan: &'p Plan, contact: &ContactPlan) -> Option<Self> {
+        let rigid = plan.rigid.as_ref().filter(|_| contact.mesh_pairs < contact.pairs.len())?;
+        let (pairs, most) = (contact.pairs.len(), contact.most_rigid_contacts());
+        let of_rigid = (&contact.pairs[..], contact.mesh_pairs);
+        Some(Self {
+            plan: rigid,
+            detector: RigidDetector::new(&contact.surfaces, of_rigid, &rigid.bodies, &plan.X),
+            projection: RigidProjection::new(plan.node_count(), pairs, most),
+            poses_end: Vec::with_capacity(rigid.bodies.len()),
+        })
+    }
+}
+
 impl<'p> ContactStep<'p> {
-    pub fn new(plan: &Plan, contact: &'p ContactPlan) -> Self {
+    pub fn new(plan: &'p Plan, contact: &'p ContactPlan) -> Self {
         // Room for every slave node at once: pages that nothing touches cost nothing.
         let most = contact.most_contacts();
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
         Self {
             plan: contact,
-            detector: Detector::new(&contact.surfaces, &contact.pairs, &plan.X),
+            detector: Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X),
             laws: contact.pairs.iter().map(|p| p.law).collect(),
             stuck: stuck(&contact.pairs),
             still: vec![Vec3::zeros(); drift.len()],
@@ -50,8 +78,13 @@ impl<'p> ContactStep<'p> {
             x_end: vec![Vec3::zeros(); plan.node_count()],
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
-            workspace: Workspace::with_capacity(most, contact.pairs.len()),
+            workspace: Workspace::with_capacity(
+                contact.most_mesh_contacts(),
+                contact.most_rigid_contacts(),
+                contact.pairs.len(),
+            ),
             moved: Vec::with_capacity(SHIFTS * most),
+            rigid: RigidContact::new(plan, contact),
             unconverged: (0, 0.0),
         }
     }
@@ -61,6 +94,7 @@ impl<'p> ContactStep<'p> {
     pub fn solve(
         &mut self,
         plan: &Plan,
+        rigid: Option<&RigidStep>,
         x: &[Vec3],
         h: f64,
         flying: bool,
@@ -74,13 +108,30 @@ impl<'p> ContactStep<'p> {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }
-        self.detector
-            .detect(x, &self.x_end, drift, &mut self.contacts)
-            .map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
+        let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
+        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        let mut sides = RigidSides::NONE;
+        if let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) {
+            sides = rigid.work().sides;
+            let poses_end = &mut contact.poses_end;
+            poses_end.clear();
+            poses_end.extend(contact.plan.bodies.iter().zip(sides.poses).zip(&contact.plan.of_body).map(
+                |((body, pose), &of)| {
+                    let flight = if flying { plan.bodies[of].flight_velocity } else { Vec3::zeros() };
+                    Pose {
+                        centre: pose.centre + (v[body.centre as usize] + flight) * h,
+                        orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
+                    }
+                },
+            ));
+            let motion = RigidMotion { x, x_end: &self.x_end, poses: sides.poses, poses_end };
+            contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)?;
+        }
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
-        let report = gauss_seidel::solve(
+        let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
             laws,
+            &sides,
             &plan.inverse_mass,
             h,
             v,
@@ -110,9 +161,14 @@ impl<'p> ContactStep<'p> {
         (&self.contacts, &self.reactions)
     }
 
-    /// Moves what is left inside back out: (node, shift), a node possibly more than once.
-    pub fn project(&mut self, x: &mut [Vec3], inverse_mass: &[Vec3]) -> &[(u32, Vec3)] {
-        project_positions(&self.contacts, &self.detector, inverse_mass, x, &mut self.moved);
+    /// Moves what is left inside back out: (node, shift), a node possibly more than once. Rigid bodies are turned too, in
+    /// `poses`.
+    pub fn project(&mut self, x: &mut [Vec3], poses: &mut [Pose], inverse_mass: &[Vec3]) -> &[(u32, Vec3)] {
+        let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
+        project_positions(&self.contacts[..meshes], &self.detector, inverse_mass, x, &mut self.moved);
+        if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
+            projection.project(detector, &plan.of_pairs, inverse_mass, x, poses, &mut self.moved);
+        }
         &self.moved
     }
 }

@@ -13,6 +13,7 @@
 use super::contact::ContactStep;
 use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
 use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::rigid::RigidStep;
 use super::state::State;
 use crate::mechanics::contact::Contact;
 use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
@@ -62,6 +63,7 @@ pub(super) struct Stepper<'p> {
     /// v₊, relative to the flight [m/s].
     pub v_after: Vec<Vec3>,
     contact: Option<ContactStep<'p>>,
+    rigid: Option<RigidStep<'p>>,
     /// h₊ [s].
     pub step: f64,
     /// Extremes of the run so far.
@@ -99,6 +101,7 @@ impl<'p> Stepper<'p> {
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
+            rigid: plan.rigid.as_ref().map(RigidStep::new),
             step: 0.0,
             extremes: Extremes {
                 smallest_step: f64::INFINITY,
@@ -124,7 +127,7 @@ impl<'p> Stepper<'p> {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
-            self.accelerate(state, phase);
+            self.accelerate(state, phase)?;
             self.solve_contact(state, phase)?;
             self.wake();
             let rate = self.forces.largest_stretch_rate(
@@ -159,7 +162,7 @@ impl<'p> Stepper<'p> {
         let work = self.work(state);
         if state.last_step == 0.0 {
             // At the start nothing has been done yet, and the velocity is known at t_0 itself.
-            ledger.balance(&StepWork { v_after: &state.v, ..work }, &mut energy);
+            ledger.balance(&work.at_the_start(), &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
         } else {
@@ -191,10 +194,18 @@ impl<'p> Stepper<'p> {
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
+        if let Some(rigid) = &self.rigid {
+            rigid.advance(state, self.step);
+        }
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
-            state.projected.extend_from_slice(contact.project(&mut self.x, &self.plan.inverse_mass));
+            let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
+            let shifts = contact.project(&mut self.x, poses, &self.plan.inverse_mass);
+            state.projected.extend_from_slice(shifts);
+            for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
+                *orientation = pose.orientation;
+            }
             for (node, du) in &state.projected {
                 state.u[*node as usize] += du;
                 self.forces.forget_lengths(&self.plan.assembly, *node);
@@ -233,6 +244,7 @@ impl<'p> Stepper<'p> {
             strain: &self.strain,
             activity: &self.activity,
             hourglass: &self.hourglass,
+            rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
 
@@ -298,6 +310,9 @@ impl<'p> Stepper<'p> {
                 self.x[node] = plan.X[node] + flight + state.u[node];
             }
         }
+        if let Some(rigid) = &mut self.rigid {
+            rigid.place(plan, state, phase, &mut self.x);
+        }
     }
 
     /// The share of the stable step that may be taken, and no more than the scene allows [s].
@@ -333,7 +348,7 @@ impl<'p> Stepper<'p> {
 
     /// f_int, the sum of the element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
     /// velocity.
-    fn accelerate(&mut self, state: &State, phase: Phase) {
+    fn accelerate(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
         let mean_step = self.mean_step(state);
         let Self { plan, forces, activity, .. } = self;
         let gravity = plan.gravity.unwrap_or_else(Vec3::zeros);
@@ -354,12 +369,17 @@ impl<'p> Stepper<'p> {
                 *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
             }
         });
+        match &mut self.rigid {
+            Some(rigid) => rigid.turn(state, mean_step, damping, &mut self.v_after),
+            None => Ok(()),
+        }
     }
 
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
         let Some(contact) = &mut self.contact else { return Ok(()) };
         let flying = matches!(phase, Phase::Running);
-        let solved = contact.solve(self.plan, &self.x, self.step, flying, &mut self.v_after);
+        let rigid = self.rigid.as_ref();
+        let solved = contact.solve(self.plan, rigid, &self.x, self.step, flying, &mut self.v_after);
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
         solved.map_err(|(cause, message)| Failure::new(state, cause, message))
     }

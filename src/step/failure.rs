@@ -14,6 +14,8 @@ pub enum FailureCause {
     ElementInverted,
     /// The stable step fell below what can finish.
     StepCollapsed,
+    /// The step is longer than a rigid body's rotation allows.
+    StepTooLong,
     /// A fibre was stretched beyond what its exponential can represent.
     FibreOverstretched,
     /// The contact solver did not reach its tolerance.
@@ -82,6 +84,7 @@ impl FailureCause {
                 "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there or \
                  lower the speed."
             }
+            Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
                 "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
             }

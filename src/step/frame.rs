@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::rigid::{Pose, Rotation};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -24,6 +25,8 @@ pub struct Frame<'a> {
     pub v: &'a [Vec3],
     /// Velocity of the half step after t_n, as `v`.
     pub v_after: &'a [Vec3],
+    /// Orientation of each rigid body at t_n.
+    pub orientations: &'a [Rotation],
     /// Candidate contacts at t_n, sorted by (pair, slave, face).
     pub contacts: &'a [Contact],
     /// Their reactions: impulses over `mean_step`, so force = impulse / mean_step.
@@ -40,6 +43,12 @@ impl Frame<'_> {
     /// Position x = X + V_b t + u of a node at t_n [m].
     pub fn position(&self, node: u32) -> Vec3 {
         self.position_in(self.plan.body_of_node(node), node)
+    }
+    /// Pose of a body at t_n, if it is rigid.
+    pub fn pose(&self, body: usize) -> Option<Pose> {
+        let index = self.plan.bodies[body].rigid?;
+        let rigid = self.plan.rigid.as_ref()?;
+        Some(self.plan.pose(rigid, index, self.time, self.u, self.orientations[index]))
     }
     /// As [`Frame::position`], for those who know the node's body.
     pub fn position_in(&self, body: usize, node: u32) -> Vec3 {

@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
@@ -17,6 +18,7 @@ pub struct FrameCopy {
     /// Displacement of the nodes of the skins [m], body after body; empty at a field time.
     skin_u: Vec<Vec3>,
     field: Option<Box<FieldCopy>>,
+    orientations: Vec<Rotation>,
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
     energy: Energy,
@@ -38,6 +40,7 @@ impl FrameCopy {
         let most = plan.most_contacts();
         Self {
             skin_u: Vec::with_capacity(plan.bodies.iter().map(|b| b.skin.nodes.len()).sum()),
+            orientations: Vec::with_capacity(plan.rigid_bodies().len()),
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
             energy: Energy::with_capacity(plan),
@@ -57,6 +60,8 @@ impl FrameCopy {
             }
         }
         self.field = field;
+        self.orientations.clear();
+        self.orientations.extend_from_slice(frame.orientations);
         self.contacts.clear();
         self.contacts.extend_from_slice(frame.contacts);
         self.reactions.clear();
@@ -87,6 +92,7 @@ impl FrameCopy {
             u,
             v: velocities.0,
             v_after: velocities.1,
+            orientations: &self.orientations,
             contacts: &self.contacts,
             reactions: &self.reactions,
             mean_step: self.mean_step,

@@ -9,6 +9,7 @@
 //! is no error of the motion, which starts at the right place with the right velocity, but of measuring at t_n what lives at
 //! half steps; so it is booked, with the external work.
 
+use super::rigid::RigidWork;
 use super::state::State;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
 use crate::mechanics::force::Activity;
@@ -49,6 +50,9 @@ pub struct PairLedger {
     pub friction_j: f64,
     /// Numerical contact dissipation so far: what lumped contact nodes lose when they are caught [J].
     pub numerical_j: f64,
+    /// What rigid bodies lose so far when they are stopped by a plane or by each other, which is their law of impact: they
+    /// do not rebound [J].
+    pub impact_j: f64,
     /// Work on the slave's body so far [J].
     pub work_on_slave_j: f64,
     /// Work on the master's body so far [J].
@@ -58,7 +62,7 @@ pub struct PairLedger {
 /// Energy of one body at t_n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyEnergy {
-    /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in [J].
+    /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in, and the rotation of a rigid body [J].
     pub kinetic_j: f64,
     /// Strain, ∫ψ dV, with that of the stabilisation of one-point elements [J].
     pub strain_j: f64,
@@ -81,7 +85,7 @@ pub struct Energy {
     pub bodies: Vec<BodyEnergy>,
     /// One for each contact pair.
     pub pairs: Vec<PairLedger>,
-    /// Sum of kinetic, strain, viscous, friction and numerical contact dissipation [J].
+    /// Sum of kinetic, strain, viscous, friction, impact and numerical contact dissipation [J].
     pub total_j: f64,
     /// Kinetic and strain energy at the start [J].
     pub initial_total_j: f64,
@@ -121,6 +125,10 @@ impl Energy {
     pub fn numerical_contact_j(&self) -> f64 {
         self.pairs.iter().map(|p| p.numerical_j).sum()
     }
+    /// What rigid bodies lost by their impacts, all pairs [J].
+    pub fn impact_j(&self) -> f64 {
+        self.pairs.iter().map(|p| p.impact_j).sum()
+    }
 }
 
 /// What happened around t_n: everything that the ledger reads of a step.
@@ -139,6 +147,16 @@ pub(super) struct StepWork<'a> {
     pub hourglass: &'a [f64],
     /// Which nodes move at all, relative to their bodies' flight.
     pub activity: &'a Activity,
+    /// The rigid bodies, if there are any.
+    pub rigid: Option<RigidWork<'a>>,
+}
+
+impl StepWork<'_> {
+    /// As seen before anything has been done: with the velocities at the start on both sides of it.
+    pub fn at_the_start(&self) -> Self {
+        let rigid = self.rigid.map(|rigid| RigidWork { turned: &[], ..rigid });
+        Self { v_after: &self.state.v, rigid, ..*self }
+    }
 }
 
 /// Which half of the work at t_n is counted.
@@ -195,7 +213,7 @@ impl Ledger {
         self.add_gravity(work, v);
         if let Some(contact) = &work.plan.contact {
             for (contact_point, reaction) in work.contacts.iter().zip(work.reactions) {
-                self.add_contact(work, contact, contact_point, reaction, v);
+                self.add_contact(work, contact, contact_point, reaction, (v, half));
             }
         }
     }
@@ -239,7 +257,7 @@ impl Ledger {
         plan: &crate::plan::ContactPlan,
         contact: &Contact,
         reaction: &Reaction,
-        v: &[Vec3],
+        (v, half): (&[Vec3], Half),
     ) {
         let [p_n, p_1, p_2] = reaction.impulse;
         if p_n == 0.0 && p_1 == 0.0 && p_2 == 0.0 {
@@ -250,8 +268,15 @@ impl Ledger {
         let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
         let flight =
             |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
-        let master_v = |v: &[Vec3]| master_velocity(contact, v) + flight(master_body);
-        let slave_v = |v: &[Vec3]| v[contact.slave as usize] + flight(Some(slave_body));
+        let turning = |side: usize| {
+            work.rigid.map_or_else(Vec3::zeros, |rigid| {
+                rigid.velocity(contact, side, |body| rigid.spin(body, half, v))
+            })
+        };
+        let has_rigid_side = contact.pair as usize >= plan.mesh_pairs;
+        let turning = if has_rigid_side { [turning(0), turning(1)] } else { [Vec3::zeros(); 2] };
+        let master_v = |v: &[Vec3]| master_velocity(contact, v) + flight(master_body) + turning[1];
+        let slave_v = |v: &[Vec3]| v[contact.slave as usize] + flight(Some(slave_body)) + turning[0];
 
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
@@ -277,7 +302,12 @@ impl Ledger {
         pair.work_on_slave_j += on_slave;
         pair.work_on_master_j += on_master;
         pair.friction_j += friction;
-        pair.numerical_j -= on_slave + on_master + friction;
+        let lost = -(on_slave + on_master + friction);
+        if has_rigid_side && work.rigid.is_some_and(|r| r.plan.has_no_mesh(plan, contact.pair as usize)) {
+            pair.impact_j += lost;
+        } else {
+            pair.numerical_j += lost;
+        }
     }
 
     /// The ledger at t_n, into `energy`: call between the two halves.
@@ -302,6 +332,11 @@ impl Ledger {
             momentum += flight * body.mass + relative;
             angular += (body.first_moment + shift).cross(&flight);
             kinetic += body.mass * flight.norm_squared() + 2.0 * flight.dot(&relative);
+            if let (Some(index), Some(rigid)) = (body.rigid, work.rigid) {
+                let (energy, moment) = rigid.rotation(index, &work.state.v, work.v_after);
+                kinetic += energy;
+                angular += moment;
+            }
             energy.bodies.push(BodyEnergy {
                 kinetic_j: 0.5 * kinetic,
                 strain_j: work.strain[b],
@@ -320,7 +355,8 @@ impl Ledger {
     /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and at least what rounding
     /// leaves [J].
     pub fn scale(&self, plan: &Plan) -> f64 {
-        let pairs = self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs()).sum::<f64>();
+        let pairs =
+            self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
         let dissipation = self.viscous.iter().sum::<f64>() + pairs;
         let started_with = self.initial.unwrap_or(0.0);
         started_with
@@ -339,7 +375,8 @@ impl Ledger {
         let viscous: f64 = self.viscous.iter().sum();
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
-        energy.total_j = kinetic + strain + viscous + friction + numerical;
+        let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();
+        energy.total_j = kinetic + strain + viscous + friction + numerical + impact;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
         energy.scale_j = self.scale(work.plan);

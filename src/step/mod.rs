@@ -9,6 +9,7 @@ mod failure;
 mod frame;
 mod frame_copy;
 mod ledger;
+mod rigid;
 mod run;
 mod state;
 

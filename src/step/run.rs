@@ -118,6 +118,7 @@ fn drive(
             u: &state.u,
             v: &state.v,
             v_after: &stepper.v_after,
+            orientations: &state.orientations,
             contacts,
             reactions,
             mean_step: stepper.mean_step(state),
@@ -162,6 +163,7 @@ fn settle_down(
     *state = State {
         u: settled_u,
         v: released_v,
+        orientations: std::mem::take(&mut state.orientations),
         dilatation: std::mem::take(&mut state.dilatation),
         ..State::new(plan)
     };
@@ -186,7 +188,7 @@ fn snap(state: &mut State, target: Option<f64>) {
 /// The energy gate: the balance, and that contact created nothing.
 fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
     let limit = plan.explicit.energy_gate;
-    let numerical = energy.numerical_contact_j();
+    let numerical = energy.numerical_contact_j().min(energy.impact_j());
     let message = if !(energy.balance_error <= limit) {
         let imbalance = energy.total_j - energy.initial_total_j - energy.external_work_j;
         format!(

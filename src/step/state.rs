@@ -2,6 +2,7 @@
 
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
+use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 
@@ -14,8 +15,11 @@ pub struct State {
     pub step: u64,
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3: x = X + V_b max(t, 0) + u.
     pub u: Vec<Vec3>,
-    /// Velocity v₋ of the last half step, relative to the body's flight [m/s], nodes × 3.
+    /// Velocity v₋ of the last half step, relative to the body's flight [m/s], nodes × 3; of the spin of a rigid body [rad/s],
+    /// in its axes.
     pub v: Vec<Vec3>,
+    /// Orientation of each rigid body at t_n.
+    pub orientations: Vec<Rotation>,
     /// Size of the last step [s]; 0 at the start.
     pub last_step: f64,
     /// Volume ratio J̄ − 1 of each element at t_{n−1} [-], in the order of the slots, for the bulk viscosity.
@@ -47,6 +51,7 @@ impl State {
             step: 0,
             u: or_zero(&plan.initial_u),
             v: or_zero(&plan.initial_v),
+            orientations: plan.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.orientations.clone()),
             last_step: 0.0,
             dilatation: vec![0.0; slots],
             viscous_pressure: vec![0.0; slots],

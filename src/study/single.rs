@@ -145,7 +145,7 @@ fn final_summary(measures: &Measures, plan: &Plan, outcome: &Outcome) -> Summary
 
 /// Where the recording comes from.
 fn recording_info(scene: &Scene, document_json: &[u8]) -> RecordingInfo {
-    let bodies = scene.document.bodies.iter().zip(&scene.bodies);
+    let bodies = scene.document.bodies.iter().zip(&scene.bodies).filter(|(_, body)| body.rigid.is_none());
     RecordingInfo {
         document_json: document_json.to_vec(),
         scene_hash: scene.content_hash.clone(),

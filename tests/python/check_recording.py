@@ -138,9 +138,9 @@ def check_cadence(recording: Recording) -> str:
         need(len(energy_times) - len(contact) <= 1, "contact forces are missing")
     field_times = [t for t in json.loads(run["field_times_s"]) if t <= reached * (1 + 1e-12)]
     need(set(field_times) <= set(energy_times), "energies are missing at field times")
-    bodies = len(recording.topics("/reference/"))
+    bodies, rigid = len(recording.topics("/reference/")), len(recording.topics("/pose/"))
     topics = sum((recording.topics(f"/{kind}/") for kind in ("stress", "mesh", "points")), [])
-    need(len(topics) == (3 * bodies if json.loads(run["fields"]) else 0), f"the field topics are {topics}")
+    need(len(topics) == (3 * bodies + rigid if json.loads(run["fields"]) else 0), f"the field topics are {topics}")
     for topic in topics:
         times = [time_of(m) for m in recording.messages if m.topic == topic]
         found = all(any(abs(t - wanted) <= 0.51e-9 for t in times) for wanted in field_times)
@@ -232,7 +232,7 @@ def check_energies(recording: Recording, given: str | None) -> str:
     energies = recording.of("/energy")
     for e in energies:
         total = sum(b.kinetic_j + b.strain_j + b.viscous_j for b in e.bodies)
-        total += sum(p.friction_j + p.numerical_contact_j for p in e.pairs)
+        total += sum(p.friction_j + p.numerical_contact_j + p.impact_j for p in e.pairs)
         need(close(total, e.total_j, 1e3 * e.initial_total_j), f"the energies at {e.time_s} s do not add up")
     if "summary.json" not in recording.attachments:
         return "no summary to compare"
@@ -252,7 +252,8 @@ def check_energies(recording: Recording, given: str | None) -> str:
                   ("absorbed by work", tissue["absorbed_energy_by_work_j"]["value"], last.absorbed_by_tissue_work_j),
                   ("peak absorbed", max(tissue["peak_absorbed_energy_j"]["value"], last.absorbed_by_tissue_j),
                    tissue["peak_absorbed_energy_j"]["value"])]  # fmt: skip
-        roles = {recording.of(t)[0].body: recording.of(t)[0].role for t in recording.topics("/reference/")}
+        origins = [recording.of(t)[0] for kind in ("/reference/", "/pose/") for t in recording.topics(kind)]
+        roles = {origin.body: origin.role for origin in origins}
         first = energies[0]
         lost = sum(a.kinetic_j + a.strain_j - b.kinetic_j - b.strain_j
                    for a, b in zip(first.bodies, last.bodies) if roles[a.body] == "projectile")  # fmt: skip

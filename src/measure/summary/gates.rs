@@ -21,7 +21,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let scale = energy.scale_j;
     let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     // An empty sum is −0, and would be printed as such.
-    let numerical: f64 = energy.pairs.iter().map(|p| p.numerical_j).sum::<f64>() + 0.0;
+    let numerical: f64 = energy.numerical_contact_j() + 0.0;
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
@@ -137,7 +137,7 @@ pub(super) fn own_warnings(
             ));
         }
         let patch = &pair.force.peak.patch;
-        if pair.force.contact_span.is_some() && patch.nodes_across < NODES_ACROSS {
+        if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
             warnings.push(format!(
                 "Only {} nodes lie across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area \
                  and the peak pressure are not resolved.",

@@ -1,20 +1,87 @@
 //! One contact as Gauss–Seidel sees it: its nodes, its own block of the Delassus operator, its relative velocity.
 //!
 //! A [`NormalRow`] is a contact without friction: one unknown, one direction. A [`Row`] is one with it: the same and two
-//! tangents.
+//! tangents. Either may have [`Levers`] besides its nodes, where a side is a rigid body that it turns; rows of meshes and
+//! planes have none, `()`, and no trace of them.
 
-use super::Contact;
 use super::local::{Local, LocalOperator};
-use crate::mechanics::tensor::Vec3;
+use super::{Contact, RigidSides};
+use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Two numbers of a diagonal closer than this are equal: the operator is a multiple of the identity.
 const ISOTROPY: f64 = 1e-14;
 /// Normal compliance below this share of the trace: nothing can move along n.
 const IMMOVABLE: f64 = 1e-12;
 
+/// What a contact turns besides what it moves.
+pub(super) trait Turning {
+    /// Adds the velocities by rotation, slave less master, to those of the nodes.
+    fn add_velocity(&self, sum: Vec3, v: &[Vec3]) -> Vec3;
+    /// Adds `I⁻¹ Jᵀ` of an impulse in space.
+    fn push(&self, impulse: &Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]);
+    /// The size of the velocities by rotation.
+    fn roundable(&self, v: &[Vec3]) -> f64;
+}
+
+impl Turning for () {
+    #[inline]
+    fn add_velocity(&self, sum: Vec3, _: &[Vec3]) -> Vec3 {
+        sum
+    }
+    #[inline]
+    fn push(&self, _: &Vec3, _: &[Vec3], _: &mut [Vec3]) {}
+    #[inline]
+    fn roundable(&self, _: &[Vec3]) -> f64 {
+        0.0
+    }
+}
+
+/// The levers of the rigid sides of a contact: the node of the spin, and `±J` of [`crate::mechanics::rigid::Pose::lever`].
+#[derive(Clone, Debug)]
+pub(super) struct Levers([Option<(u32, Mat3)>; 2]);
+
+impl Levers {
+    /// `sides`: the rigid bodies of the slave and the master.
+    pub fn new(contact: &Contact, sides: [Option<u32>; 2], rigid: &RigidSides) -> Self {
+        let lever = |side: usize, sign: f64| {
+            let body = sides[side]? as usize;
+            Some((rigid.bodies[body].spin, rigid.poses[body].lever(&contact.point) * sign))
+        };
+        Self([lever(0, 1.0), lever(1, -1.0)])
+    }
+
+    fn each(&self) -> impl Iterator<Item = &(u32, Mat3)> {
+        self.0.iter().flatten()
+    }
+
+    /// `Σ J I⁻¹ Jᵀ`.
+    fn operator(&self, inverse_mass: &[Vec3]) -> Mat3 {
+        let of_lever =
+            |(spin, J): &(u32, Mat3)| J * Mat3::from_diagonal(&inverse_mass[*spin as usize]) * J.transpose();
+        self.each().map(of_lever).sum()
+    }
+}
+
+impl Turning for Levers {
+    #[inline]
+    fn add_velocity(&self, sum: Vec3, v: &[Vec3]) -> Vec3 {
+        self.each().fold(sum, |sum, (spin, J)| sum + J * v[*spin as usize])
+    }
+    #[inline]
+    fn push(&self, impulse: &Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
+        for (spin, J) in self.each() {
+            let spin = *spin as usize;
+            v[spin] += inverse_mass[spin].component_mul(&J.tr_mul(impulse));
+        }
+    }
+    fn roundable(&self, v: &[Vec3]) -> f64 {
+        self.each().map(|(spin, J)| J.amax() * v[*spin as usize].amax()).sum()
+    }
+}
+
 /// The normal direction of one contact, ready for sweeps.
 #[derive(Clone, Debug)]
-pub(super) struct NormalRow {
+pub(super) struct NormalRow<T = ()> {
     /// Its nodes and their signed weights: the slave (+1), then the master's with a weight (−w).
     nodes: [u32; 5],
     weights: [f64; 5],
@@ -30,12 +97,13 @@ pub(super) struct NormalRow {
     pub d: f64,
     /// `W = d I`.
     pub isotropic: bool,
+    turning: T,
 }
 
 /// One contact with friction, ready for sweeps.
 #[derive(Clone, Debug)]
-pub(super) struct Row {
-    pub normal: NormalRow,
+pub(super) struct Row<T = ()> {
+    pub normal: NormalRow<T>,
     tangents: [Vec3; 2],
     /// Tangential drift.
     bias: [f64; 2],
@@ -56,23 +124,50 @@ impl NormalRow {
 
     /// The row, and the diagonal of C M⁻¹ Cᵀ in space.
     fn with_diagonal(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> (Self, Vec3) {
+        let (mut row, diagonal) = Self::of_nodes(contact, inverse_mass, h, ());
+        let (least, most) = (diagonal.min(), diagonal.max());
+        let trace = diagonal.sum();
+        row.isotropic = most - least <= ISOTROPY * most;
+        row.d = if row.isotropic { diagonal.x } else { trace / 3.0 };
+        let n_n = if row.isotropic { row.d } else { row.normal.component_mul(&diagonal).dot(&row.normal) };
+        row.w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
+        (row, diagonal)
+    }
+}
+
+impl NormalRow<Levers> {
+    /// As [`NormalRow::new`], of a contact that turns rigid bodies.
+    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
+        Self::with_operator(contact, inverse_mass, h, levers).0
+    }
+
+    /// The row, and C M⁻¹ Cᵀ in space.
+    fn with_operator(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> (Self, Mat3) {
+        let operator = levers.operator(inverse_mass);
+        let (mut row, diagonal) = Self::of_nodes(contact, inverse_mass, h, levers);
+        let operator = operator + Mat3::from_diagonal(&diagonal);
+        let (trace, n_n) = (operator.trace(), row.normal.dot(&(operator * row.normal)));
+        row.d = trace / 3.0;
+        row.w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
+        (row, operator)
+    }
+}
+
+impl<T: Turning> NormalRow<T> {
+    /// Nodes, normal and bias; the operator is still to come, its diagonal by the nodes comes along.
+    fn of_nodes(contact: &Contact, inverse_mass: &[Vec3], h: f64, turning: T) -> (Self, Vec3) {
         let (nodes, weights, node_count) = signed_weights(contact);
         // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
         let mut diagonal = Vec3::zeros();
         for i in 0..node_count {
             diagonal += inverse_mass[nodes[i] as usize] * (weights[i] * weights[i]);
         }
-        let (least, most) = (diagonal.min(), diagonal.max());
-        let isotropic = most - least <= ISOTROPY * most;
         let normal = contact.frame[0];
-        let trace = diagonal.sum();
-        let d = if isotropic { diagonal.x } else { trace / 3.0 };
-        let n_n = if isotropic { d } else { normal.component_mul(&diagonal).dot(&normal) };
-        let w_nn = if n_n > IMMOVABLE * trace { n_n } else { 0.0 };
         let opening = contact.gap.max(0.0) / h;
         let bias = normal.dot(&contact.drift) + opening;
         let bias_size = contact.drift.amax() + opening;
-        let row = Self { nodes, weights, node_count, normal, bias, bias_size, w_nn, d, isotropic };
+        let (w_nn, d, isotropic) = (0.0, 0.0, false);
+        let row = Self { nodes, weights, node_count, normal, bias, bias_size, w_nn, d, isotropic, turning };
         (row, diagonal)
     }
 
@@ -83,7 +178,7 @@ impl NormalRow {
         for i in 1..self.node_count {
             sum += v[self.nodes[i] as usize] * self.weights[i];
         }
-        sum
+        self.turning.add_velocity(sum, v)
     }
 
     /// `u_n`.
@@ -105,12 +200,13 @@ impl NormalRow {
             let node = self.nodes[i] as usize;
             v[node] += inverse_mass[node].component_mul(&impulse) * self.weights[i];
         }
+        self.turning.push(&impulse, inverse_mass, v);
     }
 
     /// The size of the velocities that add up to `u`.
     pub fn roundable(&self, v: &[Vec3]) -> f64 {
         let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());
-        nodes.sum::<f64>() + self.bias_size
+        nodes.sum::<f64>() + self.bias_size + self.turning.roundable(v)
     }
 }
 
@@ -118,11 +214,27 @@ impl Row {
     /// As [`NormalRow::new`].
     pub fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
         let (normal, diagonal) = NormalRow::with_diagonal(contact, inverse_mass, h);
+        Self::with(contact, normal, |a| a.component_mul(&diagonal))
+    }
+}
+
+impl Row<Levers> {
+    /// As [`NormalRow::turning`].
+    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
+        let (normal, operator) = NormalRow::with_operator(contact, inverse_mass, h, levers);
+        Self::with(contact, normal, |a| operator * a)
+    }
+}
+
+impl<T: Turning> Row<T> {
+    /// With tangents; `times_operator` multiplies with C M⁻¹ Cᵀ in space.
+    fn with(contact: &Contact, normal: NormalRow<T>, times_operator: impl Fn(&Vec3) -> Vec3) -> Self {
         let [_, t1, t2] = contact.frame;
         let mut W = [[0.0; 3]; 3];
         for (row, a) in W.iter_mut().zip(&contact.frame) {
+            let image = times_operator(a);
             for (x, b) in row.iter_mut().zip(&contact.frame) {
-                *x = a.component_mul(&diagonal).dot(b);
+                *x = image.dot(b);
             }
         }
         let bias = [t1.dot(&contact.drift), t2.dot(&contact.drift)];

@@ -41,6 +41,12 @@ pub enum DetectionError {
         /// Index of the surface.
         surface: usize,
     },
+    /// The place of a rigid body is NaN or infinite.
+    #[error("the place of rigid body {body} is not finite")]
+    BodyNotFinite {
+        /// Index of the body.
+        body: usize,
+    },
 }
 
 /// What a detection did, for telemetry.
@@ -92,10 +98,11 @@ pub(super) struct Moved {
 }
 
 impl Detector {
-    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart).
+    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs with a
+    /// rigid side are for [`super::rigid_detection`].
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
         let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
-        let pairs = pairs.iter().map(|p| PairState::new(p, &skins, x)).collect();
+        let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &skins, x)).collect();
         let moved = vec![Moved::default(); skins.len()];
         Self { skins, pairs, snapshots: Vec::new(), moved, search: Search::default() }
     }
@@ -214,8 +221,10 @@ impl Side {
 }
 
 impl PairState {
-    fn new(pair: &ContactPair, skins: &[Skin], x: &[Vec3]) -> Self {
+    /// `None` for a rigid master.
+    fn new(pair: &ContactPair, skins: &[Skin], x: &[Vec3]) -> Option<Self> {
         let side = match pair.master {
+            Master::Rigid(_) => return None,
             Master::Surface(master) => Side::Surface {
                 master,
                 tree: FaceTree::new(&skins[master], x),
@@ -231,7 +240,8 @@ impl PairState {
                 size: skins[pair.slave].mean_size(),
             },
         };
-        Self { slave: pair.slave, side, candidates: Candidates::with_capacity(skins[pair.slave].nodes.len()) }
+        let candidates = Candidates::with_capacity(skins[pair.slave].nodes.len());
+        Some(Self { slave: pair.slave, side, candidates })
     }
 
     /// `in_step` [m]: how far the two sides move against each other in this step, at most.

@@ -60,6 +60,7 @@ impl Finder<'_> {
             weights: [0.0; 4],
             frame: *frame,
             gap: start,
+            point: self.motion.x[node as usize],
             drift: self.drift,
         })
     }
@@ -162,7 +163,8 @@ impl Finder<'_> {
         frame: [Vec3; 3],
         gap: f64,
     ) -> Contact {
-        Contact { pair: self.index, slave, face, master, weights, frame, gap, drift: self.drift }
+        let point = self.motion.x[slave as usize];
+        Contact { pair: self.index, slave, face, master, weights, frame, gap, point, drift: self.drift }
     }
 }
 

@@ -15,22 +15,30 @@
 //! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
 //!
+//! Rigid bodies on each other couple their contacts over many, and a tower that sticks bends like a beam: sweeps alone would
+//! take tens of thousands. Where a side is a rigid body, each sweep is therefore a step of a nonlinear conjugate gradient
+//! (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive contact force
+//! problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
+//! result is that of a sweep, so it obeys the law as it does without.
+//!
 //! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
 //! The law is chosen once a pair. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
 //! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
 
-use super::contact_row::{NormalRow, Row, squared};
-use super::local::{
-    Local, natural_map, natural_map_frictionless, solve_contact, solve_frictionless, solve_isotropic,
-};
-use super::{Contact, ContactLaw, Reaction};
+mod rows;
+
+use super::contact_row::{Levers, NormalRow, Row};
+use super::local::Local;
+use super::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
-use std::ops::Range;
+use rows::{Block, Friction, Rows, Sums};
 
 /// Residuals below this many roundings of the velocities they come from cannot be lowered.
 const ROUNDINGS: f64 = 16.0;
 /// Sweeps between two looks at progress.
 const PATIENCE: usize = 50;
+/// The same where directions are conjugate: changes grow and fall on the way.
+const CONJUGATE_PATIENCE: usize = 500;
 /// Progress over them below this ratio of changes is none.
 const STALLED: f64 = 0.9;
 /// Factor on the steps of frictional contacts each time there was none, and its least value.
@@ -66,30 +74,18 @@ pub struct SolveReport {
 /// Memory of the solver, kept by the caller between steps so that nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
-    normal_rows: Vec<NormalRow>,
-    rows: Vec<Row>,
+    meshes: Rows<()>,
+    rigid: Rows<Levers>,
     blocks: Vec<Block>,
+    conjugate: Conjugate,
 }
 
-/// A run of contacts of one pair.
-#[derive(Clone, Debug)]
-struct Block {
-    law: ContactLaw,
-    /// Where its contacts are in the list.
-    contacts: Range<usize>,
-    /// Where its rows are: among the normal ones without friction, else among the full ones.
-    rows: Range<usize>,
-}
-
-/// Squared sums over contacts, for the scaled residual.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    /// `D |F|²`, or D |change|² in a sweep.
-    change: f64,
-    /// `D |p|²`.
-    impulse: f64,
-    /// `D⁻¹ (roundable velocities)²`.
-    rounding: f64,
+/// The direction of the conjugate gradient; empty where no side is a rigid body.
+#[derive(Clone, Debug, Default)]
+struct Conjugate {
+    /// Impulses before the sweep.
+    before: Vec<Local>,
+    direction: Vec<Local>,
 }
 
 /// Finds impulses and end velocities so that every contact obeys its law.
@@ -110,9 +106,29 @@ pub fn solve(
     options: &Options,
     workspace: &mut Workspace,
 ) -> SolveReport {
+    let none = RigidSides::NONE;
+    solve_with_rigid(contacts, laws, &none, inverse_mass, h, v, reactions, options, workspace)
+}
+
+/// As [`solve`], where sides may be rigid bodies.
+///
+/// W may have a rank far below the number of contacts then (four corners of one face): the impulses are not unique, but the
+/// motion is, and the sweeps converge to one of the solutions.
+#[allow(clippy::too_many_arguments)] // as for `solve`
+pub fn solve_with_rigid(
+    contacts: &[Contact],
+    laws: &[ContactLaw],
+    rigid: &RigidSides,
+    inverse_mass: &[Vec3],
+    h: f64,
+    v: &mut [Vec3],
+    reactions: &mut Vec<Reaction>,
+    options: &Options,
+    workspace: &mut Workspace,
+) -> SolveReport {
     reactions.clear();
     reactions.resize(contacts.len(), Reaction::default());
-    workspace.prepare(contacts, laws, inverse_mass, h);
+    workspace.prepare(contacts, laws, rigid, inverse_mass, h);
 
     // What the contacts that close ask for; if none does, p = 0 is the solution.
     let closing = workspace.closing(v);
@@ -122,9 +138,14 @@ pub fn solve(
 
     let mut residual = f64::INFINITY;
     let (mut damping, mut last_look) = (1.0, f64::INFINITY);
+    let mut last_change = f64::INFINITY;
+    let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
+    let patience = if workspace.conjugate.direction.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
     for sweep in 1..=options.max_sweeps {
-        let sums = workspace.sweep(inverse_mass, v, reactions, damping);
-        if sweep % PATIENCE == 0 {
+        workspace.conjugate.remember(reactions);
+        let sums = workspace.sweep(inverse_mass, v, reactions, Friction::Damped(damping));
+        let change = sums.change;
+        if sweep % patience == 0 {
             let change = sums.change.sqrt() / damping;
             if change > STALLED * last_look {
                 damping = (DAMPING.0 * damping).max(DAMPING.1);
@@ -138,42 +159,86 @@ pub fn solve(
             residual = (sums.change / closing.max(sums.impulse)).sqrt();
             let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
             if residual <= options.tolerance || sums.change.sqrt() <= rounding {
-                return SolveReport { sweeps: sweep, residual, converged: true };
+                return SolveReport { sweeps: start + sweep, residual, converged: true };
             }
         }
+        if damping >= 1.0 && sweep < options.max_sweeps {
+            workspace.follow(change / last_change, inverse_mass, v, reactions);
+            last_change = change;
+        }
     }
-    SolveReport { sweeps: options.max_sweeps, residual, converged: false }
+    SolveReport { sweeps: start + options.max_sweeps, residual, converged: false }
 }
 
 impl Workspace {
-    /// With room for so many contacts of so many pairs.
-    pub fn with_capacity(contacts: usize, pairs: usize) -> Self {
+    /// With room for so many contacts of so many pairs, and for so many where a side is a rigid body.
+    pub fn with_capacity(contacts: usize, rigid_contacts: usize, pairs: usize) -> Self {
         Self {
-            normal_rows: Vec::with_capacity(contacts),
-            rows: Vec::with_capacity(contacts),
+            meshes: Rows::with_capacity(contacts),
+            rigid: Rows::with_capacity(rigid_contacts),
             blocks: Vec::with_capacity(pairs),
+            conjugate: Conjugate::with_capacity(if rigid_contacts > 0 {
+                contacts + rigid_contacts
+            } else {
+                0
+            }),
         }
     }
 
-    fn prepare(&mut self, contacts: &[Contact], laws: &[ContactLaw], inverse_mass: &[Vec3], h: f64) {
-        self.normal_rows.clear();
-        self.rows.clear();
+    fn prepare(
+        &mut self,
+        contacts: &[Contact],
+        laws: &[ContactLaw],
+        rigid: &RigidSides,
+        inverse_mass: &[Vec3],
+        h: f64,
+    ) {
+        self.meshes.clear();
+        self.rigid.clear();
         self.blocks.clear();
         let mut start = 0;
         for run in contacts.chunk_by(|a, b| a.pair == b.pair) {
             let law = laws[run[0].pair as usize];
-            let rows = match law {
-                ContactLaw::Frictionless => {
-                    self.normal_rows.extend(run.iter().map(|c| NormalRow::new(c, inverse_mass, h)));
-                    self.normal_rows.len() - run.len()..self.normal_rows.len()
-                }
-                ContactLaw::Coulomb(_) => {
-                    self.rows.extend(run.iter().map(|c| Row::new(c, inverse_mass, h)));
-                    self.rows.len() - run.len()..self.rows.len()
-                }
+            let sides = rigid.of_pair(run[0].pair);
+            let turns = sides != [None; 2];
+            let rows = if turns {
+                let levers = |c: &Contact| Levers::new(c, sides, rigid);
+                self.rigid.extend(
+                    law,
+                    run.iter().map(|c| (c, levers(c))),
+                    |(c, levers)| NormalRow::turning(c, inverse_mass, h, levers),
+                    |(c, levers)| Row::turning(c, inverse_mass, h, levers),
+                )
+            } else {
+                self.meshes.extend(
+                    law,
+                    run.iter(),
+                    |c| NormalRow::new(c, inverse_mass, h),
+                    |c| Row::new(c, inverse_mass, h),
+                )
             };
-            self.blocks.push(Block { law, contacts: start..start + run.len(), rows });
+            self.blocks.push(Block { law, turns, contacts: start..start + run.len(), rows });
             start += run.len();
+        }
+        let has_rigid_sides = self.blocks.iter().any(|block| block.turns);
+        self.conjugate.restart(if has_rigid_sides { contacts.len() } else { 0 });
+    }
+
+    /// Goes on along the last direction by the share `beta`, unless changes grow; nothing where no side is a rigid body.
+    fn follow(&mut self, beta: f64, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) {
+        if self.conjugate.direction.is_empty() {
+            return;
+        }
+        let beta = if beta < 1.0 { beta } else { 0.0 };
+        self.conjugate.turn(beta, reactions);
+        for block in &self.blocks {
+            let (contacts, step) = (block.contacts.clone(), &self.conjugate.before);
+            let (reactions, step) = (&mut reactions[contacts.clone()], &step[contacts]);
+            if block.turns {
+                self.rigid.add(block, step, inverse_mass, v, reactions);
+            } else {
+                self.meshes.add(block, step, inverse_mass, v, reactions);
+            }
         }
     }
 
@@ -181,43 +246,56 @@ impl Workspace {
     fn closing(&self, v: &[Vec3]) -> f64 {
         let mut closing = 0.0;
         for block in &self.blocks {
-            match block.law {
-                ContactLaw::Frictionless => {
-                    for row in self.normal_rows[block.rows.clone()].iter().filter(|row| row.w_nn > 0.0) {
-                        let q = row.velocity(v);
-                        if q < 0.0 {
-                            closing += q * q / row.d;
-                        }
-                    }
-                }
-                ContactLaw::Coulomb(mu) => {
-                    for row in self.rows[block.rows.clone()].iter().filter(|row| row.normal.w_nn > 0.0) {
-                        let q = row.velocity(v);
-                        if q[0] < 0.0 {
-                            closing += if mu == 0.0 { q[0] * q[0] } else { squared(q) } / row.normal.d;
-                        }
-                    }
-                }
+            if block.turns {
+                self.rigid.add_closing(block, v, &mut closing);
+            } else {
+                self.meshes.add_closing(block, v, &mut closing);
             }
         }
         closing
     }
 
-    fn sweep(&self, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction], damping: f64) -> Sums {
+    /// Where a side is a rigid body: the normal impulses as they would be without friction, which are most of what a pile of
+    /// bodies carries and are found in far fewer sweeps. The number of sweeps.
+    fn start_without_friction(
+        &mut self,
+        inverse_mass: &[Vec3],
+        v: &mut [Vec3],
+        reactions: &mut [Reaction],
+        options: &Options,
+    ) -> usize {
+        if self.conjugate.direction.is_empty() {
+            return 0;
+        }
+        let (mut sweeps, mut last_change) = (0, f64::INFINITY);
+        while sweeps < options.max_sweeps {
+            sweeps += 1;
+            self.conjugate.remember(reactions);
+            let sums = self.sweep(inverse_mass, v, reactions, Friction::None);
+            if sums.change <= (options.tolerance * options.tolerance) * sums.impulse {
+                break;
+            }
+            self.follow(sums.change / last_change, inverse_mass, v, reactions);
+            last_change = sums.change;
+        }
+        self.conjugate.restart(reactions.len());
+        sweeps
+    }
+
+    fn sweep(
+        &self,
+        inverse_mass: &[Vec3],
+        v: &mut [Vec3],
+        reactions: &mut [Reaction],
+        friction: Friction,
+    ) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let reactions = &mut reactions[block.contacts.clone()];
-            match block.law {
-                ContactLaw::Frictionless => {
-                    let rows = &self.normal_rows[block.rows.clone()];
-                    sweep_frictionless(rows, inverse_mass, v, reactions, &mut sums);
-                }
-                ContactLaw::Coulomb(mu) => {
-                    // Without friction nothing cycles.
-                    let damping = if mu == 0.0 { 1.0 } else { damping };
-                    let rows = &self.rows[block.rows.clone()];
-                    sweep_coulomb(rows, (mu, damping), inverse_mass, v, reactions, &mut sums);
-                }
+            if block.turns {
+                self.rigid.sweep(block, friction, inverse_mass, v, reactions, &mut sums);
+            } else {
+                self.meshes.sweep(block, friction, inverse_mass, v, reactions, &mut sums);
             }
         }
         sums
@@ -228,94 +306,43 @@ impl Workspace {
         let mut sums = Sums::default();
         for block in &self.blocks {
             let reactions = &reactions[block.contacts.clone()];
-            match block.law {
-                ContactLaw::Frictionless => {
-                    for (row, reaction) in self.normal_rows[block.rows.clone()].iter().zip(reactions) {
-                        let (p, u) = (reaction.impulse[0], row.velocity(v));
-                        let f = natural_map_frictionless(p, u, 1.0 / row.d);
-                        sums.add(row, [p, 0.0, 0.0], u, [f, 0.0, 0.0], v);
-                    }
-                }
-                ContactLaw::Coulomb(mu) => {
-                    for (row, reaction) in self.rows[block.rows.clone()].iter().zip(reactions) {
-                        let (p, u) = (reaction.impulse, row.velocity(v));
-                        let f = natural_map(p, u, mu, 1.0 / row.normal.d);
-                        sums.add(&row.normal, p, u[0], f, v);
-                    }
-                }
+            if block.turns {
+                self.rigid.measure(block, v, reactions, &mut sums);
+            } else {
+                self.meshes.measure(block, v, reactions, &mut sums);
             }
         }
         sums
     }
 }
 
-impl Sums {
-    /// Adds the residual `f` of a contact of impulse `p` and normal velocity `u_n`, unless nothing can move along n.
-    fn add(&mut self, row: &NormalRow, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
-        if row.w_nn == 0.0 {
-            return;
-        }
-        self.change += row.d * squared(f);
-        self.impulse += row.d * squared(p);
-        if p[0] > 0.0 || u_n < 0.0 {
-            self.rounding += row.roundable(v).powi(2) / row.d;
+impl Conjugate {
+    fn with_capacity(contacts: usize) -> Self {
+        Self { before: Vec::with_capacity(contacts), direction: Vec::with_capacity(contacts) }
+    }
+
+    fn restart(&mut self, contacts: usize) {
+        self.direction.clear();
+        self.direction.resize(contacts, [0.0; 3]);
+    }
+
+    fn remember(&mut self, reactions: &[Reaction]) {
+        self.before.clear();
+        if !self.direction.is_empty() {
+            self.before.extend(reactions.iter().map(|reaction| reaction.impulse));
         }
     }
-}
 
-fn sweep_frictionless(
-    rows: &[NormalRow],
-    inverse_mass: &[Vec3],
-    v: &mut [Vec3],
-    reactions: &mut [Reaction],
-    sums: &mut Sums,
-) {
-    for (row, reaction) in rows.iter().zip(reactions) {
-        if row.w_nn == 0.0 {
-            continue;
+    /// The next direction, `β d + (p − p_before)`; the step `β d` is left in the place of what was before.
+    fn turn(&mut self, beta: f64, reactions: &[Reaction]) {
+        for ((direction, before), reaction) in self.direction.iter_mut().zip(&mut self.before).zip(reactions)
+        {
+            for i in 0..3 {
+                let step = beta * direction[i];
+                direction[i] = step + (reaction.impulse[i] - before[i]);
+                before[i] = step;
+            }
         }
-        let old = reaction.impulse[0];
-        let new = solve_frictionless(row.w_nn, row.velocity(v) - row.w_nn * old);
-        let change = new - old;
-        if change.abs() > 0.0 {
-            row.push(change, inverse_mass, v);
-            reaction.impulse[0] = new;
-        }
-        sums.change += row.d * (change * change);
-        sums.impulse += row.d * (new * new);
-    }
-}
-
-fn sweep_coulomb(
-    rows: &[Row],
-    (mu, damping): (f64, f64),
-    inverse_mass: &[Vec3],
-    v: &mut [Vec3],
-    reactions: &mut [Reaction],
-    sums: &mut Sums,
-) {
-    for (row, reaction) in rows.iter().zip(reactions) {
-        let NormalRow { d, w_nn, isotropic, .. } = row.normal;
-        if w_nn == 0.0 {
-            continue;
-        }
-        let (old, u) = (reaction.impulse, row.velocity(v));
-        let new = if isotropic {
-            solve_isotropic(d, [0, 1, 2].map(|i| u[i] - d * old[i]), mu)
-        } else {
-            let W = &row.W;
-            let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
-            solve_contact(W, q, mu)
-        };
-        // A point between two of the cone is in the cone.
-        let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
-        let change = [0, 1, 2].map(|i| new[i] - old[i]);
-        if squared(change) > 0.0 {
-            row.push(change, inverse_mass, v);
-            reaction.impulse = new;
-        }
-        sums.change += d * squared(change);
-        sums.impulse += d * squared(new);
     }
 }
 

@@ -13,15 +13,19 @@ pub mod initial_overlap;
 pub mod local;
 mod narrow_phase;
 pub mod projection;
+pub mod rigid_detection;
+mod rigid_manifold;
+pub mod rigid_projection;
 mod self_contact;
 mod skin;
 pub mod slave_choice;
 mod slip;
 pub mod time_of_impact;
 
+use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
 
-/// The skin of one body.
+/// The skin of one body. That of a rigid body is its centre, without faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// Global numbers of the nodes on the skin, sorted.
@@ -42,6 +46,8 @@ pub enum Master {
         /// Unit normal, out of the plane.
         normal: Vec3,
     },
+    /// A rigid body, by index.
+    Rigid(usize),
 }
 
 /// Two sides that may touch, compiled: the slave's nodes against the master's faces.
@@ -87,14 +93,15 @@ impl ContactLaw {
     }
 }
 
-/// One candidate contact of a step: a slave node against a point of a face (or of a plane).
+/// One candidate contact of a step: a slave node against a point of a face (or of a plane). A side that is a rigid body is
+/// the node of its centre of mass with weight 1, and is turned too, about `point`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Index of the pair.
     pub pair: u32,
     /// Slave node (global).
     pub slave: u32,
-    /// Index of the master's face, `u32::MAX` for a plane.
+    /// Index of the master's face, `u32::MAX` for a plane or a rigid body.
     pub face: u32,
     /// The face's nodes (global); all equal to `slave` for a plane, with zero weights.
     pub master: [u32; 4],
@@ -104,9 +111,32 @@ pub struct Contact {
     pub frame: [Vec3; 3],
     /// Signed gap at the start of the step, along n [m], positive open.
     pub gap: f64,
+    /// Where the reaction acts, at the start of the step [m]: the place of the slave's node, or a point of a rigid body.
+    pub point: Vec3,
     /// V_slave − V_master: the difference of the two bodies' flight velocities [m/s], since nodal velocities are relative
     /// to them.
     pub drift: Vec3,
+}
+
+/// The rigid bodies that the contacts of a step turn.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidSides<'a> {
+    /// The rigid bodies of slave and master of each pair, by index; empty when there are none.
+    pub of_pairs: &'a [[Option<u32>; 2]],
+    /// The bodies.
+    pub bodies: &'a [RigidBody],
+    /// Where they are at the start of the step.
+    pub poses: &'a [Pose],
+}
+
+impl RigidSides<'_> {
+    /// No side is a rigid body.
+    pub const NONE: RigidSides<'static> = RigidSides { of_pairs: &[], bodies: &[], poses: &[] };
+
+    /// The rigid bodies of slave and master of a pair.
+    pub fn of_pair(&self, pair: u32) -> [Option<u32>; 2] {
+        self.of_pairs.get(pair as usize).copied().unwrap_or([None; 2])
+    }
 }
 
 /// What the solver found for one contact.

@@ -1,6 +1,6 @@
 //! The messages of `api/recording.proto`, package `contuse.v1`; that file has their meaning.
 
-use super::foxglove::Vector3;
+use super::foxglove::{Quaternion, Vector3};
 
 /// An array of numbers as little-endian bytes: `count` entries of `components` numbers of type `dtype` each.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -101,7 +101,7 @@ pub struct Energy {
     /// Pairs.
     #[prost(message, repeated, tag = "4")]
     pub pairs: Vec<PairEnergy>,
-    /// Kinetic, strain, viscous, friction and numerical contact dissipation [J].
+    /// Kinetic, strain, viscous, friction, impact and numerical contact dissipation [J].
     #[prost(double, tag = "5")]
     pub total_j: f64,
     /// Initial total [J].
@@ -174,6 +174,9 @@ pub struct PairEnergy {
     /// Work on master [J].
     #[prost(double, tag = "5")]
     pub work_on_master_j: f64,
+    /// What rigid bodies lost by being stopped: they do not rebound [J].
+    #[prost(double, tag = "6")]
+    pub impact_j: f64,
 }
 
 /// `/stress/{body}`: fields of one body at one time, in the order of the nodes and elements of its reference mesh.
@@ -223,6 +226,29 @@ pub struct ReferenceMesh {
     /// V [m/s] of x = X + V t + u.
     #[prost(message, optional, tag = "8")]
     pub flight_velocity_m_per_s: Option<Vector3>,
+}
+
+/// `/pose/{body}`: where a rigid body is at one time.
+#[derive(Clone, PartialEq, prost::Message)]
+pub struct RigidPose {
+    /// Time [s].
+    #[prost(double, tag = "1")]
+    pub time_s: f64,
+    /// Step.
+    #[prost(uint64, tag = "2")]
+    pub step: u64,
+    /// Body.
+    #[prost(string, tag = "3")]
+    pub body: String,
+    /// Of the centre of mass [m].
+    #[prost(message, optional, tag = "4")]
+    pub position_m: Option<Vector3>,
+    /// From the axes of the body to those of space.
+    #[prost(message, optional, tag = "5")]
+    pub orientation: Option<Quaternion>,
+    /// "projectile" or "other".
+    #[prost(string, tag = "6")]
+    pub role: String,
 }
 
 /// `/summary`: the running clinical summary. The numbers are here for plots, `json` has everything.

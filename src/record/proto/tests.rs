@@ -3,7 +3,7 @@
 
 use super::contuse::{
     BodyEnergy, ContactForces, DepthAbove, Energy, PackedArray, PairEnergy, PairForces, ReferenceMesh,
-    Stress, Summary,
+    RigidPose, Stress, Summary,
 };
 use super::foxglove::{
     Color, KeyValuePair, Level, Log, NumericType, PackedElementField, Point3, PointCloud, Pose, Quaternion,
@@ -118,6 +118,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         numerical_contact_j: 1.0,
         work_on_slave_j: 1.0,
         work_on_master_j: 1.0,
+        impact_j: 1.0,
     };
     let energy = Energy {
         time_s: 1.0,
@@ -145,6 +146,14 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         part_of: Some(array()),
         flight_velocity_m_per_s: Some(vector()),
     };
+    let pose = RigidPose {
+        time_s: 1.0,
+        step: 1,
+        body: "b".into(),
+        position_m: Some(vector()),
+        orientation: Some(Quaternion { x: 0.1, y: 0.1, z: 0.1, w: 1.0 }),
+        role: "other".into(),
+    };
     let summary = Summary {
         time_s: 1.0,
         step: 1,
@@ -166,6 +175,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         ("contuse.v1.Energy", energy.encode_to_vec()),
         ("contuse.v1.Stress", stress.encode_to_vec()),
         ("contuse.v1.ReferenceMesh", reference.encode_to_vec()),
+        ("contuse.v1.RigidPose", pose.encode_to_vec()),
         ("contuse.v1.Summary", summary.encode_to_vec()),
     ]
 }

@@ -1,6 +1,7 @@
 //! Broken documents, and what is said of them.
 
 mod broken;
+mod rigid;
 
 use super::*;
 use broken::broken;

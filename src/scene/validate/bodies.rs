@@ -10,6 +10,11 @@ use std::collections::BTreeSet;
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
+    out.require(body.mesh.is_some(), || {
+        Problem::error("missing_field", &here.key("mesh"), "\"mesh\" is missing")
+            .limit("\"mesh\" (and \"parts\") for a body that deforms, or \"rigid\"")
+            .remedy("add \"mesh\": where the mesh comes from; or \"rigid\" for a body that does not deform")
+    });
     if let Some(placement) = &body.placement {
         check_placement(placement, &here.key("placement"), out);
     }

@@ -57,6 +57,13 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 .limit("at least one body")
                 .remedy("take the pair out")
         });
+        let is_rigid = |name: &str| document.bodies.iter().any(|b| b.name == name && b.rigid.is_some());
+        out.require(pair.between[0] != pair.between[1] || !is_rigid(&pair.between[0]), || {
+            Problem::error("rigid_self_contact", &here.key("between"), "a rigid body cannot touch itself")
+                .value(pair.between.to_vec())
+                .limit("two different bodies, or a body that deforms")
+                .remedy("take the pair out")
+        });
         let mut sides = [pair.between[0].as_str(), pair.between[1].as_str()];
         sides.sort_unstable();
         out.require(seen.insert(sides), || {

@@ -12,6 +12,7 @@ pub mod meshes;
 pub mod motion;
 pub mod names;
 pub mod overlap;
+pub mod rigid;
 pub mod solver;
 pub mod timing;
 
@@ -25,7 +26,10 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     let mut out = Findings::default();
     names::check(document, budget, &mut out);
     for (i, body) in document.bodies.iter().enumerate() {
-        bodies::check(i, body, &mut out);
+        match &body.rigid {
+            Some(rigid) => rigid::check(i, body, rigid, &mut out),
+            None => bodies::check(i, body, &mut out),
+        }
         motion::check(i, body, &mut out);
     }
     contact::check(document, &mut out);

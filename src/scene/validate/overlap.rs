@@ -3,12 +3,14 @@
 use super::Findings;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
-use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
+use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
+use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{skin, skin_nodes};
-use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, ContactPairs, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
+use crate::scene::{RigidSceneBody, SceneBody};
 
 /// Two sides that may touch: a body, and a body or a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +22,11 @@ enum Sides {
 /// Checks every pair that may touch; pairs whose boxes lie apart cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
-    let asked: Vec<Sides> =
-        sides(document).into_iter().filter(|sides| start.may_overlap(document, *sides)).collect();
+    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = sides(document)
+        .into_iter()
+        .filter(|sides| start.may_overlap(document, *sides))
+        .partition(|sides| start.has_rigid_side(*sides));
+    check_rigid(document, &start, &rigid, out);
     if asked.is_empty() {
         return;
     }
@@ -38,7 +43,30 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
     for (i, sides) in asked.iter().enumerate() {
         let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| asked_of[o.pair] == i).collect();
         if let Some(deepest) = of_pair.iter().max_by(|a, b| a.depth.total_cmp(&b.depth)) {
-            out.push(problem(document, *sides, of_pair.len(), deepest));
+            out.push(problem(document, *sides, of_pair.len(), (deepest.depth, deepest.place)));
+        }
+    }
+}
+
+/// Pairs with a rigid side: by the contacts that detection finds where everything stands.
+fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &mut Findings) {
+    if asked.is_empty() {
+        return;
+    }
+    let pairs: Vec<ContactPair> = asked.iter().map(|sides| start.rigid_pair(document, *sides)).collect();
+    let mut detector = RigidDetector::new(&start.surfaces, (&pairs, 0), &start.rigid, &start.x);
+    let motion = RigidMotion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
+    let (drifts, mut contacts) = (vec![Vec3::zeros(); pairs.len()], Vec::new());
+    // Places that are not finite are reported with the numbers that they come from.
+    if detector.detect(&motion, &drifts, &mut contacts).is_err() {
+        return;
+    }
+    for of_pair in contacts.chunk_by(|a, b| a.pair == b.pair) {
+        let sides = asked[of_pair[0].pair as usize];
+        let size = start.rigid_size(sides);
+        let inside: Vec<&Contact> = of_pair.iter().filter(|c| -c.gap > TOLERANCE * size).collect();
+        if let Some(deepest) = inside.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)) {
+            out.push(problem(document, sides, inside.len(), (-deepest.gap, deepest.point)));
         }
     }
 }
@@ -51,19 +79,76 @@ struct Start {
     surfaces: Vec<Surface>,
     /// The box around each body [m].
     boxes: Vec<[Vec3; 2]>,
+    /// The rigid bodies, which of them each body is, and where they are.
+    rigid: Vec<RigidBody>,
+    rigid_of: Vec<Option<usize>>,
+    poses: Vec<Pose>,
 }
 
 impl Start {
     fn new(document: &SceneDocument, bodies: &[SceneBody]) -> Self {
-        let mut start = Self { x: Vec::new(), surfaces: Vec::new(), boxes: Vec::new() };
+        let mut start = Self {
+            x: Vec::new(),
+            surfaces: Vec::new(),
+            boxes: Vec::new(),
+            rigid: Vec::new(),
+            rigid_of: Vec::new(),
+            poses: Vec::new(),
+        };
         for (written, body) in document.bodies.iter().zip(bodies) {
             let first = start.x.len() as u32;
+            start.rigid_of.push(body.rigid.is_some().then_some(start.rigid.len()));
+            if let Some(rigid) = &body.rigid {
+                start.add_rigid(rigid);
+                continue;
+            }
             start.x.extend(body.mesh.nodes.iter().map(|X| start_position(written, X)));
             let faces: Vec<[u32; 4]> = skin(&body.mesh.hexes).iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
             start.surfaces.push(Surface { nodes: skin_nodes(&faces), faces });
         }
         start
+    }
+
+    /// A rigid body as a plan has it: its centre and its spin are nodes.
+    fn add_rigid(&mut self, body: &RigidSceneBody) {
+        let &RigidSceneBody { shape, mass, inertia, pose } = body;
+        let centre = self.x.len() as u32;
+        self.x.extend([pose.centre; 2]);
+        self.surfaces.push(Surface { nodes: vec![centre], faces: Vec::new() });
+        let radius = shape.outer_radius();
+        self.boxes.push([pose.centre.add_scalar(-radius), pose.centre.add_scalar(radius)]);
+        self.rigid.push(RigidBody { centre, spin: centre + 1, shape, mass, inertia });
+        self.poses.push(pose);
+    }
+
+    fn rigid_sides(&self, sides: Sides) -> [Option<usize>; 2] {
+        match sides {
+            Sides::Bodies(a, b) => [self.rigid_of[a], self.rigid_of[b]],
+            Sides::Plane(body, _) => [self.rigid_of[body], None],
+        }
+    }
+
+    fn has_rigid_side(&self, sides: Sides) -> bool {
+        self.rigid_sides(sides) != [None; 2]
+    }
+
+    /// The smallest thickness of the rigid bodies of a pair [m].
+    fn rigid_size(&self, sides: Sides) -> f64 {
+        let of_pair = self.rigid_sides(sides);
+        of_pair.iter().flatten().map(|&body| self.rigid[body].shape.size()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The pair that detection looks at: a mesh is the slave of a rigid body.
+    fn rigid_pair(&self, document: &SceneDocument, sides: Sides) -> ContactPair {
+        match sides {
+            Sides::Plane(body, plane) => contact_pair(body, plane_of(document, plane)),
+            Sides::Bodies(a, b) => match [self.rigid_of[a], self.rigid_of[b]] {
+                [_, Some(master)] => contact_pair(a, Master::Rigid(master)),
+                [Some(master), None] => contact_pair(b, Master::Rigid(master)),
+                [None, None] => contact_pair(a, Master::Surface(b)),
+            },
+        }
     }
 
     fn may_overlap(&self, document: &SceneDocument, sides: Sides) -> bool {
@@ -114,37 +199,43 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
     }
 }
 
-/// The pairs that detection looks at for these sides.
+/// The pairs that detection looks at for these sides of meshes.
 fn contact_pairs(document: &SceneDocument, sides: Sides) -> Vec<ContactPair> {
-    let pair =
-        |slave, master| ContactPair { name: String::new(), slave, master, law: ContactLaw::Frictionless };
     match sides {
-        Sides::Bodies(a, b) if a == b => vec![pair(a, Master::Surface(a))],
-        Sides::Bodies(a, b) => vec![pair(a, Master::Surface(b)), pair(b, Master::Surface(a))],
-        Sides::Plane(body, plane) => {
-            let plane = &document.planes[plane];
-            let normal = Vec3::from(plane.normal).normalize();
-            vec![pair(body, Master::Plane { point: plane.point_m.into(), normal })]
+        Sides::Bodies(a, b) if a == b => vec![contact_pair(a, Master::Surface(a))],
+        Sides::Bodies(a, b) => {
+            vec![contact_pair(a, Master::Surface(b)), contact_pair(b, Master::Surface(a))]
         }
+        Sides::Plane(body, plane) => vec![contact_pair(body, plane_of(document, plane))],
     }
 }
 
-fn problem(document: &SceneDocument, sides: Sides, count: usize, deepest: &Overlap) -> Problem {
+fn contact_pair(slave: usize, master: Master) -> ContactPair {
+    ContactPair { name: String::new(), slave, master, law: ContactLaw::Frictionless }
+}
+
+fn plane_of(document: &SceneDocument, plane: usize) -> Master {
+    let plane = &document.planes[plane];
+    Master::Plane { point: plane.point_m.into(), normal: Vec3::from(plane.normal).normalize() }
+}
+
+/// `deepest`: how deep [m], and where [m].
+fn problem(document: &SceneDocument, sides: Sides, count: usize, deepest: (f64, Vec3)) -> Problem {
     let (body, other) = match sides {
         Sides::Bodies(a, b) => (a, &document.bodies[b].name),
         Sides::Plane(body, plane) => (body, &document.planes[plane].name),
     };
     let name = &document.bodies[body].name;
-    let Overlap { place, depth, .. } = deepest;
+    let (depth, place) = deepest;
     let message = format!(
-        "{name} and {other} overlap at the start: {count} node(s), the deepest by {depth:.4e} m at \
+        "{name} and {other} overlap at the start: {count} point(s), the deepest by {depth:.4e} m at \
          ({:.6}, {:.6}, {:.6}) m",
         place.x, place.y, place.z
     );
     Problem::error("initial_overlap", &Pointer::root().key("bodies").index(body), message)
-        .value(*depth)
-        .limit(format!("at most {TOLERANCE:e} of the size of a face"))
+        .value(depth)
+        .limit(format!("at most {TOLERANCE:e} of the size of a face, or of the thickness of a rigid body"))
         .remedy(format!(
-            "move {name} away from {other} by at least this depth (placement, or the mesh itself)"
+            "move {name} away from {other} by at least this depth (placement, the mesh itself, or the centre)"
         ))
 }

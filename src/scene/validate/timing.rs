@@ -12,6 +12,14 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     let end = document.end_time_s;
     out.positive(&root.key("end_time_s"), "the end time", end, "impacts last about 1e-4 to 1e-2 s");
     check_integrator(&document.integrator, &root.key("integrator"), out);
+    let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator;
+    let has_elements = document.bodies.iter().any(|body| body.rigid.is_none());
+    out.require(has_elements || document.bodies.is_empty() || max_step_s.is_some(), || {
+        let place = root.key("integrator").key("max_step_s");
+        Problem::error("no_step", &place, "all bodies are rigid: no element dictates a step")
+            .limit("a largest step [s] for a scene of rigid bodies")
+            .remedy("1e-4 s is a good trial for bodies of centimetres at metres per second")
+    });
     check_settling(document, &root, out);
     check_record(&document.record, end, budget, &root.key("record"), out);
 }

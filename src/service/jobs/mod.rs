@@ -134,6 +134,8 @@ pub enum JobFailureCause {
     ContactNotConverged,
     /// The energy balance failed its gate.
     EnergyGate,
+    /// The step is longer than a rigid body's rotation allows.
+    StepTooLong,
     /// A fibre was stretched beyond what its exponential can represent.
     FibreOverstretched,
     /// A number became infinite or not a number.

@@ -337,6 +337,7 @@ impl From<Failure> for JobFailure {
         let cause = match failure.cause {
             FailureCause::ElementInverted => JobFailureCause::ElementInverted,
             FailureCause::StepCollapsed => JobFailureCause::StepCollapsed,
+            FailureCause::StepTooLong => JobFailureCause::StepTooLong,
             FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
             FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,
             FailureCause::EnergyGate => JobFailureCause::EnergyGate,

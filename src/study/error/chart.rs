@@ -55,8 +55,9 @@ fn family(row: &Row) -> &'static str {
 }
 
 fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failure> {
-    let point =
-        |row: &Row| row.errors.get(&quantity).map(|error| (row.cost_s(), 100.0 * error.max(LEAST_ERROR)));
+    // The run that is itself the reference has no error to be drawn.
+    let known = |row: &Row| row.errors.get(&quantity).copied().filter(|error| *error > 0.0);
+    let point = |row: &Row| known(row).map(|error| (row.cost_s(), 100.0 * error.max(LEAST_ERROR)));
     let points: Vec<(f64, f64)> = study.rows.iter().filter_map(point).collect();
     let (title, _) = quantity.title();
     let mut chart = ChartBuilder::on(area)
@@ -73,7 +74,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
         .x_desc("processor time [s]")
         .y_desc("error [%]")
         .light_line_style(TRANSPARENT)
-        .x_label_formatter(&|x| format!("{x:.3e}"))
+        .x_label_formatter(&|x| format!("{x}"))
         .y_label_formatter(&|y| format!("{y}"))
         .draw()?;
     let mut front: Vec<(f64, f64)> =

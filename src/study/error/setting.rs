@@ -39,7 +39,10 @@ impl Setting {
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
         for body in &mut document.bodies {
-            change_mesh(&mut body.mesh, self.mesh_level)?;
+            // A rigid body has no mesh.
+            if let Some(mesh) = &mut body.mesh {
+                change_mesh(mesh, self.mesh_level)?;
+            }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);
             }

@@ -1,6 +1,8 @@
 //! What the sweeps must hold: agreement with the dense operator, momentum, the cone, and a word when they do not converge.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
+use super::super::contact_row::squared;
+use super::super::local::natural_map;
 use super::*;
 use crate::mechanics::contact::local::proj_coulomb_cone;
 
@@ -26,7 +28,17 @@ impl Random {
 }
 
 fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], gap: f64) -> Contact {
-    Contact { pair: 0, slave, face: 0, master, weights, frame, gap, drift: Vec3::zeros() }
+    Contact {
+        pair: 0,
+        slave,
+        face: 0,
+        master,
+        weights,
+        frame,
+        gap,
+        point: Vec3::zeros(),
+        drift: Vec3::zeros(),
+    }
 }
 
 /// `count` contacts among `nodes` nodes. Slaves and master faces share nodes freely, with normals all around; where

@@ -1,0 +1,283 @@
+//! Which points of rigid bodies may touch what within a step: meshes, planes, and each other.
+//!
+//! - *Mesh nodes against a shape*: by the signed distance of the shape, in its axes, where a node moves by `s₀ → s₁`. Within
+//!   [`NEAR`] of a face's size the normal is that of the start. A node that moves farther than that within the step is
+//!   followed along its way, by steps of its distance, which cannot jump over the surface; the normal is that of the place
+//!   where it meets it. So nothing tunnels, whatever the speed.
+//! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
+//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move far
+//!   against each other, at the time of their first impact.
+//! - Only nodes of a mesh are seen by a shape: **an edge or corner of a box that is smaller than a face of the mesh enters
+//!   between its nodes**. A finer mesh makes that smaller.
+//!
+//! What is found depends on the places alone, never on the steps before.
+
+use super::detection::{DetectionError, NEAR};
+use super::finder::local_frame;
+use super::rigid_manifold::{ManifoldFinder, Touch, first_impact, parry_shape};
+use super::{Contact, ContactPair, Master, Surface};
+use crate::mechanics::rigid::{Pose, RigidBody};
+use crate::mechanics::tensor::Vec3;
+use parry3d_f64::shape::SharedShape;
+
+pub use super::rigid_manifold::MOST_POINTS;
+
+/// Steps along the way of a node; each leads to the surface or most of the way to the closest pass.
+const MARCH: usize = 100;
+/// A node this share of the size from the surface has met it.
+const MET: f64 = 1e-9;
+
+/// How far from a shape or plane something may be and still be a contact, for a length of a shape or face [m].
+pub fn reach(size: f64) -> f64 {
+    NEAR * size
+}
+
+/// Where everything is at both ends of a step, if nothing touches.
+#[derive(Clone, Copy)]
+pub struct RigidMotion<'a> {
+    /// Places of the nodes at the start [m].
+    pub x: &'a [Vec3],
+    /// At the end.
+    pub x_end: &'a [Vec3],
+    /// Poses of the rigid bodies at the start.
+    pub poses: &'a [Pose],
+    /// At the end.
+    pub poses_end: &'a [Pose],
+}
+
+/// One side of a pair.
+#[derive(Clone, Debug)]
+enum Side {
+    /// Nodes of a mesh, with how near they are looked at [m].
+    Nodes(Vec<u32>, f64),
+    Body(usize),
+    /// A point, and n, t1, t2.
+    Plane(Vec3, [Vec3; 3]),
+}
+
+/// Finds the contacts of the pairs with a rigid side.
+pub struct RigidDetector {
+    bodies: Vec<RigidBody>,
+    shapes: Vec<SharedShape>,
+    /// Number of the pair, slave and master.
+    pairs: Vec<(u32, Side, Side)>,
+    manifolds: ManifoldFinder,
+    touches: Vec<Touch>,
+}
+
+impl RigidDetector {
+    /// Of the `pairs` from number `first` on, which have a rigid side; `x` [m] places of all nodes at the start of the run.
+    pub fn new(
+        surfaces: &[Surface],
+        (pairs, first): (&[ContactPair], usize),
+        bodies: &[RigidBody],
+        x: &[Vec3],
+    ) -> Self {
+        let slave = |pair: &ContactPair| {
+            let surface = &surfaces[pair.slave];
+            let body = bodies.iter().position(|body| surface.nodes == [body.centre]);
+            body.map_or_else(|| Side::Nodes(surface.nodes.clone(), reach(mean_size(surface, x))), Side::Body)
+        };
+        let of_pair = |(index, pair): (usize, &ContactPair)| {
+            let master = match pair.master {
+                Master::Rigid(body) => Side::Body(body),
+                Master::Plane { point, normal } => Side::Plane(point, local_frame(&normal, &Vec3::zeros())),
+                Master::Surface(_) => return None,
+            };
+            Some((index as u32, slave(pair), master))
+        };
+        Self {
+            bodies: bodies.to_vec(),
+            shapes: bodies.iter().map(|body| parry_shape(&body.shape)).collect(),
+            pairs: pairs.iter().enumerate().skip(first).filter_map(of_pair).collect(),
+            manifolds: ManifoldFinder::default(),
+            touches: Vec::with_capacity(MOST_POINTS),
+        }
+    }
+
+    /// The rigid bodies.
+    pub fn bodies(&self) -> &[RigidBody] {
+        &self.bodies
+    }
+
+    /// Appends the contacts to `contacts`, sorted by (pair, slave); `drifts` as for the other pairs.
+    ///
+    /// # Errors
+    /// [`DetectionError::BodyNotFinite`] where a body is nowhere; nothing is appended then.
+    pub fn detect(
+        &mut self,
+        motion: &RigidMotion,
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<(), DetectionError> {
+        if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
+            return Err(DetectionError::BodyNotFinite { body: body % self.bodies.len() });
+        }
+        let Self { bodies, shapes, pairs, manifolds, touches } = self;
+        for (index, slave, master) in pairs.iter() {
+            let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
+            match (slave, master) {
+                (Side::Nodes(nodes, near), Side::Body(body)) => {
+                    contacts.extend(nodes.iter().filter_map(|&node| finder.node_on_body(node, *near, *body)));
+                }
+                (Side::Body(body), Side::Plane(point, frame)) => {
+                    finder.body_on_plane(*body, point, frame, contacts);
+                }
+                (Side::Body(a), Side::Body(b)) => {
+                    finder.body_on_body([*a, *b], shapes, manifolds, touches, contacts);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One pair in one step.
+struct Finder<'a> {
+    pair: u32,
+    drift: Vec3,
+    bodies: &'a [RigidBody],
+    motion: &'a RigidMotion<'a>,
+}
+
+impl Finder<'_> {
+    fn node_on_body(&self, node: u32, near: f64, body: usize) -> Option<Contact> {
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
+        let shape = &self.bodies[body].shape;
+        // Most nodes are far away for the whole step.
+        let (from, to) = (x - start.centre, x_end - end.centre);
+        if from.norm() - (to - from).norm() > shape.outer_radius() + near {
+            return None;
+        }
+        let (s, s_end) = (start.local(&x), end.local(&x_end));
+        let (gap, normal) = shape.eval_distance(&s);
+        let way = s_end - s;
+        let length = way.norm();
+        if gap > 0.0
+            && length > near
+            && let Some(share) = first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
+        {
+            let met = s + way * share;
+            let (left, normal) = shape.eval_distance(&met);
+            let then = start.orientation.slerp(&end.orientation, share);
+            let point = start.centre + then * met;
+            let gap = left - normal.dot(&way) * share;
+            return Some(self.contact(node, Some(body), &(then * normal), gap, point));
+        }
+        (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
+    }
+
+    fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
+        let RigidBody { shape, centre, .. } = &self.bodies[body];
+        let feet = |pose: &Pose| shape.feet(&pose.orientation.inverse_transform_vector(&-frame[0]));
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        for (foot, foot_end) in feet(start).points().iter().zip(feet(end).points()) {
+            let place = start.place(foot);
+            let height = |x: &Vec3| frame[0].dot(&(x - point));
+            let gap = height(&place);
+            if gap.min(height(&end.place(foot_end))) <= reach(shape.size()) {
+                let contact = self.contact(*centre, None, &frame[0], gap, place);
+                contacts.push(Contact { frame: *frame, ..contact });
+            }
+        }
+    }
+
+    fn body_on_body(
+        &self,
+        bodies: [usize; 2],
+        shapes: &[SharedShape],
+        manifolds: &mut ManifoldFinder,
+        touches: &mut Vec<Touch>,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let [a, b] = bodies.map(|body| &self.bodies[body]);
+        let [a_start, b_start] = bodies.map(|body| self.motion.poses[body]);
+        let [a_end, b_end] = bodies.map(|body| self.motion.poses_end[body]);
+        let [a_step, b_step] = [a_end.centre - a_start.centre, b_end.centre - b_start.centre];
+        let near = reach(a.shape.size().min(b.shape.size()));
+        let moved = (a_step - b_step).norm() + turned(a, &a_start, &a_end) + turned(b, &b_start, &b_end);
+        let apart =
+            (a_start.centre - b_start.centre).norm() - a.shape.outer_radius() - b.shape.outer_radius();
+        if apart > near + moved {
+            return;
+        }
+        let [a_shape, b_shape] = bodies.map(|body| &shapes[body]);
+        touches.clear();
+        // Slow bodies as they are at the start: the points that may close within the step.
+        if moved <= near {
+            manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
+        } else if let Some(share) = first_impact((a_shape, &a_start, &a_step), (b_shape, &b_start, &b_step)) {
+            let then = |start: &Pose, end: &Pose| Pose {
+                centre: start.centre.lerp(&end.centre, share),
+                orientation: start.orientation.slerp(&end.orientation, share),
+            };
+            let (a_then, b_then) = (then(&a_start, &a_end), then(&b_start, &b_end));
+            manifolds.find((a_shape, &a_then), (b_shape, &b_then), near, |touch| {
+                // The gap at the start, and the lever on the slave as it is at the impact.
+                let gap = touch.gap - touch.normal.dot(&(a_step - b_step)) * share;
+                let point = touch.point + (a_start.centre - a_then.centre);
+                touches.push(Touch { point, gap, ..touch });
+            });
+        }
+        contacts.extend(
+            touches
+                .iter()
+                .map(|touch| self.contact(a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)),
+        );
+    }
+
+    /// A contact of the slave's node (the centre of a rigid slave) with a rigid body or a plane.
+    fn contact(&self, slave: u32, master: Option<usize>, normal: &Vec3, gap: f64, point: Vec3) -> Contact {
+        let (master, weight) = master.map_or((slave, 0.0), |body| (self.bodies[body].centre, 1.0));
+        Contact {
+            pair: self.pair,
+            slave,
+            face: u32::MAX,
+            master: [master; 4],
+            weights: [weight, 0.0, 0.0, 0.0],
+            frame: local_frame(normal, &Vec3::zeros()),
+            gap,
+            point,
+            drift: self.drift,
+        }
+    }
+}
+
+/// How far a body's surface moves by its rotation between two poses, at most [m].
+fn turned(body: &RigidBody, start: &Pose, end: &Pose) -> f64 {
+    start.orientation.angle_to(&end.orientation) * body.shape.outer_radius()
+}
+
+/// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.
+///
+/// No step is longer than the distance, which no surface can be nearer than, so none is jumped over.
+fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
+    let mut share = 0.0;
+    for _ in 0..MARCH {
+        let left = distance(share);
+        if left <= met {
+            return Some(share);
+        }
+        share += left / length;
+        if share > 1.0 {
+            return None;
+        }
+    }
+    // It passes along the surface: as good as met.
+    Some(share)
+}
+
+/// √ of the mean area of the faces, by their diagonals [m].
+fn mean_size(surface: &Surface, x: &[Vec3]) -> f64 {
+    let area = |face: &[u32; 4]| {
+        let [a, b, c, d] = face.map(|node| x[node as usize]);
+        0.5 * (c - a).cross(&(d - b)).norm()
+    };
+    let sum: f64 = surface.faces.iter().map(|face| area(face).sqrt()).sum();
+    sum / surface.faces.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+//! The points in which two convex shapes touch or nearly touch, by parry; its vectors are glam's and end here.
+
+use crate::mechanics::rigid::{Pose, Shape};
+use crate::mechanics::tensor::Vec3;
+use parry3d_f64::math::{Pose as ParryPose, Rotation as ParryRotation, Vector};
+use parry3d_f64::query::{
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, ShapeCastOptions, TrackedContact,
+    cast_shapes,
+};
+use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SharedShape};
+
+/// The most points of one pair: two clipped quadrilaterals, and the closest point.
+pub const MOST_POINTS: usize = 20;
+
+/// Points this share of the reach from each other are one.
+const SAME: f64 = 1e-6;
+
+/// A point of contact of two shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch {
+    /// In the middle between both surfaces [m].
+    pub point: Vec3,
+    /// Unit normal out of the second shape.
+    pub normal: Vec3,
+    /// Distance of the surfaces along the normal, negative where they overlap [m].
+    pub gap: f64,
+}
+
+/// Finds the points; keeps memory between calls and nothing else, so the same poses give the same bits.
+#[derive(Default)]
+pub(super) struct ManifoldFinder {
+    manifolds: Vec<ContactManifold<(), ()>>,
+}
+
+impl ManifoldFinder {
+    /// Calls `take` with the points of `a` and `b` that are within `reach` [m] of each other.
+    pub fn find(
+        &mut self,
+        (a, at): (&SharedShape, &Pose),
+        (b, bt): (&SharedShape, &Pose),
+        reach: f64,
+        mut take: impl FnMut(Touch),
+    ) {
+        for manifold in &mut self.manifolds {
+            // What is left of the call before would be taken for a first guess.
+            manifold.points.clear();
+            (manifold.local_n1, manifold.local_n2) = (Vector::ZERO, Vector::ZERO);
+        }
+        let between = to_parry(at).inv_mul(&to_parry(bt));
+        let found = DefaultQueryDispatcher.contact_manifolds(
+            &between,
+            &*a.0,
+            &*b.0,
+            reach,
+            &mut self.manifolds,
+            &mut None,
+        );
+        debug_assert!(found.is_ok(), "all shapes are convex");
+        for manifold in &self.manifolds {
+            let normal = -(at.orientation * from_parry(manifold.local_n1));
+            let points = &manifold.points;
+            for (i, point) in points.iter().enumerate().filter(|(_, p)| p.dist <= reach).take(MOST_POINTS) {
+                // Corners that lie on corners or edges come several times: once is enough.
+                let is_same =
+                    |other: &TrackedContact<()>| (other.local_p1 - point.local_p1).length() <= SAME * reach;
+                if !points[..i].iter().any(is_same) {
+                    let [on_a, on_b] =
+                        [at.place(&from_parry(point.local_p1)), bt.place(&from_parry(point.local_p2))];
+                    take(Touch { point: (on_a + on_b) * 0.5, normal, gap: point.dist });
+                }
+            }
+        }
+    }
+}
+
+/// When two shapes first touch that move straight by `a_step` and `b_step` [m]: a share of the step; 0 when they do already.
+pub(super) fn first_impact(
+    (a, at, a_step): (&SharedShape, &Pose, &Vec3),
+    (b, bt, b_step): (&SharedShape, &Pose, &Vec3),
+) -> Option<f64> {
+    let options = ShapeCastOptions { max_time_of_impact: 1.0, ..ShapeCastOptions::default() };
+    let (pa, pb) = (to_parry(at), to_parry(bt));
+    let hit = cast_shapes(&pa, vector(a_step), &*a.0, &pb, vector(b_step), &*b.0, options);
+    hit.ok().flatten().map(|hit| hit.time_of_impact)
+}
+
+/// The shape for parry.
+pub(super) fn parry_shape(shape: &Shape) -> SharedShape {
+    match *shape {
+        Shape::Ball { radius } => SharedShape::new(Ball::new(radius)),
+        Shape::Box { half } => SharedShape::new(Cuboid::new(vector(&half))),
+        Shape::Cylinder { radius, half_length } => SharedShape::new(Cylinder::new(half_length, radius)),
+        Shape::Capsule { radius, half_length } => SharedShape::new(Capsule::new_y(half_length, radius)),
+    }
+}
+
+fn to_parry(pose: &Pose) -> ParryPose {
+    let q = pose.orientation.coords;
+    ParryPose::from_parts(vector(&pose.centre), ParryRotation::from_xyzw(q.x, q.y, q.z, q.w))
+}
+
+fn vector(v: &Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+fn from_parry(v: Vector) -> Vec3 {
+    Vec3::new(v.x, v.y, v.z)
+}

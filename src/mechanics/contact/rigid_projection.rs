@@ -1,0 +1,95 @@
+//! Removes what linearisation left of negative gaps of rigid bodies: by moving and turning, outside the velocities, capped.
+//!
+//! All contacts of the new places at once: the smallest displacement d, measured by the masses, after which no gap is
+//! negative,
+//!
+//! ```text
+//! min ½ dᵀ M d   with   g + C d ≥ 0
+//! ```
+//!
+//! That is the frictionless law of [`super::gauss_seidel`] with gaps in the place of velocities, so its solver is used: corners
+//! of one face do not lift each other in turn, and a gap that is open stays so.
+
+use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
+use super::projection::{CAP, TOLERANCE};
+use super::rigid_detection::{RigidDetector, RigidMotion};
+use super::{Contact, ContactLaw, Reaction, RigidSides};
+use crate::mechanics::rigid::{Pose, rotated};
+use crate::mechanics::tensor::Vec3;
+
+/// A correction need not be exact: what is left is removed in the next step.
+const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200 };
+
+/// Buffers of the projection, kept from step to step.
+pub struct RigidProjection {
+    contacts: Vec<Contact>,
+    laws: Vec<ContactLaw>,
+    still: Vec<Vec3>,
+    /// Displacement of each node, and turn of each spin; zero between calls.
+    d: Vec<Vec3>,
+    reactions: Vec<Reaction>,
+    workspace: Workspace,
+}
+
+impl RigidProjection {
+    /// For so many nodes, pairs, and contacts at most.
+    pub fn new(nodes: usize, pairs: usize, contacts: usize) -> Self {
+        Self {
+            contacts: Vec::with_capacity(contacts),
+            laws: vec![ContactLaw::Frictionless; pairs],
+            still: vec![Vec3::zeros(); pairs],
+            d: vec![Vec3::zeros(); nodes],
+            reactions: Vec::with_capacity(contacts),
+            workspace: Workspace::with_capacity(0, contacts, pairs),
+        }
+    }
+
+    /// Moves and turns what overlaps at the places `x` [m] and `poses` apart. `of_pairs`: the rigid bodies of each pair;
+    /// `inverse_mass` [1/kg] per node and axis. Appends each node's displacement (node, Δx [m]) to `moved`.
+    pub fn project(
+        &mut self,
+        detector: &mut RigidDetector,
+        of_pairs: &[[Option<u32>; 2]],
+        inverse_mass: &[Vec3],
+        x: &mut [Vec3],
+        poses: &mut [Pose],
+        moved: &mut Vec<(u32, Vec3)>,
+    ) {
+        self.contacts.clear();
+        let motion = RigidMotion { x, x_end: x, poses, poses_end: poses };
+        // Places that are not finite are found by the next step.
+        if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
+            return;
+        }
+        let bodies = detector.bodies();
+        let size = |contact: &Contact| {
+            let sides = of_pairs[contact.pair as usize].iter().flatten();
+            sides.map(|body| bodies[*body as usize].shape.size()).fold(f64::INFINITY, f64::min)
+        };
+        if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
+            return;
+        }
+        for contact in &mut self.contacts {
+            let gap = contact.gap.max(-CAP * size(contact));
+            contact.drift = contact.frame[0] * gap;
+            contact.gap = 0.0;
+        }
+        let rigid = RigidSides { of_pairs, bodies, poses };
+        let Self { contacts, laws, d, reactions, workspace, .. } = self;
+        solve_with_rigid(contacts, laws, &rigid, inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
+        for contact in &self.contacts {
+            for node in [contact.slave, contact.master[0]] {
+                let step = std::mem::replace(&mut self.d[node as usize], Vec3::zeros());
+                if step != Vec3::zeros() {
+                    x[node as usize] += step;
+                    moved.push((node, step));
+                }
+            }
+        }
+        for (pose, body) in poses.iter_mut().zip(bodies) {
+            let turn = std::mem::replace(&mut self.d[body.spin as usize], Vec3::zeros());
+            pose.orientation = rotated(&pose.orientation, &turn, 1.0);
+            pose.centre = x[body.centre as usize];
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! Rigid bodies in a scene document: a shape, where it stands, and how heavy it is.
+
+use super::mesh_document::RotationDocument;
+use crate::mechanics::rigid::{Pose, Rotation, Shape};
+use crate::mechanics::tensor::Vec3;
+use nalgebra::Unit;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A body that does not deform.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidDocument {
+    /// Its shape, about its centre of mass.
+    pub shape: ShapeDocument,
+    /// Centre of mass [m].
+    #[serde(default)]
+    pub center_m: [f64; 3],
+    /// Rotation about the centre of mass; for a cylinder or capsule after its axis has been laid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<RotationDocument>,
+    /// Mass [kg]; this or the density.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass_kg: Option<f64>,
+    /// Density [kg/m³]; this or the mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density_kg_per_m3: Option<f64>,
+    /// Moments of inertia about the x, y, z of a box or ball, or across, along and across the axis of a cylinder or capsule
+    /// [kg m²]; by default those of a homogeneous body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia_kg_m2: Option<[f64; 3]>,
+}
+
+/// A convex shape.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeDocument {
+    /// A ball.
+    Ball {
+        /// Radius [m].
+        radius_m: f64,
+    },
+    /// A box along x, y, z, unless it is rotated.
+    Box {
+        /// Half of its edges along x, y, z [m].
+        half_extents_m: [f64; 3],
+    },
+    /// A cylinder with flat ends.
+    Cylinder {
+        /// Radius [m].
+        radius_m: f64,
+        /// Half of its length [m].
+        half_length_m: f64,
+        /// Direction of its axis, of any length.
+        axis: [f64; 3],
+    },
+    /// A cylinder with round ends: a baton.
+    Capsule {
+        /// Radius [m].
+        radius_m: f64,
+        /// Half of the distance between the centres of its round ends [m].
+        half_length_m: f64,
+        /// Direction of its axis, of any length.
+        axis: [f64; 3],
+    },
+}
+
+impl ShapeDocument {
+    /// The shape, with the axis of a cylinder or capsule along y.
+    pub fn shape(&self) -> Shape {
+        match *self {
+            Self::Ball { radius_m: radius } => Shape::Ball { radius },
+            Self::Box { half_extents_m } => Shape::Box { half: half_extents_m.into() },
+            Self::Cylinder { radius_m: radius, half_length_m: half_length, .. } => {
+                Shape::Cylinder { radius, half_length }
+            }
+            Self::Capsule { radius_m: radius, half_length_m: half_length, .. } => {
+                Shape::Capsule { radius, half_length }
+            }
+        }
+    }
+
+    /// The axis of a cylinder or capsule.
+    pub fn axis(&self) -> Option<[f64; 3]> {
+        match self {
+            Self::Ball { .. } | Self::Box { .. } => None,
+            Self::Cylinder { axis, .. } | Self::Capsule { axis, .. } => Some(*axis),
+        }
+    }
+}
+
+impl RigidDocument {
+    /// Where it stands; `None` for a direction without a length.
+    pub fn pose(&self) -> Option<Pose> {
+        let laid = match self.shape.axis() {
+            None => Rotation::identity(),
+            Some(axis) => {
+                let axis = Vec3::from(axis).try_normalize(0.0)?;
+                // Opposite directions have no shortest rotation: any half turn will do.
+                Rotation::rotation_between(&Vec3::y(), &axis)
+                    .unwrap_or_else(|| Rotation::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
+            }
+        };
+        let turned = match &self.rotation {
+            None => Rotation::identity(),
+            Some(rotation) => {
+                let axis = Unit::try_new(Vec3::from(rotation.axis), 0.0)?;
+                Rotation::from_axis_angle(&axis, rotation.angle_deg.to_radians())
+            }
+        };
+        Some(Pose { centre: self.center_m.into(), orientation: turned * laid })
+    }
+
+    /// Mass [kg]; `None` when neither mass nor density is given.
+    pub fn mass(&self) -> Option<f64> {
+        self.mass_kg.or_else(|| Some(self.density_kg_per_m3? * self.shape.shape().volume()))
+    }
+
+    /// Moments of inertia about the axes of the shape [kg m²], of a body of some mass [kg].
+    pub fn inertia(&self, mass: f64) -> Vec3 {
+        self.inertia_kg_m2.map_or_else(|| self.shape.shape().inertia_per_mass() * mass, Vec3::from)
+    }
+}

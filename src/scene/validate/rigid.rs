@@ -1,0 +1,117 @@
+//! A rigid body: shape, mass, inertia, and that nothing of a mesh is asked of it.
+
+use super::Findings;
+use crate::scene::document::{BodyDocument, RigidDocument, Role, ShapeDocument};
+use crate::scene::problem::{Pointer, Problem};
+
+/// Smallest and largest usual thickness of a rigid body [m].
+const USUAL_SIZE: [f64; 2] = [1e-4, 5.0];
+/// Usual densities, from cork to gold [kg/m³].
+const USUAL_DENSITY: [f64; 2] = [100.0, 25_000.0];
+/// A moment of inertia may exceed the sum of the others by this share: rounding of what was written.
+const ROUNDING: f64 = 1e-6;
+
+/// Checks body number `index`, whose rigid part is `rigid`.
+pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut Findings) {
+    let here = Pointer::root().key("bodies").index(index);
+    check_absent(body, &here, out);
+    out.require(body.role != Role::Tissue, || {
+        Problem::error("rigid_tissue", &here.key("role"), "a rigid body absorbs nothing and has no stress")
+            .value("tissue")
+            .limit("projectile or other, for a rigid body")
+            .remedy("give the tissue a mesh, or this body another role")
+    });
+    let here = here.key("rigid");
+    check_shape(&rigid.shape, &here.key("shape"), out);
+    if let Some(rotation) = &rigid.rotation {
+        out.direction(&here.key("rotation").key("axis"), "the axis of the rotation", rotation.axis);
+    }
+    check_mass(rigid, &here, out);
+    if let Some(inertia) = rigid.inertia_kg_m2 {
+        check_inertia(inertia, &here.key("inertia_kg_m2"), out);
+    }
+}
+
+/// What only a mesh has.
+fn check_absent(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
+    let members = [
+        ("mesh", body.mesh.is_some()),
+        ("parts", !body.parts.is_empty()),
+        ("placement", body.placement.is_some()),
+        ("sets", !body.sets.is_empty()),
+        ("initial_deformation", body.initial_deformation.is_some()),
+        ("fixed", !body.fixed.is_empty()),
+    ];
+    for (name, is_present) in members {
+        out.require(!is_present, || {
+            Problem::error(
+                "not_for_rigid",
+                &here.key(name),
+                "a rigid body has no mesh, and nothing that goes with one",
+            )
+            .limit("absent beside \"rigid\"")
+            .remedy(format!("take {name:?} away, or take \"rigid\" away for a body that deforms"))
+        });
+    }
+}
+
+fn check_shape(shape: &ShapeDocument, here: &Pointer, out: &mut Findings) {
+    let lengths: Vec<(Pointer, f64)> = match *shape {
+        ShapeDocument::Ball { radius_m } => vec![(here.key("radius_m"), radius_m)],
+        ShapeDocument::Box { half_extents_m } => {
+            let at = |i: usize| here.key("half_extents_m").index(i);
+            (0..3).map(|i| (at(i), half_extents_m[i])).collect()
+        }
+        ShapeDocument::Cylinder { radius_m, half_length_m, .. }
+        | ShapeDocument::Capsule { radius_m, half_length_m, .. } => {
+            vec![(here.key("radius_m"), radius_m), (here.key("half_length_m"), half_length_m)]
+        }
+    };
+    for (pointer, length) in &lengths {
+        out.positive(pointer, "a length", *length, "give it in metres: 15 mm is 0.015");
+    }
+    if let Some(axis) = shape.axis() {
+        out.direction(&here.key("axis"), "the axis", axis);
+    }
+    let size = shape.shape().size();
+    if size > 0.0 {
+        out.usual(here, "the thickness", size, USUAL_SIZE, "give lengths in metres");
+    }
+}
+
+fn check_mass(rigid: &RigidDocument, here: &Pointer, out: &mut Findings) {
+    out.require(rigid.mass_kg.is_some() != rigid.density_kg_per_m3.is_some(), || {
+        let both = rigid.mass_kg.is_some();
+        let what = if both { "both mass and density are given" } else { "neither mass nor density is given" };
+        Problem::error("mass_or_density", &here.key("mass_kg"), what)
+            .limit("one of mass_kg and density_kg_per_m3")
+            .remedy(if both { "keep one of them" } else { "add one of them: steel has 7850 kg/m³" })
+    });
+    if let Some(mass) = rigid.mass_kg {
+        out.positive(&here.key("mass_kg"), "the mass", mass, "give it in kg: 10 g is 0.01");
+    }
+    if let Some(density) = rigid.density_kg_per_m3 {
+        let place = here.key("density_kg_per_m3");
+        let remedy = "give it in kg/m³: water has 1000, steel 7850";
+        out.positive(&place, "the density", density, remedy);
+        if density > 0.0 {
+            out.usual(&place, "the density", density, USUAL_DENSITY, remedy);
+        }
+    }
+}
+
+/// Positive, and none larger than the sum of the others: no distribution of mass has that.
+fn check_inertia(inertia: [f64; 3], here: &Pointer, out: &mut Findings) {
+    for (i, moment) in inertia.into_iter().enumerate() {
+        out.positive(&here.index(i), "a moment of inertia", moment, "leave it out for a homogeneous body");
+    }
+    let sum: f64 = inertia.iter().sum();
+    for (i, moment) in inertia.into_iter().enumerate() {
+        out.require(!(moment > (sum - moment) * (1.0 + ROUNDING)), || {
+            Problem::error("impossible_inertia", &here.index(i), "no body has these moments of inertia")
+                .value(moment)
+                .limit(format!("at most the sum of the other two, {}", sum - moment))
+                .remedy("check the moments, or leave them out for a homogeneous body")
+        });
+    }
+}

@@ -1,0 +1,136 @@
+//! A rigid solid ball on a plane with friction: it slides, or it rolls.
+//!
+//! I = 2/5 m R². Friction takes at most μ times the normal impulse m v_n, and never more than makes it roll: from then on
+//! v_t = ω R = 5/7 of the tangential velocity that it came with.
+
+use crate::rig::{assert_close, plan, run, run_on};
+use contuse::mechanics::tensor::Vec3;
+use contuse::step::{Frame, Interrupt, RunOptions};
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+const RADIUS: f64 = 0.015;
+
+/// A ball at a height over the plane z = 0.
+fn scene(height: f64, velocity: [f64; 3], mu: f64, (end, step): (f64, f64)) -> Value {
+    json!({
+        "name": "rigid ball on a plane",
+        "end_time_s": end,
+        "bodies": [{
+            "name": "ball",
+            "role": "projectile",
+            "rigid": {
+                "shape": {"kind": "ball", "radius_m": RADIUS},
+                "center_m": [0, 0, RADIUS + height],
+                "density_kg_per_m3": 1000
+            },
+            "velocity_m_per_s": velocity
+        }],
+        "planes": [{"name": "ground", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "contact": {"friction": mu},
+        "integrator": {"kind": "explicit", "max_step_s": step},
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+/// Velocity of the centre, and angular velocity in space.
+fn motion(frame: &Frame) -> (Vec3, Vec3) {
+    let body = &frame.plan.rigid_bodies()[0];
+    let flight = frame.plan.bodies[0].flight_velocity;
+    let spin = frame.orientations[0] * frame.v_after[body.spin as usize];
+    (frame.v_after[body.centre as usize] + flight, spin)
+}
+
+/// An oblique impact with v_t = 5, v_n = 10 m/s, no rebound: velocities after it, and friction and impact loss per mass.
+fn impact(mu: f64) -> (Vec3, Vec3, f64, f64) {
+    let plan = plan(&scene(1e-3, [5.0, 0.0, -10.0], mu, (5e-4, 3e-6)));
+    let (mass, mut last) = (plan.bodies[0].mass, None);
+    run(&plan, |frame| {
+        let pair = &frame.energy.pairs[0];
+        assert!(frame.energy.balance_error < 1e-12, "{}", frame.energy.balance_error);
+        last = Some((motion(frame), pair.friction_j / mass, pair.impact_j / mass));
+    });
+    let ((v, spin), friction, lost) = last.unwrap();
+    assert!(v.z.abs() < 1e-9 && v.y.abs() < 1e-12, "{v}");
+    (v, spin, friction, lost)
+}
+
+#[test]
+fn a_little_friction_lets_it_slide() {
+    let (v, spin, friction, lost) = impact(0.1);
+    assert_close(v.x, 4.0, 1e-10, "tangential velocity");
+    assert_close(spin.y, 166.666_666_667, 1e-10, "spin");
+    // μ m v_n over the mean of the slip before and after, 5 and 1.5 m/s.
+    assert_close(friction, 3.25, 1e-3, "friction");
+    assert_close(friction + lost, 50.0 + 3.25, 1e-10, "all that is lost");
+}
+
+#[test]
+fn more_friction_makes_it_roll() {
+    for mu in [1.0 / 7.0 + 1e-6, 0.3, 2.0] {
+        let (v, spin, friction, lost) = impact(mu);
+        assert_close(v.x, 3.571_428_571_43, 1e-10, "tangential velocity");
+        assert_close(spin.y, 238.095_238_095, 1e-10, "spin");
+        // Of the normal part all is lost, of the tangential one 3.571428571 J/kg.
+        assert_close(friction + lost - 50.0, 3.571_428_571_43, 1e-9, "tangential loss");
+    }
+}
+
+#[test]
+fn a_ball_that_slides_ends_in_rolling_at_five_sevenths() {
+    let mut scene = scene(0.0, [3.0, 0.0, 0.0], 0.2, (0.6, 1e-4));
+    scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    let plan = plan(&scene);
+    let (mut rolls_from, mut heights) = (None, 0.0_f64);
+    let (outcome, state) = run(&plan, |frame| {
+        let (v, spin) = motion(frame);
+        if (v.x - spin.y * RADIUS).abs() < 1e-9 && rolls_from.is_none() {
+            rolls_from = Some(frame.time);
+        }
+        heights = heights.max((frame.position(0).z - RADIUS).abs());
+    });
+    let v = state.v[0].x + 3.0;
+    assert_close(v, 15.0 / 7.0, 1e-9, "rolling at 5/7 of its speed");
+    // Slip falls by 7/2 μ g a second.
+    assert_close(rolls_from.unwrap(), 3.0 / (3.5 * 0.2 * 9.81), 1e-3, "time of the slip");
+    assert!(heights < 1e-12, "it leaves the plane by {heights:e} m");
+    assert!(outcome.balance_error < 1e-9, "{}", outcome.balance_error);
+}
+
+#[test]
+fn free_flight_is_exact() {
+    let mut scene = scene(1.0, [5.0, -2.0, 1.0], 0.3, (0.05, 1e-3));
+    scene["bodies"][0]["spin_rad_per_s"] = json!([30, 10, -20]);
+    let plan = plan(&scene);
+    run(&plan, |frame| {
+        assert_eq!(frame.u[0], Vec3::zeros());
+        assert_eq!(frame.position(0), plan.X[0] + Vec3::new(5.0, -2.0, 1.0) * frame.time);
+        assert_eq!(frame.energy.balance_error, 0.0);
+    });
+}
+
+#[test]
+fn a_fall_is_that_of_the_textbook() {
+    let mut scene = scene(1.0, [1.0, 0.0, 0.0], 0.0, (0.2, 7e-4));
+    scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    let plan = plan(&scene);
+    let (outcome, _) = run(&plan, |frame| {
+        let fallen = 0.5 * 9.81 * frame.time.powi(2);
+        assert!((frame.position(0).z - (1.0 + RADIUS - fallen)).abs() < 1e-14);
+    });
+    assert!(outcome.balance_error < 1e-13, "{}", outcome.balance_error);
+}
+
+#[test]
+fn a_restart_has_the_same_bits() {
+    let mut scene = scene(0.0, [3.0, 0.0, 0.0], 0.2, (0.02, 1e-4));
+    scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    let plan = plan(&scene);
+    let (_, whole) = run(&plan, |_| ());
+    let asked = AtomicU32::new(0);
+    let interrupt = || (asked.fetch_add(1, Ordering::Relaxed) >= 77).then_some(Interrupt::Cancel);
+    let (_, half) = contuse::step::run(&plan, &RunOptions { threads: 1, interrupt: &interrupt }, &mut []);
+    assert_eq!(half.step, 77);
+    let (_, end) = run_on(&plan, half, 2, |_| ());
+    assert_eq!(end, whole);
+}

@@ -1,0 +1,104 @@
+//! Rigid bodies against meshes that deform.
+
+use crate::rig::{plan, run};
+use contuse::mechanics::tensor::Vec3;
+use serde_json::{Value, json};
+
+/// A soft block, held at its bottom or free, under a rigid body.
+fn scene(body: &Value, fixed: bool, end: f64) -> Value {
+    json!({
+        "name": "rigid body on a soft block",
+        "end_time_s": end,
+        "bodies": [
+            body,
+            {
+                "name": "block",
+                "role": "tissue",
+                "mesh": {"generator": {"kind": "block", "min_m": [-0.03, -0.03, 0], "max_m": [0.03, 0.03, 0.03], "elements": [12, 12, 6]}},
+                "parts": [{"part": "block", "density_kg_per_m3": 1060, "material": {
+                    "law": "mooney_rivlin", "c10_pa": 20000, "c01_pa": 5000, "bulk_modulus_pa": 2e6
+                }}],
+                "fixed": if fixed { json!([{"set": "z_min"}]) } else { json!([]) }
+            }
+        ],
+        "contact": {"friction": 0.3},
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+fn steel_ball(velocity: [f64; 3]) -> Value {
+    json!({
+        "name": "ball",
+        "role": "projectile",
+        "rigid": {
+            "shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0.001, 0, 0.0401], "density_kg_per_m3": 7850
+        },
+        "velocity_m_per_s": velocity
+    })
+}
+
+#[test]
+fn a_steel_ball_indents_a_block_and_the_books_balance() {
+    let plan = plan(&scene(&steel_ball([2.0, 0.0, -10.0]), true, 1e-3));
+    let (ball, mut deepest, mut last) = (plan.rigid_bodies()[0].clone(), 0.0_f64, None);
+    let (outcome, state) = run(&plan, |frame| {
+        let pose = frame.pose(0).unwrap();
+        for node in &plan.bodies[1].skin.nodes {
+            let (gap, _) = ball.shape.eval_distance(&pose.local(&frame.position(*node)));
+            deepest = deepest.max(-gap);
+        }
+        let centre = ball.centre as usize;
+        let change = (frame.v[centre] + frame.v_after[centre]) * (0.5 * ball.mass);
+        last = Some((change, frame.energy.clone()));
+    });
+    let (change, energy) = last.unwrap();
+    assert!(outcome.balance_error < 1e-3, "{}", outcome.balance_error);
+    // A thousandth of a face of 5 mm.
+    assert!(deepest < 5e-6, "a node is {deepest:e} m inside the ball");
+    // What the block took of the ball's momentum, the ball has lost.
+    let impulse = -Vec3::from(energy.pairs[0].impulse_n_s);
+    assert!((change - impulse).norm() < 1e-9 * impulse.norm(), "{change} {impulse}");
+    assert!(impulse.z > 0.02 && impulse.x < -1e-3, "{impulse}");
+    // Friction sets it spinning, forwards over the block.
+    let spin = state.orientations[0] * state.v[ball.spin as usize];
+    assert!(spin.y > 5.0 && spin.x.abs() + spin.z.abs() < 1e-9, "{spin}");
+}
+
+#[test]
+fn a_free_block_and_a_ball_keep_their_momenta() {
+    let plan = plan(&scene(&steel_ball([2.0, 1.0, -10.0]), false, 5e-4));
+    let mut first = None;
+    let mut worst = [0.0_f64; 2];
+    run(&plan, |frame| {
+        let now =
+            [frame.energy.momentum_kg_m_per_s, frame.energy.angular_momentum_kg_m2_per_s].map(Vec3::from);
+        let start = *first.get_or_insert(now);
+        worst = [0, 1].map(|i| worst[i].max((now[i] - start[i]).norm() / start[i].norm()));
+    });
+    assert!(worst[0] < 1e-12, "linear: {worst:?}");
+    assert!(worst[1] < 1e-4, "angular: {worst:?}");
+}
+
+#[test]
+fn no_node_passes_a_thin_disc_at_any_speed() {
+    for speed in [30.0, 300.0, 3000.0] {
+        let disc = json!({
+            "name": "disc",
+            "rigid": {
+                "shape": {"kind": "cylinder", "radius_m": 0.06, "half_length_m": 1e-5, "axis": [0, 0, 1]},
+                "center_m": [0, 0, 0.0302], "mass_kg": 1e3
+            },
+            "velocity_m_per_s": [0, 0, -speed]
+        });
+        // Far enough that every node of the top would be beyond it, if it were not stopped.
+        let mut scene = scene(&disc, false, 2e-3 / speed);
+        scene["integrator"] = json!({"kind": "explicit", "energy_gate": 1.0});
+        let plan = plan(&scene);
+        let top: Vec<u32> = (0..plan.node_count() as u32).filter(|a| plan.X[*a as usize].z == 0.03).collect();
+        run(&plan, |frame| {
+            let below = frame.pose(0).unwrap().centre.z;
+            let highest = top.iter().map(|a| frame.position(*a).z).fold(f64::NEG_INFINITY, f64::max);
+            assert!(highest <= below, "{speed} m/s: {highest} above {below} at {}", frame.time);
+        });
+    }
+}
