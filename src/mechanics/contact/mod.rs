@@ -11,6 +11,7 @@ mod contact_row;
 pub mod delassus;
 pub mod detection;
 mod finder;
+pub mod generalised_jacobian;
 pub mod gauss_seidel;
 pub mod initial_overlap;
 pub mod local;

@@ -2,6 +2,8 @@
 //!
 //! All work in the same dimensionless numbers, see [`scaled`].
 
+mod local_newton;
+mod newton;
 mod nsgs;
 mod scaled;
 
@@ -16,17 +18,20 @@ pub enum Method {
     Hybrid,
     /// Block Gauss–Seidel with the exact solution of each contact.
     Nsgs,
+    /// Semismooth Newton.
+    Newton,
 }
 
 impl Method {
     /// All of them, the default first.
-    pub const ALL: [Self; 2] = [Self::Hybrid, Self::Nsgs];
+    pub const ALL: [Self; 3] = [Self::Hybrid, Self::Nsgs, Self::Newton];
 
     /// Its name, as in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hybrid => "hybrid",
             Self::Nsgs => "nsgs",
+            Self::Newton => "newton",
         }
     }
 
@@ -55,10 +60,24 @@ impl Default for Options<'_> {
     }
 }
 
-impl Options<'_> {
+/// When one solver stops.
+struct Limits<'a> {
+    tolerance: f64,
+    iterations: usize,
+    interrupt: Option<&'a dyn Fn() -> bool>,
+}
+
+impl Limits<'_> {
     fn interrupted(&self) -> bool {
         self.interrupt.is_some_and(|asked| asked())
     }
+}
+
+/// How one solver stopped: with its best iterate.
+#[derive(Clone, Copy, Debug)]
+struct Ending {
+    iterations: usize,
+    error: f64,
 }
 
 impl std::fmt::Debug for Options<'_> {
@@ -95,14 +114,16 @@ pub struct SolveReport {
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
     let mut scaled = Scaled::new(problem, r);
-    let (solver, iterations) = (Method::Nsgs, nsgs::solve(&mut scaled, options));
+    let limits = |most| Limits { tolerance: options.tolerance, iterations: options.max_iterations.unwrap_or(most), interrupt: options.interrupt };
+    let (solver, ending) = match options.method {
+        Method::Hybrid | Method::Nsgs => (Method::Nsgs, nsgs::solve(&mut scaled, &limits(nsgs::MAX_SWEEPS))),
+        Method::Newton => {
+            let mut iterations = nsgs::solve(&mut scaled, &limits(20)).iterations;
+            iterations += newton::solve(&mut scaled, &limits(newton::MAX_STEPS)).iterations;
+            (Method::Newton, Ending { iterations, error: 0.0 })
+        }
+    };
     scaled.store(r);
     let (error_scaled, error_plain) = (problem.error_scaled(r), problem.error_plain(r));
-    SolveReport {
-        solver,
-        iterations,
-        error_scaled,
-        error_plain,
-        converged: error_scaled <= options.tolerance,
-    }
+    SolveReport { solver, iterations: ending.iterations, error_scaled, error_plain, converged: error_scaled <= options.tolerance }
 }

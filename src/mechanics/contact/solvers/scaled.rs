@@ -90,6 +90,32 @@ impl Scaled {
         }
     }
 
+    /// Adds what a reaction `x` of contact `c` does to the velocities `u`.
+    pub fn add_column(&self, c: usize, x: Local, u: &mut [f64]) {
+        self.columns.add(c, x, u);
+    }
+
+    /// Visits the blocks of column `c` in the rows that have a place.
+    pub fn for_column(&self, c: usize, place: &[usize], mut visit: impl FnMut(usize, &Block)) {
+        match &self.columns {
+            Columns::Dense(values) => {
+                let n = 3 * self.contacts;
+                for (d, &at) in place.iter().enumerate().filter(|(_, p)| **p != usize::MAX) {
+                    let block = std::array::from_fn(|i| std::array::from_fn(|j| values[(3 * c + j) * n + 3 * d + i]));
+                    visit(at, &block);
+                }
+            }
+            Columns::Sparse { starts, rows, blocks } => {
+                let range = starts[c]..starts[c + 1];
+                for (row, block) in rows[range.clone()].iter().zip(&blocks[range]) {
+                    if place[*row as usize] != usize::MAX {
+                        visit(place[*row as usize], block);
+                    }
+                }
+            }
+        }
+    }
+
     /// The scaled error of the iterate and its velocities.
     pub fn error(&self) -> f64 {
         let f: f64 = (0..self.contacts)
