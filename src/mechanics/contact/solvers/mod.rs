@@ -2,10 +2,14 @@
 //!
 //! All work in the same dimensionless numbers, see [`scaled`].
 
+mod interior_point;
+mod linear_system;
 mod local_newton;
 mod newton;
 mod nsgs;
+mod proximal;
 mod scaled;
+mod second_order_cone;
 
 use super::problem::ContactProblem;
 use scaled::Scaled;
@@ -20,11 +24,15 @@ pub enum Method {
     Nsgs,
     /// Semismooth Newton.
     Newton,
+    /// IP.
+    InteriorPoint,
+    /// prox.
+    Proximal,
 }
 
 impl Method {
     /// All of them, the default first.
-    pub const ALL: [Self; 3] = [Self::Hybrid, Self::Nsgs, Self::Newton];
+    pub const ALL: [Self; 5] = [Self::Hybrid, Self::Nsgs, Self::Newton, Self::InteriorPoint, Self::Proximal];
 
     /// Its name, as in reports and on the command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +40,8 @@ impl Method {
             Self::Hybrid => "hybrid",
             Self::Nsgs => "nsgs",
             Self::Newton => "newton",
+            Self::InteriorPoint => "interior-point",
+            Self::Proximal => "proximal",
         }
     }
 
@@ -117,8 +127,15 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
     let limits = |most| Limits { tolerance: options.tolerance, iterations: options.max_iterations.unwrap_or(most), interrupt: options.interrupt };
     let (solver, ending) = match options.method {
         Method::Hybrid | Method::Nsgs => (Method::Nsgs, nsgs::solve(&mut scaled, &limits(nsgs::MAX_SWEEPS))),
+        Method::InteriorPoint => (Method::InteriorPoint, interior_point::solve(&mut scaled, &limits(interior_point::MAX_STEPS))),
+        Method::Proximal => {
+            let ev=|k:&str,d:f64| std::env::var(k).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
+            let mut iterations = nsgs::solve(&mut scaled, &limits(ev("GS", 20.0) as usize)).iterations;
+            iterations += proximal::solve(&mut scaled, &limits(proximal::MAX_STEPS)).iterations;
+            (Method::Proximal, Ending { iterations, error: 0.0 })
+        }
         Method::Newton => {
-            let mut iterations = nsgs::solve(&mut scaled, &limits(20)).iterations;
+            let mut iterations = nsgs::solve(&mut scaled, &limits(std::env::var("GS").ok().and_then(|x| x.parse().ok()).unwrap_or(20))).iterations;
             iterations += newton::solve(&mut scaled, &limits(newton::MAX_STEPS)).iterations;
             (Method::Newton, Ending { iterations, error: 0.0 })
         }

@@ -1,107 +1,132 @@
-//! Global semismooth Newton on all contacts at once (Alart & Curnier 1991; Joli & Feng 2008), damped and regularised.
+//! Global semismooth Newton on all contacts at once (Alart & Curnier 1991; Joli & Feng 2008), with a line search on the
+//! scaled error.
 //!
 //! Open contacts have `F = r`: their step is known, and only the others enter the linear system. The Jacobian of a rank
-//! deficient W is singular: W is taken as `W + α I` in it, with α falling as the error does (Levenberg–Marquardt's way),
-//! which takes the least change of the reactions that are not determined.
+//! deficient W is singular: W is taken as `W + α I` in it, with α falling with the error, which takes the least change of
+//! reactions that are not determined.
 
+use super::linear_system::BlockSystem;
 use super::scaled::Scaled;
 use super::{Ending, Limits};
+use crate::mechanics::contact::delassus::Block;
 use crate::mechanics::contact::generalised_jacobian::{Linearised, linearise_alart_curnier};
+use crate::mechanics::contact::local::Local;
 use crate::mechanics::contact::problem::local;
-use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// Steps unless the caller says otherwise.
 pub(super) const MAX_STEPS: usize = 100;
 /// Halvings of a step.
 const MAX_HALVINGS: usize = 8;
+/// A step is taken whole or halved until the error falls by this share of it.
+const DECREASE: f64 = 0.1;
+/// Steps in a row without a better iterate before it gives up.
+const PATIENCE: usize = 8;
+/// An iterate is better if its error is below this share of the best.
+const BETTER: f64 = 0.999;
+/// α for an error of 1, and its bounds.
+const REGULARISATION: (f64, f64, f64) = (1e-3, 1e-13, 1e-4);
 
-/// Newton steps until the error is within the tolerance, or no step lowers it.
+/// Newton steps until the error is within the tolerance, or they lead nowhere; ends with the best iterate.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    let mut best = (scaled.error(), scaled.r.clone());
-    let mut error = best.0;
-    let mut worse = 0;
-    for step in 0..limits.iterations {
-        if error <= limits.tolerance || limits.interrupted() || worse > 8 {
-            scaled.r.copy_from_slice(&best.1);
-            scaled.update_velocity();
-            return Ending { iterations: step, error: best.0 };
+    let mut error = scaled.error();
+    let mut best = (error, scaled.r.clone());
+    let (mut steps, mut idle) = (0, 0);
+    while error > limits.tolerance && steps < limits.iterations && idle <= PATIENCE && !limits.interrupted() {
+        let (slope, low, high) = REGULARISATION;
+        let Some(direction) = direction(scaled, (slope * error).clamp(low, high)) else { break };
+        error = search(scaled, &direction, error);
+        steps += 1;
+        idle += 1;
+        if error < BETTER * best.0 {
+            best = (error, scaled.r.clone());
+            idle = 0;
         }
-        let alpha = (1e-3 * error).clamp(1e-13, 1e-4);
-        let Some(direction) = direction(scaled, alpha) else { break };
-        let start = scaled.r.clone();
-        let mut share = 1.0;
-        let mut chosen = (f64::INFINITY, 1.0);
-        for _ in 0..=MAX_HALVINGS {
-            move_to(scaled, &start, &direction, share);
-            let e = scaled.error();
-            if e < chosen.0 { chosen = (e, share); }
-            if e <= (1.0 - 0.1 * share) * error { break; }
-            share *= 0.5;
-        }
-        if chosen.1 != share { move_to(scaled, &start, &direction, chosen.1); }
-        error = scaled.error();
-        if std::env::var("DBG").is_ok() { println!("newton {step} err {error:.3e} share {} alpha {alpha:.1e}", chosen.1); }
-        if error < 0.999*best.0 { best = (error, scaled.r.clone()); worse = 0; } else { worse += 1; }
     }
-    scaled.r.copy_from_slice(&best.1);
-    scaled.update_velocity();
-    Ending { iterations: limits.iterations, error: best.0 }
+    if error > best.0 {
+        scaled.set_reactions(&best.1);
+    }
+    Ending { iterations: steps, error: best.0 }
 }
 
-fn move_to(scaled: &mut Scaled, start: &[f64], direction: &[f64], share: f64) {
-    for ((r, s), d) in scaled.r.iter_mut().zip(start).zip(direction) {
-        *r = s + share * d;
+/// Moves along `direction`: the first share that lowers the error enough, or the one that raises it least.
+fn search(scaled: &mut Scaled, direction: &[f64], error: f64) -> f64 {
+    let start = scaled.r.clone();
+    let mut least = (f64::INFINITY, 1.0);
+    let mut share = 1.0;
+    for _ in 0..=MAX_HALVINGS {
+        scaled.move_from(&start, direction, share);
+        let new = scaled.error();
+        if new < least.0 {
+            least = (new, share);
+        }
+        if new <= (1.0 - DECREASE * share) * error {
+            return new;
+        }
+        share *= 0.5;
     }
-    scaled.update_velocity();
+    scaled.move_from(&start, direction, least.1);
+    scaled.error()
 }
 
-/// The Newton step of all reactions.
+/// The Newton step of all reactions; `None` if there is none.
 fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
     let at: Vec<Linearised> = (0..scaled.contacts)
         .map(|c| linearise_alart_curnier(local(&scaled.r, c), local(&scaled.u, c), scaled.mu[c]))
         .collect();
-    let open = |a: &Linearised| a.by_u == [[0.0; 3]; 3];
-    let mut place = vec![usize::MAX; scaled.contacts];
-    let mut pressed = Vec::new();
+    // What the steps of open contacts do to the others.
     let mut direction = vec![0.0; 3 * scaled.contacts];
     let mut moved = vec![0.0; 3 * scaled.contacts];
-    for (c, a) in at.iter().enumerate() {
-        if open(a) {
-            for i in 0..3 { direction[3*c+i] = -a.f[i]; }
-            if a.f != [0.0; 3] { scaled.add_column(c, a.f.map(|x| -x), &mut moved); }
-        } else {
+    let mut place = vec![usize::MAX; scaled.contacts];
+    let mut pressed = Vec::new();
+    for (c, at) in at.iter().enumerate() {
+        if at.by_u != [[0.0; 3]; 3] {
             place[c] = pressed.len();
             pressed.push(c);
+        } else if at.f != [0.0; 3] {
+            let step = at.f.map(|f| -f);
+            direction[3 * c..3 * c + 3].copy_from_slice(&step);
+            scaled.add_column(c, step, &mut moved);
         }
     }
-    let n = 3 * pressed.len();
-    let mut rhs = Mat::<f64>::zeros(n, 1);
-    for (k, &c) in pressed.iter().enumerate() {
-        let m = local(&moved, c);
-        for i in 0..3 {
-            let b = at[c].by_u[i];
-            rhs[(3*k+i, 0)] = -at[c].f[i] - (b[0]*m[0]+b[1]*m[1]+b[2]*m[2]);
-        }
-    }
-    let mut J = Mat::<f64>::zeros(n, n);
+    let mut system = BlockSystem::new(pressed.len());
+    let mut step = Vec::with_capacity(3 * pressed.len());
+    let own = alpha + scaled.proximal();
     for (k, &d) in pressed.iter().enumerate() {
+        step.extend(right_side(&at[d], local(&moved, d)));
         scaled.for_column(d, &place, |l, block| {
-            let a = &at[pressed[l]];
-            let mut block = *block;
-            if l == k { for i in 0..3 { block[i][i] += alpha; } }
-            for i in 0..3 {
-                for j in 0..3 {
-                    let mut x = a.by_u[i][0]*block[0][j] + a.by_u[i][1]*block[1][j] + a.by_u[i][2]*block[2][j];
-                    if l == k { x += a.by_r[i][j]; }
-                    J[(3*l+i, 3*k+j)] = x;
-                }
-            }
+            let at = &at[pressed[l]];
+            system.add(l, k, if l == k { diagonal(at, block, own) } else { product(&at.by_u, block) });
         });
     }
-    J.partial_piv_lu().solve_in_place(&mut rhs);
-    for (k, &c) in pressed.iter().enumerate() {
-        for i in 0..3 { direction[3*c+i] = rhs[(3*k+i, 0)]; }
+    if !system.factorise()?.solve(&mut step) {
+        return None;
     }
-    direction.iter().all(|x| x.is_finite()).then_some(direction)
+    for (step, &c) in step.chunks_exact(3).zip(&pressed) {
+        direction[3 * c..3 * c + 3].copy_from_slice(step);
+    }
+    Some(direction)
+}
+
+fn right_side(at: &Linearised, moved: Local) -> Local {
+    [0, 1, 2].map(|i| {
+        let b = at.by_u[i];
+        -at.f[i] - (b[0] * moved[0] + b[1] * moved[1] + b[2] * moved[2])
+    })
+}
+
+/// `∂F/∂r + ∂F/∂u (W_cc + α I)`.
+fn diagonal(at: &Linearised, W: &Block, alpha: f64) -> Block {
+    let mut own = *W;
+    for (i, row) in own.iter_mut().enumerate() {
+        row[i] += alpha;
+    }
+    let mut sum = product(&at.by_u, &own);
+    for (s, b) in sum.iter_mut().flatten().zip(at.by_r.iter().flatten()) {
+        *s += b;
+    }
+    sum
+}
+
+fn product(a: &Block, b: &Block) -> Block {
+    a.map(|row| [0, 1, 2].map(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
 }

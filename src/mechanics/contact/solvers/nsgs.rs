@@ -8,7 +8,7 @@ use crate::mechanics::contact::delassus::times;
 use crate::mechanics::contact::problem::local;
 
 /// Sweeps unless the caller says otherwise.
-pub(super) const MAX_SWEEPS: usize = 10_000;
+pub(super) const MAX_SWEEPS: usize = 100_000;
 
 /// Sweeps until the error is within the tolerance.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {

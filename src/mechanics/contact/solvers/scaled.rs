@@ -22,6 +22,9 @@ pub(super) struct Scaled {
     pub u: Vec<f64>,
     /// Diagonal blocks.
     pub diagonal: Vec<Block>,
+    /// Proximal weight α and centre: velocities have `α (r − centre)` added.
+    proximal: f64,
+    centre: Vec<f64>,
     /// The columns of W: what a reaction does to all velocities.
     columns: Columns,
     /// `D^½`.
@@ -56,7 +59,7 @@ impl Scaled {
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let u = q.clone();
         let mut scaled =
-            Self { contacts, mu: problem.mu().to_vec(), q, r, u, diagonal, columns, root, q_size };
+            Self { contacts, mu: problem.mu().to_vec(), q, r, u, diagonal, columns, root, q_size, proximal: 0.0, centre: Vec::new() };
         scaled.update_velocity();
         scaled
     }
@@ -77,6 +80,42 @@ impl Scaled {
                 self.columns.add(c, r, &mut self.u);
             }
         }
+        if self.proximal > 0.0 {
+            for ((u, r), centre) in self.u.iter_mut().zip(&self.r).zip(&self.centre) {
+                *u += self.proximal * (r - centre);
+            }
+        }
+    }
+
+    /// The proximal weight α.
+    pub fn proximal(&self) -> f64 {
+        self.proximal
+    }
+
+    /// Other reactions, and their velocities.
+    pub fn set_reactions(&mut self, r: &[f64]) {
+        self.r.copy_from_slice(r);
+        self.update_velocity();
+    }
+
+    /// `r = start + share · direction`, and its velocities.
+    pub fn move_from(&mut self, start: &[f64], direction: &[f64], share: f64) {
+        for ((r, s), d) in self.r.iter_mut().zip(start).zip(direction) {
+            *r = s + share * d;
+        }
+        self.update_velocity();
+    }
+
+    /// Adds `α (r − r_now)` to the velocities from now on; with α = 0 nothing.
+    pub fn set_proximal(&mut self, alpha: f64) {
+        for block in &mut self.diagonal {
+            for i in 0..3 {
+                block[i][i] += alpha - self.proximal;
+            }
+        }
+        self.proximal = alpha;
+        self.centre.clone_from(&self.r);
+        self.update_velocity();
     }
 
     /// Changes the reaction of contact `c`, and all velocities with it.
@@ -87,6 +126,11 @@ impl Scaled {
         if change != [0.0; 3] {
             self.r[3 * c..3 * c + 3].copy_from_slice(&new);
             self.columns.add(c, change, &mut self.u);
+            if self.proximal > 0.0 {
+                for i in 0..3 {
+                    self.u[3 * c + i] += self.proximal * change[i];
+                }
+            }
         }
     }
 
