@@ -26,7 +26,8 @@ pub fn linearise_bipotential(r: Local, u: Local, mu: f64) -> Linearised {
     let z = [r[0] - u[0] - mu * slip, r[1] - u[1], r[2] - u[2]];
     let p = proj_coulomb_cone(z, mu);
     let by_z = projection_derivative(z, mu);
-    let mut linearised = Linearised { f: [r[0] - p[0], r[1] - p[1], r[2] - p[2]], by_r: IDENTITY, by_u: by_z };
+    let mut linearised =
+        Linearised { f: [r[0] - p[0], r[1] - p[1], r[2] - p[2]], by_r: IDENTITY, by_u: by_z };
     for (i, row) in by_z.iter().enumerate() {
         for j in 0..3 {
             linearised.by_r[i][j] -= row[j];

@@ -2,6 +2,7 @@
 //!
 //! All work in the same dimensionless numbers, see [`scaled`].
 
+mod hybrid;
 mod interior_point;
 mod linear_system;
 mod local_newton;
@@ -124,23 +125,29 @@ pub struct SolveReport {
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
     let mut scaled = Scaled::new(problem, r);
-    let limits = |most| Limits { tolerance: options.tolerance, iterations: options.max_iterations.unwrap_or(most), interrupt: options.interrupt };
+    let limits = |most| Limits {
+        tolerance: options.tolerance,
+        iterations: options.max_iterations.unwrap_or(most),
+        interrupt: options.interrupt,
+    };
     let (solver, ending) = match options.method {
-        Method::Hybrid | Method::Nsgs => (Method::Nsgs, nsgs::solve(&mut scaled, &limits(nsgs::MAX_SWEEPS))),
-        Method::InteriorPoint => (Method::InteriorPoint, interior_point::solve(&mut scaled, &limits(interior_point::MAX_STEPS))),
-        Method::Proximal => {
-            let ev=|k:&str,d:f64| std::env::var(k).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
-            let mut iterations = nsgs::solve(&mut scaled, &limits(ev("GS", 20.0) as usize)).iterations;
-            iterations += proximal::solve(&mut scaled, &limits(proximal::MAX_STEPS)).iterations;
-            (Method::Proximal, Ending { iterations, error: 0.0 })
+        Method::Hybrid => hybrid::solve(&mut scaled, options.tolerance, &limits(usize::MAX)),
+        Method::Nsgs => (Method::Nsgs, nsgs::solve(&mut scaled, &limits(nsgs::MAX_SWEEPS))),
+        Method::InteriorPoint => {
+            (Method::InteriorPoint, interior_point::solve(&mut scaled, &limits(interior_point::MAX_STEPS)))
         }
+        Method::Proximal => (Method::Proximal, proximal::solve(&mut scaled, &limits(proximal::MAX_STEPS))),
         Method::Newton => {
-            let mut iterations = nsgs::solve(&mut scaled, &limits(std::env::var("GS").ok().and_then(|x| x.parse().ok()).unwrap_or(20))).iterations;
-            iterations += newton::solve(&mut scaled, &limits(newton::MAX_STEPS)).iterations;
-            (Method::Newton, Ending { iterations, error: 0.0 })
+            (Method::Newton, newton::solve(&mut scaled, &limits(newton::MAX_STEPS), newton::CAREFUL))
         }
     };
     scaled.store(r);
     let (error_scaled, error_plain) = (problem.error_scaled(r), problem.error_plain(r));
-    SolveReport { solver, iterations: ending.iterations, error_scaled, error_plain, converged: error_scaled <= options.tolerance }
+    SolveReport {
+        solver,
+        iterations: ending.iterations,
+        error_scaled,
+        error_plain,
+        converged: error_scaled <= options.tolerance,
+    }
 }

@@ -19,21 +19,39 @@ pub(super) const MAX_STEPS: usize = 100;
 const MAX_HALVINGS: usize = 8;
 /// A step is taken whole or halved until the error falls by this share of it.
 const DECREASE: f64 = 0.1;
-/// Steps in a row without a better iterate before it gives up.
-const PATIENCE: usize = 8;
 /// An iterate is better if its error is below this share of the best.
 const BETTER: f64 = 0.999;
-/// α for an error of 1, and its bounds.
-const REGULARISATION: (f64, f64, f64) = (1e-3, 1e-13, 1e-4);
+/// The least α.
+const LEAST_ALPHA: f64 = 1e-13;
+
+/// How careful the steps are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Caution {
+    /// α for an error of 1.
+    pub slope: f64,
+    /// The largest α.
+    pub most: f64,
+    /// Steps in a row without a better iterate before it gives up.
+    pub patience: usize,
+}
+
+/// Large steps, and soon given up: where the start is good, this is all that it takes.
+pub(super) const BOLD: Caution = Caution { slope: 1e-3, most: 1e-4, patience: 8 };
+/// Shorter steps in what W does not determine, and time to find a way.
+pub(super) const CAREFUL: Caution = Caution { slope: 1e-2, most: 1e-2, patience: 60 };
 
 /// Newton steps until the error is within the tolerance, or they lead nowhere; ends with the best iterate.
-pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
+pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> Ending {
     let mut error = scaled.error();
     let mut best = (error, scaled.r.clone());
     let (mut steps, mut idle) = (0, 0);
-    while error > limits.tolerance && steps < limits.iterations && idle <= PATIENCE && !limits.interrupted() {
-        let (slope, low, high) = REGULARISATION;
-        let Some(direction) = direction(scaled, (slope * error).clamp(low, high)) else { break };
+    while error > limits.tolerance
+        && steps < limits.iterations
+        && idle <= caution.patience
+        && !limits.interrupted()
+    {
+        let alpha = (caution.slope * error).clamp(LEAST_ALPHA, caution.most);
+        let Some(direction) = direction(scaled, alpha) else { break };
         error = search(scaled, &direction, error);
         steps += 1;
         idle += 1;

@@ -34,7 +34,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         let tolerance = INNER * error.max(limits.tolerance);
         let inner = |iterations| Limits { tolerance, iterations, interrupt: limits.interrupt };
         let swept = nsgs::solve(scaled, &inner(SWEEPS));
-        let ending = newton::solve(scaled, &inner(NEWTON_STEPS.1));
+        let ending = newton::solve(scaled, &inner(NEWTON_STEPS.1), newton::BOLD);
         iterations += swept.iterations + ending.iterations;
         scaled.set_proximal(0.0);
         error = scaled.error();

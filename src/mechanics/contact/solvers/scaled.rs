@@ -58,8 +58,19 @@ impl Scaled {
         let columns = Columns::new(problem.W(), scaled_block);
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let u = q.clone();
-        let mut scaled =
-            Self { contacts, mu: problem.mu().to_vec(), q, r, u, diagonal, columns, root, q_size, proximal: 0.0, centre: Vec::new() };
+        let mut scaled = Self {
+            contacts,
+            mu: problem.mu().to_vec(),
+            q,
+            r,
+            u,
+            diagonal,
+            columns,
+            root,
+            q_size,
+            proximal: 0.0,
+            centre: Vec::new(),
+        };
         scaled.update_velocity();
         scaled
     }
@@ -145,7 +156,8 @@ impl Scaled {
             Columns::Dense(values) => {
                 let n = 3 * self.contacts;
                 for (d, &at) in place.iter().enumerate().filter(|(_, p)| **p != usize::MAX) {
-                    let block = std::array::from_fn(|i| std::array::from_fn(|j| values[(3 * c + j) * n + 3 * d + i]));
+                    let block =
+                        std::array::from_fn(|i| std::array::from_fn(|j| values[(3 * c + j) * n + 3 * d + i]));
                     visit(at, &block);
                 }
             }

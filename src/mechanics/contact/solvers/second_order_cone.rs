@@ -11,11 +11,7 @@ pub(super) fn determinant(x: Local) -> f64 {
 
 /// `x ∘ y`.
 pub(super) fn product(x: Local, y: Local) -> Local {
-    [
-        x[0] * y[0] + x[1] * y[1] + x[2] * y[2],
-        x[0] * y[1] + y[0] * x[1],
-        x[0] * y[2] + y[0] * x[2],
-    ]
+    [x[0] * y[0] + x[1] * y[1] + x[2] * y[2], x[0] * y[1] + y[0] * x[1], x[0] * y[2] + y[0] * x[2]]
 }
 
 /// `z` with `x ∘ z = b`, x inside the cone.
@@ -82,7 +78,13 @@ impl Scaling {
         let reflect = |v: Local, beta: f64| -> Block {
             std::array::from_fn(|i| {
                 std::array::from_fn(|j| {
-                    let sign = if i != j { 0.0 } else if i == 0 { -1.0 } else { 1.0 };
+                    let sign = if i != j {
+                        0.0
+                    } else if i == 0 {
+                        -1.0
+                    } else {
+                        1.0
+                    };
                     beta * (2.0 * v[i] * v[j] + sign)
                 })
             })
