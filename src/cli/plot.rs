@@ -11,7 +11,7 @@ pub struct Line {
 }
 
 /// Colours that stay apart for all kinds of colour vision (Okabe & Ito), in this order.
-const COLOURS: [RGBColor; 7] = [
+pub(super) const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),

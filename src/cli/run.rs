@@ -3,9 +3,9 @@
 use super::keep::KeepArgs;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
-use crate::record::partial_path;
+use crate::record::{ContactProblemRecorder, partial_path};
 use crate::scene::{Budget, FolderSource, Loaded, load};
-use crate::step::{Ending, Failure, Interrupt};
+use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -38,6 +38,9 @@ pub struct RunArgs {
     /// Stop after so many seconds of wall time.
     #[arg(long)]
     pub deadline_s: Option<f64>,
+    /// Write the contact problems that the run meets to this folder, every hundredth step with contacts one JSON file.
+    #[arg(long, value_name = "DIR")]
+    pub save_contact_problems: Option<PathBuf>,
     /// What is put back.
     #[command(flatten)]
     pub keep: KeepArgs,
@@ -65,10 +68,13 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
     };
     let bar = progress_bar(args);
+    let name = &loaded.scene.document.name;
+    let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
         document_json: &document_json,
         recording: Some(&path),
+        also: problems.as_mut().map(|recorder| recorder as &mut dyn Recorder),
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &interrupt,
         progress: &mut |progress| show(&bar, &progress),
@@ -76,6 +82,9 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     bar.finish_and_clear();
     let result = result.map_err(|error| CliError::Other(Box::new(error)))?;
     report(args, out, &result, &path)?;
+    if let (Some(saved), false) = (&problems, args.quiet) {
+        eprintln!("{} contact problem(s) saved", saved.files());
+    }
     Ok(exit_of(&result.outcome.ending))
 }
 
@@ -282,6 +291,7 @@ mod tests {
             threads: None,
             quiet: true,
             deadline_s,
+            save_contact_problems: None,
             keep: KeepArgs::default(),
         };
         assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());

@@ -4,4 +4,4 @@ pub mod leave_out;
 pub mod single;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
-pub use single::{Phase, Progress, RunError, RunRequest, RunResult, run_scene};
+pub use single::{Phase, Progress, RunError, RunRequest, RunResult, process_cpu_s, run_scene};

@@ -107,6 +107,11 @@ impl NormalRow {
         }
     }
 
+    /// Its nodes with their signed weights.
+    pub fn shares(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.nodes.into_iter().zip(self.weights).take(self.node_count)
+    }
+
     /// The size of the velocities that add up to `u`.
     pub fn roundable(&self, v: &[Vec3]) -> f64 {
         let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());

@@ -23,6 +23,7 @@ mod skin;
 pub mod slave_choice;
 mod slip;
 pub mod solvers;
+pub mod step_problem;
 pub mod time_of_impact;
 
 use super::tensor::Vec3;

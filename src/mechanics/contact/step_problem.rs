@@ -1,0 +1,52 @@
+//! The contact problem of a step with lumped masses, written out: `W = C M⁻¹ Cᵀ` and q, which the step itself never forms.
+
+use super::contact_row::Row;
+use super::delassus::{Block, Delassus};
+use super::problem::{ContactProblem, ProblemError};
+use super::{Contact, ContactLaw, Reaction};
+use crate::mechanics::tensor::Vec3;
+
+/// The problem whose solution is the impulses of a step of length `h` [s]: `u = W p + q` [m/s] with `u_n` the end-of-step
+/// gap over h, as in [`super::gauss_seidel`].
+///
+/// `laws` one a pair; `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
+/// `reactions`, which are taken off again.
+///
+/// # Errors
+/// [`ProblemError`] where a number is not finite.
+pub fn step_problem(
+    contacts: &[Contact],
+    reactions: &[Reaction],
+    laws: &[ContactLaw],
+    inverse_mass: &[Vec3],
+    h: f64,
+    v: &[Vec3],
+) -> Result<ContactProblem, ProblemError> {
+    let rows: Vec<Row> = contacts.iter().map(|c| Row::new(c, inverse_mass, h)).collect();
+    let mut free = v.to_vec();
+    for (row, reaction) in rows.iter().zip(reactions) {
+        row.push(reaction.impulse.map(|p| -p), inverse_mass, &mut free);
+    }
+    let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
+    let mu = contacts.iter().map(|c| laws[c.pair as usize].mu()).collect();
+    // (node, contact, signed weight), so that contacts of a node stand together.
+    let mut shares: Vec<(u32, usize, f64)> = Vec::new();
+    for (c, row) in rows.iter().enumerate() {
+        shares.extend(row.normal.shares().map(|(node, weight)| (node, c, weight)));
+    }
+    shares.sort_by_key(|&(node, contact, _)| (node, contact));
+    let blocks = shares.chunk_by(|a, b| a.0 == b.0).flat_map(|at_node| {
+        let m = inverse_mass[at_node[0].0 as usize];
+        at_node.iter().flat_map(move |&(_, c, w_c)| {
+            at_node.iter().map(move |&(_, d, w_d)| {
+                (c, d, coupling(&contacts[c].frame, &contacts[d].frame, &(m * (w_c * w_d))))
+            })
+        })
+    });
+    ContactProblem::new(Delassus::from_blocks(contacts.len(), blocks)?, q, mu)
+}
+
+/// `T_c diag(m) T_dᵀ`.
+fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], m: &Vec3) -> Block {
+    c.map(|a| d.map(|b| a.component_mul(m).dot(&b)))
+}
