@@ -6,7 +6,6 @@ use crate::mechanics::contact::problem::ContactProblem;
 use crate::mechanics::contact::solvers::{Method, Options, SolveReport, solve};
 use crate::record::{NamedContactProblem, read_contact_problem};
 use crate::scene::Problems;
-use crate::scene::problem::suggest;
 use crate::study::process_cpu_s;
 use clap::Args;
 use serde::Serialize;
@@ -81,12 +80,8 @@ pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result
 
 fn method(name: &str) -> Result<Method, CliError> {
     Method::from_name(name).ok_or_else(|| {
-        let names = Method::ALL.map(Method::name);
-        let hint = suggest(name, names);
-        CliError::Usage(format!(
-            "--solver {name}: there is no such solver{hint}; there are {}",
-            names.join(", ")
-        ))
+        let names = Method::ALL.map(Method::name).join(", ");
+        CliError::Usage(format!("--solver {name}: there is no such solver; there are {names}"))
     })
 }
 
