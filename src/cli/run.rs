@@ -38,7 +38,7 @@ pub struct RunArgs {
     /// Stop after so many seconds of wall time.
     #[arg(long)]
     pub deadline_s: Option<f64>,
-    /// Write the contact problems that the run meets to this folder, every hundredth step with contacts one JSON file.
+    /// Write the contact problems that the run meets to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
     /// What is put back.

@@ -11,7 +11,7 @@ use crate::step::{Frame, Outcome, Recorder, RecorderError};
 use std::path::PathBuf;
 
 /// Steps with contacts from one file to the next.
-pub const EVERY_STEPS: u64 = 100;
+pub const EVERY_STEPS: u64 = 20;
 /// Files of one run.
 pub const MOST_FILES: usize = 200;
 

@@ -118,24 +118,29 @@ impl ContactProblem {
     /// The scaled error [-] of `r` (3 nc): with F the natural map at ρ_c = 1/D_c,
     /// `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)`; 0 where `q = 0 = r`. Invariant to units.
     pub fn error_scaled(&self, r: &[f64]) -> f64 {
-        let u = self.velocity(r);
-        let (mut error, mut reaction, mut free) = (0.0, 0.0, 0.0);
-        for (c, &d) in self.d.iter().enumerate() {
-            error += d * squared(natural_map(local(r, c), local(&u, c), self.mu[c], 1.0 / d));
-            reaction += d * squared(local(r, c));
-            free += squared(local(&self.q, c)) / d;
-        }
-        ratio(error.sqrt(), reaction.max(free).sqrt())
+        self.errors(r).0
     }
 
     /// The plain error [-] of `r` (3 nc), as Siconos 4.4 has it: with F the natural map at ρ = 1,
     /// `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)`. Depends on units: means little where ‖W‖ is far from 1.
     pub fn error_plain(&self, r: &[f64]) -> f64 {
+        self.errors(r).1
+    }
+
+    /// The scaled and the plain error of `r`, with one product.
+    pub fn errors(&self, r: &[f64]) -> (f64, f64) {
         let u = self.velocity(r);
-        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let error =
-            (0..self.contacts()).map(|c| squared(natural_map(local(r, c), local(&u, c), self.mu[c], 1.0)));
-        ratio(error.sum::<f64>().sqrt(), size(&self.q).max(size(r)).max(size(&u)))
+        let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
+        for (c, &d) in self.d.iter().enumerate() {
+            let (r, u) = (local(r, c), local(&u, c));
+            error += d * squared(natural_map(r, u, self.mu[c], 1.0 / d));
+            plain += squared(natural_map(r, u, self.mu[c], 1.0));
+            reaction += d * squared(r);
+            free += squared(local(&self.q, c)) / d;
+        }
+        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let largest = size(&self.q).max(size(r)).max(size(&u)).sqrt();
+        (ratio(error.sqrt(), reaction.max(free).sqrt()), ratio(plain.sqrt(), largest))
     }
 }
 

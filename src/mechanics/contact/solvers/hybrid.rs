@@ -27,14 +27,14 @@ enum Stage {
 }
 
 /// Solves; says which solver found the best iterate.
-pub(super) fn solve(scaled: &mut Scaled, tolerance: f64, limits: &Limits) -> (Method, Ending) {
+pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     let mut total = 0;
     let mut best = (f64::INFINITY, Method::Nsgs, scaled.r.clone());
     for (stage, most) in STAGES {
         let limits = Limits {
-            tolerance,
-            iterations: most.min(limits.iterations - total),
-            interrupt: limits.interrupt,
+            tolerance: given.tolerance,
+            iterations: most.min(given.iterations - total),
+            interrupt: given.interrupt,
         };
         let (method, ending) = match stage {
             Stage::Sweeps => (Method::Nsgs, nsgs::solve(scaled, &limits)),
@@ -47,7 +47,7 @@ pub(super) fn solve(scaled: &mut Scaled, tolerance: f64, limits: &Limits) -> (Me
         if ending.error < best.0 {
             best = (ending.error, method, scaled.r.clone());
         }
-        if best.0 <= tolerance || limits.interrupted() {
+        if best.0 <= given.tolerance || limits.interrupted() {
             break;
         }
     }

@@ -14,7 +14,7 @@
 //!
 //! Without friction (μ = 0) a contact has the half line alone.
 
-use super::linear_system::{BlockSystem, Factors};
+use super::linear_system::{Factors, LinearSystem};
 use super::scaled::Scaled;
 use super::second_order_cone::{Scaling, longest_step, product, quotient};
 use super::{Ending, Limits};
@@ -42,10 +42,9 @@ struct Iterate<'a> {
     scaled: &'a Scaled,
     /// The diagonal of P⁻¹; 0 for directions without friction.
     inverse: Vec<f64>,
-    b: Vec<f64>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// The size of b.
+    /// The largest free velocity, `P⁻¹ q`.
     scale: f64,
 }
 
@@ -98,10 +97,9 @@ impl<'a> Iterate<'a> {
     fn new(scaled: &'a Scaled) -> Self {
         let row = |&mu: &f64| if mu > 0.0 { [1.0 / mu, 1.0, 1.0] } else { [1.0, 0.0, 0.0] };
         let inverse: Vec<f64> = scaled.mu.iter().flat_map(row).collect();
-        let b: Vec<f64> = scaled.q.iter().zip(&inverse).map(|(q, p)| q * p).collect();
-        let scale = b.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let x: Vec<f64> = (0..b.len()).map(|i| if i % 3 == 0 { scale } else { 0.0 }).collect();
-        Self { scaled, inverse, b, y: x.clone(), x, scale }
+        let scale = scaled.q.iter().zip(&inverse).fold(0.0, |m: f64, (q, p)| m.max((q * p).abs()));
+        let x: Vec<f64> = (0..inverse.len()).map(|i| if i % 3 == 0 { scale } else { 0.0 }).collect();
+        Self { scaled, inverse, y: x.clone(), x, scale }
     }
 
     /// `r = P⁻¹ x`.
@@ -123,15 +121,16 @@ impl<'a> Iterate<'a> {
             gradients.push(if rubs { [t1 / slip, t2 / slip] } else { [0.0; 2] });
             residual[3 * c] += if rubs { slip } else { 0.0 };
         }
-        let mut system = BlockSystem::new(contacts);
+        let mut system = LinearSystem::new(3 * contacts);
         let every: Vec<usize> = (0..contacts).collect();
         for d in 0..contacts {
             let right = local(&self.inverse, d);
             self.scaled.for_column(d, &every, |c, block| {
                 let left = local(&self.inverse, c);
-                system.add(c, d, [0, 1, 2].map(|i| [0, 1, 2].map(|j| left[i] * block[i][j] * right[j])));
+                let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| left[i] * block[i][j] * right[j]));
+                system.add_block(c, d, &block);
             });
-            system.add(d, d, through_slip(&scalings[d].square, gradients[d]));
+            system.add_block(d, d, &through_slip(&scalings[d].square, gradients[d]));
         }
         Some(Step { scalings, gradients, residual, factors: system.factorise()? })
     }

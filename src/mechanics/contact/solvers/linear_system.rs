@@ -1,4 +1,4 @@
-//! The linear systems of Newton's methods, of 3×3 blocks: dense, or sparse where few blocks are there.
+//! The linear systems of Newton's methods, dense, or sparse where few entries are there.
 
 use crate::mechanics::contact::delassus::Block;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -8,14 +8,14 @@ use faer::{Col, Mat};
 
 /// Unknowns from which a sparse factorisation pays.
 const SPARSE_FROM: usize = 120;
-/// The largest share of blocks that are there with which it pays.
+/// The largest share of entries that are there with which it pays.
 const SPARSE_SHARE: f64 = 0.1;
 
-/// A square system of blocks, gathered block by block.
+/// A square system, gathered entry by entry.
 #[derive(Debug)]
-pub(super) struct BlockSystem {
+pub(super) struct LinearSystem {
     size: usize,
-    blocks: Vec<(u32, u32, Block)>,
+    entries: Vec<Triplet<usize, usize, f64>>,
 }
 
 /// A factorised system.
@@ -25,40 +25,39 @@ pub(super) enum Factors {
     Sparse(Lu<usize, f64>),
 }
 
-impl BlockSystem {
-    /// With so many rows of blocks.
-    pub fn new(rows: usize) -> Self {
-        Self { size: 3 * rows, blocks: Vec::new() }
+impl LinearSystem {
+    /// With so many unknowns.
+    pub fn new(size: usize) -> Self {
+        Self { size, entries: Vec::new() }
     }
 
-    /// Adds to a block.
-    pub fn add(&mut self, row: usize, column: usize, block: Block) {
-        self.blocks.push((row as u32, column as u32, block));
+    /// Adds to an entry.
+    pub fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.entries.push(Triplet::new(row, column, value));
+    }
+
+    /// Adds to three rows and columns, counted by blocks.
+    pub fn add_block(&mut self, row: usize, column: usize, block: &Block) {
+        for (i, values) in block.iter().enumerate() {
+            for (j, &x) in values.iter().enumerate() {
+                self.add(3 * row + i, 3 * column + j, x);
+            }
+        }
     }
 
     /// LU factors; `None` if the matrix has no pivots left.
     pub fn factorise(&self) -> Option<Factors> {
         let n = self.size;
-        let share = (9 * self.blocks.len()) as f64 / (n * n) as f64;
+        let share = self.entries.len() as f64 / (n * n) as f64;
         if n < SPARSE_FROM || share > SPARSE_SHARE {
             let mut J = Mat::<f64>::zeros(n, n);
-            self.for_each(|i, j, x| J[(i, j)] += x);
+            for entry in &self.entries {
+                J[(entry.row, entry.col)] += entry.val;
+            }
             return Some(Factors::Dense(J.partial_piv_lu()));
         }
-        let mut triplets = Vec::with_capacity(9 * self.blocks.len());
-        self.for_each(|i, j, x| triplets.push(Triplet::new(i, j, x)));
-        let J = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &triplets).ok()?;
+        let J = SparseColMat::<usize, f64>::try_new_from_triplets(n, n, &self.entries).ok()?;
         J.sp_lu().ok().map(Factors::Sparse)
-    }
-
-    fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
-        for &(row, column, ref block) in &self.blocks {
-            for (i, values) in block.iter().enumerate() {
-                for (j, &x) in values.iter().enumerate() {
-                    visit(3 * row as usize + i, 3 * column as usize + j, x);
-                }
-            }
-        }
     }
 }
 

@@ -2,6 +2,10 @@
 //!
 //! All work in the same dimensionless numbers, see [`scaled`].
 
+mod accelerated_gradient;
+mod de_saxce;
+mod extragradient;
+mod frictionless;
 mod hybrid;
 mod interior_point;
 mod linear_system;
@@ -23,17 +27,35 @@ pub enum Method {
     Hybrid,
     /// Block Gauss–Seidel with the exact solution of each contact.
     Nsgs,
-    /// Semismooth Newton.
+    /// Semismooth Newton on all contacts.
     Newton,
-    /// IP.
+    /// Primal-dual interior points on the second-order cones.
     InteriorPoint,
-    /// prox.
+    /// Proximal points, each by Gauss–Seidel and Newton.
     Proximal,
+    /// The fixed point of De Saxcé & Feng.
+    DeSaxce,
+    /// Extragradient steps of their own length.
+    Extragradient,
+    /// Projected gradient with Nesterov's momentum and restarts.
+    AcceleratedGradient,
+    /// One unknown a contact, where nothing rubs; the same as [`Method::Hybrid`] where something does.
+    Frictionless,
 }
 
 impl Method {
     /// All of them, the default first.
-    pub const ALL: [Self; 5] = [Self::Hybrid, Self::Nsgs, Self::Newton, Self::InteriorPoint, Self::Proximal];
+    pub const ALL: [Self; 9] = [
+        Self::Hybrid,
+        Self::Nsgs,
+        Self::Newton,
+        Self::InteriorPoint,
+        Self::Proximal,
+        Self::DeSaxce,
+        Self::Extragradient,
+        Self::AcceleratedGradient,
+        Self::Frictionless,
+    ];
 
     /// Its name, as in reports and on the command line.
     pub fn name(self) -> &'static str {
@@ -43,6 +65,10 @@ impl Method {
             Self::Newton => "newton",
             Self::InteriorPoint => "interior-point",
             Self::Proximal => "proximal",
+            Self::DeSaxce => "de-saxce",
+            Self::Extragradient => "extragradient",
+            Self::AcceleratedGradient => "accelerated-gradient",
+            Self::Frictionless => "frictionless",
         }
     }
 
@@ -114,6 +140,8 @@ pub struct SolveReport {
     pub error_plain: f64,
     /// The scaled error is within the tolerance. Else the solution is the best iterate.
     pub converged: bool,
+    /// Contacts that Gauss–Seidel could not solve alone in its last sweep: nothing moves them along n, or friction jams.
+    pub failed_contacts: usize,
 }
 
 /// Solves for the reactions: `r` (3 nc) start in, solution out. Numbers of the start that are not finite count as zero.
@@ -124,30 +152,48 @@ pub struct SolveReport {
 /// If `r` has not three numbers a contact.
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
+    if problem.q().iter().all(|q| *q == 0.0) {
+        r.fill(0.0);
+    }
     let mut scaled = Scaled::new(problem, r);
     let limits = |most| Limits {
         tolerance: options.tolerance,
         iterations: options.max_iterations.unwrap_or(most),
         interrupt: options.interrupt,
     };
-    let (solver, ending) = match options.method {
-        Method::Hybrid => hybrid::solve(&mut scaled, options.tolerance, &limits(usize::MAX)),
-        Method::Nsgs => (Method::Nsgs, nsgs::solve(&mut scaled, &limits(nsgs::MAX_SWEEPS))),
-        Method::InteriorPoint => {
-            (Method::InteriorPoint, interior_point::solve(&mut scaled, &limits(interior_point::MAX_STEPS)))
-        }
-        Method::Proximal => (Method::Proximal, proximal::solve(&mut scaled, &limits(proximal::MAX_STEPS))),
-        Method::Newton => {
-            (Method::Newton, newton::solve(&mut scaled, &limits(newton::MAX_STEPS), newton::CAREFUL))
-        }
-    };
+    let (solver, iterations) = run(&mut scaled, options.method, limits);
     scaled.store(r);
-    let (error_scaled, error_plain) = (problem.error_scaled(r), problem.error_plain(r));
+    let (error_scaled, error_plain) = problem.errors(r);
     SolveReport {
         solver,
-        iterations: ending.iterations,
+        iterations,
         error_scaled,
         error_plain,
         converged: error_scaled <= options.tolerance,
+        failed_contacts: scaled.failed_contacts,
     }
+}
+
+/// Runs one solver; says which found the solution, and its iterations.
+fn run<'a>(scaled: &mut Scaled, method: Method, limits: impl Fn(usize) -> Limits<'a>) -> (Method, usize) {
+    let ending = match method {
+        Method::Hybrid | Method::Frictionless if scaled.is_frictionless() => {
+            let ending = frictionless::solve(scaled, &limits(frictionless::MAX_SWEEPS));
+            return (Method::Frictionless, ending.iterations);
+        }
+        Method::Hybrid | Method::Frictionless => {
+            let (found_by, ending) = hybrid::solve(scaled, &limits(usize::MAX));
+            return (found_by, ending.iterations);
+        }
+        Method::Nsgs => nsgs::solve(scaled, &limits(nsgs::MAX_SWEEPS)),
+        Method::Newton => newton::solve(scaled, &limits(newton::MAX_STEPS), newton::CAREFUL),
+        Method::InteriorPoint => interior_point::solve(scaled, &limits(interior_point::MAX_STEPS)),
+        Method::Proximal => proximal::solve(scaled, &limits(proximal::MAX_STEPS)),
+        Method::DeSaxce => de_saxce::solve(scaled, &limits(de_saxce::MAX_STEPS)),
+        Method::Extragradient => extragradient::solve(scaled, &limits(extragradient::MAX_STEPS)),
+        Method::AcceleratedGradient => {
+            accelerated_gradient::solve(scaled, &limits(accelerated_gradient::MAX_STEPS))
+        }
+    };
+    (method, ending.iterations)
 }

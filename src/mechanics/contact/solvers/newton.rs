@@ -5,7 +5,7 @@
 //! deficient W is singular: W is taken as `W + α I` in it, with α falling with the error, which takes the least change of
 //! reactions that are not determined.
 
-use super::linear_system::BlockSystem;
+use super::linear_system::LinearSystem;
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 use crate::mechanics::contact::delassus::Block;
@@ -106,14 +106,15 @@ fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
             scaled.add_column(c, step, &mut moved);
         }
     }
-    let mut system = BlockSystem::new(pressed.len());
+    let mut system = LinearSystem::new(3 * pressed.len());
     let mut step = Vec::with_capacity(3 * pressed.len());
     let own = alpha + scaled.proximal();
     for (k, &d) in pressed.iter().enumerate() {
         step.extend(right_side(&at[d], local(&moved, d)));
         scaled.for_column(d, &place, |l, block| {
             let at = &at[pressed[l]];
-            system.add(l, k, if l == k { diagonal(at, block, own) } else { product(&at.by_u, block) });
+            let block = if l == k { diagonal(at, block, own) } else { product(&at.by_u, block) };
+            system.add_block(l, k, &block);
         });
     }
     if !system.factorise()?.solve(&mut step) {

@@ -26,14 +26,16 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     Ending { iterations: limits.iterations, error: scaled.error() }
 }
 
-/// One sweep over all contacts, in order.
+/// One sweep over all contacts, in order; counts the contacts that were not solved in it.
 pub(super) fn sweep(scaled: &mut Scaled) {
+    scaled.failed_contacts = 0;
     for c in 0..scaled.contacts {
         let W = &scaled.diagonal[c];
         let (old, u) = (local(&scaled.r, c), local(&scaled.u, c));
         let own = times(W, old);
         let q = [u[0] - own[0], u[1] - own[1], u[2] - own[2]];
         let new = local_newton::solve(W, q, scaled.mu[c], old);
+        scaled.failed_contacts += usize::from(!new.solved);
         scaled.change(c, new.r);
     }
 }

@@ -5,8 +5,12 @@
 //! ρ = 1.
 
 use crate::mechanics::contact::delassus::{Block, Delassus};
-use crate::mechanics::contact::local::{Local, natural_map};
+use crate::mechanics::contact::local::{Local, natural_map, proj_coulomb_cone};
 use crate::mechanics::contact::problem::{ContactProblem, local, squared};
+
+/// Power iterations for the largest eigenvalue, and the room given to what they miss.
+const POWER_STEPS: usize = 30;
+const EIGENVALUE_ROOM: f64 = 1.05;
 
 /// The problem and its iterate, scaled.
 #[derive(Clone, Debug)]
@@ -20,6 +24,8 @@ pub(super) struct Scaled {
     pub r: Vec<f64>,
     /// `W r + q`, kept with it.
     pub u: Vec<f64>,
+    /// Contacts that could not be solved alone, in the last sweep.
+    pub failed_contacts: usize,
     /// Diagonal blocks.
     pub diagonal: Vec<Block>,
     /// Proximal weight α and centre: velocities have `α (r − centre)` added.
@@ -69,6 +75,7 @@ impl Scaled {
             root,
             q_size,
             proximal: 0.0,
+            failed_contacts: 0,
             centre: Vec::new(),
         };
         scaled.update_velocity();
@@ -107,6 +114,43 @@ impl Scaled {
     pub fn set_reactions(&mut self, r: &[f64]) {
         self.r.copy_from_slice(r);
         self.update_velocity();
+    }
+
+    /// Whether nothing rubs anywhere.
+    pub fn is_frictionless(&self) -> bool {
+        self.mu.iter().all(|mu| *mu == 0.0)
+    }
+
+    /// An upper estimate of the largest eigenvalue of W, by power iteration.
+    pub fn largest_eigenvalue(&self) -> f64 {
+        // Any vector that no symmetry of the contacts makes orthogonal to the sought one.
+        let mut x: Vec<f64> =
+            (0..self.q.len()).map(|i| 1.0 + 0.37 * ((i * 7919) % 101) as f64 / 101.0).collect();
+        let mut value = 3.0;
+        for _ in 0..POWER_STEPS {
+            let mut y = vec![0.0; x.len()];
+            for c in 0..self.contacts {
+                self.add_column(c, local(&x, c), &mut y);
+            }
+            let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let (from, to) = (size(&x), size(&y));
+            if !(to > 0.0) {
+                break;
+            }
+            value = to / from;
+            x = y.into_iter().map(|y| y / to).collect();
+        }
+        EIGENVALUE_ROOM * value
+    }
+
+    /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the present velocities; μ finite.
+    pub fn projected_step(&self, z: &[f64], rho: f64) -> Vec<f64> {
+        let one = |c: usize| {
+            let (z, [n, t1, t2], mu) = (local(z, c), local(&self.u, c), self.mu[c]);
+            let lifted = n + mu * t1.hypot(t2);
+            proj_coulomb_cone([z[0] - rho * lifted, z[1] - rho * t1, z[2] - rho * t2], mu)
+        };
+        (0..self.contacts).flat_map(one).collect()
     }
 
     /// `r = start + share · direction`, and its velocities.
