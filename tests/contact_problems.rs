@@ -158,7 +158,8 @@ fn odd_input_is_solved_or_reported() {
     };
     for method in Method::ALL {
         let options = Options { method, ..Options::default() };
-        let solved = |W: Vec<f64>, q: [f64; 3], mu: f64| solve_from_rest(&problem(W, q, mu).unwrap(), &options);
+        let solved =
+            |W: Vec<f64>, q: [f64; 3], mu: f64| solve_from_rest(&problem(W, q, mu).unwrap(), &options);
         // Nothing is asked for, nothing moves, nothing rubs, everything sticks.
         assert_eq!(solved(eye(1.0), [0.0; 3], 0.5).0, [0.0; 3], "{method:?}");
         assert!(solved(eye(0.0), [1.0, 2.0, 0.0], 0.5).1.converged, "{method:?}");
@@ -198,5 +199,33 @@ fn every_problem_of_a_bad_file_is_told_with_its_place() {
     assert_eq!(places, ["x.json#/name", "x.json#/q/1", "x.json#/nc", "x.json#/W/i/0"]);
     for text in ["", "[]", "{}", r#"{"name": "a", "mu": [], "q": [], "W": {"format": "sym-upper-b64"}}"#] {
         assert!(read_contact_problem(text.as_bytes(), "").is_err(), "{text}");
+    }
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(64))]
+
+    #[test]
+    fn random_problems_are_solved(
+        contacts in 1_usize..12,
+        rank in 1_usize..40,
+        numbers in proptest::collection::vec(-1.0_f64..1.0, 40 * 36 + 36),
+        mu in 0.0_f64..0.9,
+    ) {
+        // W = A Aᵀ of any rank, q = A v: with velocities that reactions can stop, a solution exists (Acary et al. 2011).
+        let n = 3 * contacts;
+        let a = |i: usize, k: usize| numbers[40 * i + k];
+        let v = &numbers[40 * 36..];
+        let W = (0..n * n).map(|ij| (0..rank).map(|k| a(ij / n, k) * a(ij % n, k)).sum::<f64>()).collect();
+        let q = (0..n).map(|i| (0..rank).map(|k| a(i, k) * v[k % 36]).sum::<f64>()).collect();
+        let problem = ContactProblem::new(Delassus::dense(contacts, W).unwrap(), q, vec![mu; contacts]).unwrap();
+        let options = Options { max_iterations: Some(3000), ..Options::default() };
+        let (r, report) = solve_from_rest(&problem, &options);
+        // What is said of the solution is true, whatever is said.
+        let error = error_by_definition(&problem, &r);
+        proptest::prop_assert!((error - report.error_scaled).abs() <= 1e-12 + 1e-6 * error);
+        proptest::prop_assert_eq!(report.converged, report.error_scaled <= 1e-8);
+        // Where W is regular with room to spare, there is a solution, and it is found.
+        proptest::prop_assert!(report.converged || rank < n + 4, "{:?}, rank {} of {}", report, rank, n);
     }
 }

@@ -50,3 +50,40 @@ pub fn step_problem(
 fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], m: &Vec3) -> Block {
     c.map(|a| d.map(|b| a.component_mul(m).dot(&b)))
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+    use crate::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
+
+    #[test]
+    fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
+        // Two nodes that share a face of four: its nodes couple them.
+        let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
+        let contact = |slave, weights| Contact {
+            pair: 0,
+            slave,
+            face: 0,
+            master: [0, 1, 2, 3],
+            weights,
+            frame,
+            gap: 1e-4 * f64::from(slave),
+            drift: Vec3::new(0.3, 0.1, -5.0),
+        };
+        let contacts = [contact(4, [0.1, 0.2, 0.3, 0.4]), contact(5, [0.4, 0.3, 0.2, 0.1])];
+        let (laws, h) = ([ContactLaw::Coulomb(0.4)], 1e-3);
+        let inverse_mass: Vec<Vec3> = (0..6).map(|i| Vec3::repeat(1.0 + f64::from(i))).collect();
+        let mut v: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1 * f64::from(i), 0.2, -0.1)).collect();
+        let mut reactions = Vec::new();
+        let options = Options { tolerance: 1e-13, max_sweeps: 1000 };
+        let mut workspace = Workspace::default();
+        let report =
+            solve(&contacts, &laws, &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);
+        assert!(report.converged);
+        let problem = step_problem(&contacts, &reactions, &laws, &inverse_mass, h, &v).unwrap();
+        let r: Vec<f64> = reactions.iter().flat_map(|reaction| reaction.impulse).collect();
+        assert!(r[0] > 0.0 && r[3] > 0.0);
+        assert!(problem.error_scaled(&r) <= 1e-12, "{:e}", problem.error_scaled(&r));
+    }
+}
