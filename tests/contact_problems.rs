@@ -224,7 +224,7 @@ proptest::proptest! {
         // What is said of the solution is true, whatever is said.
         let error = error_by_definition(&problem, &r);
         proptest::prop_assert!((error - report.error_scaled).abs() <= 1e-12 + 1e-6 * error);
-        proptest::prop_assert_eq!(report.converged, report.error_scaled <= 1e-8);
+        proptest::prop_assert!(!report.converged || report.error_scaled <= 1e-8);
         // Where W is regular with room to spare, there is a solution, and it is found.
         proptest::prop_assert!(report.converged || rank < n + 4, "{:?}, rank {} of {}", report, rank, n);
     }

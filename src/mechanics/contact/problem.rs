@@ -115,20 +115,18 @@ impl ContactProblem {
         u
     }
 
-    /// The scaled error [-] of `r` (3 nc): with F the natural map at ρ_c = 1/D_c,
-    /// `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)`; 0 where `q = 0 = r`. Invariant to units.
+    /// [`Errors::scaled`] of `r` (3 nc).
     pub fn error_scaled(&self, r: &[f64]) -> f64 {
-        self.errors(r).0
+        self.errors(r).scaled
     }
 
-    /// The plain error [-] of `r` (3 nc), as Siconos 4.4 has it: with F the natural map at ρ = 1,
-    /// `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)`. Depends on units: means little where ‖W‖ is far from 1.
+    /// [`Errors::plain`] of `r` (3 nc).
     pub fn error_plain(&self, r: &[f64]) -> f64 {
-        self.errors(r).1
+        self.errors(r).plain
     }
 
-    /// The scaled and the plain error of `r`, with one product.
-    pub fn errors(&self, r: &[f64]) -> (f64, f64) {
+    /// How wrong `r` (3 nc) is, by every measure.
+    pub fn errors(&self, r: &[f64]) -> Errors {
         let u = self.velocity(r);
         let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
         for (c, &d) in self.d.iter().enumerate() {
@@ -140,8 +138,25 @@ impl ContactProblem {
         }
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let largest = size(&self.q).max(size(r)).max(size(&u)).sqrt();
-        (ratio(error.sqrt(), reaction.max(free).sqrt()), ratio(plain.sqrt(), largest))
+        Errors {
+            scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
+            plain: ratio(plain.sqrt(), largest),
+            of_free: ratio(error.sqrt(), free.sqrt()),
+        }
     }
+}
+
+/// How wrong reactions are; 0 where nothing is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// With F the natural map at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Invariant to units.
+    pub scaled: f64,
+    /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as Siconos 4.4 has it. Depends on units: means
+    /// little where ‖W‖ is far from 1.
+    pub plain: f64,
+    /// `‖D^½ F‖ / ‖D^−½ q‖` [-]: against the free velocities alone, so that no growth of the reactions hides a contact that
+    /// nothing can stop.
+    pub of_free: f64,
 }
 
 /// The three numbers of contact `c`.
