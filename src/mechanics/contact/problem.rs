@@ -169,6 +169,12 @@ pub(super) fn squared(a: Local) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
+/// Whether all three are exactly zero.
+#[inline]
+pub(super) fn is_zero(a: Local) -> bool {
+    a.iter().all(|x| *x == 0.0)
+}
+
 /// 0/0 is no error; a NaN stays one.
 fn ratio(error: f64, size: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / size }

@@ -11,7 +11,7 @@ use super::{Ending, Limits};
 use crate::mechanics::contact::delassus::Block;
 use crate::mechanics::contact::generalised_jacobian::{Linearised, linearise_alart_curnier};
 use crate::mechanics::contact::local::Local;
-use crate::mechanics::contact::problem::local;
+use crate::mechanics::contact::problem::{is_zero, local};
 
 /// Steps unless the caller says otherwise.
 pub(super) const MAX_STEPS: usize = 100;
@@ -100,7 +100,7 @@ fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
         if at.by_u != [[0.0; 3]; 3] {
             place[c] = pressed.len();
             pressed.push(c);
-        } else if at.f != [0.0; 3] {
+        } else if !is_zero(at.f) {
             let step = at.f.map(|f| -f);
             direction[3 * c..3 * c + 3].copy_from_slice(&step);
             scaled.add_column(c, step, &mut moved);

@@ -6,7 +6,7 @@
 
 use crate::mechanics::contact::delassus::{Block, Delassus};
 use crate::mechanics::contact::local::{Local, natural_map, proj_coulomb_cone};
-use crate::mechanics::contact::problem::{ContactProblem, local, squared};
+use crate::mechanics::contact::problem::{ContactProblem, is_zero, local, squared};
 
 /// Power iterations for the largest eigenvalue, and the room given to what they miss.
 const POWER_STEPS: usize = 30;
@@ -94,7 +94,7 @@ impl Scaled {
         self.u.copy_from_slice(&self.q);
         for c in 0..self.contacts {
             let r = local(&self.r, c);
-            if r != [0.0; 3] {
+            if !is_zero(r) {
                 self.columns.add(c, r, &mut self.u);
             }
         }
@@ -178,7 +178,7 @@ impl Scaled {
     pub fn change(&mut self, c: usize, new: Local) {
         let old = local(&self.r, c);
         let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
-        if change != [0.0; 3] {
+        if !is_zero(change) {
             self.r[3 * c..3 * c + 3].copy_from_slice(&new);
             self.columns.add(c, change, &mut self.u);
             if self.proximal > 0.0 {
