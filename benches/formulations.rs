@@ -64,6 +64,7 @@ fn measure(mesh: &str, formulation: &str, end: f64) -> Result<Found, Box<dyn Err
         threads: 1,
         interrupt: &|| None,
         progress: &mut |_| {},
+        also: None,
     })?;
     if result.outcome.ending != Ending::Finished {
         return Err(format!("{:?}", result.outcome.ending).into());

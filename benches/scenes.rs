@@ -62,6 +62,7 @@ fn run(document_json: &[u8], loaded: &Loaded, recording: Option<&Path>) -> Optio
         scene: &loaded.scene,
         document_json,
         recording,
+        also: None,
         threads: 1,
         interrupt: &|| None,
         progress: &mut |_| {},

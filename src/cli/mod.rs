@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. Results go to `out`, which is standard output outside tests.
 
+pub mod contact_problem;
 mod exit;
 pub mod keep;
 pub mod material;
@@ -13,6 +14,7 @@ pub mod study_error;
 pub mod study_stability;
 pub mod validate;
 
+mod performance_profile;
 mod plot;
 
 pub use exit::{CliError, Exit};
@@ -56,6 +58,8 @@ pub enum Command {
     Study(study::StudyCommand),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path.
     Material(material::MaterialArgs),
+    /// Solve saved frictional contact problems, and compare solvers on them.
+    ContactProblem(contact_problem::ContactProblemArgs),
     /// Print the JSON Schema of the scene document.
     Schema,
     /// Serve jobs over HTTP.
@@ -80,6 +84,7 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Plan(args) => plan::plan(&args, out),
         Command::Study(command) => study::study(&command, out),
         Command::Material(args) => material::material(&args, out),
+        Command::ContactProblem(args) => contact_problem::contact_problem(&args, out),
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]
         Command::Serve(args) => serve::serve(*args, out),

@@ -3,10 +3,10 @@
 use super::keep::KeepArgs;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
-use crate::record::partial_path;
+use crate::record::{ContactProblemRecorder, partial_path};
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, FolderSource, Loaded, load};
-use crate::step::{Ending, Failure, Interrupt};
+use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -42,6 +42,9 @@ pub struct RunArgs {
     /// Leave out the cheaper runs that give the numbers their error bars.
     #[arg(long)]
     pub no_error_bars: bool,
+    /// Write the contact problems that the run meets to this folder, one JSON file every twentieth step with contacts.
+    #[arg(long, value_name = "DIR")]
+    pub save_contact_problems: Option<PathBuf>,
     /// What is put back.
     #[command(flatten)]
     pub keep: KeepArgs,
@@ -72,10 +75,13 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
     };
     let bar = progress_bar(args);
+    let name = &loaded.scene.document.name;
+    let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
         document_json: &document_json,
         recording: Some(&path),
+        also: problems.as_mut().map(|recorder| recorder as &mut dyn Recorder),
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &interrupt,
         progress: &mut |progress| show(&bar, &progress),
@@ -83,6 +89,9 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     bar.finish_and_clear();
     let result = result.map_err(|error| CliError::Other(Box::new(error)))?;
     report(args, out, &result, &path)?;
+    if let (Some(saved), false) = (&problems, args.quiet) {
+        eprintln!("{} contact problem(s) saved", saved.files());
+    }
     Ok(exit_of(&result.outcome.ending))
 }
 
@@ -293,6 +302,7 @@ mod tests {
             quiet: true,
             deadline_s,
             no_error_bars: false,
+            save_contact_problems: None,
             keep: KeepArgs::default(),
         };
         assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());

@@ -2,10 +2,12 @@
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
 //! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
-//! [`salvage`] makes a readable file of what a killed writer left. [`on_own_thread`] keeps any recorder out of the way of the steps.
+//! [`salvage`] makes a readable file of what a killed writer left. [`contact_problems`] keeps the contact problems of a run. [`on_own_thread`] keeps any recorder out of the way of the steps.
 
 pub mod colour;
 pub mod contact;
+pub mod contact_problem_file;
+pub mod contact_problems;
 pub mod energy;
 pub mod log;
 pub mod mcap;
@@ -24,6 +26,8 @@ pub mod stress;
 pub mod summary;
 mod writer;
 
+pub use contact_problem_file::{NamedContactProblem, contact_problem_document, read_contact_problem};
+pub use contact_problems::ContactProblemRecorder;
 pub use mcap::{McapRecorder, RecordingInfo};
 pub use memory::MemoryRecorder;
 pub use null::NullRecorder;

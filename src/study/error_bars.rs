@@ -52,6 +52,7 @@ fn results(
         threads,
         interrupt,
         progress: &mut |_| {},
+        also: None,
     };
     let result = run_scene(request).map_err(|error| error.to_string())?;
     match &result.outcome.ending {

@@ -154,6 +154,7 @@ impl Kind {
             scene: &scene,
             document_json: request.document_json,
             recording: request.recording,
+            also: None,
             threads: request.threads,
             interrupt: request.interrupt,
             progress: &mut |_| {},

@@ -8,4 +8,4 @@ pub mod single;
 pub mod stability;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
-pub use single::{Phase, Progress, RunError, RunRequest, RunResult, run_scene};
+pub use single::{Phase, Progress, RunError, RunRequest, RunResult, process_cpu_s, run_scene};

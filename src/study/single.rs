@@ -4,7 +4,7 @@ use super::error_bars::error_bars;
 use crate::measure::artificial_end::ArtificialEnds;
 use crate::measure::{Measures, Summary};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
-use crate::record::{McapRecorder, RecordingInfo, on_own_thread};
+use crate::record::{McapRecorder, NullRecorder, RecordingInfo, on_own_thread};
 use crate::scene::Scene;
 use crate::step::{
     Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run,
@@ -54,6 +54,8 @@ pub struct RunRequest<'a> {
     pub document_json: &'a [u8],
     /// Where to record, if at all. The file has its name when it is whole, see [`crate::record::partial_path`].
     pub recording: Option<&'a Path>,
+    /// Another recorder that sees every frame, if any.
+    pub also: Option<&'a mut dyn Recorder>,
     /// Worker threads; the results are the same for any number.
     pub threads: usize,
     /// Asked before every step.
@@ -109,17 +111,19 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
         .with_error_bars(error_bars);
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let mut teller = Teller { tell: progress, told: None };
+    let mut nothing = NullRecorder;
+    let also = request.also.unwrap_or(&mut nothing);
     let (outcome, state, summary, energy) = if let Some(path) = request.recording {
         let info = recording_info(request.scene, request.document_json);
         let mut recorder = McapRecorder::new(path, info, measures);
         let (outcome, state) = on_own_thread(&plan, &mut recorder, |recorder| {
-            run(&plan, &options, &mut [recorder, &mut teller])
+            run(&plan, &options, &mut [recorder, &mut teller, also])
         });
         let summary = final_summary(recorder.measures(), &plan, &outcome);
         (outcome, state, summary, recorder.measures().energy.clone())
     } else {
         let mut measures = measures;
-        let (outcome, state) = run(&plan, &options, &mut [&mut measures, &mut teller]);
+        let (outcome, state) = run(&plan, &options, &mut [&mut measures, &mut teller, also]);
         let summary = final_summary(&measures, &plan, &outcome);
         (outcome, state, summary, measures.energy)
     };
@@ -180,14 +184,14 @@ pub(super) fn ending_name(ending: &Ending) -> String {
 /// Processor time of the process so far [s].
 #[cfg(unix)]
 #[allow(clippy::unnecessary_wraps)] // not every system tells
-fn process_cpu_s() -> Option<f64> {
+pub fn process_cpu_s() -> Option<f64> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
 }
 
 /// Processor time of the process so far [s].
 #[cfg(not(unix))]
-fn process_cpu_s() -> Option<f64> {
+pub fn process_cpu_s() -> Option<f64> {
     None
 }
 

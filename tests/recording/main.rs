@@ -41,6 +41,7 @@ fn record(
         scene: &loaded.scene,
         document_json: document.as_bytes(),
         recording: Some(path),
+        also: None,
         threads,
         interrupt: &|| interrupt(asked.fetch_add(1, Ordering::Relaxed)),
         progress: &mut |progress| told.push(progress),

@@ -153,6 +153,15 @@ impl NormalRow<Levers> {
     }
 }
 
+impl NormalRow<Levers> {
+    /// The nodes whose velocities make that of the contact, and how: 3×3 in space, ±weight for one that is moved.
+    pub fn shares(&self) -> impl Iterator<Item = (u32, Mat3)> {
+        let moved = self.nodes.into_iter().zip(self.weights).take(self.node_count);
+        let turned = self.turning.each().map(|(spin, J)| (*spin, *J));
+        moved.map(|(node, weight)| (node, Mat3::identity() * weight)).chain(turned)
+    }
+}
+
 impl<T: Turning> NormalRow<T> {
     /// Nodes, normal and bias; the operator is still to come, its diagonal by the nodes comes along.
     fn of_nodes(contact: &Contact, inverse_mass: &[Vec3], h: f64, turning: T) -> (Self, Vec3) {

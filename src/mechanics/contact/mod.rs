@@ -2,16 +2,21 @@
 //!
 //! The data: a list of [`Surface`]s and [`ContactPair`]s (constant), a [`detection::Detector`] that finds the [`Contact`]s of a
 //! step, and [`gauss_seidel::solve`], which changes the nodal velocities so that the law holds at the end of the step.
+//!
+//! Apart from a step: a [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its reactions.
 
 mod broad_phase;
 pub mod closest_point;
 mod contact_row;
+pub mod delassus;
 pub mod detection;
 mod finder;
 pub mod gauss_seidel;
+pub mod generalised_jacobian;
 pub mod initial_overlap;
 pub mod local;
 mod narrow_phase;
+pub mod problem;
 pub mod projection;
 pub mod rigid_detection;
 mod rigid_manifold;
@@ -20,6 +25,8 @@ mod self_contact;
 mod skin;
 pub mod slave_choice;
 mod slip;
+pub mod solvers;
+pub mod step_problem;
 pub mod time_of_impact;
 
 use super::rigid::{Pose, RigidBody};

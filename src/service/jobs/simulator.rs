@@ -123,6 +123,7 @@ impl Engine for Simulator {
             scene: &loaded.scene,
             document_json: order.scene,
             recording: Some(order.recording),
+            also: None,
             threads: order.threads,
             interrupt: &|| order.control.interrupt(),
             progress: &mut progress,

@@ -171,6 +171,7 @@ fn measure(request: &ErrorRequest, setting: Setting) -> Row {
         threads: request.threads,
         interrupt: request.interrupt,
         progress: &mut |_| {},
+        also: None,
     });
     let result = match result {
         Ok(result) => result,

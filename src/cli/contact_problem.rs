@@ -1,0 +1,181 @@
+//! `contuse contact-problem`: solve saved frictional contact problems, and compare solvers on them.
+
+use super::performance_profile::{Timing, profile_picture};
+use super::{CliError, Exit};
+use crate::mechanics::contact::problem::ContactProblem;
+use crate::mechanics::contact::solvers::{Method, Options, SolveReport, solve};
+use crate::record::{NamedContactProblem, read_contact_problem};
+use crate::scene::Problems;
+use crate::study::process_cpu_s;
+use clap::Args;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `contuse contact-problem`.
+#[derive(Args, Debug)]
+pub struct ContactProblemArgs {
+    /// JSON files, one contact problem each.
+    #[arg(required = true)]
+    pub files: Vec<PathBuf>,
+    /// Largest scaled error of a converged solution.
+    #[arg(long, default_value_t = 1e-8)]
+    pub tol: f64,
+    /// Which solver.
+    #[arg(long, default_value = "hybrid")]
+    pub solver: String,
+    /// Stop each solution after so many seconds of processor time, with the best iterate.
+    #[arg(long, value_name = "S")]
+    pub time_limit: Option<f64>,
+    /// Solve each problem so many times and tell the shortest processor time.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub repeat: u32,
+    /// Answer as JSON, with the reactions.
+    #[arg(long)]
+    pub json: bool,
+    /// Solve by every solver, and draw the performance profile (Dolan & Moré 2002) into this SVG file.
+    #[arg(long, value_name = "SVG", conflicts_with = "json")]
+    pub profile: Option<PathBuf>,
+}
+
+/// One solution.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    solver: &'static str,
+    iterations: usize,
+    error_plain: f64,
+    error_scaled: f64,
+    /// The shortest of the repetitions [s]; null where the system does not tell.
+    cpu_s: Option<f64>,
+    converged: bool,
+    r: Vec<f64>,
+}
+
+/// Solves the problems. Exit code 0 when all are solved, 2 when a file or a flag is wrong, 3 when one is not solved.
+///
+/// # Errors
+/// All that is wrong with the files and the flags.
+pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    let method = method(&args.solver)?;
+    if !(args.tol > 0.0) {
+        return Err(CliError::Usage(format!("--tol {}: it must be above 0", args.tol)));
+    }
+    if args.time_limit.is_some_and(|limit| !(limit > 0.0)) {
+        return Err(CliError::Usage("--time-limit must be above 0".into()));
+    }
+    let problems = read_all(&args.files)?;
+    if let Some(path) = &args.profile {
+        return profile(args, &problems, path, out);
+    }
+    let rows: Vec<Row> = problems.iter().map(|named| solve_one(named, method, args)).collect();
+    if args.json {
+        let text = serde_json::to_string(&rows).map_err(|error| CliError::Other(Box::new(error)))?;
+        writeln!(out, "{text}")?;
+    } else {
+        write_table(&rows, out)?;
+    }
+    Ok(if rows.iter().all(|row| row.converged) { Exit::Success } else { Exit::RunFailed })
+}
+
+fn method(name: &str) -> Result<Method, CliError> {
+    Method::from_name(name).ok_or_else(|| {
+        let names = Method::ALL.map(Method::name).join(", ");
+        CliError::Usage(format!("--solver {name}: there is no such solver; there are {names}"))
+    })
+}
+
+/// All problems of all files, or all that is wrong with any of them.
+fn read_all(files: &[PathBuf]) -> Result<Vec<NamedContactProblem>, CliError> {
+    let (mut read, mut wrong) = (Vec::new(), Vec::new());
+    for path in files {
+        let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.clone(), source })?;
+        match read_contact_problem(&bytes, &format!("{}#", path.display())) {
+            Ok(problem) => read.push(problem),
+            Err(Problems(problems)) => wrong.extend(problems),
+        }
+    }
+    if wrong.is_empty() { Ok(read) } else { Err(Problems(wrong).into()) }
+}
+
+fn solve_one(named: &NamedContactProblem, method: Method, args: &ContactProblemArgs) -> Row {
+    let mut r = vec![0.0; named.problem.q().len()];
+    let mut shortest: Option<f64> = None;
+    let mut report = timed(&named.problem, method, args, &mut r, &mut shortest);
+    for _ in 1..args.repeat {
+        r.fill(0.0);
+        report = timed(&named.problem, method, args, &mut r, &mut shortest);
+    }
+    Row {
+        name: named.name.clone(),
+        solver: report.solver.name(),
+        iterations: report.iterations,
+        error_plain: report.error_plain,
+        error_scaled: report.error_scaled,
+        cpu_s: shortest,
+        converged: report.converged,
+        r,
+    }
+}
+
+/// Solves once from rest; the processor time goes to `shortest` if it is.
+fn timed(
+    problem: &ContactProblem,
+    method: Method,
+    args: &ContactProblemArgs,
+    r: &mut [f64],
+    shortest: &mut Option<f64>,
+) -> SolveReport {
+    let start = process_cpu_s();
+    let elapsed = || process_cpu_s().zip(start).map(|(now, start)| now - start);
+    let late = || args.time_limit.zip(elapsed()).is_some_and(|(limit, now)| now > limit);
+    let interrupt: Option<&dyn Fn() -> bool> = args.time_limit.is_some().then_some(&late);
+    let report = solve(problem, r, &Options { tolerance: args.tol, method, interrupt, ..Options::default() });
+    *shortest = elapsed().map(|now| shortest.map_or(now, |least| least.min(now)));
+    report
+}
+
+fn write_table(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
+    let width = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(7);
+    writeln!(
+        out,
+        "{:width$}  contacts  {:14}  iterations  scaled error  plain error     cpu [ms]",
+        "problem", "solver"
+    )?;
+    for row in rows {
+        let cpu = row.cpu_s.map_or_else(|| "-".to_owned(), |s| format!("{:.4}", 1e3 * s));
+        writeln!(
+            out,
+            "{:width$}  {:8}  {:14}  {:10}  {:12.2e}  {:11.2e}  {cpu:>11}{}",
+            row.name,
+            row.r.len() / 3,
+            row.solver,
+            row.iterations,
+            row.error_scaled,
+            row.error_plain,
+            if row.converged { "" } else { "  not converged" }
+        )?;
+    }
+    Ok(())
+}
+
+/// Solves all problems by all solvers, and draws the profile.
+fn profile(
+    args: &ContactProblemArgs,
+    problems: &[NamedContactProblem],
+    path: &Path,
+    out: &mut dyn Write,
+) -> Result<Exit, CliError> {
+    let mut timings = Vec::new();
+    for method in Method::ALL {
+        let rows: Vec<Row> = problems.iter().map(|named| solve_one(named, method, args)).collect();
+        let solved = rows.iter().filter(|row| row.converged).count();
+        writeln!(out, "\n{}: {solved} of {} solved\n", method.name(), rows.len())?;
+        write_table(&rows, out)?;
+        let cpu_s = rows.iter().map(|row| row.cpu_s.filter(|_| row.converged)).collect();
+        timings.push(Timing { solver: method.name(), cpu_s });
+    }
+    let picture = profile_picture(args.tol, &timings).map_err(CliError::Picture)?;
+    std::fs::write(path, picture)?;
+    Ok(Exit::Success)
+}

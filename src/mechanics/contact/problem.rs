@@ -1,0 +1,196 @@
+//! A frictional contact problem by itself: `W`, `q` and `μ`, and how wrong a reaction is.
+
+use super::delassus::{Delassus, DelassusError};
+use super::local::{Local, natural_map};
+
+/// Why there is no problem to solve.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ProblemError {
+    /// The operator cannot be made.
+    #[error(transparent)]
+    Operator(#[from] DelassusError),
+    /// An array of the wrong length.
+    #[error("{array} has {given} numbers instead of {expected}")]
+    Length {
+        /// `q` or `mu`.
+        array: &'static str,
+        /// Numbers that it needs.
+        expected: usize,
+        /// Numbers that it has.
+        given: usize,
+    },
+    /// A number that is not finite.
+    #[error("{array}[{index}] is not a finite number")]
+    NotFinite {
+        /// `W`, `q`.
+        array: &'static str,
+        /// Where; for W the first row of its block.
+        index: usize,
+    },
+    /// A coefficient of friction that is negative or no number.
+    #[error("mu[{contact}] = {mu} is no coefficient of friction (0 or more)")]
+    Friction {
+        /// Which contact.
+        contact: usize,
+        /// Its coefficient.
+        mu: f64,
+    },
+}
+
+/// Find `r, u ∈ R^{3 nc}` with `u = W r + q` and, per contact, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`.
+///
+/// Three rows `(n, t1, t2)` a contact; impulses [N s] and velocities [m/s], or forces and gaps. W may be rank deficient,
+/// slightly unsymmetric, and have zero diagonal blocks. All numbers are finite, except that `μ = ∞` (nothing slips) is
+/// a coefficient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactProblem {
+    W: Delassus,
+    q: Vec<f64>,
+    mu: Vec<f64>,
+    /// `D_c = tr W_cc / 3`; that of the mean contact where nothing can move.
+    d: Vec<f64>,
+}
+
+impl ContactProblem {
+    /// `W` 3 nc × 3 nc, `q` 3 nc, `mu` nc [-].
+    ///
+    /// # Errors
+    /// [`ProblemError`] where lengths do not fit or numbers are no numbers.
+    pub fn new(W: Delassus, q: Vec<f64>, mu: Vec<f64>) -> Result<Self, ProblemError> {
+        let contacts = W.contacts();
+        for (array, expected, given) in [("q", 3 * contacts, q.len()), ("mu", contacts, mu.len())] {
+            if given != expected {
+                return Err(ProblemError::Length { array, expected, given });
+            }
+        }
+        if let Some(index) = q.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite { array: "q", index });
+        }
+        if let Some(contact) = mu.iter().position(|&mu| !(mu >= 0.0)) {
+            return Err(ProblemError::Friction { contact, mu: mu[contact] });
+        }
+        if !W.is_finite() {
+            let mut place = None;
+            W.for_each_block(|c, _, block| {
+                if place.is_none() && block.iter().flatten().any(|x| !x.is_finite()) {
+                    place = Some(3 * c);
+                }
+            });
+            return Err(ProblemError::NotFinite { array: "W", index: place.unwrap_or(0) });
+        }
+        let d = mean_diagonals(&W);
+        Ok(Self { W, q, mu, d })
+    }
+
+    /// Number of contacts nc.
+    pub fn contacts(&self) -> usize {
+        self.mu.len()
+    }
+
+    /// The Delassus operator.
+    pub fn W(&self) -> &Delassus {
+        &self.W
+    }
+
+    /// The relative velocities without reaction, 3 nc.
+    pub fn q(&self) -> &[f64] {
+        &self.q
+    }
+
+    /// Coefficients of friction, nc.
+    pub fn mu(&self) -> &[f64] {
+        &self.mu
+    }
+
+    /// `D_c = tr W_cc / 3`, positive, nc: the natural scale of each contact. Where W_cc is nothing, the mean of the
+    /// others (1 if all are).
+    pub fn scales(&self) -> &[f64] {
+        &self.d
+    }
+
+    /// `u = W r + q`.
+    pub fn velocity(&self, r: &[f64]) -> Vec<f64> {
+        let mut u = vec![0.0; self.q.len()];
+        self.W.apply(r, &self.q, &mut u);
+        u
+    }
+
+    /// [`Errors::scaled`] of `r` (3 nc).
+    pub fn error_scaled(&self, r: &[f64]) -> f64 {
+        self.errors(r).scaled
+    }
+
+    /// [`Errors::plain`] of `r` (3 nc).
+    pub fn error_plain(&self, r: &[f64]) -> f64 {
+        self.errors(r).plain
+    }
+
+    /// How wrong `r` (3 nc) is, by every measure.
+    pub fn errors(&self, r: &[f64]) -> Errors {
+        let u = self.velocity(r);
+        let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
+        for (c, &d) in self.d.iter().enumerate() {
+            let (r, u) = (local(r, c), local(&u, c));
+            error += d * squared(natural_map(r, u, self.mu[c], 1.0 / d));
+            plain += squared(natural_map(r, u, self.mu[c], 1.0));
+            reaction += d * squared(r);
+            free += squared(local(&self.q, c)) / d;
+        }
+        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let largest = size(&self.q).max(size(r)).max(size(&u)).sqrt();
+        Errors {
+            scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
+            plain: ratio(plain.sqrt(), largest),
+            of_free: ratio(error.sqrt(), free.sqrt()),
+        }
+    }
+}
+
+/// How wrong reactions are; 0 where nothing is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// With F the natural map at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Invariant to units.
+    pub scaled: f64,
+    /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as Siconos 4.4 has it. Depends on units: means
+    /// little where ‖W‖ is far from 1.
+    pub plain: f64,
+    /// `‖D^½ F‖ / ‖D^−½ q‖` [-]: against the free velocities alone, so that no growth of the reactions hides a contact that
+    /// nothing can stop.
+    pub of_free: f64,
+}
+
+/// The three numbers of contact `c`.
+#[inline]
+pub(super) fn local(x: &[f64], c: usize) -> Local {
+    [x[3 * c], x[3 * c + 1], x[3 * c + 2]]
+}
+
+pub(super) fn squared(a: Local) -> f64 {
+    a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+}
+
+/// Whether all three are exactly zero.
+#[inline]
+pub(super) fn is_zero(a: Local) -> bool {
+    a.iter().all(|x| *x == 0.0)
+}
+
+/// 0/0 is no error; a NaN stays one.
+fn ratio(error: f64, size: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / size }
+}
+
+fn mean_diagonals(W: &Delassus) -> Vec<f64> {
+    let mut d: Vec<f64> = (0..W.contacts())
+        .map(|c| {
+            let block = W.diagonal_block(c);
+            (block[0][0] + block[1][1] + block[2][2]) / 3.0
+        })
+        .collect();
+    let (count, sum) = d.iter().filter(|d| **d > 0.0).fold((0, 0.0), |(n, s), d| (n + 1, s + d));
+    let mean = if count > 0 { sum / f64::from(count) } else { 1.0 };
+    for d in d.iter_mut().filter(|d| !(**d > 0.0)) {
+        *d = mean;
+    }
+    d
+}

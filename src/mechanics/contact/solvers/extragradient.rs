@@ -1,0 +1,63 @@
+//! The extragradient method (Korpelevich 1976) with the step length of Khobotov (1987): the De Saxcé step is taken from the
+//! present reactions, with the velocities of a first, predicting step.
+
+use super::scaled::Scaled;
+use super::{Ending, Limits};
+
+/// Iterations unless the caller says otherwise.
+pub(super) const MAX_STEPS: usize = 100_000;
+/// The velocities of the prediction may differ by this share of what ρ allows.
+const AGREEMENT: f64 = 0.9;
+/// Below this share the next ρ may be longer.
+const EASY: f64 = 0.3;
+/// Factors on ρ.
+const SHORTER: f64 = 2.0 / 3.0;
+const LONGER: f64 = 1.5;
+/// The most shortenings of one step.
+const MAX_SHORTENINGS: usize = 30;
+
+/// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
+pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
+    let mut error = scaled.error();
+    if scaled.mu.iter().any(|mu| mu.is_infinite()) {
+        return Ending { iterations: 0, error };
+    }
+    let mut rho = 1.0 / scaled.largest_eigenvalue();
+    let mut steps = 0;
+    while error > limits.tolerance && steps < limits.iterations && !limits.interrupted() {
+        let (r, u) = (scaled.r.clone(), scaled.u.clone());
+        let mut share = 0.0;
+        for _ in 0..MAX_SHORTENINGS {
+            scaled.u.copy_from_slice(&u);
+            let predicted = scaled.projected_step(&r, rho);
+            scaled.set_reactions(&predicted);
+            share = rho * lifted_distance(scaled, &u) / distance(&scaled.r, &r).max(f64::MIN_POSITIVE);
+            if share <= AGREEMENT {
+                break;
+            }
+            rho *= SHORTER * (1.0 / share).min(1.0);
+        }
+        let corrected = scaled.projected_step(&r, rho);
+        scaled.set_reactions(&corrected);
+        if share < EASY {
+            rho *= LONGER;
+        }
+        error = scaled.error();
+        steps += 1;
+    }
+    Ending { iterations: steps, error }
+}
+
+/// How far the present `u + μ ‖u_t‖ n` is from that of other velocities.
+fn lifted_distance(scaled: &Scaled, other: &[f64]) -> f64 {
+    let lift = |u: &[f64], mu: f64| u[0] + mu * u[1].hypot(u[2]);
+    let pairs = scaled.u.chunks_exact(3).zip(other.chunks_exact(3)).zip(&scaled.mu);
+    let squares = pairs.map(|((a, b), &mu)| {
+        (lift(a, mu) - lift(b, mu)).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)
+    });
+    squares.sum::<f64>().sqrt()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,143 @@
+//! Problems in which nothing rubs: one unknown a contact, `0 ≤ r_n ⊥ W_nn r_n + q_n ≥ 0`.
+//!
+//! A few sweeps of projected Gauss–Seidel, then the active set is guessed from them, solved, and guessed again (the
+//! primal-dual active set method, which is Newton's on this problem: Hintermüller, Ito & Kunisch 2002); sweeps finish what
+//! it does not.
+
+use super::linear_system::LinearSystem;
+use super::scaled::Scaled;
+use super::{Ending, Limits};
+use crate::mechanics::contact::local::solve_frictionless;
+
+/// Sweeps unless the caller says otherwise.
+pub(super) const MAX_SWEEPS: usize = 100_000;
+/// Sweeps before the active set is guessed.
+const FIRST_SWEEPS: usize = 20;
+/// Guesses of the active set.
+const GUESSES: usize = 50;
+
+/// The normal part of a problem.
+struct Normal {
+    /// Columns of `W_nn`: (row, value).
+    columns: Vec<Vec<(u32, f64)>>,
+    diagonal: Vec<f64>,
+    r: Vec<f64>,
+    u: Vec<f64>,
+    q: Vec<f64>,
+    /// `‖q‖` of all three directions, as in the scaled error.
+    q_size: f64,
+}
+
+/// Iterations until the error is within the tolerance.
+pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
+    let mut normal = Normal::new(scaled);
+    let mut iterations = normal.sweep_until(limits, FIRST_SWEEPS.min(limits.iterations));
+    if normal.error() > limits.tolerance {
+        iterations += normal.guess_until(limits, GUESSES.min(limits.iterations - iterations));
+    }
+    iterations += normal.sweep_until(limits, limits.iterations - iterations);
+    let r: Vec<f64> = normal.r.iter().flat_map(|r| [*r, 0.0, 0.0]).collect();
+    scaled.set_reactions(&r);
+    Ending { iterations, error: scaled.error() }
+}
+
+impl Normal {
+    fn new(scaled: &Scaled) -> Self {
+        let every: Vec<usize> = (0..scaled.contacts).collect();
+        let mut columns = vec![Vec::new(); scaled.contacts];
+        for (d, column) in columns.iter_mut().enumerate() {
+            scaled.for_column(d, &every, |c, block| {
+                if block[0][0] != 0.0 {
+                    column.push((c as u32, block[0][0]));
+                }
+            });
+        }
+        let normal = |x: &[f64]| -> Vec<f64> { x.iter().step_by(3).copied().collect() };
+        let q_size = scaled.q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let q = normal(&scaled.q);
+        let diagonal = scaled.diagonal.iter().map(|block| block[0][0]).collect();
+        let mut normal = Self { columns, diagonal, r: normal(&scaled.r), u: q.clone(), q, q_size };
+        normal.update_velocity();
+        normal
+    }
+
+    fn update_velocity(&mut self) {
+        self.u.copy_from_slice(&self.q);
+        for (column, &r) in self.columns.iter().zip(&self.r) {
+            for &(row, w) in column {
+                self.u[row as usize] += w * r;
+            }
+        }
+    }
+
+    /// The scaled error.
+    fn error(&self) -> f64 {
+        let f = |(r, u): (&f64, &f64)| r - (r - u).max(0.0);
+        let error = self.r.iter().zip(&self.u).map(|x| f(x).powi(2)).sum::<f64>().sqrt();
+        let size = self.r.iter().map(|r| r * r).sum::<f64>().sqrt();
+        if error == 0.0 { 0.0 } else { error / size.max(self.q_size) }
+    }
+
+    fn sweep_until(&mut self, limits: &Limits, most: usize) -> usize {
+        for sweep in 0..most {
+            if self.error() <= limits.tolerance || limits.interrupted() {
+                return sweep;
+            }
+            for c in 0..self.r.len() {
+                let w = self.diagonal[c];
+                let new = if w > 0.0 { solve_frictionless(w, self.u[c] - w * self.r[c]) } else { 0.0 };
+                let change = new - self.r[c];
+                if change != 0.0 {
+                    self.r[c] = new;
+                    for &(row, w) in &self.columns[c] {
+                        self.u[row as usize] += w * change;
+                    }
+                }
+            }
+        }
+        most
+    }
+
+    /// Solves for guessed active sets; keeps the best reactions.
+    fn guess_until(&mut self, limits: &Limits, most: usize) -> usize {
+        let mut best = (self.error(), self.r.clone());
+        let mut guesses = 0;
+        while guesses < most && best.0 > limits.tolerance && !limits.interrupted() {
+            let Some(r) = self.solve_active() else { break };
+            self.r = r;
+            self.update_velocity();
+            guesses += 1;
+            let error = self.error();
+            if error < best.0 {
+                best = (error, self.r.clone());
+            }
+        }
+        self.r = best.1;
+        self.update_velocity();
+        guesses
+    }
+
+    /// Reactions with `u = 0` where contacts press by the present guess, and none elsewhere.
+    fn solve_active(&self) -> Option<Vec<f64>> {
+        let mut place = vec![usize::MAX; self.r.len()];
+        let active: Vec<usize> = (0..self.r.len()).filter(|&c| self.r[c] > self.u[c]).collect();
+        for (k, &c) in active.iter().enumerate() {
+            place[c] = k;
+        }
+        let mut system = LinearSystem::new(active.len());
+        for (k, &d) in active.iter().enumerate() {
+            for &(row, w) in self.columns[d].iter().filter(|(row, _)| place[*row as usize] != usize::MAX) {
+                system.add(place[row as usize], k, w);
+            }
+        }
+        let mut x: Vec<f64> = active.iter().map(|&c| -self.q[c]).collect();
+        let mut r = vec![0.0; self.r.len()];
+        if system.factorise()?.solve(&mut x) {
+            for (x, &c) in x.iter().zip(&active) {
+                r[c] = *x;
+            }
+            return Some(r);
+        }
+        None
+    }
+}

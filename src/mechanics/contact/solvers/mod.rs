@@ -1,0 +1,203 @@
+//! Solvers of a [`ContactProblem`], one file each under its name in the literature.
+//!
+//! All work in the same dimensionless numbers, see [`scaled`].
+
+mod accelerated_gradient;
+mod de_saxce;
+mod extragradient;
+mod frictionless;
+mod hybrid;
+mod interior_point;
+mod linear_system;
+mod local_newton;
+mod newton;
+mod nsgs;
+mod proximal;
+mod scaled;
+mod second_order_cone;
+
+use super::problem::ContactProblem;
+use scaled::Scaled;
+
+/// The most by which a converged solution breaks the law, as a share of the free velocities.
+const LARGEST_OF_FREE: f64 = 1e-2;
+
+/// Which solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Picks and switches by itself.
+    #[default]
+    Hybrid,
+    /// Block Gauss–Seidel with the exact solution of each contact.
+    Nsgs,
+    /// Semismooth Newton on all contacts.
+    Newton,
+    /// Primal-dual interior points on the second-order cones.
+    InteriorPoint,
+    /// Proximal points, each by Gauss–Seidel and Newton.
+    Proximal,
+    /// The fixed point of De Saxcé & Feng.
+    DeSaxce,
+    /// Extragradient steps of their own length.
+    Extragradient,
+    /// Projected gradient with Nesterov's momentum and restarts.
+    AcceleratedGradient,
+    /// One unknown a contact, where nothing rubs; the same as [`Method::Hybrid`] where something does.
+    Frictionless,
+}
+
+impl Method {
+    /// All of them, the default first.
+    pub const ALL: [Self; 9] = [
+        Self::Hybrid,
+        Self::Nsgs,
+        Self::Newton,
+        Self::InteriorPoint,
+        Self::Proximal,
+        Self::DeSaxce,
+        Self::Extragradient,
+        Self::AcceleratedGradient,
+        Self::Frictionless,
+    ];
+
+    /// Its name, as in reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hybrid => "hybrid",
+            Self::Nsgs => "nsgs",
+            Self::Newton => "newton",
+            Self::InteriorPoint => "interior-point",
+            Self::Proximal => "proximal",
+            Self::DeSaxce => "de-saxce",
+            Self::Extragradient => "extragradient",
+            Self::AcceleratedGradient => "accelerated-gradient",
+            Self::Frictionless => "frictionless",
+        }
+    }
+
+    /// The solver of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.name() == name)
+    }
+}
+
+/// When to stop, and how to get there.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Largest scaled error [-] of a converged solution.
+    pub tolerance: f64,
+    /// Most iterations of the solver (its own: sweeps or Newton steps); `None` for what suits it.
+    pub max_iterations: Option<usize>,
+    /// Which solver.
+    pub method: Method,
+    /// Asked between iterations: true ends the solver with its best iterate. It never changes the way to a solution.
+    pub interrupt: Option<&'a dyn Fn() -> bool>,
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self { tolerance: 1e-8, max_iterations: None, method: Method::Hybrid, interrupt: None }
+    }
+}
+
+/// When one solver stops.
+struct Limits<'a> {
+    tolerance: f64,
+    iterations: usize,
+    interrupt: Option<&'a dyn Fn() -> bool>,
+}
+
+impl Limits<'_> {
+    fn interrupted(&self) -> bool {
+        self.interrupt.is_some_and(|asked| asked())
+    }
+}
+
+/// How one solver stopped: with its best iterate.
+#[derive(Clone, Copy, Debug)]
+struct Ending {
+    iterations: usize,
+    error: f64,
+}
+
+impl std::fmt::Debug for Options<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options")
+            .field("tolerance", &self.tolerance)
+            .field("max_iterations", &self.max_iterations)
+            .field("method", &self.method)
+            .finish_non_exhaustive()
+    }
+}
+
+/// How a solution ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Which solver found it; never [`Method::Hybrid`].
+    pub solver: Method,
+    /// Iterations of all solvers that had a part in it.
+    pub iterations: usize,
+    /// [`ContactProblem::error_scaled`] of the solution.
+    pub error_scaled: f64,
+    /// [`ContactProblem::error_plain`] of the solution.
+    pub error_plain: f64,
+    /// The scaled error is within the tolerance, and the law broken by no more than a hundredth of the free velocities:
+    /// where no solution exists, reactions may grow until the scaled error is small. Else `r` is the best iterate.
+    pub converged: bool,
+    /// Contacts that Gauss–Seidel could not solve alone in its last sweep: nothing moves them along n, or friction jams.
+    pub failed_contacts: usize,
+}
+
+/// Solves for the reactions: `r` (3 nc) start in, solution out. Numbers of the start that are not finite count as zero.
+///
+/// The errors are measured on what is handed out, with the problem as given. Deterministic.
+///
+/// # Panics
+/// If `r` has not three numbers a contact.
+pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
+    assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
+    if problem.q().iter().all(|q| *q == 0.0) {
+        r.fill(0.0);
+    }
+    let mut scaled = Scaled::new(problem, r);
+    let limits = |most| Limits {
+        tolerance: options.tolerance,
+        iterations: options.max_iterations.unwrap_or(most),
+        interrupt: options.interrupt,
+    };
+    let (solver, iterations) = run(&mut scaled, options.method, limits);
+    scaled.store(r);
+    let errors = problem.errors(r);
+    SolveReport {
+        solver,
+        iterations,
+        error_scaled: errors.scaled,
+        error_plain: errors.plain,
+        converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
+        failed_contacts: scaled.failed_contacts,
+    }
+}
+
+/// Runs one solver; says which found the solution, and its iterations.
+fn run<'a>(scaled: &mut Scaled, method: Method, limits: impl Fn(usize) -> Limits<'a>) -> (Method, usize) {
+    let ending = match method {
+        Method::Hybrid | Method::Frictionless if scaled.is_frictionless() => {
+            let ending = frictionless::solve(scaled, &limits(frictionless::MAX_SWEEPS));
+            return (Method::Frictionless, ending.iterations);
+        }
+        Method::Hybrid | Method::Frictionless => {
+            let (found_by, ending) = hybrid::solve(scaled, &limits(usize::MAX));
+            return (found_by, ending.iterations);
+        }
+        Method::Nsgs => nsgs::solve(scaled, &limits(nsgs::MAX_SWEEPS)),
+        Method::Newton => newton::solve(scaled, &limits(newton::MAX_STEPS), newton::CAREFUL),
+        Method::InteriorPoint => interior_point::solve(scaled, &limits(interior_point::MAX_STEPS)),
+        Method::Proximal => proximal::solve(scaled, &limits(proximal::MAX_STEPS)),
+        Method::DeSaxce => de_saxce::solve(scaled, &limits(de_saxce::MAX_STEPS)),
+        Method::Extragradient => extragradient::solve(scaled, &limits(extragradient::MAX_STEPS)),
+        Method::AcceleratedGradient => {
+            accelerated_gradient::solve(scaled, &limits(accelerated_gradient::MAX_STEPS))
+        }
+    };
+    (method, ending.iterations)
+}

@@ -1,0 +1,54 @@
+//! The proximal-point method for a rank deficient W (Rockafellar 1976): a sequence of problems with `W + α I` and
+//! `q − α r_k`, each well posed, each started at the last one's solution, by Gauss–Seidel and Newton.
+//!
+//! α falls while the inner problems are solved with ease and rises where they are not. The error of `r_{k+1}` in the
+//! problem itself is α times what it moved.
+
+use super::scaled::Scaled;
+use super::{Ending, Limits, newton, nsgs};
+
+/// Outer iterations unless the caller says otherwise.
+pub(super) const MAX_STEPS: usize = 600;
+/// α of the first inner problem, the least and the greatest; every diagonal block has trace 3.
+const ALPHA: (f64, f64, f64) = (1e-2, 1e-8, 1.0);
+/// Factors on α after an inner problem that was easy, and after one that was not solved.
+const CHANGE: (f64, f64) = (0.3, 10.0);
+/// Newton steps of an easy inner problem, and the most of any.
+const NEWTON_STEPS: (usize, usize) = (20, 30);
+/// Sweeps before them.
+const SWEEPS: usize = 10;
+/// Tolerance of an inner problem as a share of the present error, and of the tolerance asked for.
+const INNER: f64 = 0.1;
+
+/// Outer iterations until the error is within the tolerance; ends with the best iterate. Counts sweeps and steps.
+pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
+    let mut error = scaled.error();
+    let mut best = (error, scaled.r.clone());
+    let mut alpha = ALPHA.0;
+    let mut iterations = 0;
+    for _ in 0..limits.iterations {
+        if error <= limits.tolerance || limits.interrupted() {
+            break;
+        }
+        scaled.set_proximal(alpha);
+        let tolerance = INNER * error.max(limits.tolerance);
+        let inner = |iterations| Limits { tolerance, iterations, interrupt: limits.interrupt };
+        let swept = nsgs::solve(scaled, &inner(SWEEPS));
+        let ending = newton::solve(scaled, &inner(NEWTON_STEPS.1), newton::BOLD);
+        iterations += swept.iterations + ending.iterations;
+        scaled.set_proximal(0.0);
+        error = scaled.error();
+        if error < best.0 {
+            best = (error, scaled.r.clone());
+        }
+        if ending.error > tolerance {
+            alpha = (CHANGE.1 * alpha).min(ALPHA.2);
+        } else if ending.iterations < NEWTON_STEPS.0 {
+            alpha = (CHANGE.0 * alpha).max(ALPHA.1);
+        }
+    }
+    if error > best.0 {
+        scaled.set_reactions(&best.1);
+    }
+    Ending { iterations, error: best.0 }
+}

@@ -1,0 +1,284 @@
+//! The same problem in dimensionless numbers: `r̂ = D^½ r`, `û = D^−½ u`, `Ŵ = D^−½ W D^−½`, one number D a contact.
+//!
+//! The law is homogeneous, so that it is the same in r̂ and û. Every diagonal block has trace 3, ρ = 1 suits every
+//! contact, and the scaled error of [`ContactProblem::error_scaled`] is `‖F̂‖ / max(‖r̂‖, ‖q̂‖)` with the natural map F̂ at
+//! ρ = 1.
+
+use crate::mechanics::contact::delassus::{Block, Delassus};
+use crate::mechanics::contact::local::{Local, natural_map, proj_coulomb_cone};
+use crate::mechanics::contact::problem::{ContactProblem, is_zero, local, squared};
+
+/// Power iterations for the largest eigenvalue, and the room given to what they miss.
+const POWER_STEPS: usize = 30;
+const EIGENVALUE_ROOM: f64 = 1.05;
+
+/// The problem and its iterate, scaled.
+#[derive(Clone, Debug)]
+pub(super) struct Scaled {
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Coefficients of friction.
+    pub mu: Vec<f64>,
+    pub q: Vec<f64>,
+    /// The iterate.
+    pub r: Vec<f64>,
+    /// `W r + q`, kept with it.
+    pub u: Vec<f64>,
+    /// Contacts that could not be solved alone, in the last sweep.
+    pub failed_contacts: usize,
+    /// Diagonal blocks.
+    pub diagonal: Vec<Block>,
+    /// Proximal weight α and centre: velocities have `α (r − centre)` added.
+    proximal: f64,
+    centre: Vec<f64>,
+    /// The columns of W: what a reaction does to all velocities.
+    columns: Columns,
+    /// `D^½`.
+    root: Vec<f64>,
+    /// `‖q‖`.
+    q_size: f64,
+}
+
+/// W by columns.
+#[derive(Clone, Debug)]
+enum Columns {
+    /// All of it: column after column.
+    Dense(Vec<f64>),
+    /// Blocks by columns: starts, rows, blocks.
+    Sparse { starts: Vec<usize>, rows: Vec<u32>, blocks: Vec<Block> },
+}
+
+impl Scaled {
+    /// The problem, started at `r`.
+    pub fn new(problem: &ContactProblem, r: &[f64]) -> Self {
+        let contacts = problem.contacts();
+        let root: Vec<f64> = problem.scales().iter().map(|d| d.sqrt()).collect();
+        let q: Vec<f64> = problem.q().iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
+        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let r: Vec<f64> = r.iter().enumerate().map(|(i, r)| finite(r * root[i / 3])).collect();
+        let scaled_block = |c: usize, d: usize, block: &Block| {
+            let factor = 1.0 / (root[c] * root[d]);
+            block.map(|row| row.map(|x| x * factor))
+        };
+        let diagonal = (0..contacts).map(|c| scaled_block(c, c, &problem.W().diagonal_block(c))).collect();
+        let columns = Columns::new(problem.W(), scaled_block);
+        let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let u = q.clone();
+        let mut scaled = Self {
+            contacts,
+            mu: problem.mu().to_vec(),
+            q,
+            r,
+            u,
+            diagonal,
+            columns,
+            root,
+            q_size,
+            proximal: 0.0,
+            failed_contacts: 0,
+            centre: Vec::new(),
+        };
+        scaled.update_velocity();
+        scaled
+    }
+
+    /// Writes the iterate in the units of the problem.
+    pub fn store(&self, r: &mut [f64]) {
+        for (i, (out, r)) in r.iter_mut().zip(&self.r).enumerate() {
+            *out = r / self.root[i / 3];
+        }
+    }
+
+    /// `u = W r + q` anew.
+    pub fn update_velocity(&mut self) {
+        self.u.copy_from_slice(&self.q);
+        for c in 0..self.contacts {
+            let r = local(&self.r, c);
+            if !is_zero(r) {
+                self.columns.add(c, r, &mut self.u);
+            }
+        }
+        if self.proximal > 0.0 {
+            for ((u, r), centre) in self.u.iter_mut().zip(&self.r).zip(&self.centre) {
+                *u += self.proximal * (r - centre);
+            }
+        }
+    }
+
+    /// The proximal weight α.
+    pub fn proximal(&self) -> f64 {
+        self.proximal
+    }
+
+    /// Other reactions, and their velocities.
+    pub fn set_reactions(&mut self, r: &[f64]) {
+        self.r.copy_from_slice(r);
+        self.update_velocity();
+    }
+
+    /// Whether nothing rubs anywhere.
+    pub fn is_frictionless(&self) -> bool {
+        self.mu.iter().all(|mu| *mu == 0.0)
+    }
+
+    /// An upper estimate of the largest eigenvalue of W, by power iteration.
+    pub fn largest_eigenvalue(&self) -> f64 {
+        // Any vector that no symmetry of the contacts makes orthogonal to the sought one.
+        let mut x: Vec<f64> =
+            (0..self.q.len()).map(|i| 1.0 + 0.37 * ((i * 7919) % 101) as f64 / 101.0).collect();
+        let mut value = 3.0;
+        for _ in 0..POWER_STEPS {
+            let mut y = vec![0.0; x.len()];
+            for c in 0..self.contacts {
+                self.add_column(c, local(&x, c), &mut y);
+            }
+            let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let (from, to) = (size(&x), size(&y));
+            if !(to > 0.0) {
+                break;
+            }
+            value = to / from;
+            x = y.into_iter().map(|y| y / to).collect();
+        }
+        EIGENVALUE_ROOM * value
+    }
+
+    /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the present velocities; μ finite.
+    pub fn projected_step(&self, z: &[f64], rho: f64) -> Vec<f64> {
+        let one = |c: usize| {
+            let (z, [n, t1, t2], mu) = (local(z, c), local(&self.u, c), self.mu[c]);
+            let lifted = n + mu * t1.hypot(t2);
+            proj_coulomb_cone([z[0] - rho * lifted, z[1] - rho * t1, z[2] - rho * t2], mu)
+        };
+        (0..self.contacts).flat_map(one).collect()
+    }
+
+    /// `r = start + share · direction`, and its velocities.
+    pub fn move_from(&mut self, start: &[f64], direction: &[f64], share: f64) {
+        for ((r, s), d) in self.r.iter_mut().zip(start).zip(direction) {
+            *r = s + share * d;
+        }
+        self.update_velocity();
+    }
+
+    /// Adds `α (r − r_now)` to the velocities from now on; with α = 0 nothing.
+    pub fn set_proximal(&mut self, alpha: f64) {
+        for block in &mut self.diagonal {
+            for i in 0..3 {
+                block[i][i] += alpha - self.proximal;
+            }
+        }
+        self.proximal = alpha;
+        self.centre.clone_from(&self.r);
+        self.update_velocity();
+    }
+
+    /// Changes the reaction of contact `c`, and all velocities with it.
+    #[inline]
+    pub fn change(&mut self, c: usize, new: Local) {
+        let old = local(&self.r, c);
+        let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
+        if !is_zero(change) {
+            self.r[3 * c..3 * c + 3].copy_from_slice(&new);
+            self.columns.add(c, change, &mut self.u);
+            if self.proximal > 0.0 {
+                for i in 0..3 {
+                    self.u[3 * c + i] += self.proximal * change[i];
+                }
+            }
+        }
+    }
+
+    /// Adds what a reaction `x` of contact `c` does to the velocities `u`.
+    pub fn add_column(&self, c: usize, x: Local, u: &mut [f64]) {
+        self.columns.add(c, x, u);
+    }
+
+    /// Visits the blocks of column `c` in the rows that have a place.
+    pub fn for_column(&self, c: usize, place: &[usize], mut visit: impl FnMut(usize, &Block)) {
+        match &self.columns {
+            Columns::Dense(values) => {
+                let n = 3 * self.contacts;
+                for (d, &at) in place.iter().enumerate().filter(|(_, p)| **p != usize::MAX) {
+                    let block =
+                        std::array::from_fn(|i| std::array::from_fn(|j| values[(3 * c + j) * n + 3 * d + i]));
+                    visit(at, &block);
+                }
+            }
+            Columns::Sparse { starts, rows, blocks } => {
+                let range = starts[c]..starts[c + 1];
+                for (row, block) in rows[range.clone()].iter().zip(&blocks[range]) {
+                    if place[*row as usize] != usize::MAX {
+                        visit(place[*row as usize], block);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The scaled error of the iterate and its velocities.
+    pub fn error(&self) -> f64 {
+        let f: f64 = (0..self.contacts)
+            .map(|c| squared(natural_map(local(&self.r, c), local(&self.u, c), self.mu[c], 1.0)))
+            .sum();
+        if f == 0.0 {
+            return 0.0;
+        }
+        let r_size = self.r.iter().map(|x| x * x).sum::<f64>().sqrt();
+        f.sqrt() / r_size.max(self.q_size)
+    }
+}
+
+impl Columns {
+    fn new(W: &Delassus, scaled: impl Fn(usize, usize, &Block) -> Block) -> Self {
+        let (contacts, n) = (W.contacts(), 3 * W.contacts());
+        if let Delassus::Dense(_) = W {
+            let mut values = vec![0.0; n * n];
+            W.for_each_block(|c, d, block| {
+                for (i, row) in scaled(c, d, block).into_iter().enumerate() {
+                    for (j, x) in row.into_iter().enumerate() {
+                        values[(3 * d + j) * n + 3 * c + i] = x;
+                    }
+                }
+            });
+            return Self::Dense(values);
+        }
+        let mut starts = vec![0; contacts + 1];
+        W.for_each_block(|_, d, _| starts[d + 1] += 1);
+        for d in 0..contacts {
+            starts[d + 1] += starts[d];
+        }
+        let mut next = starts.clone();
+        let mut rows = vec![0; W.block_count()];
+        let mut blocks = vec![[[0.0; 3]; 3]; W.block_count()];
+        W.for_each_block(|c, d, block| {
+            rows[next[d]] = c as u32;
+            blocks[next[d]] = scaled(c, d, block);
+            next[d] += 1;
+        });
+        Self::Sparse { starts, rows, blocks }
+    }
+
+    /// Adds what a reaction `x` of contact `c` does.
+    #[inline]
+    fn add(&self, c: usize, x: Local, u: &mut [f64]) {
+        match self {
+            Self::Dense(values) => {
+                let n = u.len();
+                let column = |j: usize| &values[(3 * c + j) * n..(3 * c + j + 1) * n];
+                for (((u, a), b), d) in u.iter_mut().zip(column(0)).zip(column(1)).zip(column(2)) {
+                    *u += a * x[0] + b * x[1] + d * x[2];
+                }
+            }
+            Self::Sparse { starts, rows, blocks } => {
+                let range = starts[c]..starts[c + 1];
+                for (row, block) in rows[range.clone()].iter().zip(&blocks[range]) {
+                    let at = 3 * *row as usize;
+                    for (u, row) in u[at..at + 3].iter_mut().zip(block) {
+                        *u += row[0] * x[0] + row[1] * x[1] + row[2] * x[2];
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The contact problem of a step with lumped masses, written out: `W = C M⁻¹ Cᵀ` and q, which the step itself never forms.
+
+use super::contact_row::{Levers, Row};
+use super::delassus::{Block, Delassus};
+use super::problem::{ContactProblem, ProblemError};
+use super::{Contact, ContactLaw, Reaction, RigidSides};
+use crate::mechanics::tensor::{Mat3, Vec3};
+
+/// The problem whose solution is the impulses of a step of length `h` [s]: `u = W p + q` [m/s] with `u_n` the end-of-step
+/// gap over h, as in [`super::gauss_seidel`].
+///
+/// `laws` one a pair; `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
+/// `reactions`, which are taken off again; `rigid` the bodies that they turn.
+///
+/// # Errors
+/// [`ProblemError`] where a number is not finite.
+pub fn step_problem(
+    contacts: &[Contact],
+    reactions: &[Reaction],
+    laws: &[ContactLaw],
+    (inverse_mass, rigid): (&[Vec3], &RigidSides),
+    h: f64,
+    v: &[Vec3],
+) -> Result<ContactProblem, ProblemError> {
+    let row = |contact: &Contact| {
+        Row::turning(contact, inverse_mass, h, Levers::new(contact, rigid.of_pair(contact.pair), rigid))
+    };
+    let rows: Vec<Row<Levers>> = contacts.iter().map(row).collect();
+    let mut free = v.to_vec();
+    for (row, reaction) in rows.iter().zip(reactions) {
+        row.push(reaction.impulse.map(|p| -p), inverse_mass, &mut free);
+    }
+    let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
+    let mu = contacts.iter().map(|c| laws[c.pair as usize].mu()).collect();
+    // (node, contact, ∂(relative velocity)/∂v of the node), so that contacts of a node stand together.
+    let mut shares: Vec<(u32, usize, Mat3)> = Vec::new();
+    for (c, row) in rows.iter().enumerate() {
+        shares.extend(row.normal.shares().map(|(node, J)| (node, c, J)));
+    }
+    shares.sort_by_key(|&(node, contact, _)| (node, contact));
+    let blocks = shares.chunk_by(|a, b| a.0 == b.0).flat_map(|at_node| {
+        let m = inverse_mass[at_node[0].0 as usize];
+        let M = Mat3::from_diagonal(&m);
+        at_node.iter().flat_map(move |&(_, c, J_c)| {
+            at_node.iter().map(move |&(_, d, J_d)| {
+                (c, d, coupling(&contacts[c].frame, &contacts[d].frame, &(J_c * M * J_d.transpose())))
+            })
+        })
+    });
+    ContactProblem::new(Delassus::from_blocks(contacts.len(), blocks)?, q, mu)
+}
+
+/// `T_c A T_dᵀ`.
+fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
+    c.map(|a| d.map(|b| a.dot(&(A * b))))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+    use crate::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
+
+    #[test]
+    fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
+        // Two nodes that share a face of four: its nodes couple them.
+        let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
+        let contact = |slave, weights| Contact {
+            pair: 0,
+            slave,
+            face: 0,
+            master: [0, 1, 2, 3],
+            weights,
+            frame,
+            gap: 1e-4 * f64::from(slave),
+            point: Vec3::zeros(),
+            drift: Vec3::new(0.3, 0.1, -5.0),
+        };
+        let contacts = [contact(4, [0.1, 0.2, 0.3, 0.4]), contact(5, [0.4, 0.3, 0.2, 0.1])];
+        let (laws, h) = ([ContactLaw::Coulomb(0.4)], 1e-3);
+        let inverse_mass: Vec<Vec3> = (0..6).map(|i| Vec3::repeat(1.0 + f64::from(i))).collect();
+        let mut v: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1 * f64::from(i), 0.2, -0.1)).collect();
+        let mut reactions = Vec::new();
+        let options = Options { tolerance: 1e-13, max_sweeps: 1000 };
+        let mut workspace = Workspace::default();
+        let report =
+            solve(&contacts, &laws, &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);
+        assert!(report.converged);
+        let problem =
+            step_problem(&contacts, &reactions, &laws, (&inverse_mass, &RigidSides::NONE), h, &v).unwrap();
+        let r: Vec<f64> = reactions.iter().flat_map(|reaction| reaction.impulse).collect();
+        assert!(r[0] > 0.0 && r[3] > 0.0);
+        assert!(problem.error_scaled(&r) <= 1e-12, "{:e}", problem.error_scaled(&r));
+    }
+}

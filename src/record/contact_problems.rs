@@ -1,0 +1,97 @@
+//! A recorder of the contact problems that a run meets, one JSON file each.
+//!
+//! Every [`EVERY_STEPS`]-th step with contacts is kept, from the first on, and no more than [`MOST_FILES`] in all.
+//! A scene in which a pair has μ = ∞ is left out: JSON has no such number. The settling of a scene has no frames.
+
+use super::contact_problem_file::{NamedContactProblem, contact_problem_document};
+use crate::mechanics::contact::step_problem::step_problem;
+use crate::mechanics::contact::{ContactLaw, RigidSides};
+use crate::mechanics::rigid::Pose;
+use crate::plan::Plan;
+use crate::step::{Frame, Outcome, Recorder, RecorderError};
+use std::path::PathBuf;
+
+/// Steps with contacts from one file to the next.
+pub const EVERY_STEPS: u64 = 20;
+/// Files of one run.
+pub const MOST_FILES: usize = 200;
+
+/// Writes the contact problems of a run to a folder.
+#[derive(Debug)]
+pub struct ContactProblemRecorder {
+    folder: PathBuf,
+    scene: String,
+    laws: Vec<ContactLaw>,
+    steps_with_contact: u64,
+    files: usize,
+    /// Time of the last frame [s], once the clock runs.
+    last_time: Option<f64>,
+}
+
+impl ContactProblemRecorder {
+    /// Into a folder, which is made; files are named after the scene and the step.
+    pub fn new(folder: PathBuf, scene: &str) -> Self {
+        let plain = |c: char| if c.is_alphanumeric() || "_-".contains(c) { c } else { '_' };
+        Self {
+            folder,
+            scene: scene.chars().map(plain).collect(),
+            laws: Vec::new(),
+            steps_with_contact: 0,
+            files: 0,
+            last_time: None,
+        }
+    }
+
+    /// Files written so far.
+    pub fn files(&self) -> usize {
+        self.files
+    }
+
+    fn write(&mut self, frame: &Frame, h: f64) -> Result<(), RecorderError> {
+        let plan = frame.plan;
+        let poses: Vec<Pose> = (0..plan.bodies.len()).filter_map(|body| frame.pose(body)).collect();
+        let sides = plan.rigid.as_ref().map_or(RigidSides::NONE, |rigid| RigidSides {
+            of_pairs: &rigid.of_pairs,
+            bodies: &rigid.bodies,
+            poses: &poses,
+        });
+        let masses = (&plan.inverse_mass[..], &sides);
+        let problem = step_problem(frame.contacts, frame.reactions, &self.laws, masses, h, frame.v_after)
+            .map_err(|error| RecorderError(Box::new(error)))?;
+        let name = format!("{}_{:08}_{}c", self.scene, frame.step, frame.contacts.len());
+        let path = self.folder.join(format!("{name}.json"));
+        let source = format!("contuse, scene {}, t = {:e} s, h = {h:e} s", self.scene, frame.time);
+        let document = contact_problem_document(&NamedContactProblem { name, problem }, &source);
+        std::fs::write(path, document.to_string()).map_err(|error| RecorderError(Box::new(error)))?;
+        self.files += 1;
+        Ok(())
+    }
+}
+
+impl Recorder for ContactProblemRecorder {
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
+        self.laws = plan.contact.iter().flat_map(|c| &c.pairs).map(|pair| pair.law).collect();
+        std::fs::create_dir_all(&self.folder).map_err(|error| RecorderError(Box::new(error)))
+    }
+
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        // h̄ = ½ (h₋ + h₊), and there is no h₋ when the clock starts.
+        let before = self.last_time.map_or(0.0, |last| frame.time - last);
+        let h = 2.0 * frame.mean_step - before;
+        self.last_time = Some(frame.time);
+        if frame.contacts.is_empty() {
+            return Ok(());
+        }
+        self.steps_with_contact += 1;
+        let due = (self.steps_with_contact - 1).is_multiple_of(EVERY_STEPS);
+        let writable = self.laws.iter().all(|law| law.mu().is_finite());
+        if due && writable && self.files < MOST_FILES && h > 0.0 {
+            self.write(frame, h)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}
