@@ -8,7 +8,7 @@
 //!
 //! 1. [`scene`]: what is asked, in the words of the user.
 //! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
-//! 3. [`step`]: the state, the explicit integrator, the energy ledger, the loop.
+//! 3. [`step`]: the state, the integrators, the energy ledger, the loop.
 //! 4. [`mechanics`]: the mathematics: laws, elements, contact.
 //! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top `service` and [`cli`].
 //!

@@ -86,6 +86,17 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
 fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let step = &report.stable_step;
     writeln!(out, "\nStep")?;
+    if let Some(systems) = &report.integrator.systems {
+        writeln!(
+            out,
+            "  {:.4} µs, implicit: {} unknowns, factor of {:.2} M entries, {:.3} GFLOP a factorisation",
+            1e6 * report.integrator.step_s,
+            systems.unknowns,
+            1e-6 * systems.factor_entries as f64,
+            1e-9 * systems.factor_flops
+        )?;
+        writeln!(out, "  an explicit step could be this long:")?;
+    }
     let limit = if step.limited_by_scene {
         "the scene's max_step_s is shorter".to_owned()
     } else {

@@ -30,6 +30,9 @@ pub struct ErrorArgs {
     /// Formulations whose meshes are run beside those of the scene's own.
     #[arg(long, value_delimiter = ',')]
     pub formulations: Vec<FormulationName>,
+    /// Lengths [s] of implicit steps that are run beside the scene's own stepping.
+    #[arg(long, value_delimiter = ',')]
+    pub implicit_steps: Vec<f64>,
     /// Threads of each run; by default all cores.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -81,7 +84,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         document: &loaded.scene.document,
         source: &FolderSource::new(folder),
         budget: &Budget::COMMAND_LINE,
-        ladder: &ladder(args.coarsest, args.finest, &formulations),
+        ladder: &ladder(args.coarsest, args.finest, &formulations, &args.implicit_steps),
         exact: &exact,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),

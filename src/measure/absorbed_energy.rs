@@ -13,7 +13,7 @@ pub struct Absorbed {
     pub strain: f64,
     /// Change of kinetic energy [J].
     pub kinetic: f64,
-    /// Dissipated by bulk viscosity [J].
+    /// Dissipated by bulk viscosity and by the time integrator [J].
     pub dissipated: f64,
     /// Work of external forces and of the position projection, which is not absorbed from the impact [J].
     pub not_from_contact: f64,
@@ -94,7 +94,7 @@ impl AbsorbedEnergy {
             time,
             strain: strain - strain_start,
             kinetic: kinetic - kinetic_start,
-            dissipated: sum(&self.tissue, |b| b.viscous_j),
+            dissipated: sum(&self.tissue, |b| b.viscous_j + b.algorithmic_j),
             not_from_contact: sum(&self.tissue, |b| b.external_work_j + b.projection_j),
             work: sum(&self.tissue, |b| b.contact_work_j),
         };
@@ -125,6 +125,7 @@ mod tests {
         let middle = BodyEnergy {
             strain_j: 4.0,
             hourglass_j: 0.5,
+            algorithmic_j: 0.0,
             kinetic_j: 1.0,
             viscous_j: 0.5,
             contact_work_j: 4.2,

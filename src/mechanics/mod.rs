@@ -13,4 +13,5 @@ pub mod material;
 pub mod principal;
 pub mod real;
 pub mod rigid;
+pub mod sparse;
 pub mod tensor;

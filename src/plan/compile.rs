@@ -6,11 +6,12 @@ use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
 use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
-use super::{Explicit, MeasurePlan, Plan, PlanBody, Settle};
+use super::{Explicit, Implicit, Integrator, MeasurePlan, Plan, PlanBody, Settle, SystemSize};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{self, Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Material;
+use crate::mechanics::sparse::{SparseError, Unknowns};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
 use crate::scene::document::{
@@ -43,6 +44,9 @@ pub enum CompileError {
         /// Node in the body.
         node: usize,
     },
+    /// The systems of an implicit integrator cannot be solved.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
 }
 
 /// What is collected body after body.
@@ -75,16 +79,20 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
-    let (explicit, _) = integrator(&document.integrator);
-    // Without elements the scene gives the step.
-    let longest = if parts.blocks.is_empty() { explicit.max_step } else { 0.0 };
-    let until =
-        document.end_time_s + LONGER_THAN_A_STEP * steps.largest_of_bodies(&parts.blocks).max(longest);
+    let integrator = integrator(&document.integrator, &parts)?;
+    let longest_step = match &integrator {
+        // Without elements the scene gives the step.
+        Integrator::Explicit(explicit) if parts.blocks.is_empty() => explicit.max_step,
+        Integrator::Explicit(_) => steps.largest_of_bodies(&parts.blocks),
+        Integrator::Implicit(implicit) => implicit.step,
+    };
+    let until = document.end_time_s + LONGER_THAN_A_STEP * longest_step;
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
     let mut plan = Plan {
-        skip_quiet_elements: skips_quiet_elements(document, &parts),
+        skip_quiet_elements: matches!(integrator, Integrator::Explicit(_))
+            && skips_quiet_elements(document, &parts),
         distant_pairs,
         name: document.name.clone(),
         measures: measures(scene, &parts.bodies),
@@ -100,7 +108,8 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         settle: document.settle.as_ref().map(|s| Settle { duration: s.duration_s, damping: s.damping_per_s }),
         initial_u: if still(&parts.u) { Vec::new() } else { parts.u },
         initial_v: if still(&parts.v) { Vec::new() } else { parts.v },
-        explicit,
+        integrator,
+        energy_gate: document.integrator.energy_gate(),
         rounding_energy: 0.0,
         end_time: document.end_time_s,
         field_times: field_times(scene),
@@ -112,6 +121,9 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     plan.report = report(&plan, scene, &steps, forces.memory());
     Ok(plan)
 }
+
+/// Share of the step below which an implicit run gives up, unless the scene says otherwise.
+const SMALLEST_STEP: f64 = 1e-4;
 
 /// No step is longer than the shortest stable step, let alone than this many times that of one body.
 const LONGER_THAN_A_STEP: f64 = 1.01;
@@ -166,23 +178,37 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
     plan.rigid.iter().flat_map(|r| r.bodies.iter().zip(&r.of_body)).map(of_body).sum()
 }
 
-/// Options of the integrator, and its two bulk viscosities.
-fn integrator(document: &IntegratorDocument) -> (Explicit, [f64; 2]) {
+/// The integrator; one that is implicit with the order in which it eliminates.
+fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
+    Ok(match document {
+        IntegratorDocument::Explicit { safety_factor, max_step_s, .. } => Integrator::Explicit(Explicit {
+            safety: *safety_factor,
+            max_step: max_step_s.unwrap_or(f64::INFINITY),
+        }),
+        IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } => {
+            let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
+            let hexes = parts.bodies.iter().flat_map(|body| &body.hexes);
+            let unknowns = Unknowns::new(parts.X.len(), is_free, hexes)?;
+            Integrator::Implicit(Box::new(Implicit {
+                step: *step_s,
+                smallest_step: smallest_step_s.unwrap_or(SMALLEST_STEP * step_s),
+                theta: *theta,
+                xi: xi.unwrap_or(*theta),
+                tolerance: *newton_tolerance,
+                systems: SystemSize::new(&unknowns)?,
+                unknowns,
+            }))
+        }
+    })
+}
+
+/// Linear and quadratic bulk viscosity; implicit steps have none.
+fn bulk_viscosities(document: &IntegratorDocument) -> [f64; 2] {
     match document {
-        IntegratorDocument::Explicit {
-            safety_factor,
-            max_step_s,
-            linear_bulk_viscosity,
-            quadratic_bulk_viscosity,
-            energy_gate,
-        } => (
-            Explicit {
-                safety: *safety_factor,
-                max_step: max_step_s.unwrap_or(f64::INFINITY),
-                energy_gate: *energy_gate,
-            },
-            [*linear_bulk_viscosity, *quadratic_bulk_viscosity],
-        ),
+        IntegratorDocument::Explicit { linear_bulk_viscosity, quadratic_bulk_viscosity, .. } => {
+            [*linear_bulk_viscosity, *quadratic_bulk_viscosity]
+        }
+        IntegratorDocument::Implicit { .. } => [0.0; 2],
     }
 }
 
@@ -212,7 +238,7 @@ fn add_body(
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
     parts.inverse_mass.extend(inverse_mass);
 
-    let (_, viscosity) = integrator(&scene.integrator);
+    let viscosity = bulk_viscosities(&scene.integrator);
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };

@@ -3,7 +3,7 @@
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
 //! the elements, `scenes` for the rest of a step.
 
-use super::Plan;
+use super::{Implicit, Integrator, Plan};
 use crate::mechanics::force::{BlockParameters, ElementBlock, Formulation};
 use crate::mechanics::material::Material;
 
@@ -25,6 +25,18 @@ const FIBRE_FAMILY: Nanoseconds = [48.0, 31.0];
 const NODE: f64 = 70.0;
 const SLAVE_NODE: f64 = 350.0;
 
+/// Iterations and matrices of an implicit step, about: what steps of impacts take that are as long as explicit ones.
+const ITERATIONS: f64 = 4.0;
+const MATRICES: f64 = 0.5;
+/// Stiffness of an element and its place in the matrix [ns], speed of a factorisation [GFLOP/s], an entry of the factor in one
+/// solution [ns], and in one of many at once as a share of that.
+const STIFFNESS: f64 = 4000.0;
+const FACTOR_GFLOPS: f64 = 20.0;
+const FACTOR_ENTRY: f64 = 1.0;
+const COLUMN: f64 = 0.15;
+/// Share of the slave nodes that are candidates at a time, with as many master nodes.
+const TOUCHED: f64 = 0.2;
+
 /// Up to so many bytes the data of the elements lie in the cache.
 const CACHE_BYTES: usize = 4_000_000;
 
@@ -44,8 +56,21 @@ pub(super) fn run_time_s(plan: &Plan, steps: u64, swept_bytes: usize) -> f64 {
         .iter()
         .flat_map(|contact| contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()))
         .sum();
+    if let Integrator::Implicit(implicit) = &plan.integrator {
+        return steps as f64 * implicit_step_s(plan, implicit, elements_s, slaves);
+    }
     let rest_s = 1e-9 * (NODE * plan.node_count() as f64 + SLAVE_NODE * slaves as f64);
     steps as f64 * (elements_s + rest_s)
+}
+
+/// An implicit step: sweeps and solutions of every iteration, and its share of a matrix with factor and compliances.
+fn implicit_step_s(plan: &Plan, implicit: &Implicit, elements_s: f64, slaves: usize) -> f64 {
+    let size = &implicit.systems;
+    let solution = 1e-9 * FACTOR_ENTRY * size.factor_entries as f64;
+    let columns = 3.0 * TOUCHED * slaves as f64;
+    let matrix = 1e-9 * (STIFFNESS * plan.element_count() as f64 + size.factor_flops / FACTOR_GFLOPS)
+        + columns * solution * COLUMN;
+    ITERATIONS * (elements_s + 2.0 * solution) + MATRICES * matrix
 }
 
 fn element_ns(parameters: &BlockParameters) -> Nanoseconds {

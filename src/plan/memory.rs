@@ -1,6 +1,6 @@
 //! Bytes of a run by part, about: from the counts and the sizes of what is kept.
 
-use super::Plan;
+use super::{Integrator, Plan};
 use crate::mechanics::contact::{Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
@@ -11,7 +11,8 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct MemoryReport {
-    /// Positions, masses, connectivity and skins of the plan, and which forces each node sums.
+    /// Positions, masses, connectivity and skins of the plan, which forces each node sums, and the matrix and factor of implicit
+    /// steps.
     pub plan_bytes: u64,
     /// Constants of the elements: geometry, fibres, node numbers.
     pub elements_bytes: u64,
@@ -34,10 +35,15 @@ impl MemoryReport {
         let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
         let bodies: u64 =
             plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
+        let systems = match &plan.integrator {
+            Integrator::Explicit(_) => 0,
+            Integrator::Implicit(implicit) => implicit.systems.memory_bytes,
+        };
         let initial = plan.initial_u.len() + plan.initial_v.len();
         let report = Self {
             plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())
                 + bytes(initial, vector)
+                + systems
                 + bodies
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,

@@ -17,15 +17,17 @@ pub use compile::{CompileError, compile};
 pub use distant::DistantPair;
 pub use left_out::LeftOut;
 pub use memory::MemoryReport;
-pub use report::{BlockReport, PairReport, PlanReport};
+pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
+use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{FieldName, Role};
+use serde::Serialize;
 use std::ops::Range;
 
 /// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body. A rigid body has
@@ -62,8 +64,10 @@ pub struct Plan {
     pub initial_u: Vec<Vec3>,
     /// Velocity at the start relative to the body's flight [m/s], nodes × 3; empty when all are zero.
     pub initial_v: Vec<Vec3>,
-    /// Options of the explicit integrator.
-    pub explicit: Explicit,
+    /// How to step in time.
+    pub integrator: Integrator,
+    /// Largest error of the energy balance [-].
+    pub energy_gate: f64,
     /// Energy that rounding alone may stir up [J]: below it nothing is known about the balance.
     pub rounding_energy: f64,
     /// Simulated time to the end [s].
@@ -135,6 +139,15 @@ pub struct Settle {
     pub damping: f64,
 }
 
+/// How to step in time.
+#[derive(Clone, Debug)]
+pub enum Integrator {
+    /// Central differences.
+    Explicit(Explicit),
+    /// The θ scheme.
+    Implicit(Box<Implicit>),
+}
+
 /// Options of the explicit integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explicit {
@@ -142,8 +155,55 @@ pub struct Explicit {
     pub safety: f64,
     /// Largest step [s]; infinite when none was given.
     pub max_step: f64,
-    /// Largest error of the energy balance [-].
-    pub energy_gate: f64,
+}
+
+/// Options of the implicit integrator, and the unknowns of its systems.
+#[derive(Clone, Debug)]
+pub struct Implicit {
+    /// Step, unless it has to be cut [s].
+    pub step: f64,
+    /// A step that would have to be shorter than this ends the run [s].
+    pub smallest_step: f64,
+    /// Weight θ of the end velocity in the motion [-], ½ … 1.
+    pub theta: f64,
+    /// Weight ξ of the end forces [-], ½ … 1.
+    pub xi: f64,
+    /// Largest residual of the momentum, relative to the impulses of the step [-].
+    pub tolerance: f64,
+    /// Unknowns in the order of elimination.
+    pub unknowns: Unknowns,
+    /// What its systems cost.
+    pub systems: SystemSize,
+}
+
+/// Sizes of the linear systems of implicit steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct SystemSize {
+    /// Unknowns.
+    pub unknowns: usize,
+    /// Entries of the matrix, its lower triangle.
+    pub matrix_entries: usize,
+    /// Entries of the factor.
+    pub factor_entries: usize,
+    /// Floating-point operations of a factorisation.
+    pub factor_flops: f64,
+    /// Bytes of matrix, factor and working memory.
+    pub memory_bytes: u64,
+}
+
+impl SystemSize {
+    fn new(unknowns: &Unknowns) -> Result<Self, SparseError> {
+        let matrix = SymmetricMatrix::new(unknowns);
+        let factor = Cholesky::new(&matrix)?;
+        Ok(Self {
+            unknowns: unknowns.count(),
+            matrix_entries: matrix.entries(),
+            factor_entries: factor.entries(),
+            factor_flops: factor.flops(),
+            memory_bytes: (matrix.memory() + factor.memory()) as u64,
+        })
+    }
 }
 
 /// What the measures need.

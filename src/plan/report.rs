@@ -4,7 +4,7 @@ use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
-use super::{Plan, cost};
+use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::mechanics::material::Material;
@@ -41,12 +41,55 @@ pub struct PlanReport {
     pub rigid_bodies: Vec<RigidReport>,
     /// Pairs that may touch.
     pub pairs: Vec<PairReport>,
-    /// Blocks, rigid bodies and pairs in words.
+    /// How it steps in time.
+    pub integrator: IntegratorReport,
+    /// Integrator, blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
     pub left_out: Vec<LeftOut>,
     /// What is kept though the scene may not need it, because somebody asked.
     pub put_back: Vec<Keep>,
+}
+
+/// How a plan steps in time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct IntegratorReport {
+    /// `explicit` or `implicit`.
+    pub kind: String,
+    /// Step that is aimed at [s].
+    pub step_s: f64,
+    /// Weight θ of the end of the step [-]; null for explicit steps.
+    pub theta: Option<f64>,
+    /// The linear systems of implicit steps; null for explicit steps.
+    pub systems: Option<SystemSize>,
+}
+
+impl IntegratorReport {
+    fn new(integrator: &Integrator, stable_step_s: f64) -> Self {
+        match integrator {
+            Integrator::Explicit(_) => {
+                Self { kind: "explicit".into(), step_s: stable_step_s, theta: None, systems: None }
+            }
+            Integrator::Implicit(implicit) => Self {
+                kind: "implicit".into(),
+                step_s: implicit.step,
+                theta: Some(implicit.theta),
+                systems: Some(implicit.systems),
+            },
+        }
+    }
+
+    fn in_words(&self) -> Option<String> {
+        let (theta, size) = (self.theta?, self.systems?);
+        Some(format!(
+            "implicit steps of {:.3e} s, θ = {theta}: {} unknowns, a factor of {:.2} M entries in {:.3} GFLOP",
+            self.step_s,
+            size.unknowns,
+            1e-6 * size.factor_entries as f64,
+            1e-9 * size.factor_flops
+        ))
+    }
 }
 
 /// Elements of one body, law and formulation.
@@ -92,12 +135,17 @@ pub struct PairReport {
 
 /// Describes a compiled plan, with the stable steps of its elements and the bytes of their forces.
 pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
-    let (safety, max_step) = (plan.explicit.safety, plan.explicit.max_step);
+    let (safety, max_step) = match &plan.integrator {
+        Integrator::Explicit(explicit) => (explicit.safety, explicit.max_step),
+        Integrator::Implicit(_) => (1.0, f64::INFINITY),
+    };
     let stable_step_s = max_step.min(safety * steps.smallest());
+    let integrator = IntegratorReport::new(&plan.integrator, stable_step_s);
+    let step_s = integrator.step_s;
     let settling = plan.settle.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
-    let expected_steps = stops.map(|interval| (interval / stable_step_s).ceil() as u64).sum();
+    let expected_steps = stops.map(|interval| (interval / step_s).ceil() as u64).sum();
     let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks
@@ -110,8 +158,10 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let rigid_bodies = RigidReport::of(plan);
     let words =
         blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
-    let mut kept: Vec<String> = words.chain(pairs.iter().map(PairReport::in_words)).collect();
-    if !plan.blocks.is_empty() && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
+    let mut kept: Vec<String> = integrator.in_words().into_iter().collect();
+    kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
+    let is_explicit = matches!(plan.integrator, Integrator::Explicit(_)) && !plan.blocks.is_empty();
+    if is_explicit && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
         kept.push(
             "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
         );
@@ -125,6 +175,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
         expected_steps,
         expected_run_time_s: cost::run_time_s(plan, expected_steps, swept_bytes),
+        integrator,
         kept,
         blocks,
         rigid_bodies,

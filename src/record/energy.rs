@@ -21,6 +21,7 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         external_work_j: e.external_work_j,
         projection_j: e.projection_j,
         hourglass_j: e.hourglass_j,
+        algorithmic_j: e.algorithmic_j,
     });
     let pairs = measures.pairs.iter().zip(&ledger.pairs).map(|(pair, e)| PairEnergy {
         pair: pair.name.clone(),

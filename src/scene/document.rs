@@ -335,6 +335,54 @@ pub enum IntegratorDocument {
         #[serde(default = "default_energy_gate")]
         energy_gate: f64,
     },
+    /// The θ scheme: `M (v⁺ − v) = h [ξ f⁺ + (1 − ξ) f] + Cᵀ p`, `u⁺ = u + h [θ v⁺ + (1 − θ) v]`, contact on the end velocity. For
+    /// slow or stiff scenes; no bulk viscosity.
+    Implicit {
+        /// Step [s]; cut where it does not converge, and grown again.
+        step_s: f64,
+        /// Weight θ of the end velocity, 0.5 (conserves the energy of linear bodies) … 1 (damps most) [-].
+        #[serde(default = "default_theta")]
+        theta: f64,
+        /// Weight ξ of the end forces, 0.5 … 1 [-]; θ by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        xi: Option<f64>,
+        /// Largest residual of the momentum, relative to the impulses of the step [-].
+        #[serde(default = "default_newton_tolerance")]
+        newton_tolerance: f64,
+        /// A step that would have to be shorter than this ends the run [s]; a ten thousandth of `step_s` by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        smallest_step_s: Option<f64>,
+        /// Largest error of the energy balance before the run fails [-].
+        #[serde(default = "default_energy_gate")]
+        energy_gate: f64,
+    },
+}
+
+impl IntegratorDocument {
+    /// Implicit steps of a length [s], all else by default.
+    pub fn implicit(step_s: f64) -> Self {
+        Self::Implicit {
+            step_s,
+            theta: default_theta(),
+            xi: None,
+            newton_tolerance: default_newton_tolerance(),
+            smallest_step_s: None,
+            energy_gate: default_energy_gate(),
+        }
+    }
+    /// Largest error of the energy balance before the run fails [-].
+    pub fn energy_gate(&self) -> f64 {
+        match self {
+            Self::Explicit { energy_gate, .. } | Self::Implicit { energy_gate, .. } => *energy_gate,
+        }
+    }
+}
+
+fn default_theta() -> f64 {
+    0.5
+}
+fn default_newton_tolerance() -> f64 {
+    1e-8
 }
 
 fn default_safety() -> f64 {

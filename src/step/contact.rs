@@ -100,18 +100,11 @@ impl<'p> ContactStep<'p> {
         flying: bool,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        let (laws, drift) = if flying { (&self.laws, &self.drift) } else { (&self.stuck, &self.still) };
-        // Contact looks at the skins only.
-        for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
-            let flight = if flying { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
-            for node in surface.nodes.iter().map(|&node| node as usize) {
-                self.x_end[node] = x[node] + (v[node] + flight) * h;
-            }
-        }
+        self.detect(plan, x, h, flying, v)?;
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
-        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
         let mut sides = RigidSides::NONE;
         if let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) {
+            let drift = if flying { &self.drift } else { &self.still };
             sides = rigid.work().sides;
             let poses_end = &mut contact.poses_end;
             poses_end.clear();
@@ -127,6 +120,7 @@ impl<'p> ContactStep<'p> {
             let motion = RigidMotion { x, x_end: &self.x_end, poses: sides.poses, poses_end };
             contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)?;
         }
+        let laws = if flying { &self.laws } else { &self.stuck };
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
@@ -142,19 +136,70 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        if report.residual <= LARGEST_RESIDUAL {
+        self.accept(report.residual).map_err(|mut failure| {
+            failure.1 = format!(
+                "The contact solver stopped at a residual of {:.2e} after {} sweeps (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
+                report.residual,
+                report.sweeps,
+                self.contacts.len()
+            );
+            failure
+        })
+    }
+
+    /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
+    /// [m/s]; `flying` as in [`ContactStep::solve`].
+    pub fn detect(
+        &mut self,
+        plan: &Plan,
+        x: &[Vec3],
+        h: f64,
+        flying: bool,
+        v: &[Vec3],
+    ) -> Result<(), (FailureCause, String)> {
+        let drift = if flying { &self.drift } else { &self.still };
+        // Contact looks at the skins only.
+        for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
+            let flight = if flying { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
+            for node in surface.nodes.iter().map(|&node| node as usize) {
+                self.x_end[node] = x[node] + (v[node] + flight) * h;
+            }
+        }
+        self.detector
+            .detect(x, &self.x_end, drift, &mut self.contacts)
+            .map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
+        Ok(())
+    }
+
+    /// Whether a residual above the scene's tolerance is still small enough; then it is counted.
+    pub fn accept(&mut self, residual: f64) -> Result<(), (FailureCause, String)> {
+        if residual <= LARGEST_RESIDUAL {
             // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to
             // more digits than the mesh resolves. It is counted, and the user is told.
-            self.unconverged = (self.unconverged.0 + 1, self.unconverged.1.max(report.residual));
+            self.unconverged = (self.unconverged.0 + 1, self.unconverged.1.max(residual));
             return Ok(());
         }
         let message = format!(
-            "The contact solver stopped at a residual of {:.2e} after {} sweeps (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
-            report.residual,
-            report.sweeps,
+            "The contact solver stopped at a residual of {residual:.2e} (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
             self.contacts.len()
         );
         Err((FailureCause::ContactNotConverged, message))
+    }
+
+    /// Contacts and the room for their reactions.
+    pub fn problem(&mut self) -> (&mut Vec<Contact>, &mut Vec<Reaction>) {
+        (&mut self.contacts, &mut self.reactions)
+    }
+
+    /// Friction of a pair [-], infinite while settling.
+    pub fn friction(&self, pair: u32, flying: bool) -> f64 {
+        let laws = if flying { &self.laws } else { &self.stuck };
+        laws[pair as usize].mu()
+    }
+
+    /// Largest scaled residual of a converged solution [-].
+    pub fn tolerance(&self) -> f64 {
+        self.plan.tolerance
     }
 
     pub fn results(&self) -> (&[Contact], &[Reaction]) {

@@ -12,6 +12,7 @@
 
 use super::contact::ContactStep;
 use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
+use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::rigid::RigidStep;
 use super::state::State;
@@ -19,7 +20,7 @@ use crate::mechanics::contact::Contact;
 use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Plan, Settle};
+use crate::plan::{ContactPlan, Explicit, Plan};
 
 /// Largest strain increment of a step along any edge or diagonal, `h max|D|`.
 const LARGEST_STRAIN_INCREMENT: f64 = 0.1;
@@ -31,18 +32,10 @@ const COLLAPSE: f64 = 1e-6;
 /// A step may be longer than asked by this share, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether the clock has started.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Phase {
-    /// Gravity and damping, full stick, no flight.
-    Settling(Settle),
-    /// The run proper.
-    Running,
-}
-
 /// Steps a plan. Holds the buffers of a step, so that a step allocates nothing; they carry nothing from step to step.
-pub(super) struct Stepper<'p> {
+pub(super) struct ExplicitStepper<'p> {
     plan: &'p Plan,
+    options: Explicit,
     threads: Threads,
     forces: ElementForces,
     activity: Activity,
@@ -57,36 +50,26 @@ pub(super) struct Stepper<'p> {
     /// Sums with both halves of the work at t_n; they become the state's when it advances.
     ledger: Ledger,
     /// The balance at t_n, after [`Stepper::balance`].
-    pub energy: Energy,
+    energy: Energy,
     f_int: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
-    pub v_after: Vec<Vec3>,
+    v_after: Vec<Vec3>,
     contact: Option<ContactStep<'p>>,
     rigid: Option<RigidStep<'p>>,
     /// h₊ [s].
-    pub step: f64,
+    step: f64,
     /// Extremes of the run so far.
-    pub extremes: Extremes,
+    extremes: Extremes,
 }
 
-/// Extremes of a run.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Extremes {
-    pub smallest_step: f64,
-    pub smallest_j: f64,
-    pub most_contacts: usize,
-    pub balance_error: f64,
-    /// Elements swept, summed over the steps since the clock started.
-    pub swept_elements: u64,
-}
-
-impl<'p> Stepper<'p> {
-    pub fn new(plan: &'p Plan, threads: Threads) -> Self {
+impl<'p> ExplicitStepper<'p> {
+    pub fn new(plan: &'p Plan, options: Explicit, threads: Threads) -> Self {
         let nodes = plan.node_count();
         let forces = ElementForces::new(&plan.blocks);
         Self {
             plan,
+            options,
             threads,
             activity: Activity::everything(nodes, &forces),
             forces,
@@ -103,20 +86,16 @@ impl<'p> Stepper<'p> {
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
             step: 0.0,
-            extremes: Extremes {
-                smallest_step: f64::INFINITY,
-                smallest_j: f64::INFINITY,
-                most_contacts: 0,
-                balance_error: 0.0,
-                swept_elements: 0,
-            },
+            extremes: Extremes::NONE,
         }
     }
+}
 
+impl Stepper for ExplicitStepper<'_> {
     /// Everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the next time
     /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
-    pub fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
+    fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
@@ -152,7 +131,7 @@ impl<'p> Stepper<'p> {
     }
 
     /// Balances the ledger at t_n, after [`Stepper::solve`].
-    pub fn balance(&mut self, state: &State) {
+    fn balance(&mut self, state: &State) {
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         ledger.copy_from(&state.ledger);
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
@@ -175,7 +154,7 @@ impl<'p> Stepper<'p> {
     }
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.
-    pub fn advance(&mut self, state: &mut State, phase: Phase) {
+    fn advance(&mut self, state: &mut State, phase: Phase) {
         let (h, activity) = (self.step, &self.activity);
         let arrays = (&mut state.u[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, u, v_after| {
@@ -217,21 +196,32 @@ impl<'p> Stepper<'p> {
         }
     }
 
-    /// Contacts and reactions of the last [`Stepper::solve`].
-    pub fn contacts(&self) -> (&[Contact], &[crate::mechanics::contact::Reaction]) {
+    fn contacts(&self) -> (&[Contact], &[crate::mechanics::contact::Reaction]) {
         self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
     }
 
-    /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
-    pub fn unconverged(&self) -> (u64, f64) {
+    fn unconverged(&self) -> (u64, f64) {
         self.contact.as_ref().map_or((0, 0.0), |contact| contact.unconverged)
     }
 
-    /// h̄ [s].
-    pub fn mean_step(&self, state: &State) -> f64 {
+    fn mean_step(&self, state: &State) -> f64 {
         0.5 * (state.last_step + self.step)
     }
 
+    fn v_after<'a>(&'a self, _: &'a State) -> &'a [Vec3] {
+        &self.v_after
+    }
+
+    fn energy(&self) -> &Energy {
+        &self.energy
+    }
+
+    fn extremes(&self) -> &Extremes {
+        &self.extremes
+    }
+}
+
+impl ExplicitStepper<'_> {
     fn work<'a>(&'a self, state: &'a State) -> StepWork<'a> {
         let (contacts, reactions) = self.contacts();
         StepWork {
@@ -300,24 +290,15 @@ impl<'p> Stepper<'p> {
 
     /// Absolute positions x_n of the skins that may touch: nobody else asks.
     fn place(&mut self, state: &State, phase: Phase) {
-        let plan = self.plan;
-        for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
-            let flight = match phase {
-                Phase::Settling(_) => Vec3::zeros(),
-                Phase::Running => plan.bodies[body].flight_velocity * state.time,
-            };
-            for node in surface.nodes.iter().map(|node| *node as usize) {
-                self.x[node] = plan.X[node] + flight + state.u[node];
-            }
-        }
+        place_skins(self.plan, state, phase, &mut self.x);
         if let Some(rigid) = &mut self.rigid {
-            rigid.place(plan, state, phase, &mut self.x);
+            rigid.place(self.plan, state, phase, &mut self.x);
         }
     }
 
     /// The share of the stable step that may be taken, and no more than the scene allows [s].
     fn longest_stable(&self, stable: f64) -> f64 {
-        (self.plan.explicit.safety * stable).min(self.plan.explicit.max_step)
+        (self.options.safety * stable).min(self.options.max_step)
     }
 
     fn choose_step(&self, state: &State, stable: f64) -> f64 {
@@ -385,8 +366,21 @@ impl<'p> Stepper<'p> {
     }
 }
 
+/// Absolute positions x_n [m] of the skins that may touch, into `x`.
+pub(super) fn place_skins(plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
+    for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
+        let flight = match phase {
+            Phase::Settling(_) => Vec3::zeros(),
+            Phase::Running => plan.bodies[body].flight_velocity * state.time,
+        };
+        for node in surface.nodes.iter().map(|node| *node as usize) {
+            x[node] = plan.X[node] + flight + state.u[node];
+        }
+    }
+}
+
 /// Looks at the extremes of a block for elements that are beyond the law.
-fn check_block(
+pub(super) fn check_block(
     plan: &Plan,
     block: &crate::mechanics::force::ElementBlock,
     totals: &BlockTotals,

@@ -20,6 +20,8 @@ pub enum FailureCause {
     FibreOverstretched,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
+    /// An implicit step did not converge, however short it was.
+    NewtonNotConverged,
     /// The energy balance failed its gate.
     EnergyGate,
     /// A number became infinite or not a number.
@@ -91,8 +93,13 @@ impl FailureCause {
             Self::ContactNotConverged => {
                 "Raise `contact.tolerance`, lower the friction, or avoid bodies that touch over many redundant nodes."
             }
+            Self::NewtonNotConverged => {
+                "Lower `integrator.step_s` (a fifth is a good trial), raise `integrator.theta` to 0.6, or refine the mesh at the \
+                 named place; a scene of shocks and waves belongs to the explicit integrator."
+            }
             Self::EnergyGate => {
-                "Lower `integrator.safety_factor` (0.5 is a good trial) or refine the mesh where the energy changes most."
+                "Lower `integrator.safety_factor` (0.5 is a good trial) or, of an implicit run, `integrator.step_s`; or refine the \
+                 mesh where the energy changes most."
             }
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."

@@ -25,6 +25,8 @@ const SLIDING: f64 = 1e-9;
 pub struct Ledger {
     /// Dissipated by bulk viscosity in each body [J].
     pub viscous: Vec<f64>,
+    /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created.
+    pub algorithmic: Vec<f64>,
     /// Work of external forces (gravity) on each body, and what the first half step leaves [J].
     pub external: Vec<f64>,
     /// Work of the contact reactions on each body [J].
@@ -70,6 +72,8 @@ pub struct BodyEnergy {
     pub hourglass_j: f64,
     /// Dissipated by bulk viscosity so far [J].
     pub viscous_j: f64,
+    /// Dissipated by the time integrator so far, below zero where it created energy [J]; 0 in explicit runs.
+    pub algorithmic_j: f64,
     /// Work of the contact reactions on it so far [J].
     pub contact_work_j: f64,
     /// Work of external forces on it so far, and what the first half step leaves [J].
@@ -85,7 +89,7 @@ pub struct Energy {
     pub bodies: Vec<BodyEnergy>,
     /// One for each contact pair.
     pub pairs: Vec<PairLedger>,
-    /// Sum of kinetic, strain, viscous, friction, impact and numerical contact dissipation [J].
+    /// Sum of kinetic and strain energy and of all dissipation: viscous, algorithmic, friction, impact, numerical contact [J].
     pub total_j: f64,
     /// Kinetic and strain energy at the start [J].
     pub initial_total_j: f64,
@@ -116,10 +120,14 @@ impl Energy {
         pairs.clone_from(&other.pairs);
         *self = Self { bodies, pairs, ..*other };
     }
-    /// Kinetic + strain energy and viscous dissipation of a body [J].
+    /// Kinetic + strain energy and viscous and algorithmic dissipation of a body [J].
     pub fn of_body(&self, body: usize) -> f64 {
         let b = &self.bodies[body];
-        b.kinetic_j + b.strain_j + b.viscous_j
+        b.kinetic_j + b.strain_j + b.viscous_j + b.algorithmic_j
+    }
+    /// Dissipated by the time integrator in all bodies [J].
+    pub fn algorithmic_j(&self) -> f64 {
+        self.bodies.iter().map(|b| b.algorithmic_j).sum()
     }
     /// Numerical contact dissipation of all pairs [J].
     pub fn numerical_contact_j(&self) -> f64 {
@@ -175,6 +183,7 @@ impl Ledger {
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
         Self {
             viscous: vec![0.0; bodies],
+            algorithmic: vec![0.0; bodies],
             external: vec![0.0; bodies],
             contact_work: vec![0.0; bodies],
             projection: vec![0.0; bodies],
@@ -187,6 +196,7 @@ impl Ledger {
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self {
             viscous,
+            algorithmic,
             external,
             contact_work,
             projection,
@@ -196,6 +206,7 @@ impl Ledger {
             absolute_external,
         } = self;
         viscous.clone_from(&other.viscous);
+        algorithmic.clone_from(&other.algorithmic);
         external.clone_from(&other.external);
         contact_work.clone_from(&other.contact_work);
         projection.clone_from(&other.projection);
@@ -248,6 +259,14 @@ impl Ledger {
     pub(super) fn add_projection(&mut self, plan: &Plan, shifts: &[(u32, Vec3)], f_int: &[Vec3]) {
         for (node, du) in shifts {
             self.projection[plan.body_of_node(*node)] += 0.5 * f_int[*node as usize].dot(du);
+        }
+    }
+
+    /// `sign` times the strain energy of the bodies [J], as it is on one side of a projection of positions: taken off before,
+    /// added after, it leaves what the projection put in.
+    pub(super) fn add_strain_of_projection(&mut self, strain: &[f64], sign: f64) {
+        for (sum, strain) in self.projection.iter_mut().zip(strain) {
+            *sum += sign * strain;
         }
     }
 
@@ -342,6 +361,7 @@ impl Ledger {
                 strain_j: work.strain[b],
                 hourglass_j: work.hourglass[b],
                 viscous_j: self.viscous[b],
+                algorithmic_j: self.algorithmic[b],
                 contact_work_j: self.contact_work[b],
                 external_work_j: self.external[b],
                 projection_j: self.projection[b],
@@ -357,7 +377,8 @@ impl Ledger {
     pub fn scale(&self, plan: &Plan) -> f64 {
         let pairs =
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
-        let dissipation = self.viscous.iter().sum::<f64>() + pairs;
+        let algorithmic = self.algorithmic.iter().map(|a| a.abs()).sum::<f64>();
+        let dissipation = self.viscous.iter().sum::<f64>() + pairs + algorithmic;
         let started_with = self.initial.unwrap_or(0.0);
         started_with
             .max(self.peak_strain)
@@ -376,7 +397,8 @@ impl Ledger {
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
         let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();
-        energy.total_j = kinetic + strain + viscous + friction + numerical + impact;
+        let algorithmic: f64 = self.algorithmic.iter().sum();
+        energy.total_j = kinetic + strain + viscous + friction + numerical + impact + algorithmic;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
         energy.scale_j = self.scale(work.plan);

@@ -1,4 +1,4 @@
-//! State, the explicit integrator, the energy ledger, the loop, and the trait [`Recorder`].
+//! State, the integrators (explicit and implicit), the energy ledger, the loop, and the trait [`Recorder`].
 //!
 //! One step at time t_n, from `u_n` and the velocity `v₋` of the last half step (see `explicit.rs`):
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
@@ -8,6 +8,8 @@ mod explicit;
 mod failure;
 mod frame;
 mod frame_copy;
+mod implicit;
+mod integrator;
 mod ledger;
 mod rigid;
 mod run;
@@ -18,4 +20,4 @@ pub use frame::{Ending, Frame, Outcome, Recorder, RecorderError};
 pub use frame_copy::{FieldCopy, FrameCopy};
 pub use ledger::{BodyEnergy, Energy, Ledger, PairLedger};
 pub use run::{Interrupt, RunOptions, run, run_from};
-pub use state::State;
+pub use state::{ImplicitMemory, State, Tangent};

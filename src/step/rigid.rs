@@ -1,7 +1,7 @@
 //! Rigid bodies inside a step: free rotation, poses, and what the ledger asks of them.
 
-use super::explicit::Phase;
 use super::failure::{Failure, FailureCause};
+use super::integrator::Phase;
 use super::ledger::Half;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};

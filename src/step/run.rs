@@ -1,8 +1,8 @@
 //! The loop.
 
-use super::explicit::{Phase, Stepper};
 use super::failure::{Failure, FailureCause};
 use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
+use super::integrator::{Phase, Stepper, stepper};
 use super::ledger::{Energy, Ledger};
 use super::state::State;
 use crate::mechanics::force::Threads;
@@ -44,12 +44,12 @@ pub fn run_from(
 ) -> (Outcome, State) {
     let (stepper, ending) = match start(plan, &state, options, recorders) {
         Ok(mut stepper) => {
-            let driven = drive(plan, &mut stepper, &mut state, options, recorders);
+            let driven = drive(plan, stepper.as_mut(), &mut state, options, recorders);
             (Some(stepper), driven.unwrap_or_else(|failure| Ending::Failed { failure }))
         }
         Err(failure) => (None, Ending::Failed { failure }),
     };
-    let outcome = conclude(plan, &state, stepper.as_ref(), ending);
+    let outcome = conclude(plan, &state, stepper.as_deref(), ending);
     finish(plan, outcome, state, recorders)
 }
 
@@ -58,7 +58,7 @@ fn start<'p>(
     state: &State,
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
-) -> Result<Stepper<'p>, Failure> {
+) -> Result<Box<dyn Stepper + 'p>, Failure> {
     for recorder in recorders.iter_mut() {
         recorder.start(plan).map_err(|e| recording_failed(state, &e))?;
     }
@@ -69,7 +69,7 @@ fn start<'p>(
             format!("The operating system gave no worker threads: {e}."),
         )
     })?;
-    Ok(Stepper::new(plan, threads))
+    stepper(plan, threads).map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))
 }
 
 fn finish(
@@ -91,7 +91,7 @@ fn finish(
 /// Settles if asked, then steps to the end.
 fn drive(
     plan: &Plan,
-    stepper: &mut Stepper,
+    stepper: &mut dyn Stepper,
     state: &mut State,
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
@@ -107,7 +107,7 @@ fn drive(
         let at_end = state.time >= plan.end_time;
         stepper.solve(state, Phase::Running, target.map_or(0.0, |t| t - state.time))?;
         stepper.balance(state);
-        let verdict = gate(plan, state, &stepper.energy);
+        let verdict = gate(plan, state, stepper.energy());
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         let (contacts, reactions) = stepper.contacts();
@@ -117,12 +117,12 @@ fn drive(
             step: state.step,
             u: &state.u,
             v: &state.v,
-            v_after: &stepper.v_after,
+            v_after: stepper.v_after(state),
             orientations: &state.orientations,
             contacts,
             reactions,
             mean_step: stepper.mean_step(state),
-            energy: &stepper.energy,
+            energy: stepper.energy(),
             is_field_time,
         };
         for recorder in recorders.iter_mut() {
@@ -143,7 +143,7 @@ fn drive(
 /// Gravity, damping and full stick until the settling time is over; then the clock starts at rest.
 fn settle_down(
     plan: &Plan,
-    stepper: &mut Stepper,
+    stepper: &mut dyn Stepper,
     state: &mut State,
     settle: Settle,
     options: &RunOptions,
@@ -187,7 +187,7 @@ fn snap(state: &mut State, target: Option<f64>) {
 
 /// The energy gate: the balance, and that contact created nothing.
 fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
-    let limit = plan.explicit.energy_gate;
+    let limit = plan.energy_gate;
     let numerical = energy.numerical_contact_j().min(energy.impact_j());
     let message = if !(energy.balance_error <= limit) {
         let imbalance = energy.total_j - energy.initial_total_j - energy.external_work_j;
@@ -202,6 +202,13 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
             "Contact created {:.3e} J of energy numerically, more than {:.1} % of {:.3e} J.",
             -numerical,
             100.0 * LARGEST_CONTACT_CREATION,
+            energy.scale_j
+        )
+    } else if energy.algorithmic_j() < -limit * energy.scale_j {
+        format!(
+            "The time integrator created {:.3e} J of energy, more than {:.2} % of {:.3e} J.",
+            -energy.algorithmic_j(),
+            100.0 * limit,
             energy.scale_j
         )
     } else {
@@ -235,7 +242,7 @@ fn recording_failed(state: &State, error: &RecorderError) -> Failure {
     Failure::new(state, FailureCause::RecordingFailed, message + ".")
 }
 
-fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Ending) -> Outcome {
+fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: Ending) -> Outcome {
     let mut outcome = Outcome {
         ending,
         time_s: state.time,
@@ -249,7 +256,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
         warnings: Vec::new(),
     };
     if let Some(stepper) = stepper {
-        let extremes = &stepper.extremes;
+        let extremes = stepper.extremes();
         outcome.smallest_step_s =
             if extremes.smallest_step.is_finite() { extremes.smallest_step } else { 0.0 };
         outcome.smallest_jacobian =
@@ -264,6 +271,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&Stepper>, ending: Endin
             ));
         }
     }
+    outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
     let scale = state.ledger.scale(plan);
     if lost > NOTABLE_CONTACT_LOSS * scale && scale > 0.0 {

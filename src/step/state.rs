@@ -15,8 +15,8 @@ pub struct State {
     pub step: u64,
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3: x = X + V_b max(t, 0) + u.
     pub u: Vec<Vec3>,
-    /// Velocity v₋ of the last half step, relative to the body's flight [m/s], nodes × 3; of the spin of a rigid body [rad/s],
-    /// in its axes.
+    /// Velocity relative to the body's flight [m/s], nodes × 3: v₋ of the last half step in explicit runs, v_n in implicit ones;
+    /// of the spin of a rigid body [rad/s], in its axes.
     pub v: Vec<Vec3>,
     /// Orientation of each rigid body at t_n.
     pub orientations: Vec<Rotation>,
@@ -31,6 +31,31 @@ pub struct State {
     pub projected: Vec<(u32, Vec3)>,
     /// What has been done to whom up to t_n, without the work of the forces that act at t_n.
     pub ledger: Ledger,
+    /// What an implicit run carries from step to step.
+    pub implicit: ImplicitMemory,
+}
+
+/// What an implicit run carries from step to step besides the motion, so that a copy of the state restarts it with the same
+/// bits.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImplicitMemory {
+    /// Step that is aimed at [s]; 0 at the start, for that of the scene.
+    pub target_step: f64,
+    /// Where the matrix was taken that the last step was solved with, when there was one.
+    pub tangent: Option<Tangent>,
+}
+
+/// Where the matrix `S = M + ξ θ h² K(u)` of an implicit step was taken. It serves as long as Newton's iteration converges with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tangent {
+    /// Which of the run it is, from 1.
+    pub number: u64,
+    /// Displacement [m], nodes × 3.
+    pub u: Vec<Vec3>,
+    /// Step h [s].
+    pub step: f64,
+    /// Nodes whose compliance was solved for, ascending.
+    pub contact_nodes: Vec<u32>,
 }
 
 impl State {
@@ -57,6 +82,7 @@ impl State {
             viscous_pressure: vec![0.0; slots],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
             ledger: Ledger::new(plan),
+            implicit: ImplicitMemory::default(),
         }
     }
 

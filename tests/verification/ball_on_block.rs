@@ -17,7 +17,7 @@ use std::path::Path;
 /// Impulses of the reference at 25 and 50 µs [N s].
 const REFERENCE: [f64; 2] = [0.0244, 0.0752];
 
-fn scenario(name: &str, change: impl FnOnce(&mut Value)) -> Plan {
+pub fn scenario(name: &str, change: impl FnOnce(&mut Value)) -> Plan {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ball_on_block");
     let mut document: Value = serde_json::from_slice(&std::fs::read(folder.join(name)).unwrap()).unwrap();
     change(&mut document);

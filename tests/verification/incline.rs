@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 const G: f64 = 9.81;
 
 /// A block on the plane z = 0, gravity turned by the angle of the incline towards +x; `shear` modulus [Pa].
-fn scene(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Value {
+pub fn scene(degrees: f64, mu: f64, speed: f64, end: f64, shear: f64) -> Value {
     let (sin, cos) = degrees.to_radians().sin_cos();
     json!({
         "name": "block on incline",

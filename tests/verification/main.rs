@@ -10,6 +10,7 @@ mod breathing_hollow_ball;
 mod cantilever;
 mod coulomb_cone;
 mod free_flight;
+mod implicit;
 mod incline;
 mod ledger;
 mod left_out;

@@ -45,7 +45,7 @@ pub(super) fn gates(numerics: &Numerics, plan: &Plan) -> Vec<Gate> {
         let result = if value <= limit { GateResult::Passed } else { GateResult::Failed };
         Gate { name, meaning, value, limit, result }
     };
-    let limit = plan.explicit.energy_gate;
+    let limit = plan.energy_gate;
     let creation = -numerics.numerical_contact_dissipation_share;
     vec![
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),

@@ -268,7 +268,7 @@ impl<T: Turning> Row<T> {
 }
 
 /// The nodes of a contact with signed weights: the slave first, then the master's nodes of non-zero weight, each once.
-fn signed_weights(contact: &Contact) -> ([u32; 5], [f64; 5], usize) {
+pub(super) fn signed_weights(contact: &Contact) -> ([u32; 5], [f64; 5], usize) {
     let mut nodes = [contact.slave; 5];
     let mut weights = [0.0; 5];
     weights[0] = 1.0;

@@ -7,6 +7,7 @@
 
 mod broad_phase;
 pub mod closest_point;
+pub mod compliance;
 mod contact_row;
 pub mod delassus;
 pub mod detection;

@@ -97,6 +97,12 @@ impl Hex8 {
         out
     }
 
+    /// ∂N_a/∂ξ_k over [`DERIVATIVE`] at every point: `[point][corner a][axis k]`.
+    #[inline(always)]
+    pub const fn local_shape_gradients() -> &'static [[[f64; 3]; 8]; POINTS] {
+        &SCALED_SHAPE_GRADIENTS
+    }
+
     /// ∂u_i/∂ξ_k over [`DERIVATIVE`] at point `q`, rows i.
     #[inline(always)]
     pub fn local_gradient_at<R: Real>(g: &LocalGradients<R>, q: usize) -> Tensor<R> {
@@ -156,6 +162,17 @@ fn add_along<R: Real>(f: &mut [R; 8], (a, b): (usize, usize), e: R) {
 const SHAPES: [[f64; 8]; POINTS] = shapes_at_points().0;
 /// Their derivatives in local coordinates.
 const LOCAL_SHAPE_GRADIENTS: [[[f64; 3]; 8]; POINTS] = shapes_at_points().1;
+
+/// The same over [`DERIVATIVE`].
+const SCALED_SHAPE_GRADIENTS: [[[f64; 3]; 8]; POINTS] = {
+    let mut scaled = LOCAL_SHAPE_GRADIENTS;
+    let mut i = 0;
+    while i < 24 * POINTS {
+        scaled[i / 24][(i / 3) % 8][i % 3] /= DERIVATIVE;
+        i += 1;
+    }
+    scaled
+};
 
 /// N_a and ∂N_a/∂ξ at each point.
 const fn shapes_at_points() -> ([[f64; 8]; POINTS], [[[f64; 3]; 8]; POINTS]) {

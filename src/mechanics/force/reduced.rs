@@ -13,7 +13,7 @@ use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous
 use super::rows::{load_corners, load_fibres, store_corners};
 use super::sweep::{BatchLanes, ElementKernel, ElementSweep};
 use super::totals::BatchTotals;
-use crate::mechanics::element::{Hourglass, ModalGeometry, Modes, largest_eigenvalue};
+use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
@@ -109,11 +109,94 @@ impl ReducedBatch {
 
     /// A and B of the elements of a register.
     #[inline(always)]
-    fn gradient_vectors<S: Simd>(&self, simd: S, part: usize) -> (Tensor<Lane<S>>, Tensor<Lane<S>>) {
+    pub fn gradient_vectors<S: Simd>(&self, simd: S, part: usize) -> (Tensor<Lane<S>>, Tensor<Lane<S>>) {
         (
             tensor!(k, j => Lane::load(simd, &self.A[3 * k + j], part)),
             tensor!(k, j => Lane::load(simd, &self.B[3 * k + j], part)),
         )
+    }
+}
+
+impl ReducedBatch {
+    /// The constants of the energy, of the elements of a register with its gradient vectors.
+    #[inline(always)]
+    pub fn one_point<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        A: Tensor<Lane<S>>,
+        B: Tensor<Lane<S>>,
+    ) -> OnePointElement<Lane<S>> {
+        // A macro, not a closure: that would be compiled without the instruction set of this function.
+        macro_rules! load {
+            ($x:expr) => {
+                Lane::load(simd, $x, part)
+            };
+        }
+        let zero = Lane::splat(simd, 0.0);
+        let mut curvature = [[zero; 3]; 4];
+        for (alpha, X) in curvature.iter_mut().enumerate() {
+            for (i, X) in X.iter_mut().enumerate() {
+                *X = load!(&self.curvature[3 * alpha + i]);
+            }
+        }
+        let mut constants = Hourglass {
+            base: [[zero; 3]; 3],
+            inverse_length: [zero; 3],
+            plane: [[zero; 4]; 3],
+            fourth: load!(&self.fourth),
+            inverse_scale: load!(&self.inverse_scale),
+        };
+        for n in 0..3 {
+            constants.inverse_length[n] = load!(&self.inverse_length[n]);
+            for i in 0..3 {
+                constants.base[n][i] = load!(&self.base[3 * n + i]);
+            }
+            for i in 0..4 {
+                constants.plane[n][i] = load!(&self.plane[4 * n + i]);
+            }
+        }
+        OnePointElement { volume: load!(&self.volume), A, B, curvature, constants }
+    }
+}
+
+/// Constants of the energy of one-point elements, in any number.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnePointElement<R> {
+    /// V [m³].
+    pub volume: R,
+    /// A_k [1/m], see [`ModalGeometry`].
+    pub A: Tensor<R>,
+    /// B_α [1/m].
+    pub B: Tensor<R>,
+    /// X_α [m].
+    pub curvature: [V3<R>; 4],
+    /// The stabilisation.
+    pub constants: Hourglass<R>,
+}
+
+impl<R: Real> OnePointElement<R> {
+    /// The stabilisation at modes of the displacement [m] with the mean gradient `H` [-].
+    #[inline(always)]
+    pub fn hourglass(&self, modes: &Modes<R>, H: &Tensor<R>) -> HourglassResponse<R> {
+        self.constants.eval(&modes.linear, &modes.hourglass(H, &self.curvature))
+    }
+
+    /// Forces on the corners [N] of the stress P [Pa] at the point and of the stabilisation.
+    #[inline(always)]
+    pub fn nodal_forces(&self, P: &Tensor<R>, hourglass: &HourglassResponse<R>) -> [[R; 8]; 3] {
+        // q_α = w_α − H̄ X_α passes the forces on the hourglass vectors to w_α and H̄.
+        let mut T = P.scaled(self.volume);
+        for (on, X) in hourglass.on_hourglass.iter().zip(&self.curvature) {
+            for i in 0..3 {
+                for j in 0..3 {
+                    T.0[i][j] -= on[i] * X[j];
+                }
+            }
+        }
+        let mut on = Modes { linear: hourglass.on_linear, bilinear: hourglass.on_hourglass };
+        on.add_mean_stress(&T, &self.A, &self.B);
+        on.nodal_forces()
     }
 }
 
@@ -204,43 +287,11 @@ impl ElementKernel for OnePoint {
         }
         let tangent = tangent_bound(point.stiffness_bound, &invariants, &pressure);
 
-        // The stabilisation.
-        let mut curvature = Aligned([[zero; 3]; 4]);
-        for (alpha, X) in curvature.0.iter_mut().enumerate() {
-            for (i, X) in X.iter_mut().enumerate() {
-                *X = load!(&batch.curvature[3 * alpha + i]);
-            }
-        }
-        let mut constants = Aligned(Hourglass {
-            base: [[zero; 3]; 3],
-            inverse_length: [zero; 3],
-            plane: [[zero; 4]; 3],
-            fourth: load!(&batch.fourth),
-            inverse_scale: load!(&batch.inverse_scale),
-        });
-        for n in 0..3 {
-            constants.0.inverse_length[n] = load!(&batch.inverse_length[n]);
-            for i in 0..3 {
-                constants.0.base[n][i] = load!(&batch.base[3 * n + i]);
-            }
-            for i in 0..4 {
-                constants.0.plane[n][i] = load!(&batch.plane[4 * n + i]);
-            }
-        }
-        let hourglass = constants.0.eval(&modes.0.linear, &modes.0.hourglass(&H, &curvature.0));
-
-        // Forces on the modes: q_α = w_α − H̄ X_α passes those on the hourglass vectors to w_α and H̄.
-        let mut T = response.first_piola(&k, pressure.p).scaled(volume);
-        for (on, X) in hourglass.on_hourglass.iter().zip(&curvature.0) {
-            for i in 0..3 {
-                for j in 0..3 {
-                    T.0[i][j] -= on[i] * X[j];
-                }
-            }
-        }
-        let mut on = Modes { linear: hourglass.on_linear, bilinear: hourglass.on_hourglass };
-        on.add_mean_stress(&T, &A, &B);
-        store_corners(&on.nodal_forces(), &mut lanes.nodal, part);
+        // The stabilisation, and the forces of both.
+        let one_point = Aligned(batch.one_point(simd, part, A, B));
+        let hourglass = one_point.0.hourglass(&modes.0, &H);
+        let forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
+        store_corners(&forces, &mut lanes.nodal, part);
         volume.mul_add(psi, hourglass.energy).store(&mut totals.strain, part);
         hourglass.energy.store(&mut totals.hourglass, part);
         lanes.store_history(k.j, viscous.0, part);

@@ -154,6 +154,9 @@ pub struct BodyEnergy {
     /// What of the strain energy is in the stabilisation of one-point elements [J].
     #[prost(double, tag = "8")]
     pub hourglass_j: f64,
+    /// Dissipated by an implicit time integrator so far [J].
+    #[prost(double, tag = "9")]
+    pub algorithmic_j: f64,
 }
 
 /// Energy of one contact pair, sums so far.

@@ -41,7 +41,7 @@ fn structure() -> Vec<Break> {
         ("/contact/pairs", json!("al"), "/contact/pairs", "unknown_variant"),
         ("/contact/pairs/0/between", json!(["ball"]), "/contact/pairs/0/between", "too_few_items"),
         ("/contact/pairs/0/frction", json!(1), "/contact/pairs/0/frction", "unknown_field"),
-        ("/integrator/kind", json!("implicit"), "/integrator/kind", "unknown_variant"),
+        ("/integrator/kind", json!("magic"), "/integrator/kind", "unknown_variant"),
         ("/integrator/safety", json!(0.5), "/integrator/safety", "unknown_field"),
         ("/record/fields/0", json!("stress"), "/record/fields/0", "unknown_variant"),
     ]
@@ -107,6 +107,13 @@ fn motion() -> Vec<Break> {
 }
 
 #[rustfmt::skip]
+/// Implicit steps with something beside.
+fn implicit(name: &str, value: f64) -> Value {
+    let mut integrator = json!({"kind": "implicit", "step_s": 1e-6});
+    integrator[name] = json!(value);
+    integrator
+}
+
 fn times() -> Vec<Break> {
     vec![
         ("/end_time_s", json!(0), "/end_time_s", "not_positive"),
@@ -118,6 +125,12 @@ fn times() -> Vec<Break> {
         ("/record/every_steps", json!(0), "/record/every_steps", "out_of_range"),
         ("/integrator/safety_factor", json!(1.5), "/integrator/safety_factor", "out_of_range"),
         ("/integrator/safety_factor", json!(0), "/integrator/safety_factor", "out_of_range"),
+        ("/integrator", json!({"kind": "implicit", "step_s": 0}), "/integrator/step_s", "not_positive"),
+        ("/integrator", implicit("theta", 0.4), "/integrator/theta", "out_of_range"),
+        ("/integrator", implicit("xi", 1.1), "/integrator/xi", "out_of_range"),
+        ("/integrator", implicit("newton_tolerance", 0.1), "/integrator/newton_tolerance", "out_of_range"),
+        ("/integrator", implicit("smallest_step_s", 1e-5), "/integrator/smallest_step_s", "out_of_range"),
+        ("/integrator", implicit("energy_gate", 2.0), "/integrator/energy_gate", "out_of_range"),
         ("/settle/damping_per_s", json!(0), "/settle/damping_per_s", "not_positive"),
         ("/gravity_m_per_s2", json!([0, 0, 0]), "/settle", "nothing_to_settle"),
     ]

@@ -62,8 +62,12 @@ pub fn check(
     let crossings: Vec<[f64; 2]> =
         document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect();
     let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
-    let IntegratorDocument::Explicit { safety_factor, max_step_s, .. } = document.integrator;
-    let step = (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY));
+    let step = match document.integrator {
+        IntegratorDocument::Explicit { safety_factor, max_step_s, .. } => {
+            (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY))
+        }
+        IntegratorDocument::Implicit { step_s, .. } => step_s,
+    };
     let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();

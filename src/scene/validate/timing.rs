@@ -12,7 +12,25 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     let end = document.end_time_s;
     out.positive(&root.key("end_time_s"), "the end time", end, "impacts last about 1e-4 to 1e-2 s");
     check_integrator(&document.integrator, &root.key("integrator"), out);
-    let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator;
+    check_rigid(document, &root, out);
+    check_settling(document, &root, out);
+    check_record(&document.record, end, budget, &root.key("record"), out);
+}
+
+/// What rigid bodies ask of the integrator.
+fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+    let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator else {
+        for (index, _) in document.bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_some()) {
+            let place = root.key("bodies").index(index).key("rigid");
+            out.push(
+                Problem::error("rigid_and_implicit", &place, "implicit steps know no rigid bodies")
+                    .value("rigid")
+                    .limit("explicit steps for scenes with rigid bodies")
+                    .remedy("step explicitly, or give the body a mesh of a stiff material"),
+            );
+        }
+        return;
+    };
     let has_elements = document.bodies.iter().any(|body| body.rigid.is_none());
     out.require(has_elements || document.bodies.is_empty() || max_step_s.is_some(), || {
         let place = root.key("integrator").key("max_step_s");
@@ -20,18 +38,33 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
             .limit("a largest step [s] for a scene of rigid bodies")
             .remedy("1e-4 s is a good trial for bodies of centimetres at metres per second")
     });
-    check_settling(document, &root, out);
-    check_record(&document.record, end, budget, &root.key("record"), out);
 }
 
 fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {
+    match integrator {
+        IntegratorDocument::Explicit { .. } => check_explicit(integrator, here, out),
+        IntegratorDocument::Implicit { .. } => check_implicit(integrator, here, out),
+    }
+    let energy_gate = integrator.energy_gate();
+    out.require(energy_gate > 0.0 && energy_gate <= 1.0, || {
+        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a share of the energy")
+            .value(energy_gate)
+            .limit("> 0 and <= 1")
+            .remedy("0.01 is the default")
+    });
+}
+
+fn check_explicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {
     let IntegratorDocument::Explicit {
         safety_factor,
         max_step_s,
         linear_bulk_viscosity,
         quadratic_bulk_viscosity,
-        energy_gate,
-    } = integrator;
+        ..
+    } = integrator
+    else {
+        return;
+    };
     out.require(*safety_factor > 0.0 && *safety_factor <= 1.0, || {
         let message = "the safety factor is a share of the stable step";
         Problem::error("out_of_range", &here.key("safety_factor"), message)
@@ -50,12 +83,44 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
         let remedy = "the defaults are 0.06 (linear) and 1.2 (quadratic); 0 switches it off";
         out.between(&here.key(name), "the viscosity", value, [0.0, 10.0], remedy);
     }
-    out.require(*energy_gate > 0.0 && *energy_gate <= 1.0, || {
-        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a share of the energy")
-            .value(*energy_gate)
-            .limit("> 0 and <= 1")
-            .remedy("0.01 is the default")
+}
+
+fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {
+    let IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } =
+        integrator
+    else {
+        return;
+    };
+    let remedy =
+        "the time in which what matters changes by a few per cent, such as a hundredth of the contact";
+    out.positive(&here.key("step_s"), "the step", *step_s, remedy);
+    for (name, weight) in [("theta", Some(*theta)), ("xi", *xi)] {
+        let Some(weight) = weight else { continue };
+        out.require((0.5..=1.0).contains(&weight), || {
+            let message =
+                "the weight of the end of the step is out of range: below 0.5 the scheme is unstable";
+            Problem::error("out_of_range", &here.key(name), message)
+                .value(weight)
+                .limit(">= 0.5 and <= 1")
+                .remedy("0.5 conserves energy, 0.6 damps what the step does not resolve, 1 damps most")
+        });
+    }
+    out.require(*newton_tolerance >= 1e-13 && *newton_tolerance <= 1e-3, || {
+        let message = "the tolerance is a share of the impulses of a step";
+        Problem::error("out_of_range", &here.key("newton_tolerance"), message)
+            .value(*newton_tolerance)
+            .limit(">= 1e-13 and <= 1e-3")
+            .remedy("1e-8 is the default")
     });
+    if let Some(smallest) = smallest_step_s {
+        out.require(*smallest > 0.0 && smallest <= step_s, || {
+            let message = "the smallest step is a part of the step";
+            Problem::error("out_of_range", &here.key("smallest_step_s"), message)
+                .value(*smallest)
+                .limit(format!("> 0 and <= step_s = {step_s}"))
+                .remedy("leave it out for a ten thousandth of the step")
+        });
+    }
 }
 
 fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) {

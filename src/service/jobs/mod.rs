@@ -132,6 +132,8 @@ pub enum JobFailureCause {
     StepCollapsed,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
+    /// An implicit step did not converge however short it was.
+    NewtonNotConverged,
     /// The energy balance failed its gate.
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.

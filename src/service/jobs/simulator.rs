@@ -341,6 +341,7 @@ impl From<Failure> for JobFailure {
             FailureCause::StepTooLong => JobFailureCause::StepTooLong,
             FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
             FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,
+            FailureCause::NewtonNotConverged => JobFailureCause::NewtonNotConverged,
             FailureCause::EnergyGate => JobFailureCause::EnergyGate,
             FailureCause::NotFinite => JobFailureCause::NotFinite,
             FailureCause::Deadline => JobFailureCause::Deadline,

@@ -35,6 +35,9 @@ pub enum StudyDocument {
         #[serde(default)]
         #[schema(value_type = Vec<String>)]
         formulations: Vec<Formulation>,
+        /// Lengths of implicit steps beside the scene's own stepping [s].
+        #[serde(default)]
+        implicit_steps_s: Vec<f64>,
         /// Exact values by the name of the quantity, where they are known.
         #[serde(default)]
         exact: BTreeMap<String, f64>,
@@ -147,7 +150,7 @@ pub(super) fn run(
     };
     let interrupt = || order.control.interrupt();
     let (summary, is_cancelled, has_finished) = match study {
-        StudyDocument::Error { scene, coarsest, finest, formulations, exact } => {
+        StudyDocument::Error { scene, coarsest, finest, formulations, implicit_steps_s, exact } => {
             let document: SceneDocument =
                 serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
             let exact =
@@ -156,7 +159,7 @@ pub(super) fn run(
                 document: &document,
                 source: order.meshes,
                 budget: simulator.budget(),
-                ladder: &ladder(coarsest, finest, &formulations),
+                ladder: &ladder(coarsest, finest, &formulations, &implicit_steps_s),
                 exact: &exact,
                 threads: order.threads,
                 interrupt: &interrupt,

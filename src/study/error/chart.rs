@@ -42,6 +42,8 @@ fn family(row: &Row) -> &'static str {
         "smaller steps"
     } else if row.setting.contact_tolerance.is_some() {
         "contact tolerance"
+    } else if row.setting.implicit_step_s.is_some() {
+        "implicit steps"
     } else if row.setting.mass_redistribution.is_some() {
         "redistributed mass"
     } else {

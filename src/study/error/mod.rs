@@ -98,15 +98,21 @@ pub struct ErrorStudy {
 }
 
 /// Meshes from `coarsest` to `finest` for each formulation, then time steps and tolerances on the scene's own mesh.
-pub fn ladder(coarsest: i32, finest: i32, formulations: &[Formulation]) -> Vec<Setting> {
+pub fn ladder(
+    coarsest: i32,
+    finest: i32,
+    formulations: &[Formulation],
+    implicit_steps_s: &[f64],
+) -> Vec<Setting> {
     let meshes = |formulation| {
         (coarsest..=finest).map(move |mesh_level| Setting { mesh_level, formulation, ..Setting::OWN })
     };
     let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
     let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
     let masses = [0.5, 0.75, 0.9].map(|share| Setting { mass_redistribution: Some(share), ..Setting::OWN });
+    let implicit = implicit_steps_s.iter().map(|h| Setting { implicit_step_s: Some(*h), ..Setting::OWN });
     let others = formulations.iter().flat_map(|formulation| meshes(Some(*formulation)));
-    meshes(None).chain(others).chain(steps).chain(tolerances).chain(masses).collect()
+    meshes(None).chain(others).chain(steps).chain(tolerances).chain(masses).chain(implicit).collect()
 }
 
 /// Runs every setting of the ladder and compares them.

@@ -15,6 +15,9 @@ pub struct Setting {
     pub formulation: Option<Formulation>,
     /// The time step's safety factor is divided by this.
     pub step_divisor: f64,
+    /// Implicit steps of this length [s]; `None` for the document's own stepping.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub implicit_step_s: Option<f64>,
     /// Tolerance of the contact solver; `None` for what the document says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_tolerance: Option<f64>,
@@ -29,6 +32,7 @@ impl Setting {
         mesh_level: 0,
         formulation: None,
         step_divisor: 1.0,
+        implicit_step_s: None,
         contact_tolerance: None,
         mass_redistribution: None,
     };
@@ -47,8 +51,13 @@ impl Setting {
                 part.formulation = self.formulation.or(part.formulation);
             }
         }
-        let IntegratorDocument::Explicit { safety_factor, .. } = &mut document.integrator;
-        *safety_factor /= self.step_divisor;
+        if let Some(step_s) = self.implicit_step_s {
+            document.integrator = IntegratorDocument::implicit(step_s);
+        }
+        match &mut document.integrator {
+            IntegratorDocument::Explicit { safety_factor: step, .. }
+            | IntegratorDocument::Implicit { step_s: step, .. } => *step /= self.step_divisor,
+        }
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;
         }
@@ -70,6 +79,9 @@ impl Setting {
         }
         if self.step_divisor != 1.0 {
             name += &format!(", step / {}", self.step_divisor);
+        }
+        if let Some(step) = self.implicit_step_s {
+            name += &format!(", implicit steps of {step:.1e} s");
         }
         if let Some(tolerance) = self.contact_tolerance {
             name += &format!(", contact to {tolerance:.0e}");

@@ -1,0 +1,328 @@
+//! Tangent stiffness K = ∂f_int/∂u of elements, for implicit steps: the exact derivative of what the force sweep computes.
+//!
+//! At a point, `A = ∂P/∂F` comes from dual numbers through the same law, so there is no second formula. A split law in mean
+//! dilatation, `W = Σ_q w ψ(F_q) + V U(J̄)`, has
+//!
+//! ```text
+//! K = Σ_q w ∇Nᵀ (∂²ψ/∂F² + U′(J̄) ∂cof F/∂F) ∇N + U″(J̄)/V c cᵀ          c = Σ_q w cof F ∇N = V ∂J̄/∂u
+//! ```
+//!
+//! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included. Bulk viscosity is no part
+//! of implicit steps, so it is none of this either.
+
+use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::chunk::Chunk;
+use super::reduced::{OnePointElement, ReducedBatch};
+use super::rows::{load_corners, load_fibres};
+use crate::mechanics::dual::Dual;
+use crate::mechanics::element::{Hex8, Hourglass, Modes, POINTS};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::with_law;
+use pulp::{Simd, WithSimd};
+
+/// Pairs of corners (a, b) with a ≥ b.
+pub const CORNER_PAIRS: usize = 36;
+
+/// Where the pair of corners (a, b), a ≥ b, is stored.
+#[inline(always)]
+pub const fn corner_pair(a: usize, b: usize) -> usize {
+    a * (a + 1) / 2 + b
+}
+
+/// Stiffness matrices of one batch of elements [N/m], lane by lane: `[corner_pair(a, b)][3 i + j]` is the force on corner a
+/// along i by a displacement of corner b along j; the rest is the transpose.
+#[derive(Clone, Debug)]
+pub struct StiffnessBatch(pub Vec<[Row; 9]>);
+
+impl StiffnessBatch {
+    /// All zero.
+    pub fn zeros() -> Self {
+        Self(vec![[Row::default(); 9]; CORNER_PAIRS])
+    }
+}
+
+impl ElementBlock {
+    /// Tangent stiffness of the elements of a batch at the displacements `u` [m], nodes × 3.
+    pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
+        let families = self.parameters.material.family_count();
+        let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
+        let mut nodal = [[Row::default(); 8]; 3];
+        for corner in 0..8 {
+            for lane in 0..BATCH {
+                let value = &u[nodes[self.batches[batch].nodes[corner][lane] as usize] as usize];
+                for i in 0..3 {
+                    nodal[i][corner].0[lane] = value[i];
+                }
+            }
+        }
+        with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Stiffness {
+            law,
+            mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
+            batch: &self.batches[batch],
+            reduced: self.reduced.get(batch),
+            fibres: &self.fibres[batch * families..(batch + 1) * families],
+            u: &nodal,
+            to: stiffness,
+        }));
+    }
+}
+
+/// One batch, one law.
+struct Stiffness<'a, L> {
+    law: L,
+    mean_dilatation: bool,
+    batch: &'a Batch,
+    /// Of one-point elements.
+    reduced: Option<&'a ReducedBatch>,
+    fibres: &'a [[Row; 3]],
+    u: &'a [[Row; 8]; 3],
+    to: &'a mut StiffnessBatch,
+}
+
+impl<L: Law> WithSimd for Stiffness<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        for part in 0..BATCH / S::F64_LANES {
+            match self.reduced {
+                Some(reduced) => self.eval_one_point(simd, part, reduced),
+                None => self.eval_points(simd, part),
+            }
+        }
+    }
+}
+
+/// A dual number whose value does not depend on the direction.
+#[inline(always)]
+fn fixed<R: Real>(value: R) -> Dual<R> {
+    Dual { value, slope: value.zero() }
+}
+
+/// [`fixed`] in every component.
+#[inline(always)]
+fn fixed_tensor<R: Real>(t: &Tensor<R>) -> Tensor<Dual<R>> {
+    let mut out = Tensor([[fixed(t.0[0][0]); 3]; 3]);
+    for i in 0..3 {
+        for j in 0..3 {
+            out.0[i][j] = fixed(t.0[i][j]);
+        }
+    }
+    out
+}
+
+impl<L: Law> Stiffness<'_, L> {
+    /// Fibre directions of the elements of a register, without slope.
+    #[inline(always)]
+    fn directions<S: Simd>(&self, simd: S, part: usize) -> [[Dual<Lane<S>>; 3]; MAX_FAMILIES] {
+        let fibres = load_fibres(simd, self.fibres, part);
+        let mut out = [[fixed(Lane::splat(simd, 0.0)); 3]; MAX_FAMILIES];
+        for (out, a) in out.iter_mut().zip(&fibres) {
+            for i in 0..3 {
+                out[i] = fixed(a[i]);
+            }
+        }
+        out
+    }
+
+    /// Elements of 2×2×2 points.
+    #[inline(always)]
+    fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
+        let zero = Lane::splat(simd, 0.0);
+        let local_X = Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part));
+        let local_u = Hex8::local_gradients(&load_corners(simd, self.u, part));
+        let directions = self.directions(simd, part);
+
+        // Reference geometry as in the sweep: gradients are those of the local cube times `cof`, weights over CORNER_SCALE.
+        let (mut cof, mut H) = ([Tensor::diagonal(zero); POINTS], [Tensor::diagonal(zero); POINTS]);
+        let (mut w, mut change) = ([zero; POINTS], zero);
+        for q in 0..POINTS {
+            let X = Hex8::local_gradient_at(&local_X, q);
+            let cof_X = X.cofactor();
+            w[q] = X.determinant_by(&cof_X);
+            cof[q] = cof_X.scaled(Lane::load(simd, &self.batch.inverse_weight[q], part));
+            H[q] = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof[q]);
+            change = w[q].mul_add(volume_change(&H[q]), change);
+        }
+        let inverse_volume = Lane::load(simd, &self.batch.scaled_inverse_volume, part);
+        let mean = Dual { value: change * inverse_volume, slope: zero + 1.0 };
+        let U = self.law.volumetric();
+        let pressure = match U {
+            Some(U) if self.mean_dilatation => Some(U.pressure(mean)),
+            _ => None,
+        };
+
+        let mut sums = [[zero; 9]; CORNER_PAIRS];
+        let mut volume_slope = [[zero; 3]; 8];
+        for q in 0..POINTS {
+            let fibres = &directions[..self.fibres.len()];
+            let A = tangent_at(&self.law, &H[q], fibres, pressure.map(|p| p.value), U);
+            let g = gradients(q, &cof[q]);
+            let weight = w[q] * CORNER_SCALE;
+            add_pairs(&mut sums, &A, &g, weight);
+            if pressure.is_some() {
+                let cof_F = H[q].plus(&Tensor::diagonal(zero + 1.0)).cofactor().scaled(weight);
+                for (slope, g) in volume_slope.iter_mut().zip(&g) {
+                    let on = cof_F.apply(g);
+                    for i in 0..3 {
+                        slope[i] += on[i];
+                    }
+                }
+            }
+        }
+        let bulk = pressure.map_or(zero, |p| p.slope * inverse_volume * (1.0 / CORNER_SCALE));
+        for a in 0..8 {
+            for b in 0..=a {
+                let (sum, to) = (&sums[corner_pair(a, b)], &mut self.to.0[corner_pair(a, b)]);
+                for i in 0..3 {
+                    let c = volume_slope[a][i] * bulk;
+                    for j in 0..3 {
+                        c.mul_add(volume_slope[b][j], sum[3 * i + j]).store(&mut to[3 * i + j], part);
+                    }
+                }
+            }
+        }
+    }
+
+    /// One-point elements: the force differentiated along each nodal displacement.
+    #[inline(always)]
+    fn eval_one_point<S: Simd>(&mut self, simd: S, part: usize, batch: &ReducedBatch) {
+        let (A, B) = batch.gradient_vectors(simd, part);
+        let element = lift(&batch.one_point(simd, part, A, B));
+        let directions = self.directions(simd, part);
+        let values = load_corners(simd, self.u, part);
+        let mut u = [[fixed(values[0][0]); 8]; 3];
+        for i in 0..3 {
+            for corner in 0..8 {
+                u[i][corner] = fixed(values[i][corner]);
+            }
+        }
+        for column in 0..24 {
+            let (b, j) = (column / 3, column % 3);
+            u[j][b].slope = u[j][b].value.constant(1.0);
+            let modes = Modes::new(&u);
+            let H = modes.mean_gradient(&element.A, &element.B);
+            let k = Kinematics::new(&H);
+            let p = self.law.volumetric().map_or(k.j.zero(), |U| U.pressure(k.j));
+            let P = self.law.eval(&k, &directions[..self.fibres.len()]).first_piola(&k, p);
+            let forces = element.nodal_forces(&P, &element.hourglass(&modes, &H));
+            for a in b..8 {
+                for i in 0..3 {
+                    forces[i][a].slope.store(&mut self.to.0[corner_pair(a, b)][3 * i + j], part);
+                }
+            }
+            u[j][b].slope = u[j][b].value.zero();
+        }
+    }
+}
+
+/// A = ∂P/∂F [Pa], `[3 i + J][3 k + L]`, at a point: with the element's pressure [Pa] held, or else with the point's own `U′`.
+#[inline(always)]
+fn tangent_at<R: Real, L: Law>(
+    law: &L,
+    H: &Tensor<R>,
+    fibres: &[[Dual<R>; 3]],
+    pressure: Option<R>,
+    U: Option<Volumetric>,
+) -> [[R; 9]; 9] {
+    let mut A = [[H.0[0][0]; 9]; 9];
+    let mut lifted = fixed_tensor(H);
+    for column in 0..9 {
+        let (k, l) = (column / 3, column % 3);
+        lifted.0[k][l].slope = H.0[0][0].constant(1.0);
+        let kinematics = Kinematics::new(&lifted);
+        let p = match (pressure, U) {
+            (Some(p), _) => fixed(p),
+            (None, Some(U)) => U.pressure(kinematics.j),
+            (None, None) => fixed(H.0[0][0].zero()),
+        };
+        let P = law.eval(&kinematics, fibres).first_piola(&kinematics, p);
+        for (row, A) in A.iter_mut().enumerate() {
+            A[column] = P.0[row / 3][row % 3].slope;
+        }
+        lifted.0[k][l].slope = H.0[0][0].zero();
+    }
+    A
+}
+
+/// ∇N of the corners [1/m] at point `q`, `cof` the scaled cofactor of the reference geometry there.
+#[inline(always)]
+fn gradients<R: Real>(q: usize, cof: &Tensor<R>) -> [[R; 3]; 8] {
+    let mut g = [[cof.0[0][0]; 3]; 8];
+    for (g, local) in g.iter_mut().zip(&Hex8::local_shape_gradients()[q]) {
+        for (i, g) in g.iter_mut().enumerate() {
+            let c = &cof.0[i];
+            *g = c[0] * local[0] + c[1] * local[1] + c[2] * local[2];
+        }
+    }
+    g
+}
+
+/// Adds `w ∇N_a A ∇N_b` to every pair.
+#[inline(always)]
+fn add_pairs<R: Real>(sums: &mut [[R; 9]; CORNER_PAIRS], A: &[[R; 9]; 9], g: &[[R; 3]; 8], w: R) {
+    for b in 0..8 {
+        // A ∇N_b, by row (i, J) and direction k.
+        let mut on = [[w; 3]; 9];
+        let gb = [g[b][0] * w, g[b][1] * w, g[b][2] * w];
+        for (on, A) in on.iter_mut().zip(A) {
+            for (k, on) in on.iter_mut().enumerate() {
+                let A = &A[3 * k..3 * k + 3];
+                *on = A[2].mul_add(gb[2], A[1].mul_add(gb[1], A[0] * gb[0]));
+            }
+        }
+        for a in b..8 {
+            let sum = &mut sums[corner_pair(a, b)];
+            for i in 0..3 {
+                for k in 0..3 {
+                    let s = &mut sum[3 * i + k];
+                    *s = g[a][0].mul_add(on[3 * i][k], *s);
+                    *s = g[a][1].mul_add(on[3 * i + 1][k], *s);
+                    *s = g[a][2].mul_add(on[3 * i + 2][k], *s);
+                }
+            }
+        }
+    }
+}
+
+/// Constants of one-point elements as dual numbers without slope.
+#[inline(always)]
+fn lift<R: Real>(element: &OnePointElement<R>) -> OnePointElement<Dual<R>> {
+    let zero = fixed(element.volume.zero());
+    let c = &element.constants;
+    let mut constants = Hourglass {
+        base: [[zero; 3]; 3],
+        inverse_length: [zero; 3],
+        plane: [[zero; 4]; 3],
+        fourth: fixed(c.fourth),
+        inverse_scale: fixed(c.inverse_scale),
+    };
+    for n in 0..3 {
+        constants.inverse_length[n] = fixed(c.inverse_length[n]);
+        for i in 0..3 {
+            constants.base[n][i] = fixed(c.base[n][i]);
+        }
+        for i in 0..4 {
+            constants.plane[n][i] = fixed(c.plane[n][i]);
+        }
+    }
+    let mut curvature = [[zero; 3]; 4];
+    for (to, from) in curvature.iter_mut().zip(&element.curvature) {
+        for i in 0..3 {
+            to[i] = fixed(from[i]);
+        }
+    }
+    OnePointElement {
+        volume: fixed(element.volume),
+        A: fixed_tensor(&element.A),
+        B: fixed_tensor(&element.B),
+        curvature,
+        constants,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! Systems of small meshes against dense linear algebra.
+
+use super::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
+use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
+use crate::mechanics::material::{Material, NeoHookean, Volumetric};
+use crate::mechanics::tensor::{Mat3, Vec3};
+use nalgebra::{DMatrix, DVector};
+
+/// A row of `n` × n × n unit cubes of rubber.
+fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
+    let m = n + 1;
+    let id = |i: u32, j: u32, k: u32| (k * m + j) * m + i;
+    let mut X = Vec::new();
+    let mut hexes = Vec::new();
+    for k in 0..m {
+        for j in 0..m {
+            for i in 0..m {
+                X.push(Vec3::new(f64::from(i), f64::from(j), f64::from(k)));
+                if i < n && j < n && k < n {
+                    let face = |k| [id(i, j, k), id(i + 1, j, k), id(i + 1, j + 1, k), id(i, j + 1, k)];
+                    let ([a, b, c, d], [e, f, g, h]) = (face(k), face(k + 1));
+                    hexes.push([a, b, c, d, e, f, g, h]);
+                }
+            }
+        }
+    }
+    let inputs: Vec<BlockInput> = hexes
+        .iter()
+        .enumerate()
+        .map(|(e, nodes)| {
+            let corners = nodes.map(|node| X[node as usize]);
+            let geometry = ReferenceGeometry::new(&corners);
+            BlockInput { element: e as u32, nodes: *nodes, corners, axes: Mat3::identity(), geometry }
+        })
+        .collect();
+    let parameters = BlockParameters {
+        material: Material::NeoHookean(NeoHookean { c10: 0.5, volumetric: Volumetric::LnSquared(5.0) }),
+        formulation: Formulation::MeanDilatation,
+        density: 1.0,
+        linear_viscosity: 0.0,
+        quadratic_viscosity: 0.0,
+    };
+    (X, hexes, ElementBlock::new(0, parameters, 0, &inputs))
+}
+
+/// The bottom is held, and one node along x only.
+fn is_free(X: &[Vec3], node: usize, axis: usize) -> bool {
+    X[node].z > 0.0 && !(node == X.len() - 1 && axis == 0)
+}
+
+fn assemble(X: &[Vec3], block: &ElementBlock, unknowns: &Unknowns, shift: f64) -> SymmetricMatrix {
+    let u: Vec<Vec3> = X.iter().map(|X| Vec3::new(0.02 * X.y * X.z, 0.05 * X.z, 0.1 * X.z)).collect();
+    let mut matrix = SymmetricMatrix::new(unknowns);
+    matrix.set_diagonal(&vec![shift; unknowns.count()]);
+    let mut batch = StiffnessBatch::zeros();
+    for b in 0..block.batch_count() {
+        block.eval_stiffness(b, &u, &mut batch);
+        matrix.add_batch(unknowns, block, b, &batch, 1.0);
+    }
+    matrix
+}
+
+fn dense(matrix: &SymmetricMatrix) -> DMatrix<f64> {
+    let n = matrix.size();
+    let mut out = DMatrix::zeros(n, n);
+    for j in 0..n {
+        for i in matrix.column_start[j]..matrix.column_start[j + 1] {
+            out[(matrix.row[i], j)] = matrix.value[i];
+            out[(j, matrix.row[i])] = matrix.value[i];
+        }
+    }
+    out
+}
+
+#[test]
+fn solutions_are_those_of_the_dense_matrix_definite_or_not() {
+    let (X, hexes, block) = cubes(4);
+    let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();
+    assert_eq!(unknowns.count(), 3 * 100 - 1);
+    for (shift, expected) in [(0.0, Definiteness::Positive), (-2.0, Definiteness::Indefinite)] {
+        let matrix = assemble(&X, &block, &unknowns, shift);
+        let full = dense(&matrix);
+        let mut factor = Cholesky::new(&matrix).unwrap();
+        assert_eq!(factor.factorize(&matrix).unwrap(), expected);
+        // More right-hand sides than one block of them.
+        let columns = 100;
+        let b: Vec<f64> = (0..columns * matrix.size()).map(|i| (i as f64 * 0.7).sin()).collect();
+        let mut x = b.clone();
+        factor.solve(&mut x);
+        for (b, x) in b.chunks(matrix.size()).zip(x.chunks(matrix.size())) {
+            let (b, x) = (DVector::from_row_slice(b), DVector::from_row_slice(x));
+            let residual = (&full * &x - &b).norm() / (full.norm() * x.norm() + b.norm());
+            assert!(residual < 1e-13, "{expected:?}: {residual:e}");
+            let mut y = vec![0.0; matrix.size()];
+            matrix.multiply(x.as_slice(), &mut y);
+            assert!((DVector::from_vec(y) - &full * &x).norm() < 1e-12 * full.norm() * x.norm());
+        }
+    }
+}
+
+#[test]
+fn blocks_of_the_inverse_are_those_of_solutions() {
+    for n in [2, 5] {
+        let (X, hexes, block) = cubes(n);
+        let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();
+        for shift in [0.0, -2.0] {
+            let matrix = assemble(&X, &block, &unknowns, shift);
+            let mut factor = Cholesky::new(&matrix).unwrap();
+            factor.factorize(&matrix).unwrap();
+            let size = matrix.size();
+            let wanted: Vec<usize> = (0..size).step_by(7).rev().collect();
+            let mut inverse = vec![0.0; wanted.len() * wanted.len()];
+            factor.inverse_block(&wanted, &mut inverse);
+            // One right-hand side and many take different ways.
+            let mut columns = vec![0.0; size * wanted.len()];
+            for (j, unknown) in wanted.iter().enumerate() {
+                columns[j * size + unknown] = 1.0;
+            }
+            let mut one = columns[..size].to_vec();
+            factor.solve(&mut columns);
+            factor.solve(&mut one);
+            let largest = columns.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+            for (x, y) in one.iter().zip(&columns) {
+                assert!((x - y).abs() < 1e-12 * largest);
+            }
+            for (j, column) in columns.chunks(size).enumerate() {
+                for (i, row) in wanted.iter().enumerate() {
+                    assert!((inverse[i * wanted.len() + j] - column[*row]).abs() < 1e-12 * largest);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_tangent_of_the_assembly_is_that_of_its_elements() {
+    let (X, hexes, block) = cubes(2);
+    let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();
+    let full = dense(&assemble(&X, &block, &unknowns, 0.0));
+    let u: Vec<Vec3> = X.iter().map(|X| Vec3::new(0.02 * X.y * X.z, 0.05 * X.z, 0.1 * X.z)).collect();
+    let mut expected = DMatrix::<f64>::zeros(unknowns.count(), unknowns.count());
+    let mut batch = StiffnessBatch::zeros();
+    block.eval_stiffness(0, &u, &mut batch);
+    for (lane, hex) in hexes.iter().enumerate() {
+        for (a, i, b, j) in (0..24 * 24).map(|n| (n / 72, n / 24 % 3, n % 24 / 3, n % 3)) {
+            let pair = crate::mechanics::force::corner_pair(a.max(b), a.min(b));
+            let value = batch.0[pair][if a >= b { 3 * i + j } else { 3 * j + i }].0[lane];
+            let place = |node: u32, axis| unknowns.of(node as usize, axis);
+            if let (Some(row), Some(column)) = (place(hex[a], i), place(hex[b], j)) {
+                expected[(row, column)] += value;
+            }
+        }
+    }
+    assert!((full - &expected).norm() < 1e-14 * expected.norm());
+}
+
+#[test]
+fn the_order_keeps_the_factor_thin() {
+    // A cube of 12³ elements: nested dissection needs far less than the band of the natural order.
+    let (X, hexes, _) = cubes(12);
+    let unknowns = Unknowns::new(X.len(), |_, _| true, hexes.iter()).unwrap();
+    let factor = Cholesky::new(&SymmetricMatrix::new(&unknowns)).unwrap();
+    let (size, band) = (unknowns.count() as f64, 3.0 * f64::from(13 * 13 + 13 + 2));
+    assert!(factor.flops() < 0.5 * size * band * band, "{:e} {:e}", factor.flops(), size * band * band);
+}
+
+#[test]
+fn gathered_numbers_scatter_back() {
+    let (X, hexes, _) = cubes(2);
+    let unknowns = Unknowns::new(X.len(), |node, axis| is_free(&X, node, axis), hexes.iter()).unwrap();
+    let mut numbers = vec![0.0; unknowns.count()];
+    unknowns.gather(&X, &mut numbers);
+    let mut field = vec![Vec3::repeat(-1.0); X.len()];
+    unknowns.scatter(&numbers, &mut field);
+    for (node, X_node) in X.iter().enumerate() {
+        for axis in 0..3 {
+            let expected = if is_free(&X, node, axis) { X_node[axis] } else { -1.0 };
+            assert!((field[node][axis] - expected).abs() == 0.0);
+        }
+    }
+}

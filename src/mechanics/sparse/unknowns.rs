@@ -1,0 +1,128 @@
+//! Which numbers of a nodal vector field are unknown, and in which order they are eliminated.
+
+use super::SparseError;
+use super::ordering::Graph;
+use crate::mechanics::tensor::Vec3;
+
+/// A node without unknowns.
+const NONE: u32 = u32::MAX;
+
+/// The unknowns of a vector field at nodes: one for each free axis, those of a node side by side, nodes in the order of
+/// elimination.
+#[derive(Clone, Debug)]
+pub struct Unknowns {
+    /// First unknown of each node, [`NONE`] where all axes are held.
+    first: Vec<u32>,
+    /// Free axes of each node, a bit each.
+    free: Vec<u8>,
+    /// Nodes with unknowns, in the order of elimination.
+    order: Vec<u32>,
+    /// Place of each node in the order, [`NONE`] for nodes without unknowns.
+    position: Vec<u32>,
+    /// Blocks of the lower triangle: where the list of each place in the order starts, nodes of the order + 1.
+    pub(super) block_start: Vec<u32>,
+    /// Places below, ascending in each list.
+    pub(super) block_row: Vec<u32>,
+    count: usize,
+}
+
+impl Unknowns {
+    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements that they share.
+    ///
+    /// # Errors
+    /// [`SparseError::Ordering`].
+    pub fn new<'a>(
+        node_count: usize,
+        is_free: impl Fn(usize, usize) -> bool,
+        elements: impl Iterator<Item = &'a [u32; 8]>,
+    ) -> Result<Self, SparseError> {
+        let free: Vec<u8> = (0..node_count)
+            .map(|node| (0..3).filter(|axis| is_free(node, *axis)).map(|axis| 1_u8 << axis).sum())
+            .collect();
+        // The graph has the nodes with unknowns only.
+        let nodes: Vec<u32> = (0..node_count as u32).filter(|node| free[*node as usize] != 0).collect();
+        let mut vertex = vec![NONE; node_count];
+        for (i, node) in nodes.iter().enumerate() {
+            vertex[*node as usize] = i as u32;
+        }
+        let cliques: Vec<Vec<u32>> = elements
+            .map(|nodes| nodes.iter().map(|n| vertex[*n as usize]).filter(|v| *v != NONE).collect())
+            .collect();
+        let graph = Graph::from_cliques(nodes.len(), cliques.iter().map(Vec::as_slice));
+        let elimination = graph.elimination_order()?;
+
+        let order: Vec<u32> = elimination.iter().map(|v| nodes[*v as usize]).collect();
+        let (mut first, mut position) = (vec![NONE; node_count], vec![NONE; node_count]);
+        let mut count = 0;
+        for (i, node) in order.iter().enumerate() {
+            first[*node as usize] = count;
+            position[*node as usize] = i as u32;
+            count += free[*node as usize].count_ones();
+        }
+        let (mut block_start, mut block_row) = (vec![0], Vec::new());
+        for (i, v) in elimination.iter().enumerate() {
+            let begin = block_row.len();
+            let places = graph.of(*v).map(|neighbour| position[nodes[neighbour as usize] as usize]);
+            block_row.extend(places.filter(|place| *place > i as u32));
+            block_row[begin..].sort_unstable();
+            block_start.push(block_row.len() as u32);
+        }
+        Ok(Self { first, free, order, position, block_start, block_row, count: count as usize })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The unknown of a node along an axis, `None` where it is held.
+    pub fn of(&self, node: usize, axis: usize) -> Option<usize> {
+        let free = self.free[node];
+        let is_free = free & (1 << axis) != 0;
+        is_free.then(|| (self.first[node] + (free & ((1 << axis) - 1)).count_ones()) as usize)
+    }
+
+    /// The numbers of a nodal field that are unknown, in their order.
+    pub fn gather(&self, field: &[Vec3], to: &mut [f64]) {
+        self.for_each(|unknown, node, axis| to[unknown] = field[node][axis]);
+    }
+
+    /// The reverse of [`Unknowns::gather`]; held axes keep what they have.
+    pub fn scatter(&self, from: &[f64], field: &mut [Vec3]) {
+        self.for_each(|unknown, node, axis| field[node][axis] = from[unknown]);
+    }
+
+    /// Visits (unknown, node, axis) in order.
+    pub fn for_each(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        let mut unknown = 0;
+        for node in self.order.iter().map(|node| *node as usize) {
+            for axis in 0..3 {
+                if self.free[node] & (1 << axis) != 0 {
+                    visit(unknown, node, axis);
+                    unknown += 1;
+                }
+            }
+        }
+    }
+
+    /// Nodes in the order of elimination.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Place of a node in the order, `None` where it has no unknowns.
+    pub(super) fn position(&self, node: u32) -> Option<u32> {
+        Some(self.position[node as usize]).filter(|place| *place != NONE)
+    }
+
+    /// First unknown of a place in the order.
+    pub(super) fn first(&self, place: u32) -> usize {
+        self.first[self.order[place as usize] as usize] as usize
+    }
+
+    /// Free axes of a place in the order, ascending.
+    pub(super) fn axes(&self, place: u32) -> impl Iterator<Item = usize> + Clone + use<> {
+        let free = self.free[self.order[place as usize] as usize];
+        (0..3).filter(move |axis| free & (1 << axis) != 0)
+    }
+}

@@ -1,0 +1,79 @@
+//! What the loop asks of an integrator, explicit or implicit.
+
+use super::explicit::ExplicitStepper;
+use super::failure::Failure;
+use super::implicit::ImplicitStepper;
+use super::ledger::Energy;
+use super::state::State;
+use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::force::Threads;
+use crate::mechanics::sparse::SparseError;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{Integrator, Plan, Settle};
+
+/// Whether the clock has started.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Phase {
+    /// Gravity and damping, full stick, no flight.
+    Settling(Settle),
+    /// The run proper.
+    Running,
+}
+
+/// Extremes of a run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extremes {
+    pub smallest_step: f64,
+    pub smallest_j: f64,
+    pub most_contacts: usize,
+    pub balance_error: f64,
+    /// Elements swept, summed over the steps since the clock started.
+    pub swept_elements: u64,
+}
+
+impl Extremes {
+    /// Of no step.
+    pub const NONE: Self = Self {
+        smallest_step: f64::INFINITY,
+        smallest_j: f64::INFINITY,
+        most_contacts: 0,
+        balance_error: 0.0,
+        swept_elements: 0,
+    };
+}
+
+/// An integrator: holds the buffers of a step, and carries nothing from step to step that is not made again from the state.
+pub(super) trait Stepper {
+    /// Everything at t_n up to the end velocity: forces, step size (at most `longest`, to reach the next time that must be
+    /// hit; 0 at the last), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
+    /// run with the same bits.
+    fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure>;
+    /// Balances the ledger at t_n, after [`Stepper::solve`].
+    fn balance(&mut self, state: &State);
+    /// Moves to t_{n+1}, and projects what linearisation left inside back out.
+    fn advance(&mut self, state: &mut State, phase: Phase);
+    /// Contacts and reactions of the last [`Stepper::solve`].
+    fn contacts(&self) -> (&[Contact], &[Reaction]);
+    /// The time over which those reactions act [s].
+    fn mean_step(&self, state: &State) -> f64;
+    /// Velocity whose mean with that of the state is the velocity at t_n [m/s].
+    fn v_after<'a>(&'a self, state: &'a State) -> &'a [Vec3];
+    /// The balance at t_n, after [`Stepper::balance`].
+    fn energy(&self) -> &Energy;
+    /// Extremes of the run so far.
+    fn extremes(&self) -> &Extremes;
+    /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
+    fn unconverged(&self) -> (u64, f64);
+    /// Sentences about the run that the user should read.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// The integrator that the plan names.
+pub(super) fn stepper<'p>(plan: &'p Plan, threads: Threads) -> Result<Box<dyn Stepper + 'p>, SparseError> {
+    Ok(match &plan.integrator {
+        Integrator::Explicit(options) => Box::new(ExplicitStepper::new(plan, *options, threads)),
+        Integrator::Implicit(options) => Box::new(ImplicitStepper::new(plan, options, threads)?),
+    })
+}
