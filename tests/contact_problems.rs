@@ -9,7 +9,7 @@ use contuse::record::{NamedContactProblem, contact_problem_document, read_contac
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The one that is not solved to 1e-8 within a few seconds, by any solver known.
+/// The one that no solver here solves to 1e-8 within a few seconds.
 const HARDEST: &str = "28_RockPile_tob1";
 
 fn files() -> Vec<PathBuf> {
