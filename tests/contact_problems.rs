@@ -9,7 +9,7 @@ use contuse::record::{NamedContactProblem, contact_problem_document, read_contac
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The one that is not solved to 1e-8 within a few seconds, by any solver known.
+/// The one that no solver here solves to 1e-8 within a few seconds.
 const HARDEST: &str = "28_RockPile_tob1";
 
 fn files() -> Vec<PathBuf> {
@@ -166,7 +166,9 @@ fn odd_input_is_solved_or_reported() {
         assert!(!solved(eye(0.0), [-1.0, 0.0, 0.0], 0.5).1.converged, "{method:?}: a wall cannot give way");
         assert!(solved(eye(1e6), [-1.0, 0.3, 0.0], 0.0).1.converged, "{method:?}: light masses");
         let (r, report) = solved(eye(2.0), [-1.0, 0.3, 0.2], 1e3);
-        assert!(report.converged || method == Method::InteriorPoint, "{method:?}: {report:?}");
+        // Steps of the size of 1/‖W‖ take too many iterations where μ is huge, and say so.
+        let sure = [Method::Hybrid, Method::Frictionless, Method::Nsgs, Method::Newton, Method::Proximal];
+        assert!(report.converged || !sure.contains(&method), "{method:?}: {report:?}");
         assert!(!report.converged || (r[1] + 0.15).abs() < 1e-6, "{method:?}: {r:?}");
     }
     let not_finite = problem(eye(f64::NAN), [0.0; 3], 0.5);
