@@ -42,9 +42,9 @@ fn energy_falls_by_the_factor_of_theta() {
         let factor =
             (1.0 + (1.0 - theta) * (1.0 - theta) * omega * omega) / (1.0 + theta * theta * omega * omega);
         assert_eq!(energies.len(), 21);
-        for (n, (energy, algorithmic)) in energies.iter().enumerate() {
+        for (n, (energy, algorithmic)) in (0..).zip(&energies) {
             // The strain is 10⁻⁶, and so is what is not linear.
-            let expected = energies[0].0 * factor.powi(n as i32);
+            let expected = energies[0].0 * factor.powi(n);
             assert!((energy - expected).abs() < 1e-5 * energies[0].0, "θ = {theta}, h = {step}, step {n}");
             assert_close(energy + algorithmic, energies[0].0, 1e-9, "what is lost is told");
         }
@@ -171,7 +171,7 @@ fn a_run_that_is_stopped_and_restarted_has_the_same_bits() {
     });
     assert_eq!(outcome.ending, Ending::Finished, "{outcome:#?}");
     assert!(reactions > 1 && times > 10, "{reactions} contacts in {times} frames: the scene shows nothing");
-    let (outcome, straight) = run_on(&whole, State::new(&whole), 1, |_| {});
+    let (_, straight) = run_on(&whole, State::new(&whole), 1, |_| {});
     assert!(restarted == straight, "bits");
 }
 
