@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             let mut last = None;
             for (end, reference) in REFERENCE {
                 let found = measure(mesh, formulation, end)?;
-                line +=
-                    &format!(" {:.4} | {:+.1} % |", found.impulse, 100.0 * (found.impulse / reference - 1.0));
+                let error = 100.0 * (found.impulse / reference - 1.0);
+                line = format!("{line} {:.4} | {error:+.1} % |", found.impulse);
                 last = Some(found);
             }
             if let Some(last) = last {

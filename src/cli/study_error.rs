@@ -195,24 +195,22 @@ fn advice_cells(advice: &[Advice]) -> Vec<String> {
 /// One line a run: setting, cost, values and relative errors.
 fn csv(study: &ErrorStudy) -> String {
     let quantities: Vec<Quantity> = study.references.keys().copied().collect();
-    let mut text = String::from("setting,ending,elements,steps,wall_s,cpu_s");
-    for quantity in &quantities {
-        text += &format!(",{quantity},{quantity}_relative_error");
-    }
+    let mut header = vec!["setting,ending,elements,steps,wall_s,cpu_s".to_owned()];
+    header.extend(quantities.iter().map(|quantity| format!("{quantity},{quantity}_relative_error")));
     let number = |value: Option<&f64>| value.map(ToString::to_string).unwrap_or_default();
-    for row in &study.rows {
-        text += &format!(
-            "\n\"{}\",{},{},{},{},{}",
-            row.name,
-            row.ending,
-            row.elements,
-            row.steps,
-            row.wall_s,
-            number(row.cpu_s.as_ref())
-        );
-        for quantity in &quantities {
-            text += &format!(",{},{}", number(row.values.get(quantity)), number(row.errors.get(quantity)));
-        }
-    }
-    text + "\n"
+    let line = |row: &Row| {
+        let mut cells = vec![
+            format!("\"{}\"", row.name),
+            row.ending.clone(),
+            row.elements.to_string(),
+            row.steps.to_string(),
+            row.wall_s.to_string(),
+            number(row.cpu_s.as_ref()),
+        ];
+        let errors = quantities.iter().flat_map(|q| [row.values.get(q), row.errors.get(q)]);
+        cells.extend(errors.map(number));
+        cells.join(",")
+    };
+    let lines = std::iter::once(header.join(",")).chain(study.rows.iter().map(line));
+    lines.map(|line| line + "\n").collect()
 }

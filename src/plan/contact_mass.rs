@@ -18,7 +18,9 @@ impl ContactMass {
     pub fn new(alpha: f64, mesh: &Mesh) -> Self {
         let mut is_skin = vec![false; mesh.nodes.len()];
         if alpha > 0.0 {
-            skin_nodes(&skin(&mesh.hexes)).into_iter().for_each(|node| is_skin[node as usize] = true);
+            for node in skin_nodes(&skin(&mesh.hexes)) {
+                is_skin[node as usize] = true;
+            }
         }
         Self { alpha, is_skin }
     }

@@ -235,7 +235,7 @@ fn recording_failed(state: &State, error: &RecorderError) -> Failure {
     while let Some(reason) = source {
         let told = reason.to_string();
         if !message.contains(&told) {
-            message += &format!(": {told}");
+            message = format!("{message}: {told}");
         }
         source = reason.source();
     }

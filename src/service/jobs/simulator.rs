@@ -101,9 +101,9 @@ impl Engine for Simulator {
         Ok(ScenePreview { checked: checked(&loaded), bodies, plan: plan.report })
     }
 
-    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+    fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
         if let Some(study) = StudyDocument::of(order.scene) {
-            return study_job::run(self, study, order);
+            return study_job::run(self, study, &mut order);
         }
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
         let estimated_steps = loaded.estimate.steps;

@@ -139,7 +139,7 @@ fn no_quantity(name: &str) -> SceneProblem {
 pub(super) fn run(
     simulator: &Simulator,
     study: StudyDocument,
-    order: RunOrder<'_>,
+    order: &mut RunOrder<'_>,
 ) -> Result<RunReport, JobFailure> {
     let mut reached = RunProgress { phase: Phase::Stepping, ..RunProgress::loading() };
     let mut tell = |number: usize, count: usize| {

@@ -38,7 +38,7 @@ pub fn chart(study: &ErrorStudy) -> Result<String, String> {
 /// What a group of settings has in common: one colour, one line of the legend.
 fn family(row: &Row) -> &'static str {
     use crate::scene::document::Formulation;
-    if row.setting.step_divisor != 1.0 {
+    if row.setting.step_divisor > 1.0 {
         "smaller steps"
     } else if row.setting.contact_tolerance.is_some() {
         "contact tolerance"

@@ -75,7 +75,7 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     }
     let order = observed_order(coarse, middle, fine);
     if !BELIEVED.contains(&order) {
-        let reason = format!("the observed order {order:.2} is outside {:?}", BELIEVED);
+        let reason = format!("the observed order {order:.2} is outside {BELIEVED:?}");
         return unknown(spread, &reason);
     }
     let step = after / (REFINEMENT.powf(order) - 1.0);

@@ -69,27 +69,21 @@ impl Setting {
 
     /// A name for people: "mesh +1, reduced, step / 2".
     pub fn name(&self) -> String {
-        let mut name = format!("mesh {:+}", self.mesh_level).replace("+0", "0");
-        if let Some(formulation) = self.formulation {
-            name += match formulation {
-                Formulation::MeanDilatation => ", mean dilatation",
-                Formulation::Full => ", full",
-                Formulation::Reduced => ", reduced",
-            };
-        }
-        if self.step_divisor != 1.0 {
-            name += &format!(", step / {}", self.step_divisor);
-        }
-        if let Some(step) = self.implicit_step_s {
-            name += &format!(", implicit steps of {step:.1e} s");
-        }
-        if let Some(tolerance) = self.contact_tolerance {
-            name += &format!(", contact to {tolerance:.0e}");
-        }
-        if let Some(share) = self.mass_redistribution {
-            name += &format!(", {:.0} % of the skin's mass inwards", 100.0 * share);
-        }
-        name
+        let formulation = self.formulation.map(|formulation| match formulation {
+            Formulation::MeanDilatation => "mean dilatation".to_owned(),
+            Formulation::Full => "full".into(),
+            Formulation::Reduced => "reduced".into(),
+        });
+        let parts = [
+            Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
+            formulation,
+            (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
+            self.implicit_step_s.map(|step| format!("implicit steps of {step:.1e} s")),
+            self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
+            self.mass_redistribution
+                .map(|share| format!("{:.0} % of the skin's mass inwards", 100.0 * share)),
+        ];
+        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -16,8 +16,8 @@ pub fn picture(study: &StabilityStudy) -> Result<String, String> {
     let rows = rows(study);
     let columns = rows.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
     let size = (
-        (LABELS + FIELD.0 * columns as i32 + 20).unsigned_abs(),
-        (HEAD + FIELD.1 * rows.len() as i32 + 20).unsigned_abs(),
+        pixel(LABELS, FIELD.0, columns).unsigned_abs() + 20,
+        pixel(HEAD, FIELD.1, rows.len()).unsigned_abs() + 20,
     );
     let mut svg = String::new();
     draw(&mut svg, size, study, &rows).map_err(|error| error.to_string())?;
@@ -54,10 +54,10 @@ fn draw(
     );
     area.draw(&Text::new(title, (12, 12), ("sans-serif", 16).into_font()))?;
     for (r, (name, cells)) in rows.iter().enumerate() {
-        let y = HEAD + FIELD.1 * r as i32;
+        let y = pixel(HEAD, FIELD.1, r);
         area.draw(&Text::new(name.clone(), (12, y + 9), text.clone()))?;
         for (c, cell) in cells.iter().enumerate() {
-            let x = LABELS + FIELD.0 * c as i32;
+            let x = pixel(LABELS, FIELD.0, c);
             let corners = [(x, y), (x + FIELD.0 - 3, y + FIELD.1 - 3)];
             area.draw(&Rectangle::new(corners, colour(cell).filled()))?;
             area.draw(&Text::new(cell.value.clone(), (x + 5, y + 2), text.clone()))?;
@@ -66,6 +66,11 @@ fn draw(
     }
     area.present()?;
     Ok(())
+}
+
+/// Where the field of a number begins.
+fn pixel(first: i32, size: i32, number: usize) -> i32 {
+    i32::try_from(number).map_or(i32::MAX, |number| first.saturating_add(size.saturating_mul(number)))
 }
 
 fn word(cell: &Cell) -> String {
