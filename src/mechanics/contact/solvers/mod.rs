@@ -1,6 +1,6 @@
 //! Solvers of a [`ContactProblem`], one file each under its name in the literature.
 //!
-//! All work in the same dimensionless numbers, see [`scaled`].
+//! All work in the same dimensionless numbers, see `scaled.rs`.
 
 mod accelerated_gradient;
 mod de_saxce;
