@@ -224,14 +224,15 @@ mod tests {
 
     #[test]
     fn what_is_passed_over_is_below_the_limit() {
-        // Steps that stretch a little each: the answer is 0 or exact, and never 0 above the limit.
+        // Steps that stretch more and more: the answer is 0 or exact, and never 0 above the limit.
         let (x, block) = row();
         let blocks = [block];
         let mut forces = ElementForces::new(&blocks);
         let v: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.0, (x.y * 3.0).sin(), 0.1 * x.x)).collect();
         let (mut u, mut passed_over) = (vec![Vec3::zeros(); x.len()], 0);
         let (h, limit, zero) = (2e-2, 0.1, vec![0.0; 24]);
-        for _ in 0..40 {
+        for step in 0..40 {
+            let v: Vec<Vec3> = v.iter().map(|v| v * (0.2 * f64::from(step))).collect();
             let input = SweepInput { u: &u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
             forces.sweep(&Threads::ONE, &blocks, &input);
             let mut exact = ElementForces::new(&blocks);

@@ -1,0 +1,55 @@
+//! `POST /v1/studies`
+
+use crate::support::*;
+use serde_json::{Value, json};
+
+fn scene() -> Value {
+    json!({
+        "name": "bar", "end_time_s": 1.2,
+        "bodies": [{
+            "name": "bar", "velocity_m_per_s": [0, 0, -0.01],
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0.005], "max_m": [1, 1, 10.005], "elements": [1, 1, 10]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1,
+                       "material": {"law": "coupled_neo_hookean", "mu_pa": 450, "lambda_pa": 0}}]
+        }],
+        "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+#[test]
+fn a_study_is_a_job_whose_summary_is_its_answer() {
+    let server = Server::simulating();
+    let client = server.client();
+    let body = json!({"kind": "error", "scene": scene(), "exact": {"impulse_n_s": 0.2}});
+    let answer = client.post_json("/v1/studies", &body);
+    assert_eq!(answer.status, 202);
+    let job = answer.json();
+    assert_eq!(job["name"], "error of bar");
+    let address = job["links"]["self"].as_str().unwrap().to_owned();
+    wait_for(&client, &address, "succeeded");
+    let study = client.get(&format!("{address}/summary")).json();
+    assert_eq!(study["references"]["impulse_n_s"], json!({"kind": "exact", "value": 0.2}));
+    assert!(study["rows"].as_array().unwrap().iter().any(|row| row["ending"] == "finished"));
+    assert_eq!(client.get(&format!("{address}/recording")).status, 404);
+}
+
+#[test]
+fn every_problem_of_a_study_has_its_place() {
+    let server = Server::simulating();
+    let mut wrong = scene();
+    wrong["end_time_s"] = json!(-1);
+    let body = json!({"kind": "error", "scene": wrong, "finest": 9, "exact": {"weight": 1}});
+    let answer = problem(&server.client().post_json("/v1/studies", &body), 422, "invalid-scene");
+    let places: Vec<&str> =
+        answer["errors"].as_array().unwrap().iter().map(|e| e["pointer"].as_str().unwrap()).collect();
+    for place in ["/finest", "/exact/weight", "/scene/end_time_s"] {
+        assert!(places.contains(&place), "{place} is not in {places:?}");
+    }
+    for body in [json!({}), json!({"kind": "horoscope"}), json!({"kind": "error"}), scene()] {
+        assert_eq!(server.client().post_json("/v1/studies", &body).status, 422, "{body}");
+    }
+    // A study is no scene.
+    let study = json!({"kind": "stability"});
+    assert_eq!(server.client().post_json("/v1/jobs", &study).status, 422);
+}

@@ -1,0 +1,28 @@
+//! The short matrix of stiff and extreme cases: every cell ends within its gates or with a diagnosis.
+
+use contuse::study::stability::{Stepping, Verdict, cases, study_stability};
+
+#[test]
+fn short_matrix_has_no_undiagnosed_cell() {
+    let steppings = [Stepping::Explicit, Stepping::Implicit { step_ratio: 10 }];
+    let study = study_stability(&cases(true), &steppings, &|| None, &mut |_| {});
+    assert_eq!(study.wrong, 0);
+    // Nine tenths of what could happen finishes.
+    assert!(
+        10 * study.physical_finished >= 9 * study.physical,
+        "{} of {}",
+        study.physical_finished,
+        study.physical
+    );
+    for cell in &study.cells {
+        let name = format!("{} {}, {}", cell.axis, cell.value, cell.stepping);
+        if cell.verdict == Verdict::Finished {
+            assert!(cell.balance_error <= 0.01 && cell.growth <= 1.01, "{name}: {cell:?}");
+        } else {
+            assert!(cell.reason.is_some() && cell.remedy.is_some(), "{name} has no diagnosis");
+        }
+    }
+    // Nonsense that no engine could compute never passes as computed.
+    let refused = |cell: &&contuse::study::stability::Cell| cell.verdict == Verdict::Refused;
+    assert!(study.cells.iter().filter(|c| !c.is_physical).filter(refused).count() >= 14);
+}
