@@ -175,7 +175,10 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
 
 /// Two significant digits: an error is not known better.
 fn rounded(error: f64) -> String {
-    if error == 0.0 || !(1e-4..1e7).contains(&error) {
+    if error == 0.0 {
+        return "0".into();
+    }
+    if !(1e-4..1e7).contains(&error) {
         return format!("{error:.1e}");
     }
     let decimals = 1 - error.log10().floor() as i32;
