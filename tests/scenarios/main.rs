@@ -7,6 +7,7 @@
 //!   "scene.json": {
 //!     "ending": "finished",
 //!     "slow": false,
+//!     "exact": {"impulse_n_s": 0.2},
 //!     "quantities": [
 //!       {"quantity": {"impulse_n_s": {"at_s": 5e-5}}, "value": 0.0752, "relative_tolerance": 0.05, "source": "..."},
 //!       {"quantity": "balance_error", "at_most": 0.01, "source": "..."}
@@ -39,6 +40,9 @@ struct Expected {
     ending: String,
     #[serde(default)]
     slow: bool,
+    /// Exact values of the quantities that `contuse study error` asks for, by their names there.
+    #[serde(default)]
+    exact: BTreeMap<String, f64>,
     quantities: Vec<Expectation>,
 }
 
@@ -98,6 +102,9 @@ fn expectations(folder: &Path) -> BTreeMap<String, Expected> {
         .filter(|name| Path::new(name).extension().is_some_and(|e| e == "json") && name != "expected.json")
         .collect();
     scenes.sort();
+    for name in expected.values().flat_map(|scene| scene.exact.keys()) {
+        assert!(contuse::study::error::Quantity::from_name(name).is_some(), "no quantity is called {name}");
+    }
     assert!(expected.keys().eq(scenes.iter()), "{}: expected.json speaks of other scenes", folder.display());
     expected
 }
