@@ -108,7 +108,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         write_study(&study, out)?;
     }
     Ok(match () {
-        () if study.is_cancelled => Exit::Cancelled,
+        () if study.stopped.is_some() => Exit::Cancelled,
         () if study.rows.iter().any(Row::is_finished) => Exit::Success,
         () => Exit::RunFailed,
     })
@@ -158,7 +158,8 @@ fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn describe(reference: &Reference) -> String {
-    let share = 100.0 * reference.uncertainty() / reference.value().abs();
+    let scale = if reference.value() == 0.0 { 1.0 } else { reference.value().abs() };
+    let share = 100.0 * reference.uncertainty() / scale;
     match reference {
         Reference::Exact { .. } => "exact".into(),
         Reference::Extrapolated { order, .. } => {

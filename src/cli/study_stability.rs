@@ -58,7 +58,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
         out.write_all(markdown(&study).as_bytes())?;
     }
     Ok(match () {
-        () if study.is_cancelled => Exit::Cancelled,
+        () if study.stopped.is_some() => Exit::Cancelled,
         () if study.wrong > 0 => Exit::Unexpected,
         () => Exit::Success,
     })

@@ -133,6 +133,9 @@ pub struct PairReport {
     pub unknowns_per_contact: u32,
 }
 
+/// A step may be longer than asked by this share, as in the stepper.
+const ROUNDING: f64 = 1e-9;
+
 /// Describes a compiled plan, with the stable steps of its elements and the bytes of their forces.
 pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
     let (safety, max_step) = match &plan.integrator {
@@ -145,7 +148,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let settling = plan.settle.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
-    let expected_steps = stops.map(|interval| (interval / step_s).ceil() as u64).sum();
+    let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
     let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks

@@ -359,6 +359,15 @@ pub enum IntegratorDocument {
 }
 
 impl IntegratorDocument {
+    /// Allows no step longer than `longest` [s].
+    pub fn limit_step(&mut self, longest: f64) {
+        match self {
+            Self::Explicit { max_step_s, .. } => {
+                *max_step_s = Some(max_step_s.map_or(longest, |step| step.min(longest)));
+            }
+            Self::Implicit { step_s, .. } => *step_s = step_s.min(longest),
+        }
+    }
     /// Implicit steps of a length [s], all else by default.
     pub fn implicit(step_s: f64) -> Self {
         Self::Implicit {

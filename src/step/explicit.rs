@@ -14,6 +14,7 @@ use super::contact::ContactStep;
 use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::motion::Motion;
 use super::rigid::RigidStep;
 use super::state::State;
 use crate::mechanics::contact::Contact;
@@ -51,6 +52,7 @@ pub(super) struct ExplicitStepper<'p> {
     ledger: Ledger,
     /// The balance at t_n, after [`Stepper::balance`].
     energy: Energy,
+    motion: Motion,
     f_int: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
@@ -80,6 +82,7 @@ impl<'p> ExplicitStepper<'p> {
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
+            motion: Motion::new(plan),
             f_int: vec![Vec3::zeros(); nodes],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
@@ -133,6 +136,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// Balances the ledger at t_n, after [`Stepper::solve`].
     fn balance(&mut self, state: &State) {
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
+        let mut motion = std::mem::take(&mut self.motion);
         ledger.copy_from(&state.ledger);
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
@@ -141,16 +145,19 @@ impl Stepper for ExplicitStepper<'_> {
         let work = self.work(state);
         if state.last_step == 0.0 {
             // At the start nothing has been done yet, and the velocity is known at t_0 itself.
-            ledger.balance(&work.at_the_start(), &mut energy);
+            let start = work.at_the_start();
+            motion.eval(&self.threads, &start);
+            ledger.balance(&start, &motion, &mut energy);
             ledger.add_work(&work, Half::Before);
             ledger.add_first_half_step(&work, &self.f_int);
         } else {
             ledger.add_work(&work, Half::Before);
-            ledger.balance(&work, &mut energy);
+            motion.eval(&self.threads, &work);
+            ledger.balance(&work, &motion, &mut energy);
         }
         ledger.add_work(&work, Half::After);
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
-        (self.ledger, self.energy) = (ledger, energy);
+        (self.ledger, self.motion, self.energy) = (ledger, motion, energy);
     }
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.

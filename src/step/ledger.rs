@@ -9,6 +9,7 @@
 //! is no error of the motion, which starts at the right place with the right velocity, but of measuring at t_n what lives at
 //! half steps; so it is booked, with the external work.
 
+use super::motion::Motion;
 use super::rigid::RigidWork;
 use super::state::State;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
@@ -330,27 +331,17 @@ impl Ledger {
     }
 
     /// The ledger at t_n, into `energy`: call between the two halves.
-    pub(super) fn balance(&mut self, work: &StepWork, energy: &mut Energy) {
+    pub(super) fn balance(&mut self, work: &StepWork, motion: &Motion, energy: &mut Energy) {
         energy.bodies.clear();
         energy.pairs.clone_from(&self.pairs);
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for (b, body) in work.plan.bodies.iter().enumerate() {
-            // The body as a whole in flight, and what its nodes do besides: nothing where they rest in its frame, so those are
-            // left out without a difference.
-            let (flight, time) = (body.flight_velocity, work.state.time.max(0.0));
-            let (mut kinetic, mut relative, mut shift) = (0.0, Vec3::zeros(), Vec3::zeros());
-            for node in work.activity.stepped(body.nodes.clone()) {
-                let mass = work.plan.mass[node];
-                let (before, after) = (&work.state.v[node], &work.v_after[node]);
-                kinetic += mass * before.dot(after);
-                let p = (before + after) * (0.5 * mass);
-                relative += p;
-                shift += work.state.u[node] * mass;
-                angular += (work.plan.X[node] + flight * time + work.state.u[node]).cross(&p);
-            }
-            momentum += flight * body.mass + relative;
-            angular += (body.first_moment + shift).cross(&flight);
-            kinetic += body.mass * flight.norm_squared() + 2.0 * flight.dot(&relative);
+            // The body as a whole in flight, and what its nodes do besides.
+            let (flight, sums) = (body.flight_velocity, motion.of_body(b));
+            momentum += flight * body.mass + sums.momentum;
+            angular += sums.angular + (body.first_moment + sums.shift).cross(&flight);
+            let mut kinetic =
+                sums.kinetic + body.mass * flight.norm_squared() + 2.0 * flight.dot(&sums.momentum);
             if let (Some(index), Some(rigid)) = (body.rigid, work.rigid) {
                 let (energy, moment) = rigid.rotation(index, &work.state.v, work.v_after);
                 kinetic += energy;

@@ -11,6 +11,7 @@ mod frame_copy;
 mod implicit;
 mod integrator;
 mod ledger;
+mod motion;
 mod rigid;
 mod run;
 mod state;

@@ -2,14 +2,13 @@
 
 use super::error::Setting;
 use super::single::{RunRequest, ending_name, run_scene};
-use crate::measure::{CheaperRuns, ErrorBars, Results};
-use crate::scene::document::{ErrorBarsDocument, SceneDocument};
+use crate::measure::{CheaperRuns, ErrorBars, REFINEMENT, Results};
+use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene, load};
 use crate::step::{Ending, Interrupt};
 
-/// The mesh of the cheaper runs, and the divisor of their step.
+/// The mesh of the cheaper runs.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
-const SMALL_STEPS: Setting = Setting { step_divisor: crate::measure::REFINEMENT, ..COARSE };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
@@ -23,23 +22,55 @@ pub(super) fn error_bars(
     if document.solver.error_bars == ErrorBarsDocument::None {
         return ErrorBars::NotAsked;
     }
+    let meshes = || document.bodies.iter().filter_map(|body| body.mesh.as_ref());
+    if meshes().any(|mesh| matches!(mesh, MeshDocument::File(_))) {
+        return ErrorBars::Unknown(
+            "a mesh from a file is not made coarser (`contuse study error` makes it finer, which takes longer)".into(),
+        );
+    }
     let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
-    let run = |setting: Setting| results(document, setting, threads, interrupt);
+    let run =
+        |setting: Setting, longest: Option<f64>| results(document, setting, longest, (threads, interrupt));
     let runs = || {
-        Ok(CheaperRuns { coarse: run(COARSE)?, small_steps: run(SMALL_STEPS)?, loose_contact: run(loose)? })
+        let (coarse, steps) = run(COARSE, None)?;
+        // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
+        let longest = document.end_time_s / (REFINEMENT * steps as f64);
+        Ok(CheaperRuns {
+            refinement: coarsening(document),
+            small_steps: run(COARSE, Some(longest))?.0,
+            loose_contact: run(loose, None)?.0,
+            coarse,
+        })
     };
     runs().map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
 }
 
+/// The least ratio of numbers of elements between the two meshes, of those that are not one: halves are rounded up.
+fn coarsening(document: &SceneDocument) -> f64 {
+    let mut document = document.clone();
+    let mut least = REFINEMENT;
+    for body in &mut document.bodies {
+        if let Some(MeshDocument::Generator(generator)) = &mut body.mesh {
+            for count in generator.counts_mut().iter().filter(|count| *count.elements > 1) {
+                let elements = *count.elements;
+                least = least.min(f64::from(elements) / f64::from(elements.div_ceil(2)));
+            }
+        }
+    }
+    least
+}
+
+/// Results and steps of a run with a setting, and no step beyond `longest` [s].
 fn results(
     document: &SceneDocument,
     setting: Setting,
-    threads: usize,
-    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
-) -> Result<Results, String> {
-    let cheaper = setting.apply(document).ok_or(
-        "the mesh cannot be made coarser (`contuse study error` makes it finer instead, which takes longer)",
-    )?;
+    longest: Option<f64>,
+    (threads, interrupt): (usize, &(dyn Fn() -> Option<Interrupt> + Sync)),
+) -> Result<(Results, u64), String> {
+    let mut cheaper = setting.apply(document).ok_or("there is no mesh that could be made coarser")?;
+    if let Some(longest) = longest {
+        cheaper.integrator.limit_step(longest);
+    }
     let document_json = serde_json::to_vec(&cheaper).map_err(|error| error.to_string())?;
     let loaded = load(&document_json, &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
         let first = problems.0.iter().find(|problem| problem.is_error()).map(|p| p.message.clone());
@@ -56,7 +87,7 @@ fn results(
     };
     let result = run_scene(request).map_err(|error| error.to_string())?;
     match &result.outcome.ending {
-        Ending::Finished => Ok(result.summary.values().clone()),
+        Ending::Finished => Ok((result.summary.values().clone(), result.outcome.steps)),
         ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),
     }
 }

@@ -32,6 +32,8 @@ pub struct Estimate {
 /// Results of the cheaper runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheaperRuns {
+    /// Ratio of the element sizes of the coarser mesh and the run's own [-]; the least where it is not the same everywhere.
+    pub refinement: f64,
     /// On the coarser mesh.
     pub coarse: Results,
     /// There, with half the step.
@@ -40,9 +42,10 @@ pub struct CheaperRuns {
     pub loose_contact: Results,
 }
 
-/// Error of the finer of two values at an assumed first order, with a factor of safety of three.
-pub fn assumed_error(coarse: f64, fine: f64) -> f64 {
-    SAFETY * (fine - coarse).abs() / (REFINEMENT.powf(ASSUMED_ORDER) - 1.0)
+/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the ratio of
+/// their element sizes or steps.
+pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
+    SAFETY * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
 }
 
 impl Results {
@@ -59,8 +62,8 @@ impl Results {
             return;
         }
         for (i, quantity) in quantities.iter_mut().enumerate() {
-            let mesh = assumed_error(coarse[i], quantity.value);
-            let step = assumed_error(coarse[i], small_steps[i]);
+            let mesh = assumed_error(coarse[i], quantity.value, runs.refinement);
+            let step = assumed_error(coarse[i], small_steps[i], REFINEMENT);
             // The tolerance is loosened far more than twofold: the difference itself is the bound.
             let contact = (loose[i] - coarse[i]).abs();
             let total = mesh + step + contact;
@@ -151,8 +154,12 @@ mod tests {
 
     #[test]
     fn errors_come_from_the_differences() {
-        let runs =
-            CheaperRuns { coarse: results(9.0), small_steps: results(9.1), loose_contact: results(8.99) };
+        let runs = CheaperRuns {
+            refinement: 2.0,
+            coarse: results(9.0),
+            small_steps: results(9.1),
+            loose_contact: results(8.99),
+        };
         let mut own = results(10.0);
         own.estimate_errors(&runs);
         let ErrorEstimate::Estimated(error) = &own.impacts[0].peak_force_n.error else { panic!() };
@@ -166,7 +173,12 @@ mod tests {
     fn a_number_below_its_error_is_not_resolved() {
         let mut own = results(1.0);
         let run = || results(2.0);
-        own.estimate_errors(&CheaperRuns { coarse: run(), small_steps: run(), loose_contact: run() });
+        own.estimate_errors(&CheaperRuns {
+            refinement: 2.0,
+            coarse: run(),
+            small_steps: run(),
+            loose_contact: run(),
+        });
         let ErrorEstimate::Estimated(error) = &own.impacts[0].impulse_n_s.error else { panic!() };
         assert!(!error.resolved);
     }

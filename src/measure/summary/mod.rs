@@ -69,9 +69,11 @@ impl std::fmt::Display for ErrorBars {
         match self {
             Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
-            Self::From(_) => f.write_str(
-                "estimated from runs on a mesh of half the numbers of elements: two levels, first order assumed, factor of \
-                 safety 3",
+            Self::From(runs) => write!(
+                f,
+                "estimated from runs on a coarser mesh (numbers of elements divided by {:.2} to 2, layers of one element kept): \
+                 two levels, first order assumed, factor of safety 3",
+                runs.refinement
             ),
         }
     }

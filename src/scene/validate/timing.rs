@@ -12,6 +12,15 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     let end = document.end_time_s;
     out.positive(&root.key("end_time_s"), "the end time", end, "impacts last about 1e-4 to 1e-2 s");
     check_integrator(&document.integrator, &root.key("integrator"), out);
+    if let IntegratorDocument::Implicit { step_s, .. } = &document.integrator {
+        out.require(!(*step_s > end), || {
+            let message = "the step is longer than the run";
+            Problem::error("out_of_range", &root.key("integrator").key("step_s"), message)
+                .value(*step_s)
+                .limit(format!("<= end_time_s = {end}"))
+                .remedy("give a hundredth of the run, or less")
+        });
+    }
     check_rigid(document, &root, out);
     check_settling(document, &root, out);
     check_record(&document.record, end, budget, &root.key("record"), out);

@@ -16,6 +16,9 @@ use utoipa::ToSchema;
 /// Levels of meshes that may be asked for: a level more is sixteen times the work.
 const LEVELS: RangeInclusive<i32> = -4..=4;
 
+/// Entries that a list of settings may have: each is a run or more.
+const MOST_ENTRIES: usize = 16;
+
 /// A study that is asked for.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -79,8 +82,13 @@ pub(super) fn check(
     let study: StudyDocument =
         serde_json::from_slice(body).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
     match &study {
-        StudyDocument::Error { scene, coarsest, finest, exact, .. } => {
+        StudyDocument::Error { scene, coarsest, finest, formulations, implicit_steps_s, exact } => {
             let mut problems: Vec<SceneProblem> = Vec::new();
+            let lists = [("formulations", formulations.len()), ("implicit_steps_s", implicit_steps_s.len())];
+            problems
+                .extend(lists.iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, *n)));
+            let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
+            problems.extend(bad_steps.take(MOST_ENTRIES).map(|(index, step)| bad_step(index, *step)));
             for (name, level, range) in [("coarsest", coarsest, -4..=0), ("finest", finest, 0..=4)] {
                 if !range.contains(level) {
                     problems.push(out_of_range(name, *level, &range));
@@ -104,12 +112,37 @@ pub(super) fn check(
                 }
             }
         }
+        StudyDocument::Stability { implicit, .. } if implicit.len() > MOST_ENTRIES => {
+            Err(vec![too_many("implicit", implicit.len())])
+        }
         StudyDocument::Stability { .. } => Ok(CheckedScene {
             name: "stability".into(),
             content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
             end_time_s: 1.0,
             warnings: Vec::new(),
         }),
+    }
+}
+
+fn too_many(name: &str, count: usize) -> SceneProblem {
+    SceneProblem {
+        code: "too_many".into(),
+        pointer: format!("/{name}"),
+        value: count.into(),
+        limit: format!("at most {MOST_ENTRIES} entries"),
+        remedy: "each entry is a run or more: ask for those that differ".into(),
+        ..SceneProblem::of_document(&format!("{name} is too long"))
+    }
+}
+
+fn bad_step(index: usize, step: f64) -> SceneProblem {
+    SceneProblem {
+        code: "out_of_range".into(),
+        pointer: format!("/implicit_steps_s/{index}"),
+        value: step.into(),
+        limit: "> 0".into(),
+        remedy: "give steps in seconds, about as long as an explicit one or some times that".into(),
+        ..SceneProblem::of_document("a step must be positive")
     }
 }
 
@@ -149,7 +182,7 @@ pub(super) fn run(
         (order.progress)(reached);
     };
     let interrupt = || order.control.interrupt();
-    let (summary, is_cancelled, has_finished) = match study {
+    let (summary, stopped, has_finished) = match study {
         StudyDocument::Error { scene, coarsest, finest, formulations, implicit_steps_s, exact } => {
             let document: SceneDocument =
                 serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
@@ -166,7 +199,7 @@ pub(super) fn run(
                 progress: &mut |number, count, _: &Setting| tell(number, count),
             });
             let has_finished = study.rows.iter().any(Row::is_finished);
-            (serde_json::to_string_pretty(&study), study.is_cancelled, has_finished)
+            (serde_json::to_string_pretty(&study), study.stopped, has_finished)
         }
         StudyDocument::Stability { short, implicit } => {
             let cases = cases(short);
@@ -178,7 +211,7 @@ pub(super) fn run(
                 done += 1;
                 tell(done, count);
             });
-            (serde_json::to_string_pretty(&study), study.is_cancelled, true)
+            (serde_json::to_string_pretty(&study), study.stopped, true)
         }
     };
     let summary = summary.map_err(|error| {
@@ -186,11 +219,25 @@ pub(super) fn run(
         JobFailure::internal()
     })?;
     let ending = match () {
-        () if is_cancelled => RunEnding::Stopped,
+        () if stopped.as_deref() == Some("deadline") => RunEnding::Failed(out_of_time()),
+        () if stopped.is_some() => RunEnding::Stopped,
         () if has_finished => RunEnding::Finished,
         () => RunEnding::Failed(nothing_finished()),
     };
     Ok(RunReport { ending, summary: Some(summary), progress: reached })
+}
+
+fn out_of_time() -> JobFailure {
+    JobFailure {
+        cause: JobFailureCause::Deadline,
+        message: "The wall-clock budget of the job ran out; the summary has what was done until then.".into(),
+        remedy:
+            "Ask for fewer or coarser meshes and fewer settings, or ask the operator for a longer deadline."
+                .into(),
+        time_s: None,
+        step: None,
+        element: None,
+    }
 }
 
 fn nothing_finished() -> JobFailure {

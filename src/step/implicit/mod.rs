@@ -21,6 +21,7 @@ use super::explicit::place_skins;
 use super::failure::{Failure, FailureCause};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::motion::Motion;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
@@ -43,6 +44,7 @@ pub(super) struct ImplicitStepper<'p> {
     plan: &'p Plan,
     options: &'p Implicit,
     threads: Threads,
+    motion: Motion,
     forces: ElementForces,
     activity: Activity,
     system: System<'p>,
@@ -80,6 +82,7 @@ impl<'p> ImplicitStepper<'p> {
             plan,
             options,
             threads,
+            motion: Motion::new(plan),
             activity: Activity::everything(plan.node_count(), &forces),
             forces,
             system: System::new(plan, options)?,
@@ -181,7 +184,10 @@ impl Stepper for ImplicitStepper<'_> {
             ledger.add_strain_of_projection(&self.start.strain, 1.0);
         }
         // Positions and velocities are of one time here: all work up to t_n has been counted.
-        ledger.balance(&self.work(state, &state.v), &mut energy);
+        let mut motion = std::mem::take(&mut self.motion);
+        let now = self.work(state, &state.v);
+        motion.eval(&self.threads, &now);
+        ledger.balance(&now, &motion, &mut energy);
         let work = self.work(state, &self.newton.end.v);
         ledger.add_work(&work, Half::Before);
         ledger.add_work(&work, Half::After);
@@ -191,7 +197,7 @@ impl Stepper for ImplicitStepper<'_> {
             *sum += self.newton.end.dissipated(&step, body, start.strain[body]);
         }
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
-        (self.ledger, self.energy) = (ledger, energy);
+        (self.ledger, self.motion, self.energy) = (ledger, motion, energy);
     }
 
     fn advance(&mut self, state: &mut State, phase: Phase) {

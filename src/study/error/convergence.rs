@@ -61,14 +61,16 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     };
     let [.., coarse, middle, fine] = *values else {
         return match *values {
-            [coarse, fine] => unknown(assumed_error(coarse, fine), "only two meshes: order 1 is assumed"),
+            [coarse, fine] => {
+                unknown(assumed_error(coarse, fine, REFINEMENT), "only two meshes: order 1 is assumed")
+            }
             _ => unknown(f64::INFINITY, "only one mesh"),
         };
     };
     let (before, after) = (middle - coarse, fine - middle);
-    let spread = assumed_error(coarse, middle).max(assumed_error(middle, fine));
+    let spread = assumed_error(coarse, middle, REFINEMENT).max(assumed_error(middle, fine, REFINEMENT));
     if before == 0.0 && after == 0.0 {
-        return Some(Reference::Extrapolated { value: fine, order: f64::INFINITY, uncertainty: 0.0 });
+        return unknown(0.0, "the meshes give the same value");
     }
     if !(before * after > 0.0) {
         return unknown(spread, "the values do not approach their limit from one side");

@@ -93,8 +93,9 @@ pub struct ErrorStudy {
     pub rows: Vec<Row>,
     /// For each quantity and target the cheapest setting that reaches it.
     pub advice: Vec<Advice>,
-    /// Whether it was stopped before its end.
-    pub is_cancelled: bool,
+    /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
 }
 
 /// Meshes from `coarsest` to `finest` for each formulation, then time steps and tolerances on the scene's own mesh.
@@ -117,13 +118,16 @@ pub fn ladder(
 
 /// Runs every setting of the ladder and compares them.
 pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
-    let (mut rows, mut is_cancelled) = (Vec::with_capacity(request.ladder.len()), false);
+    let (mut rows, mut stopped) = (Vec::<Row>::new(), None);
     for (number, setting) in request.ladder.iter().enumerate() {
         (request.progress)(number, request.ladder.len(), setting);
-        let row = measure(request, *setting);
-        is_cancelled = row.ending == "cancelled";
+        // "Half the step" means half of those that the scene's own mesh was run with, whatever had cut them.
+        let own = rows.iter().find(|row| row.setting == Setting::OWN && row.is_finished());
+        let longest = own.map(|row| request.document.end_time_s / row.steps as f64 / setting.step_divisor);
+        let row = measure(request, *setting, longest.filter(|_| setting.step_divisor > 1.0));
+        stopped = Some(row.ending.clone()).filter(|ending| is_stop(ending));
         rows.push(row);
-        if is_cancelled {
+        if stopped.is_some() {
             break;
         }
     }
@@ -138,11 +142,17 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
         references,
         rows,
         advice,
-        is_cancelled,
+        stopped,
     }
 }
 
-fn measure(request: &ErrorRequest, setting: Setting) -> Row {
+/// Whether a run ended because it was told to: then no other one needs to begin.
+pub(crate) fn is_stop(ending: &str) -> bool {
+    matches!(ending, "cancelled" | "deadline")
+}
+
+/// `longest`: the longest step [s], where the setting asks for shorter ones.
+fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Row {
     let row = Row {
         setting,
         name: setting.name(),
@@ -156,9 +166,12 @@ fn measure(request: &ErrorRequest, setting: Setting) -> Row {
         errors: BTreeMap::new(),
     };
     let left_out = |reason: String| Row { reason: Some(reason), ..row.clone() };
-    let Some(document) = setting.apply(request.document) else {
-        return left_out("the mesh cannot be made so coarse".into());
+    let Some(mut document) = setting.apply(request.document) else {
+        return left_out("the mesh cannot be made so coarse, or there is none".into());
     };
+    if let Some(longest) = longest {
+        document.integrator.limit_step(longest);
+    }
     let document_json = match serde_json::to_vec(&document) {
         Ok(json) => json,
         Err(error) => return left_out(error.to_string()),

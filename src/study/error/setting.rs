@@ -42,6 +42,9 @@ impl Setting {
         let mut document = document.clone();
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
+        if self.mesh_level != 0 && document.bodies.iter().all(|body| body.mesh.is_none()) {
+            return None;
+        }
         for body in &mut document.bodies {
             // A rigid body has no mesh.
             if let Some(mesh) = &mut body.mesh {

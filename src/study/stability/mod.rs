@@ -7,6 +7,7 @@ mod watch;
 pub use picture::picture;
 pub use scenes::{Case, cases};
 
+use super::error::is_stop;
 use super::single::ending_name;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, compile};
@@ -103,8 +104,9 @@ pub struct StabilityStudy {
     pub physical_finished: usize,
     /// Cells without a finish and without a diagnosis: must be none.
     pub wrong: usize,
-    /// Whether it was stopped before its end.
-    pub is_cancelled: bool,
+    /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
 }
 
 /// Runs each case with each stepping.
@@ -114,14 +116,14 @@ pub fn study_stability(
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
     progress: &mut dyn FnMut(&Cell),
 ) -> StabilityStudy {
-    let (mut cells, mut is_cancelled) = (Vec::new(), false);
+    let (mut cells, mut stopped) = (Vec::new(), None);
     'cases: for case in cases {
         for stepping in steppings {
             let cell = eval_cell(case, *stepping, interrupt);
             progress(&cell);
-            is_cancelled = cell.ending == "cancelled";
+            stopped = Some(cell.ending.clone()).filter(|ending| is_stop(ending));
             cells.push(cell);
-            if is_cancelled {
+            if stopped.is_some() {
                 break 'cases;
             }
         }
@@ -132,7 +134,7 @@ pub fn study_stability(
         physical_finished: physical.filter(|c| c.verdict == Verdict::Finished).count(),
         wrong: cells.iter().filter(|c| c.verdict == Verdict::Wrong).count(),
         cells,
-        is_cancelled,
+        stopped,
     }
 }
 
