@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::integrator_document::IntegratorDocument;
 pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
@@ -311,112 +312,6 @@ pub struct SettleDocument {
     pub duration_s: f64,
     /// Mass-proportional damping α, force −α M v [1/s].
     pub damping_per_s: f64,
-}
-
-/// How to step in time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum IntegratorDocument {
-    /// Central differences with velocities at half steps, contact on the end-of-step gap.
-    Explicit {
-        /// Share of the stable step that is used, 0 … 1.
-        #[serde(default = "default_safety")]
-        safety_factor: f64,
-        /// Largest step [s]; none by default.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        max_step_s: Option<f64>,
-        /// Linear bulk viscosity b1 [-].
-        #[serde(default = "default_linear_viscosity")]
-        linear_bulk_viscosity: f64,
-        /// Quadratic bulk viscosity b2 [-].
-        #[serde(default = "default_quadratic_viscosity")]
-        quadratic_bulk_viscosity: f64,
-        /// Largest error of the energy balance before the run fails [-].
-        #[serde(default = "default_energy_gate")]
-        energy_gate: f64,
-    },
-    /// The θ scheme: `M (v⁺ − v) = h [ξ f⁺ + (1 − ξ) f] + Cᵀ p`, `u⁺ = u + h [θ v⁺ + (1 − θ) v]`, contact on the end velocity. For
-    /// slow or stiff scenes; no bulk viscosity.
-    Implicit {
-        /// Step [s]; cut where it does not converge, and grown again.
-        step_s: f64,
-        /// Weight θ of the end velocity, 0.5 (conserves the energy of linear bodies) … 1 (damps most) [-].
-        #[serde(default = "default_theta")]
-        theta: f64,
-        /// Weight ξ of the end forces, 0.5 … 1 [-]; θ by default.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        xi: Option<f64>,
-        /// Largest residual of the momentum, relative to the impulses of the step [-].
-        #[serde(default = "default_newton_tolerance")]
-        newton_tolerance: f64,
-        /// A step that would have to be shorter than this ends the run [s]; a ten thousandth of `step_s` by default.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        smallest_step_s: Option<f64>,
-        /// Largest error of the energy balance before the run fails [-].
-        #[serde(default = "default_energy_gate")]
-        energy_gate: f64,
-    },
-}
-
-impl IntegratorDocument {
-    /// Allows no step longer than `longest` [s].
-    pub fn limit_step(&mut self, longest: f64) {
-        match self {
-            Self::Explicit { max_step_s, .. } => {
-                *max_step_s = Some(max_step_s.map_or(longest, |step| step.min(longest)));
-            }
-            Self::Implicit { step_s, .. } => *step_s = step_s.min(longest),
-        }
-    }
-    /// Implicit steps of a length [s], all else by default.
-    pub fn implicit(step_s: f64) -> Self {
-        Self::Implicit {
-            step_s,
-            theta: default_theta(),
-            xi: None,
-            newton_tolerance: default_newton_tolerance(),
-            smallest_step_s: None,
-            energy_gate: default_energy_gate(),
-        }
-    }
-    /// Largest error of the energy balance before the run fails [-].
-    pub fn energy_gate(&self) -> f64 {
-        match self {
-            Self::Explicit { energy_gate, .. } | Self::Implicit { energy_gate, .. } => *energy_gate,
-        }
-    }
-}
-
-fn default_theta() -> f64 {
-    0.5
-}
-fn default_newton_tolerance() -> f64 {
-    1e-8
-}
-
-fn default_safety() -> f64 {
-    0.9
-}
-fn default_linear_viscosity() -> f64 {
-    0.06
-}
-fn default_quadratic_viscosity() -> f64 {
-    1.2
-}
-fn default_energy_gate() -> f64 {
-    0.01
-}
-
-impl Default for IntegratorDocument {
-    fn default() -> Self {
-        Self::Explicit {
-            safety_factor: default_safety(),
-            max_step_s: None,
-            linear_bulk_viscosity: default_linear_viscosity(),
-            quadratic_bulk_viscosity: default_quadratic_viscosity(),
-            energy_gate: default_energy_gate(),
-        }
-    }
 }
 
 /// What to record and how often.

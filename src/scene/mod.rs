@@ -15,6 +15,7 @@ mod choice;
 mod deformation;
 pub mod document;
 pub mod frames;
+pub mod integrator_document;
 mod json;
 pub mod load;
 pub mod material_document;
