@@ -20,6 +20,7 @@ mod plot;
 pub use exit::{CliError, Exit};
 
 use clap::{Parser, Subcommand};
+use serde::Serialize;
 use std::io::Write;
 
 /// What a blunt impact does to soft tissue.
@@ -93,4 +94,10 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }
+}
+
+/// A value as JSON for people and programs, with a line break at its end.
+fn write_json(value: &impl Serialize, out: &mut dyn Write) -> Result<(), CliError> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| CliError::Other(Box::new(error)))?;
+    Ok(writeln!(out, "{text}")?)
 }

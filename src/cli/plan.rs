@@ -1,7 +1,7 @@
 //! `contuse plan`: what a scene is compiled to, what was left out and why, and what it will cost.
 
 use super::keep::KeepArgs;
-use super::{CliError, Exit};
+use super::{CliError, Exit, write_json};
 use crate::plan::{PlanReport, compile};
 use crate::scene::{Budget, Scene, load_file};
 use clap::Args;
@@ -31,8 +31,7 @@ pub fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     loaded.scene.put_back(&args.keep.keep);
     let report = report_of(&loaded.scene)?;
     if args.json {
-        let text = serde_json::to_string_pretty(&report).map_err(|error| CliError::Other(Box::new(error)))?;
-        writeln!(out, "{text}")?;
+        write_json(&report, out)?;
     } else {
         write_report(&loaded.scene.document.name, loaded.scene.document.end_time_s, &report, out)?;
     }

@@ -3,7 +3,7 @@
 use super::keep::KeepArgs;
 use super::plan::{bytes, duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
-use super::{CliError, Exit};
+use super::{CliError, Exit, write_json};
 use crate::scene::document::Keep;
 use crate::step::Interrupt;
 use crate::study::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
@@ -73,8 +73,7 @@ fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     remove(&recording)?;
     let study = studied.map_err(|error| CliError::Other(Box::new(error)))?;
     if args.json {
-        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
-        writeln!(out, "{text}")?;
+        write_json(&study, out)?;
     } else {
         write_study(&study, out)?;
     }

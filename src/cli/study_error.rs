@@ -2,17 +2,20 @@
 
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
-use super::{CliError, Exit};
+use super::{CliError, Exit, write_json};
 use crate::scene::document::Formulation;
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::error::{
-    Advice, ErrorRequest, ErrorStudy, Quantity, Reference, Row, TARGETS, chart, ladder, study_error,
+    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Quantity, Reference, Row, TARGETS, USUAL_LEVELS,
+    chart, ladder, study_error,
 };
+use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal as _, Write};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -22,10 +25,10 @@ pub struct ErrorArgs {
     /// The scene document; its mesh files and `expected.json` lie beside it.
     pub scene: PathBuf,
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
-    #[arg(long, default_value_t = -1, allow_hyphen_values = true, value_parser = clap::value_parser!(i32).range(-4..=0))]
+    #[arg(long, default_value_t = *USUAL_LEVELS.start(), allow_hyphen_values = true, value_parser = levels(&COARSEST))]
     pub coarsest: i32,
     /// Finest mesh: each level splits every element into eight, and takes sixteen times as long.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(i32).range(0..=4))]
+    #[arg(long, default_value_t = *USUAL_LEVELS.end(), value_parser = levels(&FINEST))]
     pub finest: i32,
     /// Formulations whose meshes are run beside those of the scene's own.
     #[arg(long, value_delimiter = ',')]
@@ -45,6 +48,10 @@ pub struct ErrorArgs {
     /// Draw error against run time.
     #[arg(long)]
     pub svg: Option<PathBuf>,
+}
+
+fn levels(offered: &RangeInclusive<i32>) -> RangedI64ValueParser<i32> {
+    clap::value_parser!(i32).range(i64::from(*offered.start())..=i64::from(*offered.end()))
 }
 
 /// A formulation, as on the command line.
@@ -102,8 +109,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         std::fs::write(path, svg)?;
     }
     if args.json {
-        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
-        writeln!(out, "{text}")?;
+        write_json(&study, out)?;
     } else {
         write_study(&study, out)?;
     }

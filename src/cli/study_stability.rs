@@ -1,7 +1,7 @@
 //! `contuse study stability`: the matrix of stiff and extreme cases.
 
 use super::run::watch_for_ctrl_c;
-use super::{CliError, Exit};
+use super::{CliError, Exit, write_json};
 use crate::step::Interrupt;
 use crate::study::stability::{Cell, StabilityStudy, Stepping, Verdict, cases, picture, study_stability};
 use clap::Args;
@@ -33,13 +33,9 @@ pub struct StabilityArgs {
 /// When a file cannot be written.
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
-    let implicit = args.implicit.iter().filter(|ratio| **ratio > 0);
-    let steppings: Vec<Stepping> = std::iter::once(Stepping::Explicit)
-        .chain(implicit.map(|ratio| Stepping::Implicit { step_ratio: *ratio }))
-        .collect();
     let study = study_stability(
         &cases(args.short),
-        &steppings,
+        &Stepping::with_implicit(&args.implicit),
         &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
         &mut |cell| {
             if io::stderr().is_terminal() {
@@ -52,8 +48,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
         std::fs::write(path, svg)?;
     }
     if args.json {
-        let text = serde_json::to_string_pretty(&study).map_err(|error| CliError::Other(Box::new(error)))?;
-        writeln!(out, "{text}")?;
+        write_json(&study, out)?;
     } else {
         out.write_all(markdown(&study).as_bytes())?;
     }

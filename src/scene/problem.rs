@@ -55,6 +55,18 @@ impl Problem {
             remedy: String::new(),
         }
     }
+    /// What serde refuses though the schema let it pass; the last word on what a document is.
+    pub fn refused_by_serde(error: &serde_path_to_error::Error<serde_json::Error>) -> Self {
+        use serde_path_to_error::Segment;
+        let pointer = error.path().iter().fold(Pointer::root(), |p, segment| match segment {
+            Segment::Seq { index } => p.index(*index),
+            Segment::Map { key } => p.key(key),
+            Segment::Enum { .. } | Segment::Unknown => p,
+        });
+        Self::error("wrong_structure", &pointer, error.inner().to_string())
+            .limit("the scene document, see `contuse schema`")
+            .remedy("change the value; a count must be written without a decimal point")
+    }
     /// With the value found (shortened when it is long).
     #[must_use]
     pub fn value(mut self, value: impl Into<Value>) -> Self {
@@ -125,6 +137,10 @@ impl Problems {
     /// How many of them keep the scene from running.
     pub fn error_count(&self) -> usize {
         self.0.iter().filter(|p| p.is_error()).count()
+    }
+    /// The first that keeps the scene from running.
+    pub fn first_error(&self) -> Option<&Problem> {
+        self.0.iter().find(|p| p.is_error())
     }
 }
 

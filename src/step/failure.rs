@@ -104,7 +104,10 @@ impl FailureCause {
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."
             }
-            Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
+            Self::Deadline => {
+                "Allow more wall-clock time, do without error bars (`--no-error-bars`, or `solver.error_bars` = \"none\"), coarsen \
+                 the mesh, or shorten the run."
+            }
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
         }

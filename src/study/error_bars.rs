@@ -1,10 +1,11 @@
 //! The cheaper runs that a run's error bars come from.
 
-use super::error::Setting;
-use super::single::{RunRequest, ending_name, run_scene};
+use super::Setting;
+use super::single::ending_name;
+use super::variant::Variants;
 use crate::measure::{CheaperRuns, ErrorBars, REFINEMENT, Results};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
-use crate::scene::{Budget, NoFiles, Scene, load};
+use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
 
 /// The mesh of the cheaper runs.
@@ -29,8 +30,8 @@ pub(super) fn error_bars(
         );
     }
     let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
-    let run =
-        |setting: Setting, longest: Option<f64>| results(document, setting, longest, (threads, interrupt));
+    let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+    let run = |setting: Setting, longest: Option<f64>| results(&variants, setting, longest);
     let runs = || {
         let (coarse, steps) = run(COARSE, None)?;
         // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
@@ -61,31 +62,10 @@ fn coarsening(document: &SceneDocument) -> f64 {
 }
 
 /// Results and steps of a run with a setting, and no step beyond `longest` [s].
-fn results(
-    document: &SceneDocument,
-    setting: Setting,
-    longest: Option<f64>,
-    (threads, interrupt): (usize, &(dyn Fn() -> Option<Interrupt> + Sync)),
-) -> Result<(Results, u64), String> {
-    let mut cheaper = setting.apply(document).ok_or("there is no mesh that could be made coarser")?;
-    if let Some(longest) = longest {
-        cheaper.integrator.limit_step(longest);
-    }
-    let document_json = serde_json::to_vec(&cheaper).map_err(|error| error.to_string())?;
-    let loaded = load(&document_json, &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
-        let first = problems.0.iter().find(|problem| problem.is_error()).map(|p| p.message.clone());
-        format!("the mesh cannot be made coarser: {}", first.unwrap_or_default())
-    })?;
-    let request = RunRequest {
-        scene: &loaded.scene,
-        document_json: &document_json,
-        recording: None,
-        threads,
-        interrupt,
-        progress: &mut |_| {},
-        also: None,
-    };
-    let result = run_scene(request).map_err(|error| error.to_string())?;
+fn results(variants: &Variants, setting: Setting, longest: Option<f64>) -> Result<(Results, u64), String> {
+    let result = variants
+        .run(&setting, longest)
+        .map_err(|error| format!("no run with {}: {error}", setting.name()))?;
     match &result.outcome.ending {
         Ending::Finished => Ok((result.summary.values().clone(), result.outcome.steps)),
         ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),

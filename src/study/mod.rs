@@ -4,8 +4,11 @@ pub mod error;
 mod error_bars;
 pub mod leave_out;
 pub mod palette;
+pub mod setting;
 pub mod single;
 pub mod stability;
+mod variant;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+pub use setting::Setting;
 pub use single::{Phase, Progress, RunError, RunRequest, RunResult, process_cpu_s, run_scene};

@@ -170,6 +170,7 @@ fn mesh_hash(mesh: &crate::mesh::Mesh) -> String {
     })
 }
 
+/// How a run ended, as it is written in tables and answers.
 pub(super) fn ending_name(ending: &Ending) -> String {
     match ending {
         Ending::Finished => "finished".into(),
@@ -179,6 +180,11 @@ pub(super) fn ending_name(ending: &Ending) -> String {
             .and_then(|cause| cause.as_str().map(str::to_owned))
             .unwrap_or_else(|| "failed".into()),
     }
+}
+
+/// Whether a run ended because it was told to: then no other one needs to begin.
+pub(super) fn is_stop(ending: &str) -> bool {
+    matches!(ending, "cancelled" | "deadline")
 }
 
 /// Processor time of the process so far [s].

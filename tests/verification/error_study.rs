@@ -2,7 +2,8 @@
 
 use contuse::scene::document::SceneDocument;
 use contuse::scene::{Budget, NoFiles};
-use contuse::study::error::{ErrorRequest, Quantity, Reference, Setting, study_error};
+use contuse::study::Setting;
+use contuse::study::error::{ErrorRequest, Quantity, Reference, study_error};
 use serde_json::json;
 use std::collections::BTreeMap;
 

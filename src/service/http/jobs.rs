@@ -18,10 +18,48 @@ use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
-use utoipa::IntoParams;
+use utoipa::{IntoParams, IntoResponses};
 
 /// Tells that an answer is that of an earlier request.
 const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
+
+/// Headers of what makes a job.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Header)]
+pub struct SubmitHeaders {
+    /// 1 to 255 visible ASCII characters of the client's choice
+    #[serde(rename = "Idempotency-Key")]
+    _idempotency_key: Option<String>,
+}
+
+/// What is answered to what makes a job.
+#[derive(IntoResponses)]
+#[allow(dead_code, clippy::large_enum_variant)] // never made: the contract is generated from it
+pub enum SubmitAnswer {
+    /// Accepted
+    #[response(status = 202, headers(
+        ("Location" = String, description = "Address of the job"),
+        ("Idempotent-Replayed" = String, description = "`true` when the key was seen before with this body")))]
+    Accepted(Job),
+    /// Not JSON
+    #[response(status = 400, content_type = "application/problem+json")]
+    NotJson(ProblemBody),
+    /// Idempotency-Key of another body
+    #[response(status = 409, content_type = "application/problem+json")]
+    KeyReused(ProblemBody),
+    /// Too large
+    #[response(status = 413, content_type = "application/problem+json")]
+    TooLarge(ProblemBody),
+    /// Not declared as JSON
+    #[response(status = 415, content_type = "application/problem+json")]
+    NotDeclared(ProblemBody),
+    /// Every problem of what was submitted, its scene included
+    #[response(status = 422, content_type = "application/problem+json")]
+    Invalid(ProblemBody),
+    /// Queue full or shutting down
+    #[response(status = 503, content_type = "application/problem+json")]
+    Unavailable(ProblemBody),
+}
 
 /// Submit a scene.
 ///
@@ -30,18 +68,7 @@ const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
 #[utoipa::path(
     post, path = "/v1/jobs", tag = "jobs", operation_id = "submit_job",
     request_body(content = SceneBody, content_type = "application/json"),
-    params(("Idempotency-Key" = Option<String>, Header, description = "1 to 255 visible ASCII characters of the client's choice")),
-    responses(
-        (status = 202, description = "Accepted", body = Job, headers(
-            ("Location" = String, description = "Address of the job"),
-            ("Idempotent-Replayed" = String, description = "`true` when the key was seen before with this body"))),
-        (status = 400, description = "Not JSON", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "Idempotency-Key of another body", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "Every problem of the scene", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Queue full or shutting down", body = ProblemBody, content_type = "application/problem+json"),
-    )
+    params(SubmitHeaders), responses(SubmitAnswer)
 )]
 pub async fn submit(
     State(app): State<Arc<App>>,

@@ -2,9 +2,8 @@
 
 use super::App;
 use super::extract::{JsonText, Owner};
-use super::jobs::accept;
-use super::problem::{Problem, ProblemBody};
-use super::wire::Job;
+use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
+use super::problem::Problem;
 use crate::service::jobs::study_job::StudyDocument;
 use axum::extract::State;
 use axum::http::HeaderMap;
@@ -18,16 +17,7 @@ use std::sync::Arc;
 #[utoipa::path(
     post, path = "/v1/studies", tag = "studies", operation_id = "submit_study",
     request_body(content = StudyDocument, content_type = "application/json"),
-    params(("Idempotency-Key" = Option<String>, Header, description = "1 to 255 visible ASCII characters of the client's choice")),
-    responses(
-        (status = 202, description = "Accepted", body = Job, headers(("Location" = String, description = "Address of the job"))),
-        (status = 400, description = "Not JSON", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "Idempotency-Key of another body", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 415, description = "Not declared as JSON", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "Every problem of the study and its scene", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 503, description = "Queue full or shutting down", body = ProblemBody, content_type = "application/problem+json"),
-    )
+    params(SubmitHeaders), responses(SubmitAnswer)
 )]
 pub async fn submit(
     State(app): State<Arc<App>>,

@@ -3,9 +3,12 @@
 use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
 use super::simulator::Simulator;
 use super::{JobFailure, JobFailureCause, Phase, RunProgress};
+use crate::scene::Problem;
 use crate::scene::document::{Formulation, SceneDocument};
+use crate::scene::problem::Pointer;
 use crate::service::meshes::MeshShelf;
-use crate::study::error::{ErrorRequest, Quantity, Row, Setting, ladder, study_error};
+use crate::study::Setting;
+use crate::study::error::{COARSEST, ErrorRequest, FINEST, Quantity, Row, USUAL_LEVELS, ladder, study_error};
 use crate::study::stability::{Stepping, cases, study_stability};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -13,54 +16,61 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use utoipa::ToSchema;
 
-/// Levels of meshes that may be asked for: a level more is sixteen times the work.
-const LEVELS: RangeInclusive<i32> = -4..=4;
-
 /// Entries that a list of settings may have: each is a run or more.
 const MOST_ENTRIES: usize = 16;
 
 /// A study that is asked for.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StudyDocument {
     /// Error against run time of one scene.
-    Error {
-        /// The scene document.
-        #[schema(value_type = Object)]
-        scene: Value,
-        /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
-        #[serde(default = "default_coarsest")]
-        coarsest: i32,
-        /// Finest mesh: each level splits every element into eight.
-        #[serde(default = "default_finest")]
-        finest: i32,
-        /// Formulations beside the scene's own.
-        #[serde(default)]
-        #[schema(value_type = Vec<String>)]
-        formulations: Vec<Formulation>,
-        /// Lengths of implicit steps beside the scene's own stepping [s].
-        #[serde(default)]
-        implicit_steps_s: Vec<f64>,
-        /// Exact values by the name of the quantity, where they are known.
-        #[serde(default)]
-        exact: BTreeMap<String, f64>,
-    },
+    Error(ErrorStudyDocument),
     /// The matrix of stiff and extreme cases.
-    Stability {
-        /// The ends of each axis only.
-        #[serde(default = "yes")]
-        short: bool,
-        /// Steps of the implicit scheme over the explicit one.
-        #[serde(default)]
-        implicit: Vec<u32>,
-    },
+    Stability(StabilityStudyDocument),
 }
 
-fn default_coarsest() -> i32 {
-    -1
+/// Error against run time of one scene.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ErrorStudyDocument {
+    /// The scene document.
+    #[schema(value_type = Object)]
+    scene: Value,
+    /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
+    #[serde(default = "usual_coarsest")]
+    coarsest: i32,
+    /// Finest mesh: each level splits every element into eight.
+    #[serde(default = "usual_finest")]
+    finest: i32,
+    /// Formulations beside the scene's own.
+    #[serde(default)]
+    #[schema(value_type = Vec<String>)]
+    formulations: Vec<Formulation>,
+    /// Lengths of implicit steps beside the scene's own stepping [s].
+    #[serde(default)]
+    implicit_steps_s: Vec<f64>,
+    /// Exact values by the name of the quantity, where they are known.
+    #[serde(default)]
+    exact: BTreeMap<String, f64>,
 }
-fn default_finest() -> i32 {
-    1
+
+/// The matrix of stiff and extreme cases.
+#[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StabilityStudyDocument {
+    /// The ends of each axis only.
+    #[serde(default = "yes")]
+    short: bool,
+    /// Steps of the implicit scheme over the explicit one.
+    #[serde(default)]
+    implicit: Vec<u32>,
+}
+
+fn usual_coarsest() -> i32 {
+    *USUAL_LEVELS.start()
+}
+fn usual_finest() -> i32 {
+    *USUAL_LEVELS.end()
 }
 fn yes() -> bool {
     true
@@ -71,6 +81,28 @@ impl StudyDocument {
     pub fn of(body: &[u8]) -> Option<Self> {
         serde_json::from_slice(body).ok()
     }
+
+    /// The study of a body, or where it is none. Serde loses its way in a tagged enum, so the tag is read first.
+    fn read(body: &[u8]) -> Result<Self, Problem> {
+        let mut document: Value = serde_json::from_slice(body)
+            .map_err(|error| Problem::error("syntax", &Pointer::root(), error.to_string()))?;
+        let kind = document.as_object_mut().and_then(|members| members.remove("kind"));
+        let read = match kind.as_ref().and_then(Value::as_str) {
+            Some("error") => serde_path_to_error::deserialize(&document).map(Self::Error),
+            Some("stability") => serde_path_to_error::deserialize(&document).map(Self::Stability),
+            _ => {
+                return Err(Problem::error("wrong_structure", &Pointer::root().key("kind"), "no such study")
+                    .value(kind.unwrap_or_default())
+                    .limit("\"error\" or \"stability\"")
+                    .remedy("name the kind of the study; its members are described at /docs"));
+            }
+        };
+        read.map_err(|error| {
+            let problem = Problem::refused_by_serde(&error);
+            let found = document.pointer(&problem.pointer).cloned().unwrap_or_default();
+            problem.value(found).limit("a study, see /docs").remedy("change, add or remove the member")
+        })
+    }
 }
 
 /// Judges a study; problems of its scene have their place in the whole document.
@@ -79,48 +111,48 @@ pub(super) fn check(
     body: &[u8],
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let study: StudyDocument =
-        serde_json::from_slice(body).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
-    match &study {
-        StudyDocument::Error { scene, coarsest, finest, formulations, implicit_steps_s, exact } => {
-            let mut problems: Vec<SceneProblem> = Vec::new();
-            let lists = [("formulations", formulations.len()), ("implicit_steps_s", implicit_steps_s.len())];
-            problems
-                .extend(lists.iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, *n)));
-            let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
-            problems.extend(bad_steps.take(MOST_ENTRIES).map(|(index, step)| bad_step(index, *step)));
-            for (name, level, range) in [("coarsest", coarsest, -4..=0), ("finest", finest, 0..=4)] {
-                if !range.contains(level) {
-                    problems.push(out_of_range(name, *level, &range));
-                }
-            }
-            for name in exact.keys().filter(|name| Quantity::from_name(name).is_none()) {
-                problems.push(no_quantity(name));
-            }
-            let checked = simulator.check_scene(scene.to_string().as_bytes(), meshes);
-            match checked {
-                Ok(checked) if problems.is_empty() => {
-                    Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
-                }
-                Ok(_) => Err(problems),
-                Err(found) => {
-                    let placed = found
-                        .into_iter()
-                        .map(|p| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p });
-                    problems.extend(placed);
-                    Err(problems)
-                }
-            }
-        }
-        StudyDocument::Stability { implicit, .. } if implicit.len() > MOST_ENTRIES => {
+    match StudyDocument::read(body).map_err(|problem| vec![problem.into()])? {
+        StudyDocument::Error(study) => check_error(simulator, &study, meshes),
+        StudyDocument::Stability(StabilityStudyDocument { implicit, .. })
+            if implicit.len() > MOST_ENTRIES =>
+        {
             Err(vec![too_many("implicit", implicit.len())])
         }
-        StudyDocument::Stability { .. } => Ok(CheckedScene {
+        StudyDocument::Stability(_) => Ok(CheckedScene {
             name: "stability".into(),
             content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
             end_time_s: 1.0,
             warnings: Vec::new(),
         }),
+    }
+}
+
+fn check_error(
+    simulator: &Simulator,
+    study: &ErrorStudyDocument,
+    meshes: &MeshShelf,
+) -> Result<CheckedScene, Vec<SceneProblem>> {
+    let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact } = study;
+    let lists = [("formulations", formulations.len()), ("implicit_steps_s", implicit_steps_s.len())];
+    let long = lists.into_iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, n));
+    let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
+    let bad_steps = bad_steps.take(MOST_ENTRIES).map(|(index, step)| bad_step(index, *step));
+    let levels = [("coarsest", *coarsest, COARSEST), ("finest", *finest, FINEST)].into_iter();
+    let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
+    let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
+    let unknown =
+        exact.keys().filter(|name| Quantity::from_name(name).is_none()).map(|name| no_quantity(name));
+    let mut problems: Vec<SceneProblem> = long.chain(bad_steps).chain(bad_levels).chain(unknown).collect();
+    match simulator.check_scene(scene.to_string().as_bytes(), meshes) {
+        Ok(checked) if problems.is_empty() => {
+            Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
+        }
+        Ok(_) => Err(problems),
+        Err(found) => {
+            let placed = found.into_iter();
+            problems.extend(placed.map(|p| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p }));
+            Err(problems)
+        }
     }
 }
 
@@ -152,7 +184,7 @@ fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> ScenePro
         pointer: format!("/{name}"),
         value: level.into(),
         limit: format!("{} to {}", range.start(), range.end()),
-        remedy: format!("levels go from {} to {}", LEVELS.start(), LEVELS.end()),
+        remedy: "a level more is sixteen times the work of the last".into(),
         ..SceneProblem::of_document(&format!("{name} is no level of meshes that is offered"))
     }
 }
@@ -183,7 +215,8 @@ pub(super) fn run(
     };
     let interrupt = || order.control.interrupt();
     let (summary, stopped, has_finished) = match study {
-        StudyDocument::Error { scene, coarsest, finest, formulations, implicit_steps_s, exact } => {
+        StudyDocument::Error(study) => {
+            let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact } = study;
             let document: SceneDocument =
                 serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
             let exact =
@@ -201,11 +234,9 @@ pub(super) fn run(
             let has_finished = study.rows.iter().any(Row::is_finished);
             (serde_json::to_string_pretty(&study), study.stopped, has_finished)
         }
-        StudyDocument::Stability { short, implicit } => {
+        StudyDocument::Stability(StabilityStudyDocument { short, implicit }) => {
             let cases = cases(short);
-            let steppings: Vec<Stepping> = std::iter::once(Stepping::Explicit)
-                .chain(implicit.iter().map(|ratio| Stepping::Implicit { step_ratio: *ratio }))
-                .collect();
+            let steppings = Stepping::with_implicit(&implicit);
             let (mut done, count) = (0, cases.len() * steppings.len());
             let study = study_stability(&cases, &steppings, &interrupt, &mut |_| {
                 done += 1;

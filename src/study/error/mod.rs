@@ -8,20 +8,28 @@ mod chart;
 pub mod convergence;
 mod front;
 pub mod quantity;
-pub mod setting;
 
 pub use chart::chart;
 pub use convergence::Reference;
 pub use front::{Advice, TARGETS};
 pub use quantity::Quantity;
-pub use setting::Setting;
 
-use super::single::{RunRequest, ending_name, run_scene};
+use super::Setting;
+use super::single::{ending_name, is_stop};
+use super::variant::Variants;
 use crate::scene::document::{Formulation, SceneDocument};
-use crate::scene::{Budget, MeshSource, load};
+use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+/// Coarsest meshes that may be asked for: −1 halves the numbers of elements of generated meshes.
+pub const COARSEST: RangeInclusive<i32> = -4..=0;
+/// Finest meshes that may be asked for: a level more is sixteen times the work.
+pub const FINEST: RangeInclusive<i32> = 0..=4;
+/// The coarsest and the finest mesh where nothing is asked for.
+pub const USUAL_LEVELS: RangeInclusive<i32> = -1..=1;
 
 /// What to study.
 pub struct ErrorRequest<'a> {
@@ -146,11 +154,6 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     }
 }
 
-/// Whether a run ended because it was told to: then no other one needs to begin.
-pub(crate) fn is_stop(ending: &str) -> bool {
-    matches!(ending, "cancelled" | "deadline")
-}
-
 /// `longest`: the longest step [s], where the setting asks for shorter ones.
 fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Row {
     let row = Row {
@@ -165,36 +168,16 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
     };
-    let left_out = |reason: String| Row { reason: Some(reason), ..row.clone() };
-    let Some(mut document) = setting.apply(request.document) else {
-        return left_out("the mesh cannot be made so coarse, or there is none".into());
-    };
-    if let Some(longest) = longest {
-        document.integrator.limit_step(longest);
-    }
-    let document_json = match serde_json::to_vec(&document) {
-        Ok(json) => json,
-        Err(error) => return left_out(error.to_string()),
-    };
-    let loaded = match load(&document_json, request.source, request.budget) {
-        Ok(loaded) => loaded,
-        Err(problems) => {
-            let first = problems.0.iter().find(|p| p.is_error()).map(ToString::to_string);
-            return left_out(first.unwrap_or_else(|| problems.to_string()));
-        }
-    };
-    let result = run_scene(RunRequest {
-        scene: &loaded.scene,
-        document_json: &document_json,
-        recording: None,
+    let variants = Variants {
+        document: request.document,
+        source: request.source,
+        budget: request.budget,
         threads: request.threads,
         interrupt: request.interrupt,
-        progress: &mut |_| {},
-        also: None,
-    });
-    let result = match result {
+    };
+    let result = match variants.run(&setting, longest) {
         Ok(result) => result,
-        Err(error) => return left_out(error.to_string()),
+        Err(error) => return Row { reason: Some(error.to_string()), ..row },
     };
     let reason = match &result.outcome.ending {
         Ending::Failed { failure } => Some(failure.message.clone()),

@@ -7,8 +7,7 @@ mod watch;
 pub use picture::picture;
 pub use scenes::{Case, cases};
 
-use super::error::is_stop;
-use super::single::ending_name;
+use super::single::{ending_name, is_stop};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, compile};
 use crate::scene::{Budget, NoFiles, load};
@@ -29,6 +28,15 @@ pub enum Stepping {
         /// Its step over the explicit one.
         step_ratio: u32,
     },
+}
+
+impl Stepping {
+    /// The explicit scheme, and the implicit one with each of some ratios; a ratio of none is left out.
+    pub fn with_implicit(step_ratios: &[u32]) -> Vec<Self> {
+        let implicit = step_ratios.iter().filter(|ratio| **ratio > 0);
+        let implicit = implicit.map(|step_ratio| Self::Implicit { step_ratio: *step_ratio });
+        std::iter::once(Self::Explicit).chain(implicit).collect()
+    }
 }
 
 impl std::fmt::Display for Stepping {
@@ -89,7 +97,7 @@ pub struct Cell {
     pub reached: f64,
     /// Steps.
     pub steps: u64,
-    /// Wall time [s].
+    /// Wall time of the run [s].
     pub wall_s: f64,
 }
 
@@ -118,8 +126,9 @@ pub fn study_stability(
 ) -> StabilityStudy {
     let (mut cells, mut stopped) = (Vec::new(), None);
     'cases: for case in cases {
+        let explicit = compiled(&case.document);
         for stepping in steppings {
-            let cell = eval_cell(case, *stepping, interrupt);
+            let cell = eval_cell(case, explicit.as_ref(), *stepping, interrupt);
             progress(&cell);
             stopped = Some(cell.ending.clone()).filter(|ending| is_stop(ending));
             cells.push(cell);
@@ -138,8 +147,13 @@ pub fn study_stability(
     }
 }
 
-fn eval_cell(case: &Case, stepping: Stepping, interrupt: &(dyn Fn() -> Option<Interrupt> + Sync)) -> Cell {
-    let clock = Instant::now();
+/// `explicit`: what the case is compiled to with explicit steps.
+fn eval_cell(
+    case: &Case,
+    explicit: Result<&Compiled, &Refusal>,
+    stepping: Stepping,
+    interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
+) -> Cell {
     let cell = Cell {
         axis: case.axis.into(),
         value: case.label.clone(),
@@ -158,12 +172,26 @@ fn eval_cell(case: &Case, stepping: Stepping, interrupt: &(dyn Fn() -> Option<In
         steps: 0,
         wall_s: 0.0,
     };
-    let mut cell = match plan_of(case, stepping) {
-        Ok((plan, shortest_edge)) => run_cell(&plan, shortest_edge, interrupt, &cell),
-        Err(refusal) => Cell { reason: Some(refusal.reason), remedy: Some(refusal.remedy), ..cell },
+    let refused = |refusal: &Refusal| Cell {
+        reason: Some(refusal.reason.clone()),
+        remedy: Some(refusal.remedy.clone()),
+        ..cell.clone()
     };
-    cell.wall_s = clock.elapsed().as_secs_f64();
-    cell
+    let ran = |compiled: &Compiled| run_cell(compiled, interrupt, &cell);
+    match (explicit, stepping) {
+        (Err(refusal), _) => refused(refusal),
+        (Ok(explicit), Stepping::Explicit) => ran(explicit),
+        (Ok(explicit), Stepping::Implicit { step_ratio }) => {
+            compiled_implicit(case, explicit, step_ratio).as_ref().map_or_else(refused, ran)
+        }
+    }
+}
+
+/// A case that is ready to be run.
+struct Compiled {
+    plan: Plan,
+    /// [m]
+    shortest_edge: f64,
 }
 
 /// Why a case is not run, and what to do.
@@ -172,40 +200,37 @@ struct Refusal {
     remedy: String,
 }
 
-/// The plan of a case with a stepping, and its shortest edge [m].
-fn plan_of(case: &Case, stepping: Stepping) -> Result<(Plan, f64), Refusal> {
-    let explicit = compiled(&case.document)?;
-    let Stepping::Implicit { step_ratio } = stepping else { return Ok(explicit) };
-    let (plan, _) = explicit;
+/// A case with implicit steps of so many explicit ones.
+fn compiled_implicit(case: &Case, explicit: &Compiled, step_ratio: u32) -> Result<Compiled, Refusal> {
     let mut document = case.document.clone();
+    let plan = &explicit.plan;
     // Two steps at the least, or nothing is stepped.
     let step = (f64::from(step_ratio) * plan.report.stable_step_s).min(0.5 * plan.end_time);
     document["integrator"] = json!({"kind": "implicit", "step_s": step});
     compiled(&document)
 }
 
-fn compiled(document: &Value) -> Result<(Plan, f64), Refusal> {
+fn compiled(document: &Value) -> Result<Compiled, Refusal> {
     let internal = |reason: String| Refusal { reason, remedy: "report this scene".into() };
     let bytes = serde_json::to_vec(document).map_err(|error| internal(error.to_string()))?;
     let loaded = load(&bytes, &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
-        let first = problems.0.iter().find(|problem| problem.is_error());
-        first.map_or_else(
+        problems.first_error().map_or_else(
             || internal("refused without a reason".into()),
             |p| Refusal { reason: format!("{}: {}", p.pointer, p.message), remedy: p.remedy.clone() },
         )
     })?;
-    let shortest = loaded.bodies.iter().map(|body| body.min_edge_m).fold(f64::INFINITY, f64::min);
+    let shortest_edge = loaded.bodies.iter().map(|body| body.min_edge_m).fold(f64::INFINITY, f64::min);
     let plan = compile(&loaded.scene).map_err(|error| internal(error.to_string()))?;
-    Ok((plan, shortest))
+    Ok(Compiled { plan, shortest_edge })
 }
 
 /// Runs a plan; the rest of the cell is in `blank`.
 fn run_cell(
-    plan: &Plan,
-    shortest_edge: f64,
+    Compiled { plan, shortest_edge }: &Compiled,
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
     blank: &Cell,
 ) -> Cell {
+    let clock = Instant::now();
     let mut watch = Watch::default();
     let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt }, &mut [&mut watch]);
     let is_sound = |all: &[Vec3]| all.iter().all(|v| v.iter().all(|x| x.is_finite()));
@@ -231,6 +256,7 @@ fn run_cell(
         penetration: watch.deepest / shortest_edge,
         reached: outcome.time_s / plan.end_time,
         steps: outcome.steps,
+        wall_s: clock.elapsed().as_secs_f64(),
         ..blank.clone()
     }
 }

@@ -49,6 +49,16 @@ fn every_problem_of_a_study_has_its_place() {
     for body in [json!({}), json!({"kind": "horoscope"}), json!({"kind": "error"}), scene()] {
         assert_eq!(server.client().post_json("/v1/studies", &body).status, 422, "{body}");
     }
+    for (body, place) in [
+        (json!({"kind": "horoscope"}), "/kind"),
+        (json!({"kind": "error", "scene": scene(), "finest": "very"}), "/finest"),
+        (json!({"kind": "error", "scene": scene(), "implicit_steps_s": [1e-3, "x"]}), "/implicit_steps_s/1"),
+        (json!({"kind": "stability", "implicit": [-1]}), "/implicit/0"),
+        (json!({"kind": "stability", "shorter": true}), "/shorter"),
+    ] {
+        let answer = problem(&server.client().post_json("/v1/studies", &body), 422, "invalid-scene");
+        assert_eq!(answer["errors"][0]["pointer"], place, "{answer}");
+    }
     // A study is no scene.
     let study = json!({"kind": "stability"});
     assert_eq!(server.client().post_json("/v1/jobs", &study).status, 422);

@@ -1,0 +1,61 @@
+//! One run of a scene document with another setting of the numerics: what every study is made of.
+
+use super::Setting;
+use super::single::{RunError, RunRequest, RunResult, run_scene};
+use crate::scene::document::SceneDocument;
+use crate::scene::{Budget, MeshSource, Problems, load};
+use crate::step::Interrupt;
+
+/// The scene, and what each of its runs may have.
+#[derive(Clone, Copy)]
+pub(super) struct Variants<'a> {
+    /// The scene.
+    pub document: &'a SceneDocument,
+    /// Its meshes.
+    pub source: &'a dyn MeshSource,
+    /// What a run may cost.
+    pub budget: &'a Budget,
+    /// Threads of each run.
+    pub threads: usize,
+    /// Asked before every step.
+    pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+}
+
+/// Why a setting was not run.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum NotRun {
+    /// The setting has no mesh.
+    #[error("the mesh cannot be made so coarse, or there is none")]
+    NoSuchMesh,
+    /// The scene with the setting is refused.
+    #[error("{}", .0.first_error().map_or_else(|| .0.to_string(), ToString::to_string))]
+    Refused(Problems),
+    /// The scene with the setting cannot be written.
+    #[error(transparent)]
+    Unwritten(#[from] serde_json::Error),
+    /// It cannot be compiled.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl Variants<'_> {
+    /// Runs the scene with a setting, and no step beyond `longest` [s]. A run that failed is a result.
+    pub fn run(&self, setting: &Setting, longest: Option<f64>) -> Result<RunResult, NotRun> {
+        let mut document = setting.apply(self.document).ok_or(NotRun::NoSuchMesh)?;
+        if let Some(longest) = longest {
+            document.integrator.limit_step(longest);
+        }
+        let document_json = serde_json::to_vec(&document)?;
+        let loaded = load(&document_json, self.source, self.budget).map_err(NotRun::Refused)?;
+        let result = run_scene(RunRequest {
+            scene: &loaded.scene,
+            document_json: &document_json,
+            recording: None,
+            threads: self.threads,
+            interrupt: self.interrupt,
+            progress: &mut |_| {},
+            also: None,
+        });
+        Ok(result?)
+    }
+}
