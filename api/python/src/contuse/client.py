@@ -1,0 +1,198 @@
+"""The service, as Python calls."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import httpx
+
+from .errors import ContuseError, InvalidScene, JobFailed, ServiceProblem
+from .recording import Recording
+from .wire import Job, Problem, Progress, Summary
+
+Scene = Mapping[str, Any] | str | Path
+#: Tries of a request or a stream that breaks off, and the first rest between them [s]; each is twice the one before.
+TRIES = 5
+REST_S = 0.2
+
+
+class Client:
+    """A service at an address, with its bearer token if it wants one."""
+
+    def __init__(self, address: str, token: str | None = None, timeout_s: float = 60.0) -> None:
+        headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self._http = httpx.Client(base_url=address, headers=headers, timeout=timeout_s)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._http.close()
+
+    def validate(self, scene: Scene) -> dict[str, Any]:
+        """What a scene would be: bodies, plan, expected run time. Raises `InvalidScene` with every mistake."""
+        answer: dict[str, Any] = self._post("/v1/jobs/validate", _document(scene)).json()
+        return answer
+
+    def submit(self, scene: Scene) -> Job:
+        """Submits a scene (a document, or the path of one). Sent again after a broken connection, it is still one job."""
+        return Job.of(self._post("/v1/jobs", _document(scene), {"Idempotency-Key": str(uuid.uuid4())}).json())
+
+    def job(self, job: Job | str) -> Job:
+        """The job as it stands."""
+        return Job.of(self._get(f"/v1/jobs/{_id(job)}").json())
+
+    def jobs(self, state: str | None = None) -> Iterator[Job]:
+        """All jobs, newest first."""
+        parameters = {"state": state} if state else {}
+        while True:
+            page = self._get("/v1/jobs", params=parameters).json()
+            yield from map(Job.of, page["jobs"])
+            if not page["next_cursor"]:
+                return
+            parameters["cursor"] = page["next_cursor"]
+
+    def wait(self, job: Job | str, on_progress: Callable[[Progress], None] | None = None) -> Job:
+        """Follows a job to its end. Raises `JobFailed` unless it succeeds."""
+        for event, data in self._events(_id(job)):
+            if event == "progress" and on_progress:
+                on_progress(Progress(data["phase"], data["progress"], data["step"], data["simulated_time_s"], data["eta_s"]))
+        ended = self.job(job)
+        if ended.state != "succeeded":
+            raise JobFailed(ended)
+        return ended
+
+    def cancel(self, job: Job | str) -> Job:
+        """Stops a job; its recording so far is kept."""
+        return Job.of(self._post(f"/v1/jobs/{_id(job)}/cancel", b"{}").json())
+
+    def delete(self, job: Job | str) -> None:
+        """Removes a job and its recording."""
+        _checked(self._http.delete(f"/v1/jobs/{_id(job)}"))
+
+    def summary(self, job: Job | str) -> Summary:
+        """The clinical summary of a job that has ended."""
+        return Summary(self._get(f"/v1/jobs/{_id(job)}/summary").json())
+
+    def recording(self, job: Job | str, path: str | Path) -> Recording:
+        """Downloads the recording of a job that has ended, goes on where it broke off, checks the digest, and opens it."""
+        expected = self.job(job).body["recording"]
+        if expected is None:
+            raise ContuseError(f"job {_id(job)} has no final recording")
+        path = Path(path)
+        partial = path.with_name(path.name + ".partial")
+        for attempt in range(TRIES):
+            try:
+                self._download(f"/v1/jobs/{_id(job)}/recording", partial, expected)
+                break
+            except httpx.TransportError:
+                _rest(attempt)
+        digest = hashlib.sha256(partial.read_bytes()).hexdigest()
+        if digest != expected["sha256"]:
+            partial.unlink()
+            raise ContuseError(f"the download of job {_id(job)} is damaged: SHA-256 {digest}, not {expected['sha256']}")
+        partial.replace(path)
+        return Recording(path)
+
+    def _download(self, address: str, partial: Path, expected: dict[str, Any]) -> None:
+        """Appends what is missing; only bytes of the expected file come."""
+        held = partial.stat().st_size if partial.exists() else 0
+        if held >= expected["bytes"]:
+            return
+        headers = {"Range": f"bytes={held}-", "If-Range": f'"{expected["sha256"]}"'}
+        with self._http.stream("GET", address, headers=headers) as answer:
+            if answer.is_error:
+                answer.read()
+            _checked(answer)
+            with open(partial, "ab" if answer.status_code == 206 else "wb") as file:
+                for piece in answer.iter_bytes():
+                    file.write(piece)
+
+    def _events(self, job: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Events of a job to its end; a stream that breaks off goes on after the last that was heard."""
+        last, attempt = "0", 0
+        while True:
+            try:
+                headers = {"Last-Event-ID": last, "Accept": "text/event-stream"}
+                # Heartbeats come every few seconds; silence beyond the timeout is a broken connection.
+                with self._http.stream("GET", f"/v1/jobs/{job}/events", headers=headers) as answer:
+                    if answer.is_error:
+                        answer.read()
+                    _checked(answer)
+                    if answer.status_code == 204:
+                        return
+                    for last, event, data in _parsed(answer.iter_lines()):
+                        attempt = 0
+                        yield event, data
+                        if event in ("succeeded", "failed", "cancelled"):
+                            return
+            except httpx.TransportError:
+                if attempt + 1 >= TRIES:
+                    raise
+            _rest(attempt)
+            attempt += 1
+
+    def _get(self, path: str, params: dict[str, str] | None = None) -> httpx.Response:
+        return self._tried(lambda: self._http.get(path, params=params))
+
+    def _post(self, path: str, body: bytes, headers: dict[str, str] | None = None) -> httpx.Response:
+        headers = {"Content-Type": "application/json", **(headers or {})}
+        return self._tried(lambda: self._http.post(path, content=body, headers=headers))
+
+    @staticmethod
+    def _tried(send: Callable[[], httpx.Response]) -> httpx.Response:
+        """Sends again when the connection breaks: every request of this client may be repeated."""
+        for attempt in range(TRIES - 1):
+            try:
+                return _checked(send())
+            except httpx.TransportError:
+                _rest(attempt)
+        return _checked(send())
+
+
+def _rest(attempt: int) -> None:
+    time.sleep(REST_S * 2**attempt)
+
+
+def _id(job: Job | str) -> str:
+    return job.id if isinstance(job, Job) else job
+
+
+def _document(scene: Scene) -> bytes:
+    """The bytes of a scene: files go as they are."""
+    if isinstance(scene, (str, Path)):
+        return Path(scene).read_bytes()
+    return json.dumps(scene).encode()
+
+
+def _checked(answer: httpx.Response) -> httpx.Response:
+    if not answer.is_error:
+        return answer
+    is_json = "json" in answer.headers.get("content-type", "")
+    body: dict[str, Any] = answer.json() if is_json else {"detail": answer.text}
+    if body.get("errors"):
+        raise InvalidScene(answer.status_code, body, [Problem.of(error) for error in body["errors"]])
+    raise ServiceProblem(answer.status_code, body)
+
+
+def _parsed(lines: Iterator[str]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Id, name and data of server-sent events."""
+    fields: dict[str, str] = {}
+    for line in lines:
+        if not line:
+            if "data" in fields:
+                yield fields.get("id", "0"), fields.get("event", "message"), json.loads(fields["data"])
+            fields = {}
+        elif not line.startswith(":"):
+            name, _, value = line.partition(":")
+            fields[name] = value.removeprefix(" ")

@@ -1,0 +1,132 @@
+"""What comes over the wire, typed. Everything keeps the JSON that it was made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import Withheld
+
+FINAL = frozenset({"succeeded", "failed", "cancelled"})
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake of a scene, or something odd about it."""
+
+    pointer: str
+    message: str
+    value: Any = None
+    limit: str | None = None
+    remedy: str | None = None
+
+    @classmethod
+    def of(cls, body: dict[str, Any]) -> Problem:
+        return cls(body["pointer"], body["message"], body.get("value"), body.get("limit"), body.get("remedy"))
+
+    def __str__(self) -> str:
+        parts = [f"{self.pointer or '/'}: {self.message}", self.limit and f"(limit {self.limit})", self.remedy and f"– {self.remedy}"]
+        return " ".join(part for part in parts if part)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job as it stood when it was asked for."""
+
+    id: str
+    name: str
+    state: str
+    progress: float
+    simulated_time_s: float
+    end_time_s: float
+    failure: dict[str, Any] | None
+    body: dict[str, Any]
+
+    @classmethod
+    def of(cls, body: dict[str, Any]) -> Job:
+        names = ("id", "name", "state", "progress", "simulated_time_s", "end_time_s", "failure")
+        return cls(**{name: body[name] for name in names}, body=body)
+
+    @property
+    def is_final(self) -> bool:
+        return self.state in FINAL
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a job is."""
+
+    phase: str
+    progress: float
+    step: int
+    simulated_time_s: float
+    eta_s: float | None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of the summary with its estimated numerical error; `error` is None where nobody looked."""
+
+    value: float
+    unit: str
+    error: float | None
+    is_resolved: bool | None
+
+    @classmethod
+    def of(cls, body: dict[str, Any], unit: str) -> Quantity:
+        error = body["error"]
+        if not isinstance(error, dict):
+            return cls(body["value"], unit, None, None)
+        return cls(body["value"], unit, error["total"], error["resolved"])
+
+    def __str__(self) -> str:
+        if self.error is None:
+            return f"{self.value:.4g} {self.unit}, error not estimated"
+        verdict = "" if self.is_resolved else ": not resolved"
+        return f"{self.value:.4g} ± {self.error:.2g} {self.unit}{verdict}"
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The clinical summary. The four numbers are properties; everything else is in `body`."""
+
+    body: dict[str, Any]
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """All numbers; raises `Withheld` when the run failed a gate."""
+        if "withheld" in self.body:
+            raise Withheld(self.body["withheld"]["reason"])
+        results: dict[str, Any] = self.body["results"]
+        return results
+
+    @property
+    def impact(self) -> dict[str, Any]:
+        """The hardest impact on the tissue, or of all where no tissue is hit."""
+        impacts = self.results["impacts"]
+        on_tissue = [impact for impact in impacts if impact["on_tissue"]]
+        hardest: dict[str, Any] = max(on_tissue or impacts, key=lambda impact: impact["peak_force_n"]["value"])
+        return hardest
+
+    @property
+    def peak_force_n(self) -> Quantity:
+        return Quantity.of(self.impact["peak_force_n"], "N")
+
+    @property
+    def patch_area_mm2(self) -> Quantity:
+        return Quantity.of(self.impact["patch_area_mm2"], "mm²")
+
+    @property
+    def absorbed_energy_j(self) -> Quantity:
+        return Quantity.of(self.results["tissue"]["absorbed_energy_j"], "J")
+
+    @property
+    def depths_mm(self) -> dict[float, Quantity]:
+        """Depth of von Mises stress above each threshold [Pa], where the scene has a skin to measure it from."""
+        depths = self.results["tissue"]["significant_stress"]
+        return {depth["threshold_pa"]: Quantity.of(depth["depth_mm"], "mm") for depth in depths if depth.get("depth_mm")}
+
+    @property
+    def warnings(self) -> list[str]:
+        warnings: list[str] = self.body["warnings"]
+        return warnings

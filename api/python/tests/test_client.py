@@ -1,0 +1,122 @@
+"""The client against a service that runs: `CONTUSE=target/release/contuse pytest api/python/tests`."""
+
+import json
+import os
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from contuse import Client, InvalidScene, JobFailed, ServiceProblem
+
+ROOT = Path(__file__).resolve().parents[3]
+BINARY = Path(os.environ.get("CONTUSE", ROOT / "target/release/contuse"))
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    data = tmp_path_factory.mktemp("service")
+    command = [BINARY, "serve", "--listen", "127.0.0.1:0", "--data", data]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    words = process.stdout.readline()
+    assert "http://" in words, words
+    yield words.split()[-1]
+    process.terminate()
+    process.wait(timeout=60)
+
+
+@pytest.fixture(scope="module")
+def client(address):
+    with Client(address) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return json.loads((ROOT / "api/examples/job.request.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def job(client, scene):
+    heard = []
+    job = client.wait(client.submit(scene), on_progress=heard.append)
+    assert heard[-1].progress == 1
+    assert [p.progress for p in heard] == sorted(p.progress for p in heard)
+    return job
+
+
+def test_mistakes_have_their_places(client, scene):
+    with pytest.raises(InvalidScene) as caught:
+        client.submit({**scene, "end_time_s": -1})
+    assert [problem.pointer for problem in caught.value.problems] == ["/end_time_s"]
+    assert "/end_time_s" in str(caught.value)
+
+
+def test_validation_runs_nothing(client, scene):
+    before = len(list(client.jobs()))
+    assert client.validate(scene)["plan"]["elements"] == 240
+    assert len(list(client.jobs())) == before
+
+
+def test_what_is_not_there_is_a_problem(client):
+    with pytest.raises(ServiceProblem) as caught:
+        client.job("nothing")
+    assert caught.value.status == 404
+
+
+def test_summary_has_the_four_numbers(client, job):
+    summary = client.summary(job)
+    numbers = [summary.peak_force_n, summary.patch_area_mm2, summary.absorbed_energy_j, *summary.depths_mm.values()]
+    assert all(number.value >= 0 and number.error is not None for number in numbers)
+    assert summary.peak_force_n.unit in str(summary.peak_force_n)
+
+
+def test_recording_agrees_with_the_summary(client, job, tmp_path):
+    recording = client.recording(job, tmp_path / "run.mcap")
+    summary = client.summary(job)
+    forces, energy = recording.forces(), recording.energy()
+    assert forces["impulse_n_s"][-1] == pytest.approx(summary.impact["impulse_n_s"]["value"], rel=1e-12)
+    assert energy["absorbed_j"][-1] == pytest.approx(summary.absorbed_energy_j.value, rel=1e-12)
+    # The ledger closes to within its gate.
+    assert np.ptp(energy["total_j"]) < 0.01 * energy["total_j"][0]
+    assert recording.scene["name"] == job.name
+    assert recording.bodies == ["ball", "block"]
+
+
+def test_download_goes_on_where_it_broke_off(client, job, tmp_path):
+    whole = client.recording(job, tmp_path / "whole.mcap").path.read_bytes()
+    (tmp_path / "parts.mcap.partial").write_bytes(whole[:1000])
+    assert client.recording(job, tmp_path / "parts.mcap").path.read_bytes() == whole
+
+
+def test_pyvista_sees_the_mesh(client, job, tmp_path):
+    pytest.importorskip("pyvista")
+    recording = client.recording(job, tmp_path / "run.mcap")
+    start, end = (recording.to_pyvista("block", time_s=t) for t in (0, 1e-4))
+    assert start.n_cells == 144
+    # The undeformed block is 60 × 60 × 30 mm; VTK integrates it by itself.
+    assert start.compute_cell_sizes()["Volume"].sum() == pytest.approx(0.06 * 0.06 * 0.03, rel=1e-6)
+    assert end["von_mises_pa"].max() > 1e4 > start["von_mises_pa"].max()
+    assert end.field_data["time_s"][0] == pytest.approx(1e-4)
+
+
+def test_cancelled_jobs_raise_and_can_be_deleted(client, scene):
+    job = client.submit({**scene, "end_time_s": 1.0, "record": {"every_steps": 1000, "fields": []}})
+    client.cancel(job)
+    with pytest.raises(JobFailed):
+        client.wait(job)
+    client.delete(job)
+    with pytest.raises(ServiceProblem):
+        client.job(job)
+
+
+def test_example_runs(address, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("pyvista")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["impact.py", address])
+    runpy.run_path(str(ROOT / "api/python/examples/impact.py"))
+    said = capsys.readouterr().out
+    assert "/end_time_s" in said and "absorbed energy" in said and "kPa" in said
