@@ -7,10 +7,40 @@ fn service_is_there_and_ready() {
     let server = Server::start();
     assert_eq!(server.client().get("/healthz").status, 200);
     assert_eq!(server.client().get("/readyz").status, 200);
-    let landing = server.client().get("/");
-    assert!(landing.header("content-type").unwrap().starts_with("text/html"));
-    assert!(landing.text().contains("not a medical device"));
-    assert!(server.client().get("/landing.css").header("content-type").unwrap().starts_with("text/css"));
+}
+
+#[test]
+fn viewer_is_served_whole_and_strict() {
+    let server = Server::start();
+    let page = server.client().get("/");
+    assert!(page.header("content-type").unwrap().starts_with("text/html"));
+    assert!(page.text().contains("not a medical device"));
+    let policy = page.header("content-security-policy").unwrap().to_owned();
+    assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"), "{policy}");
+    for (path, media_type) in [
+        ("app.js", "text/javascript"),
+        ("style.css", "text/css"),
+        ("vendor/fzstd/index.mjs", "text/javascript"),
+    ] {
+        let file = server.client().get(&format!("/viewer/{path}"));
+        assert_eq!(file.status, 200, "{path}");
+        assert!(file.header("content-type").unwrap().starts_with(media_type), "{path}");
+        let etag = file.header("etag").unwrap().to_owned();
+        let again = server.client().get_with(&format!("/viewer/{path}"), &[("If-None-Match", &etag)]);
+        assert_eq!(again.status, 304);
+    }
+    assert_eq!(server.client().get("/viewer/none.js").status, 404);
+    assert_eq!(server.client().get("/viewer/..%2F..%2FCargo.toml").status, 404);
+}
+
+#[test]
+fn presets_are_scenes_that_may_run() {
+    let server = Server::start();
+    let presets: serde_json::Value =
+        serde_json::from_str(&server.client().get("/viewer/presets.json").text()).unwrap();
+    let presets = presets.as_array().unwrap();
+    assert!(presets.iter().any(|p| p["file"] == "flashball_thigh/scene.json"), "{presets:?}");
+    assert!(presets.iter().all(|p| p["scene"]["name"].is_string()));
 }
 
 #[test]

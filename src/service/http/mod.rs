@@ -11,6 +11,7 @@ mod problem;
 mod range;
 mod recording;
 mod studies;
+mod viewer;
 mod wire;
 
 pub use openapi::text as openapi_text;
@@ -64,8 +65,9 @@ pub fn router(app: Arc<App>) -> Router {
     let (calls, _) = routes().split_for_parts();
     let docs: Router<Arc<App>> = SwaggerUi::new("/docs").config(Config::from("/openapi.json")).into();
     let all = calls
-        .route("/", get(pages::landing))
-        .route("/landing.css", get(pages::landing_style))
+        .route("/", get(viewer::page))
+        .route("/viewer/presets.json", get(viewer::presets))
+        .route("/viewer/{*path}", get(viewer::file))
         .route("/openapi.json", get(pages::openapi_json))
         .merge(docs)
         .fallback(async || problem::Problem::no_such_address())

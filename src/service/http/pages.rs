@@ -5,7 +5,7 @@ use super::problem::{Problem, ProblemBody};
 use super::{App, openapi};
 use axum::extract::State;
 use axum::http::header;
-use axum::response::{Html, IntoResponse, Response};
+use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
 /// Is the process there?
@@ -49,15 +49,4 @@ pub async fn openapi_json() -> Response {
     responses((status = 200, description = "JSON Schema, draft 2020-12", body = serde_json::Value, content_type = "application/schema+json")))]
 pub async fn scene_schema() -> Response {
     ([(header::CONTENT_TYPE, "application/schema+json")], openapi::scene_schema_text()).into_response()
-}
-
-/// The way in for people.
-pub async fn landing() -> Response {
-    let policy = "default-src 'none'; style-src 'self'; base-uri 'none'; frame-ancestors 'none'";
-    ([(header::CONTENT_SECURITY_POLICY, policy)], Html(include_str!("landing.html"))).into_response()
-}
-
-/// How it looks.
-pub async fn landing_style() -> Response {
-    ([(header::CONTENT_TYPE, "text/css; charset=utf-8")], include_str!("landing.css")).into_response()
 }

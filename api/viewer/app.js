@@ -1,0 +1,82 @@
+// The page: which part of it the address asks for, and the token where the service wants one.
+
+import { ApiProblem, token } from "./api.js";
+import { button, html } from "./dom.js";
+import { comparePage } from "./pages/compare_page.js";
+import { jobPage } from "./pages/job_page.js";
+import { listPage } from "./pages/list_page.js";
+import { submitPage } from "./pages/submit_page.js";
+
+/** What is behind `#/`: a function that fills `main` and may return one that clears up. */
+const ROUTES = [
+  [/^$/, () => listPage()],
+  [/^new(?:\/([\w-]+))?$/, (id) => submitPage(id)],
+  [/^job\/([\w-]+)$/, (id) => jobPage(id)],
+  [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],
+];
+
+const main = document.getElementById("main");
+let leave = () => {};
+let visit = 0;
+
+async function show() {
+  const current = ++visit;
+  leave();
+  leave = () => {};
+  const path = location.hash.replace(/^#\/?/, "");
+  markCurrent(path);
+  const [route, open] = ROUTES.find(([pattern]) => pattern.test(path)) ?? [/^/, notFound];
+  main.replaceChildren(html("p", { class: "quiet" }, "Loading…"));
+  try {
+    const page = await open(...path.match(route).slice(1));
+    if (current !== visit) return page.leave?.();
+    document.title = `${page.title} · Contuse`;
+    leave = page.leave ?? (() => {});
+    main.replaceChildren(page.element);
+  } catch (error) {
+    if (current === visit) main.replaceChildren(failure(error));
+  }
+}
+
+function markCurrent(path) {
+  for (const link of document.querySelectorAll("nav a")) {
+    const isCurrent = link.hash.replace(/^#\/?/, "").split("/")[0] === path.split("/")[0] && link.hash !== "";
+    if (isCurrent) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+}
+
+function notFound() {
+  return { title: "Not found", element: html("p", { class: "panel" }, "There is no such page. ", html("a", { href: "#/" }, "To the impacts")) };
+}
+
+function failure(error) {
+  if (error instanceof ApiProblem && error.status === 401) return tokenForm();
+  console.error(error);
+  const remedy = error.body?.remedy;
+  return html("div", { class: "panel", role: "alert" }, html("h1", {}, "That did not work"), html("p", {}, error.message), remedy && html("p", {}, remedy), button("Try again", show));
+}
+
+function tokenForm() {
+  const input = html("input", { type: "password", autocomplete: "off", required: true });
+  const enter = (event) => {
+    event.preventDefault();
+    token.set(input.value.trim());
+    show();
+  };
+  return html(
+    "form",
+    { class: "panel narrow", onsubmit: enter },
+    html("h1", {}, "This service asks for a token"),
+    html("label", { class: "field" }, html("span", {}, "Token"), input),
+    html("p", { class: "quiet" }, "It is kept until this tab is closed, and sent to this service alone."),
+    html("button", { type: "submit", class: "primary" }, "Continue"),
+  );
+}
+
+window.addEventListener("hashchange", () => {
+  show();
+  main.focus({ preventScroll: true });
+  window.scrollTo(0, 0);
+});
+show();

@@ -1,0 +1,51 @@
+// Numbers as people read them.
+
+const NARROW_SPACE = "\u202f";
+
+/** A number with so many significant digits, without exponent where that is readable. */
+export function number(value, digits = 4) {
+  if (value == null || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size < 1e-4 || size >= 1e7) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    return `${mantissa} × 10${superscript(Number(exponent))}`;
+  }
+  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
+  // Digits before the point beyond the significant ones would pretend.
+  const rounded = decimals > 0 ? value : Number(value.toPrecision(digits));
+  return rounded.toFixed(Math.min(decimals, 12)).replace("-", "−");
+}
+
+function superscript(exponent) {
+  return String(exponent).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+}
+
+/** A number and its unit. */
+export function withUnit(value, unit, digits = 4) {
+  return unit ? `${number(value, digits)}${NARROW_SPACE}${unit}` : number(value, digits);
+}
+
+/** The unit in which times of a run are read: factor and name. */
+export function timeUnit(end) {
+  if (end < 1e-3) return { factor: 1e6, name: "µs" };
+  return end < 1 ? { factor: 1e3, name: "ms" } : { factor: 1, name: "s" };
+}
+
+/** Bytes in the usual prefix. */
+export function bytes(count) {
+  const prefix = count < 1e3 ? 0 : count < 1e6 ? 1 : count < 1e9 ? 2 : 3;
+  return withUnit(count / 1000 ** prefix, ["B", "kB", "MB", "GB"][prefix], 3);
+}
+
+/** A moment of the wall clock, in the reader's time zone. */
+export function moment(text) {
+  return text ? new Date(text).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "medium" }) : "–";
+}
+
+/** The smallest of 1, 2, 5 × 10ⁿ that is not below. */
+export function niceAbove(value) {
+  if (!(value > 0) || !Number.isFinite(value)) return 1;
+  const decade = 10 ** Math.floor(Math.log10(value));
+  return decade * [1, 2, 5, 10].find((factor) => factor * decade >= value * (1 - 1e-12));
+}

@@ -1,0 +1,58 @@
+// Colours of values: maps that are even to the eye and to the colour-blind, and the fields that are shown with them.
+
+import { html } from "../dom.js";
+import { number } from "../format.js";
+
+/** Seventeen equally spaced colours each; viridis and cividis of matplotlib, and a blue–white–orange for differences. */
+const STOPS = {
+  cividis:
+    "00224e002e6a1a386f32436d434e6c535a6d61656f6f70737d7c788c88789b9476aba072bcae6ccdbb63dec958f0d846fee838",
+  viridis:
+    "44015448186a472d7b4240863b528b33638d2c728e26828e21918c1fa08828ae803fbc735ec96284d44baddc30d8e219fde725",
+  difference:
+    "0b3d6b17508228659a3f7bb05b93c37aabd49dc3e2c3dcedf4f4f2f6dfc4f2c79aeaae72de944ecb7a32b2621d944c0f74380a",
+};
+
+export const FIELDS = {
+  von_mises_pa: { label: "von Mises stress", unit: "kPa", factor: 1e-3, from: 0 },
+  pressure_pa: { label: "pressure (compression positive)", unit: "kPa", factor: 1e-3, from: -1 },
+  principal_strain: { label: "principal strain (Green–Lagrange)", unit: "", factor: 1, from: 0 },
+  displacement_m: { label: "displacement", unit: "mm", factor: 1e3, from: 0 },
+  velocity_m_per_s: { label: "speed", unit: "m/s", factor: 1, from: 0 },
+};
+
+/** 256 colours of a map as bytes r, g, b, a. */
+export function lookupTable(map) {
+  const stops = STOPS[map].match(/../g).map((two) => parseInt(two, 16));
+  const table = new Uint8Array(4 * 256);
+  for (let i = 0; i < 256; i++) {
+    const at = (i / 255) * 16;
+    const left = Math.min(Math.floor(at), 15);
+    for (let k = 0; k < 3; k++) {
+      const [a, b] = [stops[3 * left + k], stops[3 * left + 3 + k]];
+      table[4 * i + k] = Math.round(a + (at - left) * (b - a));
+    }
+    table[4 * i + 3] = 255;
+  }
+  return table;
+}
+
+/** A legend: the map from bottom to top of the range, with ticks and the unit. */
+export class Legend {
+  element = html("figure", { class: "legend" });
+
+  show({ label, unit, factor }, [low, high], map) {
+    const bar = html("canvas", { width: 256, height: 1, "aria-hidden": "true" });
+    const context = bar.getContext("2d");
+    const image = context.createImageData(256, 1);
+    image.data.set(lookupTable(map));
+    context.putImageData(image, 0, 0);
+    const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) => html("li", {}, number((low + share * (high - low)) * factor, 3)));
+    const words = `${label}${unit ? ` [${unit}]` : " [–]"}`;
+    this.element.replaceChildren(
+      html("figcaption", {}, words, html("small", {}, " fixed range; beyond it the end colour")),
+      bar,
+      html("ol", {}, ticks),
+    );
+  }
+}

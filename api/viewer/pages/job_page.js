@@ -1,0 +1,179 @@
+// One job: its progress while it runs, then its four numbers, its mesh and its plots.
+
+import { ApiProblem, followEvents, getJson, postJson, request } from "../api.js";
+import { button, html, saveFile } from "../dom.js";
+import { bytes, number, timeUnit, withUnit } from "../format.js";
+import { Recording } from "../recording/recording.js";
+import { allNumbers, headlineCards, trustPanel } from "../summary.js";
+import { layoutOf } from "../recording/layout.js";
+import { stateBadge } from "./list_page.js";
+import { RunPanel } from "./run_panel.js";
+
+const FINAL = ["succeeded", "failed", "cancelled"];
+
+export async function jobPage(id) {
+  const page = new JobPage(await getJson(`/v1/jobs/${id}`));
+  page.start();
+  return { title: page.job.name, element: page.element, leave: () => page.leave() };
+}
+
+class JobPage {
+  #ending = new AbortController();
+  #state = html("span");
+  #body = html("div");
+  #panel = null;
+
+  constructor(job) {
+    this.job = job;
+    this.element = html("div", {}, html("div", { class: "title" }, html("h1", {}, job.name, " ", this.#state), this.#tools()), this.#body);
+  }
+
+  start() {
+    const work = FINAL.includes(this.job.state) ? this.#showResults() : this.#follow();
+    work.catch((error) => this.#say(error));
+  }
+
+  leave() {
+    this.#ending.abort();
+    this.#panel?.dispose();
+  }
+
+  #say(error) {
+    if (this.#ending.signal.aborted) return;
+    console.error(error);
+    this.#body.append(html("p", { class: "alert", role: "alert" }, error.message));
+  }
+
+  #tools() {
+    const { id } = this.job;
+    return html(
+      "div",
+      { class: "tools" },
+      html("a", { class: "button", href: `#/new/${id}` }, "Change and run again"),
+      html("a", { class: "button", href: `#/compare/${id}` }, "Compare"),
+    );
+  }
+
+  /** Progress until the job has ended. */
+  async #follow() {
+    const progress = new ProgressPanel(this.job, () => this.#peek());
+    this.#body.replaceChildren(progress.element);
+    this.#state.replaceChildren(stateBadge(this.job.state));
+    await followEvents(`/v1/jobs/${this.job.id}/events`, (event) => {
+      progress.take(event);
+      if (event.data.state) this.#state.replaceChildren(stateBadge(event.data.state));
+    }, this.#ending.signal);
+    if (this.#ending.signal.aborted) return;
+    this.job = await getJson(`/v1/jobs/${this.job.id}`);
+    await this.#showResults();
+  }
+
+  /** A look at what is recorded of a job that still runs. */
+  async #peek() {
+    const recording = await Recording.open(`/v1/jobs/${this.job.id}/recording`);
+    this.#panel?.dispose();
+    this.#panel?.element.remove();
+    this.#panel = new RunPanel(this.job.name, recording, recording.latestSummary);
+    this.#body.append(html("p", { class: "quiet" }, "A look at the recording so far; the job goes on."), this.#panel.element);
+  }
+
+  async #showResults() {
+    const { job } = this;
+    this.#panel?.dispose();
+    this.#state.replaceChildren(stateBadge(job.state));
+    this.#body.replaceChildren();
+    if (job.failure) this.#body.append(failurePanel(job.failure));
+    const summary = job.links.summary ? await getJson(job.links.summary) : null;
+    const isRun = summary?.gates && summary?.error_bars;
+    if (isRun) this.#body.append(headlineCards(summary));
+    else if (summary) this.#body.append(html("pre", { class: "panel" }, JSON.stringify(summary, null, 2)));
+    if (job.recording) await this.#showRecording(isRun ? summary : null);
+    if (isRun) {
+      // Beside the plots, if there are any.
+      if (!job.recording) this.#body.append(trustPanel(summary));
+      this.#body.append(
+        html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
+      );
+    }
+  }
+
+  async #showRecording(summary) {
+    const { job } = this;
+    const bar = html("progress", { max: 1, value: 0, "aria-label": "Reading the recording" });
+    const loading = html("p", { class: "quiet" }, `Reading the recording (${bytes(job.recording.bytes)}) `, bar);
+    this.#body.append(loading);
+    const recording = await Recording.open(job.links.recording, (share) => (bar.value = share));
+    loading.remove();
+    if (this.#ending.signal.aborted) return;
+    this.#panel = new RunPanel(job.name, recording, summary);
+    this.#body.append(this.#panel.element, this.#downloads(recording));
+  }
+
+  #downloads(recording) {
+    const { job } = this;
+    const fetched = async (path, name) => saveFile(name, await (await request(path)).blob());
+    const source = encodeURIComponent(new URL(job.links.recording.replace(/^\//, ""), document.baseURI).href);
+    const elsewhere = (words, base) =>
+      html("a", { class: "button", target: "_blank", rel: "noreferrer", href: `${base}?ds=remote-file&ds.url=${source}`, title: "Leaves this service: that page then reads the recording from here, if it may reach it" }, words);
+    return html(
+      "section",
+      { class: "panel downloads", "aria-label": "Downloads" },
+      html("h2", {}, "Take it with you"),
+      html(
+        "div",
+        { class: "tools" },
+        button(`Recording (MCAP, ${bytes(job.recording.bytes)})`, () => fetched(job.links.recording, `${job.name}.mcap`), { class: "primary" }),
+        job.links.summary && button("Summary (JSON)", () => fetched(job.links.summary, `${job.name}-summary.json`)),
+        button("Layout for Lichtblick and Foxglove", () => saveFile(`${job.name}-layout.json`, JSON.stringify(layoutOf(recording), null, 2), "application/json")),
+        elsewhere("Open in Lichtblick ↗", "https://lichtblick-suite.github.io/lichtblick/"),
+        elsewhere("Open in Foxglove ↗", "https://app.foxglove.dev/~/view"),
+      ),
+    );
+  }
+}
+
+/** Why a job failed, where, and what to do. */
+function failurePanel(failure) {
+  const rest = Object.entries(failure).filter(([key, value]) => !["code", "cause", "message", "remedy"].includes(key) && value != null);
+  return html(
+    "section",
+    { class: "panel alert", role: "alert" },
+    html("h2", {}, `Failed: ${failure.code ?? failure.cause ?? "unknown cause"}`),
+    failure.message && html("p", {}, failure.message),
+    failure.remedy && html("p", {}, html("b", {}, "What to do: "), failure.remedy),
+    rest.length ? html("p", { class: "quiet" }, rest.map(([key, value]) => `${key}: ${JSON.stringify(value)}`).join(" · ")) : null,
+  );
+}
+
+/** The bar, the words and the log of a job that waits or runs. */
+class ProgressPanel {
+  #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
+  #words = html("p", { "aria-live": "polite" });
+  #log = html("ol", { class: "event-log" });
+
+  constructor(job, peek) {
+    this.job = job;
+    this.unit = timeUnit(job.end_time_s);
+    const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#note(e.message)), { class: "danger" });
+    const look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
+    this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} in the queue.` : "Waiting for news.";
+    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, look, cancel), this.#log);
+  }
+
+  #note(words) {
+    this.#log.prepend(html("li", {}, words));
+  }
+
+  take({ event, data }) {
+    if (event !== "progress") {
+      this.#note(event);
+      return;
+    }
+    const { factor, name } = this.unit;
+    this.#bar.value = data.progress;
+    const time = `${withUnit(data.simulated_time_s * factor, name)} of ${withUnit(this.job.end_time_s * factor, name)}`;
+    const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
+    this.#words.textContent = `${data.phase}: step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, ${time}${left}`;
+    this.#note(`${data.phase} · ${Math.round(100 * data.progress)} % · step ${data.step}`);
+  }
+}

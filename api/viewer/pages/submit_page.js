@@ -1,0 +1,141 @@
+// A new impact: an example or an earlier job, changed in a form or as JSON, judged by the service as one types.
+
+import { ApiProblem, getJson, postJson } from "../api.js";
+import { button, html, select, table } from "../dom.js";
+import { bytes, number, withUnit } from "../format.js";
+import { Recording } from "../recording/recording.js";
+import { SceneForm, problemWords } from "./scene_form.js";
+
+/** Rest after the last key before the service is asked [ms]. */
+const REST = 350;
+
+export async function submitPage(jobId) {
+  const presets = await getJson("/viewer/presets.json");
+  const page = new SubmitPage(presets);
+  page.take(jobId ? await Recording.sceneText(`/v1/jobs/${jobId}/recording`) : pretty(presets[0].scene));
+  return { title: "New impact", element: page.element, leave: () => page.leave() };
+}
+
+/** JSON with short arrays on one line. */
+function pretty(value) {
+  const text = JSON.stringify(value, null, 2);
+  return text.replace(/\[\s+([^[\]{}]+?)\s+\]/g, (_, inner) => `[${inner.replace(/\s*\n\s*/g, " ")}]`);
+}
+
+class SubmitPage {
+  #document = null;
+  #form = new SceneForm(() => this.#fromForm());
+  #text = html("textarea", { spellcheck: "false", "aria-label": "Scene as JSON", oninput: () => this.#fromText() });
+  #verdict = html("div", { "aria-live": "polite" });
+  #preview = html("div");
+  #submit = button("Run this impact", () => this.#run(), { class: "primary", disabled: true });
+  #timer = null;
+  #asked = 0;
+  #asking = null;
+  /** Makes a repeated submission of the same document the same job. */
+  #key = null;
+
+  constructor(presets) {
+    const options = presets.map(({ file, scene }) => [file, scene.name]);
+    const choose = (file) => this.take(pretty(presets.find((preset) => preset.file === file).scene));
+    this.element = html(
+      "div",
+      {},
+      html("div", { class: "title" }, html("h1", {}, "New impact"), select("Begin with", options, options[0][0], choose)),
+      html(
+        "div",
+        { class: "editor" },
+        html("section", { class: "panel", "aria-label": "Form" }, this.#form.element),
+        html("section", { class: "panel" }, html("h2", {}, "The same as JSON"), this.#text, this.#preview),
+      ),
+      html("section", { class: "panel verdict" }, html("div", { class: "row" }, this.#verdict, this.#submit)),
+    );
+  }
+
+  leave() {
+    clearTimeout(this.#timer);
+    this.#asking?.abort();
+  }
+
+  take(text) {
+    this.#text.value = text;
+    this.#fromText();
+  }
+
+  #fromText() {
+    try {
+      this.#document = JSON.parse(this.#text.value);
+      if (this.#document && typeof this.#document === "object") this.#form.show(this.#document);
+    } catch {
+      // Half-written JSON: the service says where it breaks off, and the form keeps what it had.
+    }
+    this.#changed();
+  }
+
+  #fromForm() {
+    this.#text.value = pretty(this.#document);
+    this.#changed();
+  }
+
+  #changed() {
+    this.#key = null;
+    this.#submit.disabled = true;
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.#validate(), REST);
+  }
+
+  async #validate() {
+    const asked = ++this.#asked;
+    this.#asking?.abort();
+    this.#asking = new AbortController();
+    try {
+      const answer = await postJson("/v1/jobs/validate", this.#text.value, { signal: this.#asking.signal });
+      if (asked === this.#asked) this.#accept(answer);
+    } catch (error) {
+      if (asked === this.#asked && error.name !== "AbortError") this.#refuse(error);
+    }
+  }
+
+  #accept(answer) {
+    const { plan } = answer;
+    this.#form.showProblems(answer.warnings);
+    this.#submit.disabled = false;
+    const facts = `${plan.elements} elements, at least ${plan.expected_steps} steps, about ${withUnit(plan.expected_run_time_s, "s", 2)} on one core, ${bytes(plan.memory_bytes)}`;
+    this.#verdict.replaceChildren(html("span", { class: "badge good" }, "ready to run"), ` ${facts}`, problemList(answer.warnings, this.#form));
+    const bodies = answer.bodies.map((body) => [body.name, body.elements ?? "rigid", number(body.mass_kg * 1e3), body.min_scaled_jacobian ? number(body.min_scaled_jacobian, 2) : "–"]);
+    this.#preview.replaceChildren(
+      html("details", { open: true }, html("summary", {}, "What it would be"),
+        table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
+        html("p", { class: "quiet" }, "Left out, because the scene does not need it: ", plan.left_out.map((item) => item.what).join("; "), ".")),
+    );
+  }
+
+  #refuse(error) {
+    const body = error instanceof ApiProblem ? error.body : { detail: error.message };
+    const problems = body.errors ?? [];
+    this.#form.showProblems(problems);
+    this.#preview.replaceChildren();
+    const where = body.line ? ` Line ${body.line}, column ${body.column}.` : "";
+    this.#verdict.replaceChildren(html("span", { class: "badge bad" }, "not yet"), ` ${body.detail ?? error.message}${where}`, problemList(problems, this.#form));
+  }
+
+  async #run() {
+    this.#submit.disabled = true;
+    this.#key ??= crypto.getRandomValues(new Uint32Array(4)).join("-");
+    try {
+      const job = await postJson("/v1/jobs", this.#text.value, { headers: { "Idempotency-Key": this.#key } });
+      location.hash = `#/job/${job.id}`;
+    } catch (error) {
+      this.#refuse(error);
+      this.#submit.disabled = false;
+    }
+  }
+}
+
+/** Problems with their pointers, each leads to its place in the form. */
+function problemList(problems, form) {
+  if (!problems.length) return "";
+  const item = (problem) =>
+    html("li", {}, html("a", { href: "", onclick: (event) => (event.preventDefault(), form.focus(problem.pointer)) }, html("code", {}, problem.pointer || "/")), ` ${problemWords(problem)}`);
+  return html("ul", { class: "problems" }, problems.map(item));
+}

@@ -1,0 +1,97 @@
+// The plots of runs over time: force, impulse, energy. One run, or several for comparison.
+
+import { timeUnit } from "../format.js";
+import { Plot } from "./plot.js";
+
+/** The pair with the largest impulse, of those with the tissue if there are any. */
+export function mainPair(recording) {
+  const pairs = [...recording.series.pairs];
+  const tissue = recording.tissue?.name;
+  const touches = ([name]) => recording.frames.length && tissue && name.includes(tissue);
+  const candidates = pairs.some(touches) ? pairs.filter(touches) : pairs;
+  const last = ([, columns]) => columns.impulseNorm.at(-1) ?? 0;
+  return candidates.reduce((best, pair) => (!best || last(pair) > last(best) ? pair : best), null)?.[0];
+}
+
+/** Values on a common axis: those of `values` at `times`, in the order of `axis`, null elsewhere. */
+function onAxis(axis, times, values) {
+  const at = new Map(times.map((time, i) => [time, values[i]]));
+  return axis.map((time) => at.get(time) ?? null);
+}
+
+/** Force and impulse of the runs' main pairs, [{label, recording, window}], as plots. */
+export function contactPlots(runs, shared) {
+  const withContact = runs.filter(({ recording }) => mainPair(recording) && recording.series.forceTimes.length > 1);
+  if (!withContact.length) return [];
+  const unit = timeUnit(Math.max(...runs.map(({ recording }) => recording.endTime)));
+  const axis = [...new Set(withContact.flatMap(({ recording }) => recording.series.forceTimes))].sort((a, b) => a - b);
+  const x = () => ({ label: "time", unit: unit.name, values: axis.map((t) => t * unit.factor) });
+  const curve = ({ label, recording }, words, values, more) => ({
+    label: runs.length > 1 ? `${label}: ${words}` : words,
+    values: onAxis(axis, recording.series.forceTimes, values),
+    style: { spanGaps: true, ...more?.style },
+    width: more?.width,
+  });
+  const columns = ({ recording }) => recording.series.pairs.get(mainPair(recording));
+  const window = (run) => run.window ?? 5e-6;
+  const force = {
+    ...shared,
+    title: "Contact force",
+    note: runs.length > 1 ? "" : withContact.map(({ recording }) => mainPair(recording)).join(", "),
+    y: { label: "force", unit: "N" },
+    x: x(),
+    curves: withContact.flatMap((run) => {
+      const mean = curve(run, `mean over ${window(run) * 1e6} µs`, run.recording.series.meanForce(mainPair(run.recording), window(run)), { width: 2.5 });
+      if (runs.length > 1) return [mean];
+      return [mean, curve(run, "each step", columns(run).force, { width: 1, style: { stroke: "#9aa7b4", dash: [3, 3] } })];
+    }),
+  };
+  const impulse = {
+    ...shared,
+    title: "Impulse",
+    y: { label: "impulse", unit: "N s" },
+    x: x(),
+    curves: withContact.map((run) => curve(run, "impulse so far", columns(run).impulseNorm)),
+  };
+  const area = {
+    ...shared,
+    title: "Contact area",
+    y: { label: "area", unit: "mm²" },
+    x: x(),
+    curves: withContact.map((run) => curve(run, "touching area", columns(run).area.map((a) => a * 1e6))),
+  };
+  return [force, impulse, area].map((options) => new Plot(options));
+}
+
+const TERMS = [
+  ["kinetic", "kinetic"],
+  ["strain", "strain"],
+  ["dissipated", "dissipated"],
+  ["absorbed", "absorbed by the tissue"],
+  ["sum", "sum: kinetic + strain + dissipated"],
+  ["supplied", "supplied: at the start + external work"],
+];
+
+/** The energies of one run, with their sum; of several runs what the tissue absorbs. */
+export function energyPlot(runs, shared) {
+  const unit = timeUnit(Math.max(...runs.map(({ recording }) => recording.endTime)));
+  const axis = [...new Set(runs.flatMap(({ recording }) => recording.series.energyTimes))].sort((a, b) => a - b);
+  const x = { label: "time", unit: unit.name, values: axis.map((t) => t * unit.factor) };
+  const common = { ...shared, y: { label: "energy", unit: "J" }, x };
+  if (runs.length > 1) {
+    const curves = runs.map(({ label, recording }) => ({
+      label: `${label}: absorbed by the tissue`,
+      values: onAxis(axis, recording.series.energyTimes, recording.series.energy.absorbed),
+      style: { spanGaps: true },
+    }));
+    return new Plot({ ...common, title: "Absorbed energy", curves });
+  }
+  const [{ recording }] = runs;
+  const curves = TERMS.map(([name, label]) => ({
+    label,
+    values: recording.series.energy[name],
+    ...(name === "sum" && { width: 3 }),
+    ...(name === "supplied" && { width: 1.5, style: { stroke: "#56b4e9", dash: [3, 4] } }),
+  }));
+  return new Plot({ ...common, title: "Energy", note: "the sum stays at what was supplied", curves });
+}

@@ -1,0 +1,96 @@
+//! `/` and `/viewer/…`: the viewer, a page for people that reads the same recordings as everybody else.
+//!
+//! Its files are those of `api/viewer/`, in the binary: plain ES modules, nothing is built and nothing is fetched from elsewhere.
+//! A build for development reads them from the folder when they are asked for, so a change is seen after a reload.
+
+use super::problem::Problem;
+use axum::extract::Path;
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use rust_embed::{Embed, EmbeddedFile};
+use sha2::{Digest, Sha256};
+
+/// The files of the viewer.
+#[derive(Embed)]
+#[folder = "api/viewer/"]
+struct ViewerFiles;
+
+/// A scene to begin with: its file in `scenarios/`, and what is in it.
+macro_rules! preset {
+    ($path:literal) => {
+        ($path, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/", $path)))
+    };
+}
+
+/// The scenarios that run by themselves: those whose meshes are in files would need uploads first.
+const PRESETS: [(&str, &str); 8] = [
+    preset!("flashball_thigh/scene.json"),
+    preset!("flashball_thigh/scene_44mm.json"),
+    preset!("steel_ball_on_thigh/scene.json"),
+    preset!("ball_on_block/scene_L2.json"),
+    preset!("block_on_incline/scene.json"),
+    preset!("two_bars/scene.json"),
+    preset!("bar_on_wall/scene.json"),
+    preset!("hollow_ball_breathing/scene.json"),
+];
+
+/// The page.
+pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
+    let file = ViewerFiles::get("index.html").ok_or_else(Problem::no_such_address)?;
+    let policy = content_security_policy(&String::from_utf8_lossy(&file.data));
+    let mut response = send("index.html", file, &headers);
+    let policy = policy.try_into().map_err(|e| Problem::internal(&e))?;
+    response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
+    Ok(response)
+}
+
+/// One of its modules, styles and licences.
+pub async fn file(Path(path): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
+    let file = ViewerFiles::get(&path).ok_or_else(Problem::no_such_address)?;
+    Ok(send(&path, file, &headers))
+}
+
+/// The scenes to begin with: `[{"file": …, "scene": …}]`, each document in the order in which it was written.
+pub async fn presets() -> Response {
+    let presets = PRESETS.map(|(file, scene)| format!("{{\"file\": \"{file}\", \"scene\": {scene}}}"));
+    ([(header::CONTENT_TYPE, "application/json")], format!("[{}]", presets.join(","))).into_response()
+}
+
+/// A file with its type, or that the browser has it already.
+fn send(path: &str, file: EmbeddedFile, headers: &HeaderMap) -> Response {
+    let etag = format!("\"{}\"", BASE64_STANDARD.encode(file.metadata.sha256_hash()));
+    let described = [
+        (header::CONTENT_TYPE, media_type(path)),
+        // It may change with the binary: ask, and be told that nothing changed.
+        (header::CACHE_CONTROL, "no-cache"),
+        (header::ETAG, etag.as_str()),
+    ];
+    if headers.get(header::IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == etag.as_bytes()) {
+        return (StatusCode::NOT_MODIFIED, described).into_response();
+    }
+    (described, file.data.into_owned()).into_response()
+}
+
+/// Media type by the end of the name. Browsers run no module of another type.
+fn media_type(path: &str) -> &'static str {
+    match path.rsplit_once('.').map_or("", |(_, end)| end) {
+        "html" => "text/html; charset=utf-8",
+        "css" => "text/css; charset=utf-8",
+        "js" | "mjs" => "text/javascript; charset=utf-8",
+        "svg" => "image/svg+xml",
+        _ => "text/plain; charset=utf-8",
+    }
+}
+
+/// Scripts of this service alone, and of the page only its import map, by digest; nothing from or to other hosts.
+fn content_security_policy(page: &str) -> String {
+    let map =
+        page.split_once("<script type=\"importmap\">").and_then(|(_, rest)| rest.split_once("</script>"));
+    let digest = BASE64_STANDARD.encode(Sha256::digest(map.map_or("", |(map, _)| map)));
+    format!(
+        "default-src 'none'; script-src 'self' 'sha256-{digest}'; style-src 'self'; img-src 'self' blob: data:; \
+         connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+}

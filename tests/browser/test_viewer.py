@@ -1,0 +1,257 @@
+"""The viewer, as a reader uses it: from the form to the comparison of two impacts. The tests build on each other, in order."""
+
+import csv
+import hashlib
+import io
+import json
+import re
+
+import pytest
+from conftest import Service, open_page
+from PIL import Image
+from playwright.sync_api import expect
+
+SPEED = '[data-pointer="/bodies/0/velocity_m_per_s/2"]'
+JOBS = {}
+
+
+def scene_of(page):
+    return json.loads(page.get_by_label("Scene as JSON").input_value())
+
+
+def put_scene(page, scene):
+    page.get_by_label("Scene as JSON").fill(json.dumps(scene))
+
+
+def run(page):
+    """Submits what is in the form, and waits for its page; the id of the job."""
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    page.get_by_role("button", name="Run this impact").click()
+    page.wait_for_url(re.compile("#/job/"))
+    return page.url.rsplit("/", 1)[1]
+
+
+def wait_for_results(page):
+    expect(page.get_by_label("The four numbers")).to_be_visible()
+    expect(page.locator(".mesh-view canvas").first).to_be_visible()
+    expect(page.locator(".plots .u-over").first).to_be_visible()
+
+
+def picture_of(locator):
+    return Image.open(io.BytesIO(locator.screenshot())).convert("RGB")
+
+
+def colours(image):
+    """How many different colours a picture has, after rounding to 32 steps."""
+    return len(image.point(lambda channel: channel // 8).getcolors(1 << 24))
+
+
+def take(page, pictures, name, **options):
+    if pictures:
+        page.evaluate("scrollTo(0, 0)")
+        shot = Image.open(io.BytesIO(page.screenshot(**options))).convert("RGB")
+        shot.save(pictures / f"{name}.png", optimize=True)
+
+
+def test_the_list_is_empty_and_leads_on(page):
+    page.goto("/")
+    expect(page.get_by_text("not a medical device")).to_be_visible()
+    expect(page.get_by_text("Nothing has been computed yet")).to_be_visible()
+    page.get_by_role("link", name="New impact").first.click()
+    expect(page.get_by_role("heading", name="New impact")).to_be_visible()
+    expect(page.get_by_text("ready to run")).to_be_visible()
+
+
+def test_errors_stand_beside_their_inputs(page):
+    scene = scene_of(page)
+    page.locator(SPEED).fill("fast")
+    expect(page.locator(".field", has=page.locator(SPEED)).locator(".field-error")).to_contain_text("number")
+    expect(page.locator(SPEED)).to_have_attribute("aria-invalid", "true")
+    expect(page.get_by_role("button", name="Run this impact")).to_be_disabled()
+    # Two mistakes of different stages, in a part that was folded.
+    scene["bodies"][1]["parts"][0]["density_kg_per_m3"] = -1
+    scene["end_time_s"] = 0
+    put_scene(page, scene)
+    expect(page.locator(".problems li")).to_have_count(2)
+    density = page.locator('[data-pointer="/bodies/1/parts/0/density_kg_per_m3"]')
+    expect(density).to_be_visible()
+    expect(density).to_have_attribute("aria-invalid", "true")
+    page.get_by_label("Scene as JSON").fill('{"name": "broken off')
+    expect(page.locator(".verdict")).to_contain_text("Line 1")
+
+
+def test_a_running_job_is_watched_looked_at_and_cancelled(page):
+    page.get_by_label("Begin with").select_option("hollow_ball_breathing/scene.json")
+    scene = scene_of(page)
+    scene["end_time_s"] = 0.3
+    scene["record"] = {"field_interval_s": 2e-4, "every_steps": 10}
+    scene["solver"] = {**scene.get("solver", {}), "error_bars": "none"}
+    put_scene(page, scene)
+    run(page)
+    bar = page.get_by_label("Progress of the job")
+    expect(bar).to_be_visible()
+    page.wait_for_function("() => Number(document.querySelector('.progress-panel progress').value) > 0")
+    expect(page.locator(".event-log")).to_contain_text("stepping")
+    # Until the first chunk is complete there is nothing to look at, and the page says so.
+    look = page.get_by_role("button", name="Look at it now")
+    canvas = page.locator(".mesh-view canvas")
+    look.click()
+    while not canvas.is_visible():
+        page.wait_for_function("(n) => document.querySelector('.mesh-view canvas') || document.querySelectorAll('.event-log li').length > n",
+                               arg=page.locator(".event-log li").count())
+        if not canvas.is_visible():
+            look.click()
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("h1 .badge")).to_have_text("cancelled")
+    expect(page.get_by_role("heading", name="Take it with you")).to_be_visible()
+
+
+def test_an_example_runs_and_shows_its_four_numbers(page):
+    page.goto("/#/new")
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    scene = scene_of(page)
+    del scene["record"]["field_times_s"]
+    scene["record"]["field_interval_s"] = 5e-6
+    put_scene(page, scene)
+    JOBS["fast"] = run(page)
+    wait_for_results(page)
+    cards = page.get_by_label("The four numbers").get_by_role("article")
+    expect(cards).to_have_count(4)
+    for card, unit in zip(cards.all(), ["N", "mm²", "mm", "J"]):
+        expect(card.locator(".big")).to_contain_text(re.compile(rf"\d.* {unit} .*± "))
+    expect(page.get_by_text("passed").first).to_be_visible()
+
+
+def test_the_mesh_is_coloured_and_the_keyboard_moves_time(page):
+    canvas, slider = page.locator(".mesh-view canvas"), page.get_by_label("Simulated time")
+    expect(page.locator(".legend").first).to_contain_text("kPa")
+    slider.focus()
+    page.keyboard.press("Home")
+    expect(page.locator(".time-output")).to_have_text(re.compile("^0\\sµs"))
+    before = picture_of(canvas)
+    page.keyboard.press("ArrowRight")
+    expect(page.locator(".time-output")).to_have_text(re.compile("^5\\.0.*µs"))
+    page.keyboard.press("End")
+    expect(page.locator(".time-output")).to_have_text(re.compile("^100"))
+    expect(page.locator(".patch p")).to_contain_text("nodes touch")
+    page.wait_for_function("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    after = picture_of(canvas)
+    assert colours(before) > 5, "something is drawn"
+    assert colours(after) > colours(before) + 20, "stress makes colours"
+    page.get_by_label("Colour by").select_option("principal_strain")
+    expect(page.locator(".legend").first).to_contain_text("principal strain")
+    assert picture_of(canvas).tobytes() != after.tobytes()
+    page.get_by_label("Colour by").select_option("von_mises_pa")
+
+
+def test_pictures_of_the_result(page, pictures):
+    page.get_by_label("Simulated time").fill("16")
+    page.get_by_label("Simulated time").blur()
+    expect(page.locator(".time-output")).to_have_text(re.compile("^80"))
+    page.set_viewport_size({"width": 1440, "height": 1220})
+    take(page, pictures, "viewer_impact")
+    page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+def saved(page, click):
+    with page.expect_download() as download:
+        click()
+    return download.value
+
+
+def read_csv(page, name):
+    text = saved(page, page.get_by_role("button", name=f"{name} as CSV").click).path().read_text()
+    head, *rows = csv.reader(io.StringIO(text))
+    return [dict(zip(head, row)) for row in rows]
+
+
+def test_downloads_are_what_they_say(page, service):
+    job = page.request.get(f"/v1/jobs/{JOBS['fast']}").json()
+    summary = page.request.get(f"/v1/jobs/{JOBS['fast']}/summary").json()["results"]
+    recording = saved(page, page.get_by_role("button", name="Recording (MCAP").click)
+    assert hashlib.sha256(recording.path().read_bytes()).hexdigest() == job["recording"]["sha256"]
+    # The curve is made from the impulses of the recording, the summary by the engine.
+    force = read_csv(page, "Contact force")
+    mean = max(float(row["mean over 5 µs [N]"] or 0) for row in force)
+    assert mean == pytest.approx(summary["impacts"][0]["peak_force_n"]["value"], rel=0.01)
+    energy = read_csv(page, "Energy")
+    scale = float(energy[0]["kinetic [J]"])
+    for row in energy:
+        total, supplied = (float(next(v for k, v in row.items() if k.startswith(word))) for word in ("sum", "supplied"))
+        assert abs(total - supplied) < 0.01 * scale
+    profile = read_csv(page, "Depth profile")
+    assert float(profile[0]["depth below the skin [mm]"]) == 0 and len(profile) > 5
+    layout = json.loads(saved(page, page.get_by_role("button", name="Layout").click).path().read_text())
+    assert "/mesh/thigh" in layout["configById"]["3D!mesh"]["topics"]
+    image = Image.open(saved(page, page.get_by_role("button", name="Energy as PNG").click).path())
+    assert colours(image.convert("RGB")) > 5
+
+
+def test_plots_have_tables(page):
+    section = page.locator("figure.plot", has_text="Contact force").first
+    section.get_by_text("Table").click()
+    expect(section.locator("tbody tr").nth(5)).to_be_visible()
+    section.get_by_text("Table", exact=True).click()
+
+
+def test_two_runs_side_by_side_share_a_camera(page, pictures):
+    page.get_by_role("link", name="Change and run again").click()
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    page.locator(SPEED).fill("-60")
+    JOBS["slow"] = run(page)
+    wait_for_results(page)
+    page.goto("/#/")
+    for id in (JOBS["slow"], JOBS["fast"]):
+        page.locator("tr", has=page.locator(f'a[href="#/job/{id}"]')).get_by_role("checkbox").check()
+    page.get_by_role("link", name="Compare two").click()
+    expect(page.locator(".mesh-view canvas")).to_have_count(3)
+    expect(page.locator("tbody").first.locator("tr")).to_have_count(4)
+    expect(page.locator(".plots .u-over").first).to_be_visible()
+    page.get_by_label("Simulated time").fill("16")
+    page.get_by_label("Simulated time").blur()
+    take(page, pictures, "viewer_compare", full_page=True)
+    first, second = page.locator(".mesh-view canvas").nth(0), page.locator(".mesh-view canvas").nth(1)
+    before = picture_of(second)
+    box = first.bounding_box()
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 120, middle[1] + 20, steps=4)
+    page.mouse.up()
+    assert picture_of(second).tobytes() != before.tobytes()
+
+
+UNNAMED = """() => [...document.querySelectorAll("input, select, textarea, button, canvas, svg, img")].filter((e) =>
+    !(e.closest("[aria-hidden], .u-wrap, .plot-area") || e.getAttribute("aria-label") || e.labels?.length || e.textContent.trim() || e.hasAttribute("alt")
+      || e.hidden)).map((e) => e.outerHTML.slice(0, 200))"""
+
+
+@pytest.mark.parametrize("path", ["#/", "#/new", "#/job/{fast}", "#/compare/{fast}/{slow}"])
+def test_everything_has_a_name_and_fits(page, path):
+    for width, height in [(820, 1180), (390, 844)]:
+        page.set_viewport_size({"width": width, "height": height})
+        page.goto("/")
+        page.goto("/" + path.format(**JOBS))
+        expect(page.locator("main h1")).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.evaluate(UNNAMED) == []
+    page.set_viewport_size({"width": 1440, "height": 1000})
+
+
+def test_a_service_with_tokens_asks_for_one(browser, tmp_path):
+    (tmp_path / "tokens").write_text("reader 0123456789abcdef\n")
+    service = Service(tmp_path / "data", "--tokens-file", tmp_path / "tokens")
+    try:
+        page = open_page(browser, service.address)
+        page.goto("/")
+        page.get_by_label("Token").fill("0123456789abcdef")
+        page.get_by_role("button", name="Continue").click()
+        expect(page.get_by_text("Nothing has been computed yet")).to_be_visible()
+        page.close()
+    finally:
+        service.stop()
+
+
+def test_nothing_broke_and_nothing_left_the_service(page, service):
+    assert page.watch.errors == []
+    assert page.watch.hosts <= {service.address, "blob:", "data:"}
