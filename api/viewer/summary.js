@@ -1,6 +1,6 @@
 // The clinical summary: four numbers with their errors, the gates, the warnings, and everything else in a table.
 
-import { html, svg, table } from "./dom.js";
+import { button, html, svg, table } from "./dom.js";
 import { number, withUnit } from "./format.js";
 
 /** The impact that the four numbers speak of: the hardest of those on the tissue. */
@@ -114,6 +114,18 @@ function errorBar({ value, error }) {
     svg("path", { d: `M${left} 0H${right}M${right} -5V5${isOpen ? "" : `M${left} -5V5`}`, class: isOpen ? "whisker open" : "whisker" }),
     svg("circle", { cx: at, cy: 0, r: 4.5 }),
   );
+}
+
+/** The verdict in one line, beside the numbers; `onclick` leads to the whole. */
+export function trustLine(summary, onclick) {
+  const failed = summary.gates.filter((gate) => gate.result !== "passed").length;
+  const count = summary.gates.length;
+  const verdict = failed
+    ? html("span", { class: "badge bad" }, `✗ ${failed} of ${count} gates failed`)
+    : html("span", { class: "badge good" }, `✓ all ${count} gates passed`);
+  const { warnings } = summary;
+  const words = warnings.length ? html("span", {}, html("span", { class: "badge warn" }, `${warnings.length} ${warnings.length > 1 ? "warnings" : "warning"}`), ` ${warnings[0]}`) : html("span", { class: "quiet" }, "no warnings");
+  return html("div", { class: "trust-line" }, verdict, words, button("Can these numbers be trusted?", onclick));
 }
 
 /** Gates, warnings and where the errors come from. */

@@ -144,15 +144,6 @@ def test_the_mesh_is_coloured_and_the_keyboard_moves_time(page):
     page.get_by_label("Colour by").select_option("von_mises_pa")
 
 
-def test_pictures_of_the_result(page, pictures):
-    page.get_by_label("Simulated time").fill("16")
-    page.get_by_label("Simulated time").blur()
-    expect(page.locator(".time-output")).to_have_text(re.compile("^80"))
-    page.set_viewport_size({"width": 1440, "height": 1220})
-    take(page, pictures, "viewer_impact")
-    page.set_viewport_size({"width": 1440, "height": 1000})
-
-
 def saved(page, click):
     with page.expect_download() as download:
         click()
@@ -194,7 +185,25 @@ def test_plots_have_tables(page):
     section.get_by_text("Table", exact=True).click()
 
 
+def test_a_rigid_ball_is_shown_too(page, pictures):
+    page.goto("/#/new")
+    expect(page.get_by_text("ready to run")).to_be_visible()
+    page.get_by_label("Begin with").select_option("steel_ball_on_thigh/scene.json")
+    expect(page.get_by_label("Scene as JSON")).to_have_value(re.compile("steel_ball_on_thigh"))
+    run(page)
+    wait_for_results(page)
+    with_ball = picture_of(page.locator(".mesh-view canvas"))
+    page.get_by_label("ball", exact=True).uncheck()
+    assert picture_of(page.locator(".mesh-view canvas")).tobytes() != with_ball.tobytes()
+    page.get_by_label("ball", exact=True).check()
+    page.get_by_label("Simulated time").fill("20")
+    page.set_viewport_size({"width": 1440, "height": 1290})
+    take(page, pictures, "viewer_impact")
+    page.set_viewport_size({"width": 1440, "height": 1000})
+
+
 def test_two_runs_side_by_side_share_a_camera(page, pictures):
+    page.goto(f"/#/job/{JOBS['fast']}")
     page.get_by_role("link", name="Change and run again").click()
     expect(page.get_by_text("ready to run")).to_be_visible()
     page.locator(SPEED).fill("-60")

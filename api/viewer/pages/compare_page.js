@@ -152,8 +152,9 @@ class Comparison {
     const unit = timeUnit(Math.max(...this.#runs.map(({ recording }) => recording.endTime)));
     const nearest = (x) => this.#runs[0].recording.frameNear(x / unit.factor);
     const shared = { name: "comparison", group: "time of both", onSeek: (x) => this.#time?.go(nearest(x)) };
-    this.#plots = [...contactPlots(this.#runs, shared), energyPlot(this.#runs, shared)];
-    this.element.append(html("div", { class: "plots" }, this.#plots.map((plot) => html("section", { class: "panel" }, plot.element))));
+    this.#plots = contactPlots(this.#runs, shared);
+    this.#plots.splice(1, 0, energyPlot(this.#runs, shared));
+    this.element.append(html("div", { class: "plots pairs" }, this.#plots.map((plot) => html("section", { class: "panel" }, plot.element))));
   }
 
   dispose() {

@@ -4,7 +4,7 @@ import { ApiProblem, followEvents, getJson, postJson, request } from "../api.js"
 import { button, html, saveFile } from "../dom.js";
 import { bytes, number, timeUnit, withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
-import { allNumbers, headlineCards, trustPanel } from "../summary.js";
+import { allNumbers, headlineCards, trustLine, trustPanel } from "../summary.js";
 import { layoutOf } from "../recording/layout.js";
 import { stateBadge } from "./list_page.js";
 import { RunPanel } from "./run_panel.js";
@@ -85,13 +85,13 @@ class JobPage {
     if (job.failure) this.#body.append(failurePanel(job.failure));
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
     const isRun = summary?.gates && summary?.error_bars;
-    if (isRun) this.#body.append(headlineCards(summary));
+    const trust = isRun && trustPanel(summary);
+    if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })));
     else if (summary) this.#body.append(html("pre", { class: "panel" }, JSON.stringify(summary, null, 2)));
     if (job.recording) await this.#showRecording(isRun ? summary : null);
     if (isRun) {
-      // Beside the plots, if there are any.
-      if (!job.recording) this.#body.append(trustPanel(summary));
       this.#body.append(
+        trust,
         html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
       );
     }

@@ -7,7 +7,7 @@ import { MeshView } from "../mesh/mesh_view.js";
 import { DepthProfile } from "../plots/depth_profile.js";
 import { PatchPanel, flatPatch } from "../plots/patch.js";
 import { contactPlots, energyPlot, mainPair } from "../plots/run_plots.js";
-import { resultsOf, trustPanel } from "../summary.js";
+import { resultsOf } from "../summary.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, forceWindow, resetButton } from "./view_settings.js";
 
@@ -113,8 +113,8 @@ export class RunPanel {
     this.#plots = contactPlots([run], shared);
     if (recording.series.energyTimes.length > 1) this.#plots.splice(1, 0, energyPlot([run], shared));
     const panels = this.#plots.map((plot) => html("section", { class: "panel" }, plot.element));
-    if (this.#profile) panels.splice(1, 0, this.#profileHolder);
-    this.element.append(html("div", { class: "plots" }, panels, summary?.gates && trustPanel(summary)));
+    if (this.#profile) panels.splice(2, 0, this.#profileHolder);
+    this.element.append(html("div", { class: "plots" }, panels));
   }
 
   #showFrame() {

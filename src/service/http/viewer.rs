@@ -25,11 +25,10 @@ macro_rules! preset {
 }
 
 /// The scenarios that run by themselves: those whose meshes are in files would need uploads first.
-const PRESETS: [(&str, &str); 8] = [
+const PRESETS: [(&str, &str); 7] = [
     preset!("flashball_thigh/scene.json"),
     preset!("flashball_thigh/scene_44mm.json"),
     preset!("steel_ball_on_thigh/scene.json"),
-    preset!("ball_on_block/scene_L2.json"),
     preset!("block_on_incline/scene.json"),
     preset!("two_bars/scene.json"),
     preset!("bar_on_wall/scene.json"),
