@@ -52,7 +52,7 @@ export function headline(summary) {
       quantity: tissue?.absorbed_energy_j,
       notes: tissue && [
         tissue.contact_ended ? "when contact had ended" : "at the end; contact has not ended",
-        `of ${withUnit(tissue.projectile_loss_j.value, "J")} that the projectile lost`,
+        ...(tissue.projectile_loss_j ? [`of ${withUnit(tissue.projectile_loss_j.value, "J")} that the projectile lost`] : []),
       ],
     },
   ];

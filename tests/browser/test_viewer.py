@@ -106,6 +106,12 @@ def test_a_running_job_is_watched_looked_at_and_cancelled(page):
     expect(page.get_by_role("heading", name="Take it with you")).to_be_visible()
 
 
+def test_a_job_is_deleted_after_a_question(page):
+    page.once("dialog", lambda dialog: dialog.accept())
+    page.get_by_role("button", name="Delete").click()
+    expect(page.get_by_text("Nothing has been computed yet")).to_be_visible()
+
+
 def test_an_example_runs_and_shows_its_four_numbers(page):
     page.goto("/#/new")
     expect(page.get_by_text("ready to run")).to_be_visible()

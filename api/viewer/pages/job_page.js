@@ -51,7 +51,14 @@ class JobPage {
       { class: "tools" },
       html("a", { class: "button", href: `#/new/${id}` }, "Change and run again"),
       html("a", { class: "button", href: `#/compare/${id}` }, "Compare"),
+      button("Delete", () => this.#delete().catch((error) => this.#say(error)), { class: "danger" }),
     );
+  }
+
+  async #delete() {
+    if (!confirm(`Delete ${this.job.name} and its recording? This cannot be undone.`)) return;
+    await request(`/v1/jobs/${this.job.id}`, { method: "DELETE" });
+    location.hash = "#/";
   }
 
   /** Progress until the job has ended. */

@@ -10,7 +10,12 @@ export function stateBadge(state) {
   return html("span", { class: `badge ${kinds[state] ?? ""}` }, state);
 }
 
+/** Rest between two looks at jobs that wait or run [ms]. */
+const REST = 1500;
+const isOver = (job) => ["succeeded", "failed", "cancelled"].includes(job.state);
+
 export async function listPage() {
+  const watched = new Map();
   const holder = html("div");
   const chosen = [];
   const compare = html("a", { class: "button disabled", "aria-disabled": "true" }, "Compare two");
@@ -25,7 +30,7 @@ export async function listPage() {
   const load = async (cursor) => {
     const page = await getJson(`/v1/jobs?limit=50${cursor ? `&cursor=${cursor}` : ""}`);
     if (!page.jobs.length && !cursor) return holder.replaceChildren(welcome());
-    holder.append(jobTable(page.jobs, choose));
+    holder.append(jobTable(page.jobs, choose, watched));
     if (page.next_cursor) {
       const more = button("Older ones", () => (more.remove(), load(page.next_cursor)));
       holder.append(more);
@@ -38,7 +43,24 @@ export async function listPage() {
     html("div", { class: "title" }, html("h1", {}, "Impacts"), html("div", { class: "tools" }, compare, html("a", { class: "button primary", href: "#/new" }, "New impact"))),
     holder,
   );
-  return { title: "Impacts", element };
+  const timer = setInterval(() => look(watched).catch(() => clearInterval(timer)), REST);
+  return { title: "Impacts", element, leave: () => clearInterval(timer) };
+}
+
+/** Looks again at the jobs that had not ended, and shows where they stand. */
+async function look(watched) {
+  for (const [id, show] of watched) {
+    const job = await getJson(`/v1/jobs/${id}`);
+    show(job);
+    if (isOver(job)) watched.delete(id);
+  }
+}
+
+/** Where a job stands: its state, how far it is, and the size of what it left. */
+function standing(job) {
+  const unit = timeUnit(job.end_time_s);
+  const reached = `${withUnit(job.simulated_time_s * unit.factor, unit.name)} of ${withUnit(job.end_time_s * unit.factor, unit.name)}`;
+  return [stateBadge(job.state), reached, job.recording ? bytes(job.recording.bytes) : "–"];
 }
 
 function welcome() {
@@ -51,18 +73,17 @@ function welcome() {
   );
 }
 
-function jobTable(jobs, choose) {
+function jobTable(jobs, choose, watched) {
   const rows = jobs.map((job) => {
-    const unit = timeUnit(job.end_time_s);
-    const box = html("input", { type: "checkbox", "aria-label": `Compare ${job.name}`, disabled: !job.recording, onchange: () => choose(job.id, box.checked) });
-    return [
-      html("a", { href: `#/job/${job.id}` }, job.name),
-      stateBadge(job.state),
-      `${withUnit(job.simulated_time_s * unit.factor, unit.name)} of ${withUnit(job.end_time_s * unit.factor, unit.name)}`,
-      moment(job.created_at),
-      job.recording ? bytes(job.recording.bytes) : "–",
-      box,
-    ];
+    const box = html("input", { type: "checkbox", "aria-label": `Compare ${job.name}`, onchange: () => choose(job.id, box.checked) });
+    const cells = standing(job).map((content) => html("span", {}, content));
+    const show = (now) => {
+      standing(now).forEach((content, i) => cells[i].replaceChildren(content));
+      box.disabled = !now.recording;
+    };
+    show(job);
+    if (!isOver(job)) watched.set(job.id, show);
+    return [html("a", { href: `#/job/${job.id}` }, job.name), cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
   return table("Jobs, newest first", ["scene", "state", "simulated", "submitted", "recording", "compare"], rows);
 }
