@@ -1,5 +1,6 @@
 //! `/v1`
 
+mod bodies;
 mod jobs;
 mod meshes;
 mod studies;

@@ -1,0 +1,158 @@
+//! Whatever is in a mesh file, reading it ends with a sound mesh or with an error: it never panics, and it never makes room for
+//! what a file merely claims to hold.
+
+use contuse::mechanics::tensor::Vec3;
+use contuse::mesh::Mesh;
+use contuse::mesh::generate::block::Block;
+use contuse::mesh::read::{MeshFormat, read_mesh};
+use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
+use proptest::prelude::*;
+use std::sync::LazyLock;
+
+/// A file of every format and encoding: a block of a few elements with its node sets.
+static FILES: LazyLock<Vec<(MeshFormat, Vec<u8>)>> = LazyLock::new(|| {
+    let block = Block::uniform(Vec3::zeros(), Vec3::repeat(0.01), [2, 3, 1], "block").generate().unwrap();
+    let mut files = Vec::new();
+    for version in [Version::V2_2, Version::V4_1] {
+        for encoding in [Encoding::Ascii, Encoding::LittleEndian, Encoding::BigEndian] {
+            files.push((MeshFormat::Gmsh, write_gmsh(&block, version, encoding)));
+        }
+    }
+    files.push((MeshFormat::Abaqus, abaqus(&block).into_bytes()));
+    files
+});
+
+/// The mesh as an Abaqus file, with sets by list and by range.
+fn abaqus(mesh: &Mesh) -> String {
+    let mut text = "*HEADING\n a block\n** a comment\n*NODE, NSET=all\n".to_owned();
+    for (i, x) in mesh.nodes.iter().enumerate() {
+        text += &format!("{}, {:e}, {:e}, {:e}\n", i + 1, x.x, x.y, x.z);
+    }
+    text += "*ELEMENT, TYPE=C3D8, ELSET=block\n";
+    for (i, hex) in mesh.hexes.iter().enumerate() {
+        let nodes: Vec<String> = hex.iter().map(|node| (node + 1).to_string()).collect();
+        text += &format!("{}, {}\n", i + 1, nodes.join(", "));
+    }
+    text += "*NSET, NSET=some\n1, 2, 3\n*NSET, NSET=range, GENERATE\n1, 7, 2\n*ELSET, ELSET=part\n1, 2\n";
+    text + "*SOLID SECTION, ELSET=block, MATERIAL=m\n*MATERIAL, NAME=m\n*ELASTIC\n1000, 0.3\n*STEP\n*END STEP\n"
+}
+
+/// A change of a file.
+#[derive(Clone, Debug)]
+enum Change {
+    /// A byte becomes another.
+    Byte(prop::sample::Index, u8),
+    /// Bytes are taken out.
+    Cut(prop::sample::Index, prop::sample::Index),
+    /// Bytes are there twice.
+    Repeat(prop::sample::Index, prop::sample::Index),
+    /// Something is put in.
+    Insert(prop::sample::Index, Vec<u8>),
+    /// The file ends early.
+    End(prop::sample::Index),
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let place = any::<prop::sample::Index>;
+    let words: Vec<&[u8]> = vec![
+        b"-1",
+        b"0",
+        b"1e400",
+        b"nan",
+        b"inf",
+        b"18446744073709551615",
+        b"9999999999",
+        b"\n",
+        b",",
+        b"\0",
+        b"$Nodes\n",
+        b"$EndElements\n",
+        b"*NODE\n",
+        b"*NSET, NSET=x, GENERATE\n1, 4000000000, 1\n",
+        b"*INCLUDE, INPUT=x\n",
+        b"\xff\xff\xff\xff\xff\xff\xff\x7f",
+        b"\xff\xff\xff\xff\xff\xff\xff\xff",
+    ];
+    let words: Vec<Vec<u8>> = words.into_iter().map(<[u8]>::to_vec).collect();
+    let inserted = prop_oneof![prop::sample::select(words), prop::collection::vec(any::<u8>(), 0..12)];
+    prop_oneof![
+        3 => (place(), any::<u8>()).prop_map(|(at, byte)| Change::Byte(at, byte)),
+        1 => (place(), place()).prop_map(|(from, to)| Change::Cut(from, to)),
+        1 => (place(), place()).prop_map(|(from, to)| Change::Repeat(from, to)),
+        2 => (place(), inserted).prop_map(|(at, bytes)| Change::Insert(at, bytes)),
+        1 => place().prop_map(Change::End),
+    ]
+}
+
+fn apply(bytes: &mut Vec<u8>, change: Change) {
+    if bytes.is_empty() {
+        return;
+    }
+    let range = |from: prop::sample::Index, to: prop::sample::Index, length: usize| {
+        let (a, b) = (from.index(length), to.index(length));
+        a.min(b)..a.max(b)
+    };
+    match change {
+        Change::Byte(at, byte) => {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        Change::Cut(from, to) => drop(bytes.drain(range(from, to, bytes.len()))),
+        Change::Repeat(from, to) => {
+            let range = range(from, to, bytes.len());
+            let again = bytes[range.clone()].to_vec();
+            bytes.splice(range.end..range.end, again);
+        }
+        Change::Insert(at, inserted) => {
+            let at = at.index(bytes.len());
+            bytes.splice(at..at, inserted);
+        }
+        Change::End(at) => bytes.truncate(at.index(bytes.len())),
+    }
+}
+
+/// What every mesh keeps to, whatever it was read from.
+fn check(format: MeshFormat, bytes: &[u8]) -> Result<(), TestCaseError> {
+    match read_mesh(bytes, format) {
+        Ok(mesh) => {
+            let nodes = mesh.nodes.len();
+            prop_assert!(!mesh.hexes.is_empty() && mesh.part_of.len() == mesh.hexes.len());
+            prop_assert!(mesh.nodes.iter().all(|x| x.iter().all(|c| c.is_finite())));
+            prop_assert!(mesh.hexes.iter().flatten().all(|node| (*node as usize) < nodes));
+            // A file has some bytes for each node.
+            prop_assert!(nodes <= bytes.len());
+        }
+        Err(error) => prop_assert!(!error.to_string().is_empty()),
+    }
+    Ok(())
+}
+
+#[test]
+fn the_files_are_read_as_they_are() {
+    for (format, bytes) in FILES.iter() {
+        let mesh = read_mesh(bytes, *format).unwrap();
+        assert_eq!((mesh.nodes.len(), mesh.hexes.len()), (24, 6));
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_changed_file_is_read_or_refused(
+        file in any::<prop::sample::Index>(),
+        changes in prop::collection::vec(change(), 1..5),
+    ) {
+        let (format, bytes) = file.get(&FILES);
+        let mut bytes = bytes.clone();
+        for change in changes {
+            apply(&mut bytes, change);
+        }
+        check(*format, &bytes)?;
+    }
+
+    #[test]
+    fn a_file_in_the_wrong_format_is_refused(file in any::<prop::sample::Index>(), length in any::<prop::sample::Index>()) {
+        let (format, bytes) = file.get(&FILES);
+        let other = if *format == MeshFormat::Gmsh { MeshFormat::Abaqus } else { MeshFormat::Gmsh };
+        check(other, &bytes[..length.index(bytes.len())])?;
+    }
+}
