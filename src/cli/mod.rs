@@ -10,6 +10,7 @@ pub mod schema;
 #[cfg(feature = "service")]
 pub mod serve;
 pub mod study;
+pub mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
 pub mod validate;

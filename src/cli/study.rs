@@ -21,6 +21,8 @@ pub enum StudyCommand {
     Error(super::study_error::ErrorArgs),
     /// Stability on stiff and extreme cases: a matrix of small impacts, each finished or diagnosed.
     Stability(super::study_stability::StabilityArgs),
+    /// Whether error bars contain the truth: scenes with exact answers over meshes, speeds, steps and integrators.
+    Coverage(super::study_coverage::CoverageArgs),
 }
 
 /// Arguments of `contuse study leave-out`.
@@ -50,6 +52,7 @@ pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     match command {
         StudyCommand::LeaveOut(args) => leave_out(args, out),
         StudyCommand::Stability(args) => super::study_stability::stability(args, out),
+        StudyCommand::Coverage(args) => super::study_coverage::coverage(args, out),
         StudyCommand::Error(args) => super::study_error::error(args, out),
     }
 }

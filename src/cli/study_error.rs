@@ -7,8 +7,8 @@ use crate::scene::document::Formulation;
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::error::{
-    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Quantity, Reference, Row, TARGETS, USUAL_LEVELS,
-    chart, ladder, study_error,
+    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Ladder, Quantity, Reference, Row, TARGETS,
+    USUAL_LEVELS, chart, study_error,
 };
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
@@ -36,6 +36,9 @@ pub struct ErrorArgs {
     /// Lengths [s] of implicit steps that are run beside the scene's own stepping.
     #[arg(long, value_delimiter = ',')]
     pub implicit_steps: Vec<f64>,
+    /// Combine lighter skins and implicit steps with every mesh and formulation, the steps as long as the elements allow.
+    #[arg(long)]
+    pub combined: bool,
     /// Threads of each run; by default all cores.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -86,12 +89,18 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let exact = exact_values(&args.scene)?;
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let formulations: Vec<Formulation> = args.formulations.iter().map(|f| (*f).into()).collect();
+    let ladder = Ladder {
+        levels: args.coarsest..=args.finest,
+        formulations: &formulations,
+        implicit_steps_s: &args.implicit_steps,
+        combined: args.combined,
+    };
     let cancelled = watch_for_ctrl_c()?;
     let study = study_error(&mut ErrorRequest {
         document: &loaded.scene.document,
         source: &FolderSource::new(folder),
         budget: &Budget::COMMAND_LINE,
-        ladder: &ladder(args.coarsest, args.finest, &formulations, &args.implicit_steps),
+        ladder: &ladder.settings(),
         exact: &exact,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
@@ -146,7 +155,10 @@ fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "What errors are measured against:")?;
     for (quantity, reference) in &study.references {
         let (title, unit) = quantity.title();
-        writeln!(out, "  {title:<18} {:.4e} {unit}: {}", reference.value(), describe(reference))?;
+        let order = study.order(*quantity);
+        let order = order.map(|order| format!(", the error falls with order {order:.2} along the meshes"));
+        let described = describe(reference) + &order.unwrap_or_default();
+        writeln!(out, "  {title:<18} {:.4e} {unit}: {described}", reference.value())?;
     }
     writeln!(out)?;
     let mut header = vec!["setting".to_owned(), "elements".into(), "steps".into(), "processor".into()];

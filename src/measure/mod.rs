@@ -8,6 +8,7 @@
 pub mod absorbed_energy;
 pub mod artificial_end;
 pub mod contact_patch;
+pub mod convergence;
 pub mod deflection;
 mod face_shape;
 pub mod fields;
@@ -17,5 +18,6 @@ mod measures;
 pub mod stress_depth;
 pub mod summary;
 
+pub use convergence::REFINEMENT;
 pub use measures::Measures;
-pub use summary::{CheaperRuns, ErrorBars, REFINEMENT, Results, Summary, assumed_error, render_table};
+pub use summary::{Cheaper, CheaperRuns, ErrorBars, Results, Summary, render_table};

@@ -1,7 +1,7 @@
 //! Scene → Plan.
 
 use super::contact::compile_contact;
-use super::contact_mass::ContactMass;
+use super::contact_mass::{ContactMass, inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
 use super::report::{PlanReport, report};
 use super::rigid::RigidPlan;
@@ -223,13 +223,7 @@ fn add_body(
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(scene, document, body)?;
 
-    let mut mass = vec![0.0; mesh.nodes.len()];
-    for (e, hex) in mesh.hexes.iter().enumerate() {
-        let density = document.parts[body.part_entry[e] as usize].density_kg_per_m3;
-        for (node, volume) in hex.iter().zip(geometry[e].corner_volume) {
-            mass[*node as usize] += density * volume;
-        }
-    }
+    let mass = lumped_mass(document, body, |element| geometry[element].corner_volume);
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
@@ -260,6 +254,7 @@ fn add_body(
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
+        inertia_lost: inertia_lost(scene, document, body, &mass),
     });
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
@@ -291,6 +286,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         rigid: Some(parts.rigid.bodies.len()),
         mass,
         first_moment: place * mass,
+        inertia_lost: 0.0,
     });
     parts.rigid.of_body.push(parts.bodies.len() - 1);
     parts.rigid.orientations.push(orientation);

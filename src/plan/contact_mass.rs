@@ -3,9 +3,16 @@
 //! A lumped node that is caught stops within one step, and its kinetic energy is lost: an error of first order in the element's
 //! size. What a skin node does not weigh it does not lose. Mass moves within each element, so mass and momentum stay, the
 //! element-wise bound of the step holds with the lighter nodes, and the step falls by √(1 − α) at most.
+//!
+//! The moments of inertia do not stay: what moves inwards has less of them, and no other place could make up for it with masses that
+//! are positive, since the skin is farthest out. How much is lost is counted for each body, and warned of.
 
+use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::surface::{skin, skin_nodes};
+use crate::scene::SceneBody;
+use crate::scene::document::{BodyDocument, SceneDocument};
 
 /// Where a body's mass is lumped.
 pub(super) struct ContactMass {
@@ -42,10 +49,46 @@ impl ContactMass {
     }
 }
 
+/// Mass of every node [kg], from the volumes of the elements' corners [m³].
+pub(super) fn lumped_mass(
+    document: &BodyDocument,
+    body: &SceneBody,
+    corner_volume: impl Fn(usize) -> [f64; 8],
+) -> Vec<f64> {
+    let mut mass = vec![0.0; body.mesh.nodes.len()];
+    for (e, hex) in body.mesh.hexes.iter().enumerate() {
+        let density = document.parts[body.part_entry[e] as usize].density_kg_per_m3;
+        for (node, volume) in hex.iter().zip(corner_volume(e)) {
+            mass[*node as usize] += density * volume;
+        }
+    }
+    mass
+}
+
+/// Share of the polar moment of inertia about the centre of mass that is lost to redistribution [-].
+pub(super) fn inertia_lost(
+    scene: &SceneDocument,
+    document: &BodyDocument,
+    body: &SceneBody,
+    mass: &[f64],
+) -> f64 {
+    if scene.contact.mass_redistribution == 0.0 {
+        return 0.0;
+    }
+    let polar = |mass: &[f64]| {
+        let nodes = || body.mesh.nodes.iter().zip(mass);
+        let center = nodes().map(|(X, m)| X * *m).sum::<Vec3>() / mass.iter().sum::<f64>();
+        nodes().map(|(X, m)| m * (X - center).norm_squared()).sum::<f64>()
+    };
+    let even = lumped_mass(document, body, |element| {
+        ReferenceGeometry::new(&body.mesh.corners(element)).corner_volume
+    });
+    1.0 - polar(mass) / polar(&even)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mechanics::element::ReferenceGeometry;
     use crate::mesh::generate::block::Block;
 
     #[test]

@@ -111,6 +111,8 @@ pub struct PlanBody {
     pub mass: f64,
     /// Σ m X of its nodes [kg m].
     pub first_moment: Vec3,
+    /// Share of its polar moment of inertia that `contact.mass_redistribution` takes by moving mass inwards [-].
+    pub inertia_lost: f64,
 }
 
 /// What may touch what.

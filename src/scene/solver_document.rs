@@ -23,6 +23,9 @@ pub enum ErrorBarsDocument {
     /// generated meshes can be made coarser.
     #[default]
     TwoLevels,
+    /// From a fourth run besides, with a quarter of the numbers of elements: the order of the mesh is observed and no more assumed,
+    /// and a number whose three values show none has no error bar. Numbers of elements must be one or divisible by four.
+    ThreeLevels,
     /// There are none.
     None,
 }

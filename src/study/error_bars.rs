@@ -3,13 +3,15 @@
 use super::Setting;
 use super::single::ending_name;
 use super::variant::Variants;
-use crate::measure::{CheaperRuns, ErrorBars, REFINEMENT, Results};
+use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
 
 /// The mesh of the cheaper runs.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
+/// The mesh that shows an order, where one is asked for.
+const COARSER: Setting = Setting { mesh_level: -2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
@@ -33,13 +35,15 @@ pub(super) fn error_bars(
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
     let run = |setting: Setting, longest: Option<f64>| results(&variants, setting, longest);
     let runs = || {
-        let (coarse, steps) = run(COARSE, None)?;
+        let coarse = run(COARSE, None)?;
         // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
-        let longest = document.end_time_s / (REFINEMENT * steps as f64);
+        let longest = document.end_time_s / (REFINEMENT * coarse.steps as f64);
+        let three_levels = document.solver.error_bars == ErrorBarsDocument::ThreeLevels;
         Ok(CheaperRuns {
             refinement: coarsening(document),
-            small_steps: run(COARSE, Some(longest))?.0,
-            loose_contact: run(loose, None)?.0,
+            small_steps: run(COARSE, Some(longest))?,
+            loose_contact: run(loose, None)?,
+            coarser: three_levels.then(|| run(COARSER, None)).transpose()?,
             coarse,
         })
     };
@@ -61,13 +65,15 @@ fn coarsening(document: &SceneDocument) -> f64 {
     least
 }
 
-/// Results and steps of a run with a setting, and no step beyond `longest` [s].
-fn results(variants: &Variants, setting: Setting, longest: Option<f64>) -> Result<(Results, u64), String> {
+/// A run with a setting, and no step beyond `longest` [s]; it must come to its end.
+fn results(variants: &Variants, setting: Setting, longest: Option<f64>) -> Result<Cheaper, String> {
     let result = variants
         .run(&setting, longest)
         .map_err(|error| format!("no run with {}: {error}", setting.name()))?;
     match &result.outcome.ending {
-        Ending::Finished => Ok((result.summary.values().clone(), result.outcome.steps)),
+        Ending::Finished => {
+            Ok(Cheaper { results: result.summary.values().clone(), steps: result.outcome.steps })
+        }
         ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),
     }
 }

@@ -70,16 +70,20 @@ impl Setting {
         Some(document)
     }
 
+    /// The formulation's name for people, where it is not the scene's own.
+    pub fn formulation_name(&self) -> Option<&'static str> {
+        self.formulation.map(|formulation| match formulation {
+            Formulation::MeanDilatation => "mean dilatation",
+            Formulation::Full => "full",
+            Formulation::Reduced => "reduced",
+        })
+    }
+
     /// A name for people: "mesh +1, reduced, step / 2".
     pub fn name(&self) -> String {
-        let formulation = self.formulation.map(|formulation| match formulation {
-            Formulation::MeanDilatation => "mean dilatation".to_owned(),
-            Formulation::Full => "full".into(),
-            Formulation::Reduced => "reduced".into(),
-        });
         let parts = [
             Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
-            formulation,
+            self.formulation_name().map(str::to_owned),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
             self.implicit_step_s.map(|step| format!("implicit steps of {step:.1e} s")),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),

@@ -3,7 +3,7 @@
 //! C10 = 0.55 MPa, C01 = 0.138 MPa, ρ = 1000 kg/m³, radii 10 and 15 mm, at rest from an inner stretch of 1.25: strain energy
 //! 1.45568966 J, other turning point 0.762489525, period 5.75607101·10⁻⁴ s; for small amplitudes 5.82887994·10⁻⁴ s.
 
-use crate::rig::{order, plan, run};
+use crate::rig::{assert_at_most, assert_close, assert_order, order, picture, plan, run};
 use serde_json::{Value, json};
 
 const ENERGY: f64 = 1.455_689_66;
@@ -40,6 +40,8 @@ struct Seen {
     period: f64,
     linear_period: f64,
     balance: f64,
+    /// Inner stretch over time.
+    history: Vec<(f64, f64)>,
 }
 
 fn look(n: u32, stretch: f64, bulk_modulus: f64, formulation: &str) -> Seen {
@@ -67,6 +69,7 @@ fn look(n: u32, stretch: f64, bulk_modulus: f64, formulation: &str) -> Seen {
         period: crossings[0] + crossings[1],
         linear_period: 2.0 * (crossings[1] - crossings[0]),
         balance: outcome.balance_error,
+        history: radius.iter().map(|(t, r)| (*t, 1.0 + r)).collect(),
     }
 }
 
@@ -81,23 +84,35 @@ fn a_large_amplitude_converges_to_the_incompressible_motion() {
     };
     let (coarse_errors, medium_errors, errors) = (errors(&coarse), errors(&medium), errors(&fine));
     // Facets: a ball of 8 elements a quarter has 0.7 % less volume; second order in all three.
-    for i in 0..3 {
-        assert!(
-            order(coarse_errors[i], medium_errors[i]) > 1.3,
-            "{i}: {coarse_errors:?} → {medium_errors:?}"
+    for (i, what) in ["strain energy", "turning point", "period"].into_iter().enumerate() {
+        assert_order(
+            &[coarse_errors[i], medium_errors[i]],
+            1.3,
+            &format!("{what}, 2 to 4 elements a quarter"),
         );
-        assert!(order(medium_errors[i], errors[i]) > 1.6, "{i}: {medium_errors:?} → {errors:?}");
+        assert_order(&[medium_errors[i], errors[i]], 1.6, &format!("{what}, 4 to 8 elements a quarter"));
     }
-    assert!(errors[0].abs() < 0.012 && errors[1].abs() < 0.0015 && errors[2].abs() < 0.01, "{errors:?}");
-    assert!(fine.balance < 1e-3);
+    assert_close(fine.energy, ENERGY, 0.012, "strain energy [J]");
+    assert_close(fine.turning_point, TURNING_POINT, 0.0015, "smallest inner stretch");
+    assert_close(fine.period, PERIOD, 0.01, "period [s]");
+    assert_at_most(fine.balance, 1e-3, "error of the energy balance");
+    picture(
+        "Inner stretch of a breathing ball",
+        ["time [s]", "stretch [-]"],
+        &[
+            ("2 elements a quarter", coarse.history),
+            ("8 elements a quarter", fine.history),
+            ("exact turning point", vec![(0.0, TURNING_POINT), (4.8e-4, TURNING_POINT)]),
+        ],
+    );
 }
 
 #[test]
 fn a_small_amplitude_has_the_linear_period() {
     let [medium, fine] =
         [4, 8].map(|n| look(n, 1.0001, BULK_MODULUS, "mean_dilatation").linear_period / LINEAR_PERIOD - 1.0);
-    assert!(order(medium, fine) > 1.7, "{medium} → {fine}");
-    assert!(fine.abs() < 0.007, "{fine}");
+    assert_order(&[medium, fine], 1.7, "linear period, 4 to 8 elements a quarter");
+    assert_close(fine + 1.0, 1.0, 0.007, "linear period over its exact value");
 }
 
 #[test]
@@ -107,8 +122,8 @@ fn reduced_elements_converge_to_the_same_motion() {
         [1.0 - seen.energy / ENERGY, seen.turning_point / TURNING_POINT - 1.0, seen.period / PERIOD - 1.0]
     };
     let (medium_errors, errors) = (errors(&medium), errors(&fine));
-    for i in 0..3 {
-        assert!(order(medium_errors[i], errors[i]) > 1.6, "{i}: {medium_errors:?} → {errors:?}");
+    for (i, what) in ["strain energy", "turning point", "period"].into_iter().enumerate() {
+        assert_order(&[medium_errors[i], errors[i]], 1.6, &format!("{what}, reduced elements"));
     }
     assert!(errors[0].abs() < 0.012 && errors[1].abs() < 0.0015 && errors[2].abs() < 0.01, "{errors:?}");
     // What is in the stabilisation is what the mesh does not resolve: it falls as h².

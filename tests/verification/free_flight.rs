@@ -1,6 +1,6 @@
 //! Bodies that nothing touches: uniform flight is exact to the last bit, a spinning block keeps its momenta and energy.
 
-use crate::rig::{order, plan, run};
+use crate::rig::{assert_at_most, assert_close, assert_order, order, plan, run};
 use contuse::mechanics::tensor::Vec3;
 use serde_json::{Value, json};
 
@@ -40,6 +40,30 @@ fn uniform_flight_is_bitwise_uniform() {
     }
 }
 
+#[test]
+fn redistributed_mass_tells_what_inertia_it_takes() {
+    // All axes of a cube are alike: what its polar moment loses its angular momentum loses.
+    let spinning = |share: f64| {
+        let mut scene = block([0.0, 0.0, 100.0], None);
+        scene["bodies"][0]["mesh"]["generator"]["max_m"] = json!([0.02, 0.02, 0.02]);
+        scene["bodies"][0]["mesh"]["generator"]["elements"] = json!([6, 6, 6]);
+        scene["bodies"][0]["velocity_m_per_s"] = json!([0, 0, 0]);
+        scene["contact"] = json!({"mass_redistribution": share});
+        scene["end_time_s"] = json!(1e-5);
+        let plan = plan(&scene);
+        let mut spin = None;
+        run(&plan, |frame| {
+            spin.get_or_insert(Vec3::from(frame.energy.angular_momentum_kg_m2_per_s).norm());
+        });
+        (plan.bodies[0].inertia_lost, spin.unwrap())
+    };
+    let ((none, whole), (lost, lighter)) = (spinning(0.0), spinning(0.5));
+    assert_eq!(none, 0.0);
+    assert_close(lost, 1.0 - lighter / whole, 1e-6, "share of a cube's inertia that redistribution takes");
+    // Eighths of elements counted by hand.
+    assert_close(lost, 5.0 / 38.0, 1e-9, "the same, of 6×6×6 elements at a share of a half");
+}
+
 /// Largest relative errors over the run: angular momentum about the centre of mass, energy.
 fn spin_errors(step: f64) -> (f64, f64, f64) {
     let plan = plan(&block([300.0, 500.0, 700.0], Some(step)));
@@ -67,9 +91,11 @@ fn a_spinning_block_keeps_its_momenta_and_its_energy() {
     let (coarse, fine) = (spin_errors(3.2e-6), spin_errors(1.6e-6));
     for (angular, energy, linear) in [coarse, fine] {
         // Internal forces act at x_n, where the momenta are taken: conserved but for the rounding of 10⁴ steps.
-        assert!(linear < 1e-13 && angular < 1e-12, "{linear:.1e} {angular:.1e}");
+        assert_at_most(linear, 1e-13, "relative change of the momentum");
+        assert_at_most(angular, 1e-12, "relative change of the angular momentum");
         // Of the half-step scheme, second order in the step.
-        assert!(energy < 1e-6, "{energy:.1e}");
+        assert_at_most(energy, 1e-6, "error of the energy balance");
     }
+    assert_order(&[coarse.1, fine.1], 1.9, "energy of a spinning block, in the step");
     assert!((1.9..2.1).contains(&order(coarse.1, fine.1)), "order of the energy {}", order(coarse.1, fine.1));
 }

@@ -1,6 +1,7 @@
 //! Cases with known answers: closed forms, the literature, and other codes, one file a subject.
 //!
-//! The numbers that are compared with were computed independently of this crate.
+//! The numbers that are compared with were computed independently of this crate. `docs/verification.md` shows what came out; `record.rs`
+//! says how a new case gets onto it.
 // Symbols of the field: F, J, P. A test may stop at the first surprise; exactly is what is meant where it is compared.
 #![allow(non_snake_case, clippy::unwrap_used, clippy::float_cmp)]
 
@@ -9,6 +10,7 @@ mod bar_on_wall;
 mod breathing_hollow_ball;
 mod cantilever;
 mod coulomb_cone;
+mod coverage;
 mod error_study;
 mod free_flight;
 mod implicit;
@@ -20,6 +22,7 @@ mod momentum;
 mod oblique_soft_ball;
 mod parity;
 mod patch_test;
+mod record;
 mod rig;
 mod rigid_ball;
 mod rigid_on_mesh;

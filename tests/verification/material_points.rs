@@ -1,16 +1,12 @@
 //! Constitutive laws at a point: FEBio's numbers, and the incompressible and compressible closed forms.
 
+use crate::record::assert_close;
 use contuse::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin, Path,
     PathPoint, Volumetric, eval_path, eval_point, tangent_along,
 };
 use contuse::mechanics::tensor::{Mat3, Tensor};
 use serde_json::Value;
-
-/// |a − b| ≤ tolerance · |b|.
-fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!((got - expected).abs() <= tolerance * expected.abs(), "{what}: {got} against {expected}");
-}
 
 /// Two families at ±`degrees` to x in the plane x, y.
 fn families_at(degrees: f64) -> FibreFamilies {

@@ -10,6 +10,8 @@ use contuse::step::{
 };
 use serde_json::Value;
 
+pub use crate::record::{assert_at_most, assert_close, assert_order, picture};
+
 /// One mesh in memory, whatever its name, or none.
 pub struct MeshInMemory(pub Option<Mesh>);
 
@@ -87,13 +89,4 @@ pub fn mean_velocity(frame: &Frame, body: usize) -> Vec3 {
 /// Observed order of convergence of errors under halving.
 pub fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).log2()
-}
-
-/// |got − expected| ≤ tolerance · |expected|.
-pub fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!(
-        (got - expected).abs() <= tolerance * expected.abs(),
-        "{what}: {got} against {expected} (off by {:.3e} of it, tolerance {tolerance:.1e})",
-        (got / expected - 1.0).abs()
-    );
 }

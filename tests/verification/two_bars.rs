@@ -4,7 +4,7 @@
 //! v = 202.2 in/s, E = 30·10⁶ psi, ρ = 7.3·10⁻⁴ lbf s²/in⁴, L = 10 in: c = 202 721.21 in/s, σ = 14 961.434 psi, contact lasts
 //! 2L/c = 9.865766·10⁻⁵ s; then the bars have exchanged their velocities. Here in SI units, with 1 in² of cross-section.
 
-use crate::rig::{assert_close, contact_force, mean_velocity, order, plan, run};
+use crate::rig::{assert_close, assert_order, contact_force, mean_velocity, order, picture, plan, run};
 use serde_json::{Value, json};
 
 const INCH: f64 = 0.0254;
@@ -53,6 +53,8 @@ struct Seen {
     numerical: f64,
     balance: f64,
     openings: usize,
+    /// Contact stress over time.
+    history: Vec<(f64, f64)>,
 }
 
 fn look(n: u32) -> Seen {
@@ -80,6 +82,7 @@ fn look(n: u32) -> Seen {
             - energy.bodies.iter().map(|b| b.kinetic_j + b.strain_j).sum::<f64>() / energy.initial_total_j,
         numerical: energy.numerical_contact_j() / energy.initial_total_j,
         balance: outcome.balance_error,
+        history: force.iter().map(|(t, f)| (*t, f / (INCH * INCH))).collect(),
         openings: force.windows(2).filter(|w| w[0].1 > 0.0 && w[1].1 == 0.0).count(),
     }
 }
@@ -105,5 +108,16 @@ fn the_bars_exchange_their_velocities() {
     assert_close(fine.right, SPEED, 0.005, "velocity of the right bar");
     assert!(fine.left.abs() < 0.005 * SPEED, "{fine:?}");
     assert!(fine.deviation < 3e-4 && order(coarse.deviation, fine.deviation) > 2.0 * 1.4, "{fine:?}");
-    assert!(order(coarse.left, medium.left) > 0.7 && order(medium.left, fine.left) > 0.7);
+    assert_order(&[coarse.left, medium.left], 0.7, "velocity of the left bar, 25 to 50 elements");
+    assert_order(&[medium.left, fine.left], 0.7, "velocity of the left bar, 50 to 100 elements");
+    let exact = [(0.0, STRESS), (DURATION, STRESS), (DURATION, 0.0), (1.25e-4, 0.0)];
+    picture(
+        "Contact stress of two bars",
+        ["time [s]", "stress [Pa]"],
+        &[
+            ("25 elements each", coarse.history),
+            ("100 elements each", fine.history),
+            ("exact", exact.to_vec()),
+        ],
+    );
 }

@@ -2,17 +2,15 @@
 //!
 //! Three runs on a mesh of half the numbers of elements: as the scene says, with half the step, and with a looser contact
 //! solver. The first against the run itself gives the error of the mesh, the others against the first those of step and
-//! solver. Orders are *assumed*, not observed, and said to be.
+//! solver. Orders are *assumed* first, and said to be; on request a fourth run, on a quarter of the numbers of elements, lets the
+//! order of the mesh be *observed*.
 
+use super::super::convergence::{Reference, assumed_error, assumed_step_error, extrapolate};
 use super::{ErrorEstimate, Quantity, Results};
 use serde::Serialize;
 
-/// Ratio of element sizes, and of steps, from one run to the next finer one.
-pub const REFINEMENT: f64 = 2.0;
-/// The order of convergence that is assumed: impacts are of first order.
-const ASSUMED_ORDER: f64 = 1.0;
-/// Factor of safety on an error whose order is assumed (Roache 1994).
-const SAFETY: f64 = 3.0;
+/// What sums of many numbers are known to, as a share of them [-].
+const ROUNDING: f64 = 1e-12;
 
 /// A number's numerical error, in the number's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -25,64 +23,99 @@ pub struct Estimate {
     pub step: f64,
     /// Of the contact solver's tolerance.
     pub contact: f64,
+    /// What cannot be told apart: a time within its steps, a sum within its rounding.
+    pub resolution: f64,
+    /// Observed order of convergence of the mesh; absent where the first is assumed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<f64>,
     /// Whether the number is larger than its error.
     pub resolved: bool,
 }
 
-/// Results of the cheaper runs.
+/// A cheaper run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cheaper {
+    /// Its numbers.
+    pub results: Results,
+    /// Its steps.
+    pub steps: u64,
+}
+
+/// The cheaper runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheaperRuns {
     /// Ratio of the element sizes of the coarser mesh and the run's own [-]; the least where it is not the same everywhere.
     pub refinement: f64,
     /// On the coarser mesh.
-    pub coarse: Results,
+    pub coarse: Cheaper,
     /// There, with half the step.
-    pub small_steps: Results,
+    pub small_steps: Cheaper,
     /// There, with a looser contact solver.
-    pub loose_contact: Results,
+    pub loose_contact: Cheaper,
+    /// On the mesh that is coarser by two again, where the order is to be observed; `refinement` is two then.
+    pub coarser: Option<Cheaper>,
 }
 
-/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the ratio of
-/// their element sizes or steps.
-pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
-    SAFETY * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
+impl CheaperRuns {
+    /// Error of the mesh and its observed order; `None` where three meshes allow no order.
+    fn mesh_error(&self, coarser: Option<f64>, coarse: f64, own: f64) -> Option<(f64, Option<f64>)> {
+        let Some(coarser) = coarser else {
+            return Some((assumed_error(coarse, own, self.refinement), None));
+        };
+        match extrapolate(&[coarser, coarse, own])? {
+            Reference::Extrapolated { uncertainty, order, .. } => Some((uncertainty, Some(order))),
+            // Equal values have no error, and no order.
+            Reference::Finest { uncertainty: 0.0, .. } => Some((0.0, None)),
+            Reference::Finest { .. } | Reference::Exact { .. } => None,
+        }
+    }
 }
 
 impl Results {
-    /// Gives every number its error bar; those that a cheaper run does not have keep theirs.
-    pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns) {
-        let of = |results: &Results| {
-            let mut results = results.clone();
-            results.quantities_mut().iter().map(|quantity| quantity.value).collect::<Vec<_>>()
+    /// Gives every number of a run of so many steps [s] its error bar; those that a cheaper run does not have keep theirs.
+    pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
+        let of = |run: &Cheaper| {
+            let mut results = run.results.clone();
+            results.quantities_mut().iter().map(|(quantity, _)| quantity.value).collect::<Vec<_>>()
         };
         let [coarse, small_steps, loose] = [&runs.coarse, &runs.small_steps, &runs.loose_contact].map(of);
+        let coarser = runs.coarser.as_ref().map(of);
+        let steps = (runs.coarse.steps, runs.small_steps.steps);
+        let own_step = time_s / own_steps as f64;
         let mut quantities = self.quantities_mut();
         let count = quantities.len();
-        if [&coarse, &small_steps, &loose].iter().any(|values| values.len() != count) {
+        let mut all = [&coarse, &small_steps, &loose].into_iter().chain(&coarser);
+        if all.any(|values| values.len() != count) {
             return;
         }
-        for (i, quantity) in quantities.iter_mut().enumerate() {
-            let mesh = assumed_error(coarse[i], quantity.value, runs.refinement);
-            let step = assumed_error(coarse[i], small_steps[i], REFINEMENT);
+        for (i, (quantity, whole_steps)) in quantities.iter_mut().enumerate() {
+            let coarser = coarser.as_ref().map(|values| values[i]);
+            let Some((mesh, order)) = runs.mesh_error(coarser, coarse[i], quantity.value) else {
+                quantity.error = ErrorEstimate::NoOrder;
+                continue;
+            };
+            let step = assumed_step_error(own_steps, steps, (coarse[i], small_steps[i]));
             // The tolerance is loosened far more than twofold: the difference itself is the bound.
             let contact = (loose[i] - coarse[i]).abs();
-            let total = mesh + step + contact;
+            let resolution = f64::from(*whole_steps) * own_step + ROUNDING * quantity.value.abs();
+            let total = mesh + step + contact + resolution;
             if total.is_finite() {
                 let resolved = total < quantity.value.abs();
-                quantity.error = ErrorEstimate::Estimated(Estimate { total, mesh, step, contact, resolved });
+                let estimate = Estimate { total, mesh, step, contact, resolution, order, resolved };
+                quantity.error = ErrorEstimate::Estimated(estimate);
             }
         }
     }
 
-    /// Every number, in a fixed order.
-    fn quantities_mut(&mut self) -> Vec<&mut Quantity> {
-        let mut all = Vec::new();
+    /// Every number, in a fixed order, and how many steps it is only known to: a time begins or ends within a step, and a
+    /// duration does both.
+    fn quantities_mut(&mut self) -> Vec<(&mut Quantity, u8)> {
+        let (mut all, mut times) = (Vec::new(), Vec::new());
         for i in &mut self.impacts {
+            times.extend([(&mut i.peak_force_time_s, 1), (&mut i.contact_duration_s, 2)]);
             all.extend([
                 &mut i.peak_force_n,
-                &mut i.peak_force_time_s,
                 &mut i.impulse_n_s,
-                &mut i.contact_duration_s,
                 &mut i.patch_area_mm2,
                 &mut i.patch_long_axis_mm,
                 &mut i.patch_short_axis_mm,
@@ -92,11 +125,11 @@ impl Results {
             ]);
         }
         if let Some(t) = &mut self.tissue {
+            times.push((&mut t.peak_absorbed_energy_time_s, 1));
             all.extend([
                 &mut t.absorbed_energy_j,
                 &mut t.absorbed_energy_by_work_j,
                 &mut t.peak_absorbed_energy_j,
-                &mut t.peak_absorbed_energy_time_s,
                 &mut t.peak_von_mises_pa.quantity,
                 &mut t.peak_principal_strain.quantity,
                 &mut t.peak_strain_energy_density_j_per_m3.quantity,
@@ -116,7 +149,7 @@ impl Results {
                 all.extend(&mut stress.depth_mm);
             }
         }
-        all
+        all.into_iter().map(|quantity| (quantity, 0)).chain(times).collect()
     }
 }
 
@@ -152,34 +185,67 @@ mod tests {
         Results { impacts: vec![impact], tissue: None }
     }
 
+    fn cheaper(value: f64, steps: u64) -> Cheaper {
+        Cheaper { results: results(value), steps }
+    }
+
+    fn estimate(quantity: &Quantity) -> Estimate {
+        let ErrorEstimate::Estimated(error) = quantity.error else { panic!("{quantity:?}") };
+        error
+    }
+
+    fn runs(values: [f64; 3], coarser: Option<f64>) -> CheaperRuns {
+        let [coarse, small_steps, loose] = values;
+        CheaperRuns {
+            refinement: 2.0,
+            coarse: cheaper(coarse, 100),
+            small_steps: cheaper(small_steps, 200),
+            loose_contact: cheaper(loose, 100),
+            coarser: coarser.map(|value| cheaper(value, 50)),
+        }
+    }
+
     #[test]
     fn errors_come_from_the_differences() {
-        let runs = CheaperRuns {
-            refinement: 2.0,
-            coarse: results(9.0),
-            small_steps: results(9.1),
-            loose_contact: results(8.99),
-        };
         let mut own = results(10.0);
-        own.estimate_errors(&runs);
-        let ErrorEstimate::Estimated(error) = &own.impacts[0].peak_force_n.error else { panic!() };
+        own.estimate_errors(&runs([9.0, 9.1, 8.99], None), 200, 1.0);
+        let error = estimate(&own.impacts[0].peak_force_n);
         assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.3).abs() < 1e-12, "{error:?}");
-        assert!((error.contact - 0.01).abs() < 1e-12 && (error.total - 3.31).abs() < 1e-12 && error.resolved);
+        assert!((error.contact - 0.01).abs() < 1e-12 && (error.total - 3.31).abs() < 1e-9, "{error:?}");
+        assert!(error.resolved && error.order.is_none());
+        // A duration is not known better than to its first and its last step.
+        let duration = estimate(&own.impacts[0].contact_duration_s);
+        assert!((duration.resolution - 2.0 / 200.0).abs() < 1e-9, "{duration:?}");
         // What is no converged quantity has no error bar.
         assert_eq!(own.impacts[0].peak_step_force_n.error, ErrorEstimate::NotEstimated);
     }
 
     #[test]
+    fn steps_as_long_as_on_the_coarser_mesh_have_twice_the_error() {
+        let mut own = results(10.0);
+        own.estimate_errors(&runs([10.0, 10.1, 10.0], None), 100, 1.0);
+        let error = estimate(&own.impacts[0].peak_force_n);
+        assert!((error.step - 0.6).abs() < 1e-9, "{error:?}");
+    }
+
+    #[test]
+    fn an_order_is_observed_on_three_meshes_or_there_is_no_error_bar() {
+        // 10 + h²: 14, 11, 10.25
+        let mut own = results(10.25);
+        own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(14.0)), 200, 1.0);
+        let error = estimate(&own.impacts[0].impulse_n_s);
+        assert!(error.order.is_some_and(|p| (p - 2.0).abs() < 1e-12), "{error:?}");
+        assert!((error.mesh - 1.25 * 0.25).abs() < 1e-12, "{error:?}");
+        // Up, then down.
+        own = results(10.25);
+        own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(10.0)), 200, 1.0);
+        assert_eq!(own.impacts[0].impulse_n_s.error, ErrorEstimate::NoOrder);
+    }
+
+    #[test]
     fn a_number_below_its_error_is_not_resolved() {
         let mut own = results(1.0);
-        let run = || results(2.0);
-        own.estimate_errors(&CheaperRuns {
-            refinement: 2.0,
-            coarse: run(),
-            small_steps: run(),
-            loose_contact: run(),
-        });
-        let ErrorEstimate::Estimated(error) = &own.impacts[0].impulse_n_s.error else { panic!() };
-        assert!(!error.resolved);
+        own.estimate_errors(&runs([2.0; 3], None), 200, 1.0);
+        assert!(!estimate(&own.impacts[0].impulse_n_s).resolved);
     }
 }

@@ -10,6 +10,8 @@ use crate::step::{FailureCause, Outcome};
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
+/// Share of a body's inertia above which redistributed mass is warned of [-].
+const INERTIA_WARNING: f64 = 0.01;
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
 /// Nodes across a contact patch that are the least for a resolved patch.
@@ -94,6 +96,14 @@ pub(super) fn own_warnings(
             "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
             100.0 * share,
             100.0 * CONTACT_DISSIPATION_WARNING
+        ));
+    }
+    for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
+        warnings.push(format!(
+            "Redistributed mass takes {:.1} % of the inertia of {}: the spin that it has or is given is off by as much. Refine its \
+             mesh, or lower `contact.mass_redistribution`.",
+            100.0 * body.inertia_lost,
+            body.name
         ));
     }
     for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {

@@ -7,7 +7,7 @@ mod gates;
 mod results;
 mod table;
 
-pub use error_bars::{CheaperRuns, Estimate, REFINEMENT, assumed_error};
+pub use error_bars::{Cheaper, CheaperRuns, Estimate};
 pub use results::{Impact, Located, Results, SignificantStress, Split, Tissue};
 pub use table::render_table;
 
@@ -26,6 +26,9 @@ pub enum ErrorEstimate {
     /// Nobody looked.
     #[serde(rename = "not estimated")]
     NotEstimated,
+    /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
+    #[serde(rename = "not estimated: the three meshes show no order of convergence")]
+    NoOrder,
     /// So much.
     #[serde(untagged)]
     Estimated(Estimate),
@@ -69,6 +72,10 @@ impl std::fmt::Display for ErrorBars {
         match self {
             Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
+            Self::From(runs) if runs.coarser.is_some() => f.write_str(
+                "estimated from runs on two coarser meshes (numbers of elements divided by 2 and 4): three levels, order observed, \
+                 factor of safety 1.25; of the steps first order assumed, factor of safety 3",
+            ),
             Self::From(runs) => write!(
                 f,
                 "estimated from runs on a coarser mesh (numbers of elements divided by {:.2} to 2, layers of one element kept): \
@@ -215,8 +222,15 @@ impl Summary {
             reason = Some("a result is infinite or not a number".to_owned());
             values = results(measures, plan, Mint(GateResult::Failed));
         }
+        let mut error_bars = measures.error_bars.to_string();
         if let ErrorBars::From(runs) = &measures.error_bars {
-            values.estimate_errors(runs);
+            // The cheaper runs came to the end: a run that did not has other numbers.
+            match outcome {
+                Some(outcome) if outcome.ending == Ending::Finished => {
+                    values.estimate_errors(runs, outcome.steps, outcome.time_s);
+                }
+                _ => error_bars = "not estimated: the run has not come to its end".into(),
+            }
         }
         let mut warnings = outcome.map(|o| o.warnings.clone()).unwrap_or_default();
         warnings.extend(
@@ -240,7 +254,7 @@ impl Summary {
             numerics,
             gates,
             warnings,
-            error_bars: measures.error_bars.to_string(),
+            error_bars,
         }
     }
 

@@ -165,12 +165,17 @@ fn plain(quantity: &Quantity, scale: f64, unit: &str) -> String {
 
 /// "± 200 N (mesh 150, step 45, contact 5)".
 fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
-    let ErrorEstimate::Estimated(error) = &quantity.error else { return "error not estimated".into() };
+    let error = match &quantity.error {
+        ErrorEstimate::Estimated(error) => error,
+        ErrorEstimate::NotEstimated => return "error not estimated".into(),
+        ErrorEstimate::NoOrder => return "error not estimated: the meshes show no order".into(),
+    };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    let order = error.order.map(|order| format!(" of order {order:.1}")).unwrap_or_default();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}){verdict}")
 }
 
 /// Two significant digits: an error is not known better.

@@ -8,7 +8,7 @@ use crate::scene::document::{Formulation, SceneDocument};
 use crate::scene::problem::Pointer;
 use crate::service::meshes::MeshShelf;
 use crate::study::Setting;
-use crate::study::error::{COARSEST, ErrorRequest, FINEST, Quantity, Row, USUAL_LEVELS, ladder, study_error};
+use crate::study::error::{COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Row, USUAL_LEVELS, study_error};
 use crate::study::stability::{Stepping, cases, study_stability};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -49,6 +49,9 @@ pub struct ErrorStudyDocument {
     /// Lengths of implicit steps beside the scene's own stepping [s].
     #[serde(default)]
     implicit_steps_s: Vec<f64>,
+    /// Whether lighter skins and implicit steps are combined with every mesh and formulation.
+    #[serde(default)]
+    combined: bool,
     /// Exact values by the name of the quantity, where they are known.
     #[serde(default)]
     exact: BTreeMap<String, f64>,
@@ -132,7 +135,7 @@ fn check_error(
     study: &ErrorStudyDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact } = study;
+    let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact, .. } = study;
     let lists = [("formulations", formulations.len()), ("implicit_steps_s", implicit_steps_s.len())];
     let long = lists.into_iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, n));
     let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
@@ -216,7 +219,21 @@ pub(super) fn run(
     let interrupt = || order.control.interrupt();
     let (summary, stopped, has_finished) = match study {
         StudyDocument::Error(study) => {
-            let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact } = study;
+            let ErrorStudyDocument {
+                scene,
+                coarsest,
+                finest,
+                formulations,
+                implicit_steps_s,
+                combined,
+                exact,
+            } = study;
+            let ladder = Ladder {
+                levels: coarsest..=finest,
+                formulations: &formulations,
+                implicit_steps_s: &implicit_steps_s,
+                combined,
+            };
             let document: SceneDocument =
                 serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
             let exact =
@@ -225,7 +242,7 @@ pub(super) fn run(
                 document: &document,
                 source: order.meshes,
                 budget: simulator.budget(),
-                ladder: &ladder(coarsest, finest, &formulations, &implicit_steps_s),
+                ladder: &ladder.settings(),
                 exact: &exact,
                 threads: order.threads,
                 interrupt: &interrupt,

@@ -36,24 +36,16 @@ pub fn chart(study: &ErrorStudy) -> Result<String, String> {
 }
 
 /// What a group of settings has in common: one colour, one line of the legend.
-fn family(row: &Row) -> &'static str {
-    use crate::scene::document::Formulation;
-    if row.setting.step_divisor > 1.0 {
-        "smaller steps"
-    } else if row.setting.contact_tolerance.is_some() {
-        "contact tolerance"
-    } else if row.setting.implicit_step_s.is_some() {
-        "implicit steps"
-    } else if row.setting.mass_redistribution.is_some() {
-        "redistributed mass"
-    } else {
-        match row.setting.formulation {
-            None => "meshes, as in the scene",
-            Some(Formulation::MeanDilatation) => "meshes, mean dilatation",
-            Some(Formulation::Full) => "meshes, full",
-            Some(Formulation::Reduced) => "meshes, reduced",
-        }
-    }
+fn family(row: &Row) -> String {
+    let setting = &row.setting;
+    let change = match () {
+        () if setting.step_divisor > 1.0 => "smaller steps",
+        () if setting.contact_tolerance.is_some() => "contact tolerance",
+        () if setting.implicit_step_s.is_some() => "implicit steps",
+        () if setting.mass_redistribution.is_some() => "redistributed mass",
+        () => "meshes",
+    };
+    setting.formulation_name().map_or_else(|| change.to_owned(), |name| format!("{change}, {name}"))
 }
 
 fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failure> {
@@ -92,8 +84,12 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
             chart.draw_series(DashedLineSeries::new(line, 5, 5, BLACK.mix(0.4).into()))?;
         }
     }
-    let mut families: Vec<&str> = study.rows.iter().map(family).collect();
-    families.dedup();
+    let mut families: Vec<String> = Vec::new();
+    for name in study.rows.iter().map(family) {
+        if !families.contains(&name) {
+            families.push(name);
+        }
+    }
     for (i, name) in families.into_iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
         let of_family = study.rows.iter().filter(|row| family(row) == name).filter_map(point);

@@ -2,21 +2,21 @@
 //!
 //! A ladder changes one thing at a time ([`Setting`]): meshes for each formulation, time steps, tolerances of the contact
 //! solver. Errors are against the exact value where the scene has one, else against what the finest meshes converge to
-//! ([`convergence`]), with that limit's own uncertainty.
+//! ([`extrapolate`]), with that limit's own uncertainty.
 
 mod chart;
-pub mod convergence;
 mod front;
 pub mod quantity;
 
 pub use chart::chart;
-pub use convergence::Reference;
 pub use front::{Advice, TARGETS};
 pub use quantity::Quantity;
 
 use super::Setting;
 use super::single::{ending_name, is_stop};
 use super::variant::Variants;
+pub use crate::measure::convergence::Reference;
+use crate::measure::convergence::extrapolate;
 use crate::scene::document::{Formulation, SceneDocument};
 use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
@@ -106,22 +106,59 @@ pub struct ErrorStudy {
     pub stopped: Option<String>,
 }
 
-/// Meshes from `coarsest` to `finest` for each formulation, then time steps and tolerances on the scene's own mesh.
-pub fn ladder(
-    coarsest: i32,
-    finest: i32,
-    formulations: &[Formulation],
-    implicit_steps_s: &[f64],
-) -> Vec<Setting> {
-    let meshes = |formulation| {
-        (coarsest..=finest).map(move |mesh_level| Setting { mesh_level, formulation, ..Setting::OWN })
-    };
-    let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
-    let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
-    let masses = [0.5, 0.75, 0.9].map(|share| Setting { mass_redistribution: Some(share), ..Setting::OWN });
-    let implicit = implicit_steps_s.iter().map(|h| Setting { implicit_step_s: Some(*h), ..Setting::OWN });
-    let others = formulations.iter().flat_map(|formulation| meshes(Some(*formulation)));
-    meshes(None).chain(others).chain(steps).chain(tolerances).chain(masses).chain(implicit).collect()
+/// What the settings of a ladder are made of.
+#[derive(Clone, Debug)]
+pub struct Ladder<'a> {
+    /// Meshes, each finer than the last.
+    pub levels: RangeInclusive<i32>,
+    /// Formulations beside the scene's own.
+    pub formulations: &'a [Formulation],
+    /// Implicit steps on the scene's own mesh beside its own stepping [s].
+    pub implicit_steps_s: &'a [f64],
+    /// Whether integrators and redistributed mass are combined with every mesh and formulation; otherwise they are tried on the
+    /// scene's own mesh.
+    pub combined: bool,
+}
+
+impl Ladder<'_> {
+    /// Meshes for each formulation, then time steps, tolerances, masses and implicit steps on the scene's own mesh; then, where
+    /// they are asked for, their combinations.
+    pub fn settings(&self) -> Vec<Setting> {
+        let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
+        let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
+        let masses =
+            [0.5, 0.75, 0.9].map(|share| Setting { mass_redistribution: Some(share), ..Setting::OWN });
+        let implicit =
+            self.implicit_steps_s.iter().map(|h| Setting { implicit_step_s: Some(*h), ..Setting::OWN });
+        let mut settings = self.meshes();
+        settings.extend(steps.into_iter().chain(tolerances).chain(masses).chain(implicit));
+        if self.combined {
+            for setting in self.meshes().into_iter().flat_map(|mesh| self.combinations(mesh)) {
+                if !settings.contains(&setting) {
+                    settings.push(setting);
+                }
+            }
+        }
+        settings
+    }
+
+    /// Every mesh, in the scene's own formulation and in each of the others.
+    fn meshes(&self) -> Vec<Setting> {
+        let formulations = std::iter::once(None).chain(self.formulations.iter().copied().map(Some));
+        let of_formulation = |formulation| {
+            self.levels.clone().map(move |mesh_level| Setting { mesh_level, formulation, ..Setting::OWN })
+        };
+        formulations.flat_map(of_formulation).collect()
+    }
+
+    /// A mesh with lighter skins, and with implicit steps that go with its elements.
+    fn combinations(&self, mesh: Setting) -> impl Iterator<Item = Setting> {
+        let lighter = Setting { mass_redistribution: Some(0.5), ..mesh };
+        let shorter = 0.5_f64.powi(mesh.mesh_level);
+        let implicit = self.implicit_steps_s.iter();
+        let implicit = implicit.map(move |h| Setting { implicit_step_s: Some(h * shorter), ..mesh });
+        std::iter::once(lighter).chain(implicit)
+    }
 }
 
 /// Runs every setting of the ladder and compares them.
@@ -197,19 +234,39 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
     }
 }
 
+impl ErrorStudy {
+    /// Observed order at which the error of a quantity falls along the scene's own meshes, from the coarsest to the finest [-]; `None`
+    /// without an exact value or two meshes.
+    pub fn order(&self, quantity: Quantity) -> Option<f64> {
+        if !matches!(self.references.get(&quantity)?, Reference::Exact { .. }) {
+            return None;
+        }
+        let meshes = meshes(&self.rows);
+        let error = |row: &&Row| Some((row.setting.mesh_level, *row.errors.get(&quantity)?));
+        let mut errors = meshes.iter().filter_map(error).filter(|(_, error)| *error > 0.0);
+        let ((coarse, before), (fine, after)) = (errors.next()?, errors.next_back()?);
+        Some((before / after).log2() / f64::from(fine - coarse))
+    }
+}
+
+/// The runs that differ from the scene in their meshes only, from coarse to fine.
+fn meshes(rows: &[Row]) -> Vec<&Row> {
+    let of_meshes =
+        |row: &&Row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN };
+    let mut meshes: Vec<&Row> = rows.iter().filter(of_meshes).collect();
+    meshes.sort_by_key(|row| row.setting.mesh_level);
+    meshes
+}
+
 /// Exact values, else the limit of the meshes at the scene's own formulation and step.
 fn references(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTreeMap<Quantity, Reference> {
-    let mut meshes: Vec<&Row> = rows
-        .iter()
-        .filter(|row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN })
-        .collect();
-    meshes.sort_by_key(|row| row.setting.mesh_level);
+    let meshes = meshes(rows);
     let reference = |quantity: Quantity| {
         if let Some(value) = exact.get(&quantity) {
             return Some((quantity, Reference::Exact { value: *value }));
         }
         let values: Vec<f64> = meshes.iter().filter_map(|row| row.values.get(&quantity).copied()).collect();
-        Some((quantity, convergence::extrapolate(&values)?))
+        Some((quantity, extrapolate(&values)?))
     };
     Quantity::ALL.into_iter().filter_map(reference).collect()
 }

@@ -21,17 +21,20 @@ pub enum Quantity {
     StressDepthMm,
     /// Largest principal Green–Lagrange strain [-].
     PrincipalStrain,
+    /// Largest displacement of a node of the tissue's skin [mm].
+    DeflectionMm,
 }
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::PeakForceN,
         Self::ImpulseNS,
         Self::AbsorbedEnergyJ,
         Self::PatchAreaMm2,
         Self::StressDepthMm,
         Self::PrincipalStrain,
+        Self::DeflectionMm,
     ];
 
     /// Its name on the wire, with the unit in it.
@@ -43,6 +46,7 @@ impl Quantity {
             Self::PatchAreaMm2 => "patch_area_mm2",
             Self::StressDepthMm => "stress_depth_mm",
             Self::PrincipalStrain => "principal_strain",
+            Self::DeflectionMm => "deflection_mm",
         }
     }
 
@@ -55,6 +59,7 @@ impl Quantity {
             Self::PatchAreaMm2 => ("contact patch", "mm²"),
             Self::StressDepthMm => ("depth of stress", "mm"),
             Self::PrincipalStrain => ("principal strain", "-"),
+            Self::DeflectionMm => ("deflection", "mm"),
         }
     }
 
@@ -78,6 +83,7 @@ impl Quantity {
                 tissue.and_then(|t| t.significant_stress.first()?.depth_mm.as_ref()).map(|depth| depth.value)
             }
             Self::PrincipalStrain => tissue.map(|t| t.peak_principal_strain.quantity.value),
+            Self::DeflectionMm => tissue.map(|t| t.deflection_mm.quantity.value),
         }
     }
 }

@@ -1,12 +1,17 @@
 //! What a sequence of meshes converges to, how fast, and how sure that is (Roache 1994; Celik et al. 2008).
 
-use crate::measure::{REFINEMENT, assumed_error};
 use serde::Serialize;
 
+/// Ratio of element sizes, and of steps, from one run to the next finer one.
+pub const REFINEMENT: f64 = 2.0;
+/// The order of convergence that is assumed where none is observed: impacts are of first order.
+const ASSUMED_ORDER: f64 = 1.0;
+/// Factor of safety on an error whose order is assumed (Roache 1994).
+const SAFETY_ASSUMED: f64 = 3.0;
 /// Orders that are believed: below, the sequence hardly converges; above, two of its members are close by chance.
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
 /// Roache's factor of safety where an order was observed.
-const SAFETY: f64 = 1.25;
+const SAFETY_OBSERVED: f64 = 1.25;
 
 /// What errors are measured against.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,6 +58,19 @@ impl Reference {
     }
 }
 
+/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the ratio of
+/// their element sizes.
+pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
+    SAFETY_ASSUMED * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
+}
+
+/// Error of a run with `own` steps, from two others that differ in nothing but their numbers of steps, at an assumed first order
+/// and with a factor of safety of three. Infinite when their steps are as many.
+pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f64, f64)) -> f64 {
+    let step = |count: u64| (1.0 / count as f64).powf(ASSUMED_ORDER);
+    SAFETY_ASSUMED * (better - value).abs() * step(own) / (step(few) - step(many)).abs()
+}
+
 /// The reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
 pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     let finest = *values.last()?;
@@ -81,7 +99,7 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
         return unknown(spread, &reason);
     }
     let step = after / (REFINEMENT.powf(order) - 1.0);
-    Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY * step.abs() })
+    Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY_OBSERVED * step.abs() })
 }
 
 /// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
@@ -126,6 +144,13 @@ mod tests {
         }
         assert!(extrapolate(&[1.0]).is_some_and(|r| r.uncertainty().is_infinite()));
         assert_eq!(extrapolate(&[]), None);
+    }
+
+    #[test]
+    fn errors_of_steps_are_those_of_the_run_itself() {
+        // value = 2 + 1/steps: a run of 400 steps is off by 1/400, from two of 100 and 200.
+        let error = |own| assumed_step_error(own, (100, 200), (2.01, 2.005));
+        assert!((error(400) - 3.0 / 400.0).abs() < 1e-12 && (error(100) - 3.0 / 100.0).abs() < 1e-12);
     }
 
     #[test]
