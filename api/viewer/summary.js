@@ -146,13 +146,16 @@ export function trustPanel(summary) {
   );
 }
 
+/** What the error of a number is made of. */
+const ERROR_PARTS = ["mesh", "step", "contact", "resolution"];
+
 /** Every number of the summary as a table. */
 export function allNumbers(summary) {
   const rows = [];
   const walk = (path, value) => {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
-      const parts = typeof value.error === "object" ? ["total", "mesh", "step", "contact"].map((k) => number(value.error[k], 2)) : [value.error, "", "", ""];
+      const parts = typeof value.error === "object" ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k], 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
       rows.push([words, summary.withheld ? "withheld" : bracketed(value), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
@@ -162,5 +165,5 @@ export function allNumbers(summary) {
     }
   };
   walk([], resultsOf(summary));
-  return table("Every number, with the parts of its error; units are the ends of the names", ["number", "value", "± error", "mesh", "step", "contact"], rows);
+  return table("Every number, with the parts of its error; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
 }
