@@ -182,6 +182,34 @@ fn odd_input_is_solved_or_reported() {
 }
 
 #[test]
+fn a_file_of_another_order_or_beyond_all_size_is_refused() {
+    let sound = serde_json::json!({
+        "name": "one", "nc": 1, "frame": "per contact (n,t1,t2): index 3*c is normal", "mu": [0.3], "q": [-1, 0, 0],
+        "W": {"format": "dense", "order": "row-major", "shape": [3, 3], "v": [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+    });
+    assert!(read_contact_problem(sound.to_string().as_bytes(), "").is_ok());
+    let breaks = [
+        ("/frame", serde_json::json!("per contact (t1,t2,n)")),
+        ("/W/order", serde_json::json!("column-major")),
+        ("/W/shape", serde_json::json!([3, 1])),
+        ("/W/v/4", serde_json::json!(1e308)),
+        ("/q/0", serde_json::json!(-1e200)),
+    ];
+    for (pointer, value) in breaks {
+        let mut document = sound.clone();
+        *document.pointer_mut(pointer).unwrap() = value.clone();
+        let problems = read_contact_problem(document.to_string().as_bytes(), "").unwrap_err();
+        let [problem] = &problems.0[..] else { panic!("{pointer}: {problems}") };
+        assert_eq!((&problem.pointer[..], &problem.value), (pointer, &value));
+        assert!(!problem.limit.is_empty() && !problem.remedy.is_empty(), "{problem}");
+    }
+    // What no single entry shows: next to nothing moves.
+    let tiny = Delassus::dense(1, vec![1e-300, 0.0, 0.0, 0.0, 1e-300, 0.0, 0.0, 0.0, 1e-300]).unwrap();
+    let refused = ContactProblem::new(tiny, vec![-1.0, 0.0, 0.0], vec![0.3]);
+    assert!(matches!(refused, Err(ProblemError::OutOfRange { array: "W", index: 0, .. })));
+}
+
+#[test]
 fn a_problem_is_read_as_it_was_written() {
     for path in [&files()[6], &files()[14]] {
         let (_, named) = read(path);

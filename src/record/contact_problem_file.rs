@@ -4,13 +4,18 @@
 //! little-endian upper triangle, row by row, `dtype` `f8` or `f4`). Three rows (n, t1, t2) a contact.
 
 use crate::mechanics::contact::delassus::{Block, Delassus};
-use crate::mechanics::contact::problem::ContactProblem;
+use crate::mechanics::contact::problem::{ContactProblem, LARGEST};
 use crate::scene::problem::Pointer;
 use crate::scene::{Problem, Problems};
 use base64::Engine as _;
 use base64::alphabet::URL_SAFE;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::{Map, Value, json};
+
+/// The order of the rows.
+const FRAME: &str = "per contact (n,t1,t2): index 3*c is normal";
+/// What to do about a file that is not read, unless there is more to say.
+const REMEDY: &str = "write it as docs/contact-solvers.md says under \"Problems of one's own\"";
 
 /// A contact problem with its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +66,7 @@ impl Reader<'_> {
                 format!("There are {contacts} numbers in mu, but nc is {nc}."),
             );
         }
+        self.expect(self.members.get("frame"), &[FRAME], &self.root.key("frame"));
         if self.members.get("dim").is_some_and(|dim| dim.as_u64() != Some(3)) {
             self.tell("unsupported", &self.root.key("dim"), "Only problems in three dimensions are solved.");
         }
@@ -71,7 +77,18 @@ impl Reader<'_> {
                 Err(error) => self.tell("value", &self.root.clone(), format!("{error}.")),
             }
         }
-        Err(Problems(self.problems))
+        let told =
+            |problem: Problem| if problem.remedy.is_empty() { problem.remedy(REMEDY) } else { problem };
+        Err(Problems(self.problems.into_iter().map(told).collect()))
+    }
+
+    /// A word that may be left out, and else must be one of these or begin with it.
+    fn expect(&mut self, found: Option<&Value>, words: &[&str], pointer: &Pointer) {
+        let Some(found) = found else { return };
+        if !found.as_str().is_some_and(|text| words.iter().any(|word| text.starts_with(word))) {
+            let problem = Problem::error("unsupported", pointer, "Numbers in this order are not read.");
+            self.problems.push(problem.value(found.clone()).limit(words.join(" or ")));
+        }
     }
 
     fn tell(&mut self, code: &'static str, pointer: &Pointer, message: impl Into<String>) {
@@ -84,10 +101,12 @@ impl Reader<'_> {
             self.tell("type", pointer, "This must be a list of numbers.");
             return None;
         };
-        let bad = items.iter().position(|x| !x.as_f64().is_some_and(f64::is_finite));
+        let bad = items.iter().position(|x| !x.as_f64().is_some_and(|x| x.abs() <= LARGEST));
         if let Some(index) = bad {
-            let problem = Problem::error("value", &pointer.index(index), "This is not a finite number.");
-            self.problems.push(problem.value(items[index].clone()));
+            let message = "This is not a number that can be calculated with.";
+            let problem = Problem::error("value", &pointer.index(index), message);
+            self.problems
+                .push(problem.value(items[index].clone()).limit(format!("a number of at most {LARGEST:e}")));
             return None;
         }
         Some(items.iter().filter_map(Value::as_f64).collect())
@@ -99,6 +118,14 @@ impl Reader<'_> {
             self.tell("type", &pointer, "W must be an object with a format.");
             return None;
         };
+        let n = 3 * contacts;
+        if let Some(shape) = W.get("shape").filter(|shape| **shape != json!([n, n])) {
+            let problem =
+                Problem::error("length", &pointer.key("shape"), "W has another shape than mu asks for.");
+            self.problems
+                .push(problem.value(shape.clone()).limit(format!("[{n}, {n}], three rows a contact")));
+        }
+        self.expect(W.get("order"), &["row-major"], &pointer.key("order"));
         match W.get("format").and_then(Value::as_str) {
             Some("dense") => {
                 let values = self.numbers(W.get("v"), &pointer.key("v"))?;
@@ -224,7 +251,7 @@ pub fn contact_problem_document(named: &NamedContactProblem, source: &str) -> Va
         "source": source,
         "dim": 3,
         "nc": problem.contacts(),
-        "frame": "per contact (n,t1,t2): index 3*c is normal",
+        "frame": FRAME,
         "mu": problem.mu(),
         "q": problem.q(),
         "W": { "format": "coo", "shape": [n, n], "i": i, "j": j, "v": v },

@@ -27,6 +27,18 @@ pub enum ProblemError {
         /// Where; for W the first row of its block.
         index: usize,
     },
+    /// A number whose square would be no number, or next to nothing on the diagonal.
+    #[error(
+        "{array}[{index}] = {value:e} is out of range: {LARGEST:e} is the most, 1/{LARGEST:e} the least that moves a contact"
+    )]
+    OutOfRange {
+        /// `W`, `q`.
+        array: &'static str,
+        /// Where; for W a row.
+        index: usize,
+        /// The number.
+        value: f64,
+    },
     /// A coefficient of friction that is negative or no number.
     #[error("mu[{contact}] = {mu} is no coefficient of friction (0 or more)")]
     Friction {
@@ -36,6 +48,9 @@ pub enum ProblemError {
         mu: f64,
     },
 }
+
+/// The largest size of a number in W and q: the sums of squares by which solutions are judged stay finite.
+pub const LARGEST: f64 = 1e100;
 
 /// Find `r, u ∈ R^{3 nc}` with `u = W r + q` and, per contact, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`.
 ///
@@ -78,6 +93,7 @@ impl ContactProblem {
             });
             return Err(ProblemError::NotFinite { array: "W", index: place.unwrap_or(0) });
         }
+        check_range(&W, &q)?;
         let d = mean_diagonals(&W);
         Ok(Self { W, q, mu, d })
     }
@@ -144,6 +160,27 @@ impl ContactProblem {
             of_free: ratio(error.sqrt(), free.sqrt()),
         }
     }
+}
+
+/// Numbers that can be squared, and diagonals that can be divided by.
+fn check_range(W: &Delassus, q: &[f64]) -> Result<(), ProblemError> {
+    let out_of_range = |array, index, value| Err(ProblemError::OutOfRange { array, index, value });
+    if let Some(index) = q.iter().position(|x| x.abs() > LARGEST) {
+        return out_of_range("q", index, q[index]);
+    }
+    let mut found = None;
+    W.for_each_block(|c, d, block| {
+        for (i, x) in block.iter().enumerate().flat_map(|(i, row)| row.iter().map(move |x| (i, *x))) {
+            if x.abs() > LARGEST {
+                found = found.or(Some((3 * c + i, x)));
+            }
+        }
+        let trace = block[0][0] + block[1][1] + block[2][2];
+        if c == d && trace > 0.0 && trace < 1.0 / LARGEST {
+            found = found.or(Some((3 * c, trace)));
+        }
+    });
+    found.map_or(Ok(()), |(index, value)| out_of_range("W", index, value))
 }
 
 /// How wrong reactions are; 0 where nothing is.

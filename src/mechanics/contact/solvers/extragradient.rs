@@ -1,11 +1,10 @@
 //! The extragradient method (Korpelevich 1976) with the step length of Khobotov (1987): the De Saxcé step is taken from the
 //! present reactions, with the velocities of a first, predicting step.
 
+use super::fixed_point::iterate;
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 
-/// Iterations unless the caller says otherwise.
-pub(super) const MAX_STEPS: usize = 100_000;
 /// The velocities of the prediction may differ by this share of what ρ allows.
 const AGREEMENT: f64 = 0.9;
 /// Below this share the next ρ may be longer.
@@ -18,34 +17,25 @@ const MAX_SHORTENINGS: usize = 30;
 
 /// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    let mut error = scaled.error();
-    if scaled.mu.iter().any(|mu| mu.is_infinite()) {
-        return Ending { iterations: 0, error };
-    }
-    let mut rho = 1.0 / scaled.largest_eigenvalue();
-    let mut steps = 0;
-    while error > limits.tolerance && steps < limits.iterations && !limits.interrupted() {
+    iterate(scaled, limits, Scaled::safe_step, |scaled, rho| {
         let (r, u) = (scaled.r.clone(), scaled.u.clone());
         let mut share = 0.0;
         for _ in 0..MAX_SHORTENINGS {
             scaled.u.copy_from_slice(&u);
-            let predicted = scaled.projected_step(&r, rho);
+            let predicted = scaled.projected_step(&r, *rho);
             scaled.set_reactions(&predicted);
-            share = rho * lifted_distance(scaled, &u) / distance(&scaled.r, &r).max(f64::MIN_POSITIVE);
+            share = *rho * lifted_distance(scaled, &u) / distance(&scaled.r, &r).max(f64::MIN_POSITIVE);
             if share <= AGREEMENT {
                 break;
             }
-            rho *= SHORTER * (1.0 / share).min(1.0);
+            *rho *= SHORTER * (1.0 / share).min(1.0);
         }
-        let corrected = scaled.projected_step(&r, rho);
+        let corrected = scaled.projected_step(&r, *rho);
         scaled.set_reactions(&corrected);
         if share < EASY {
-            rho *= LONGER;
+            *rho *= LONGER;
         }
-        error = scaled.error();
-        steps += 1;
-    }
-    Ending { iterations: steps, error }
+    })
 }
 
 /// How far the present `u + μ ‖u_t‖ n` is from that of other velocities.

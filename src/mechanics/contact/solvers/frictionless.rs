@@ -6,8 +6,9 @@
 
 use super::linear_system::LinearSystem;
 use super::scaled::Scaled;
-use super::{Ending, Limits};
-use crate::mechanics::contact::local::solve_frictionless;
+use super::{Ending, LARGEST_OF_FREE, Limits, Method, Options, SolveReport};
+use crate::mechanics::contact::local;
+use crate::mechanics::contact::problem::ProblemError;
 
 /// Sweeps unless the caller says otherwise.
 pub(super) const MAX_SWEEPS: usize = 100_000;
@@ -31,17 +32,87 @@ struct Normal {
 /// Iterations until the error is within the tolerance.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     let mut normal = Normal::new(scaled);
-    let mut iterations = normal.sweep_until(limits, FIRST_SWEEPS.min(limits.iterations));
-    if normal.error() > limits.tolerance {
-        iterations += normal.guess_until(limits, GUESSES.min(limits.iterations - iterations));
-    }
-    iterations += normal.sweep_until(limits, limits.iterations - iterations);
+    let iterations = normal.solve(limits);
     let r: Vec<f64> = normal.r.iter().flat_map(|r| [*r, 0.0, 0.0]).collect();
     scaled.set_reactions(&r);
     Ending { iterations, error: scaled.error() }
 }
 
+/// Solves `0 ≤ r ⊥ W r + q ≥ 0` with W (nc × nc, row by row) of the normals alone; `r` start in, solution out.
+///
+/// # Errors
+/// [`ProblemError`] where W or q are no numbers or do not fit to `r`.
+pub fn solve_frictionless(
+    W: &[f64],
+    q: &[f64],
+    r: &mut [f64],
+    options: &Options,
+) -> Result<SolveReport, ProblemError> {
+    let n = r.len();
+    for (array, expected, given) in [("q", n, q.len()), ("W", n * n, W.len())] {
+        if given != expected {
+            return Err(ProblemError::Length { array, expected, given });
+        }
+    }
+    for (array, numbers) in [("q", q), ("W", W)] {
+        if let Some(index) = numbers.iter().position(|x| !x.is_finite()) {
+            return Err(ProblemError::NotFinite {
+                array,
+                index: if array == "W" { index / n } else { index },
+            });
+        }
+    }
+    // Dimensionless, as in `scaled.rs`: the diagonal is one.
+    let root: Vec<f64> =
+        (0..n).map(|c| W[c * (n + 1)].sqrt()).map(|d| if d > 0.0 { d } else { 1.0 }).collect();
+    let entry = |c: usize, d: usize| W[c * n + d] / (root[c] * root[d]);
+    let column = |d: usize| (0..n).map(|c| (c as u32, entry(c, d))).filter(|(_, w)| *w != 0.0).collect();
+    let scaled_q: Vec<f64> = q.iter().zip(&root).map(|(q, root)| q / root).collect();
+    let mut normal = Normal {
+        columns: (0..n).map(column).collect(),
+        diagonal: (0..n).map(|c| entry(c, c)).collect(),
+        r: r.iter().zip(&root).map(|(r, root)| r * root).collect(),
+        u: scaled_q.clone(),
+        q_size: scaled_q.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        q: scaled_q,
+    };
+    normal.update_velocity();
+    let limits = Limits {
+        tolerance: options.tolerance,
+        iterations: options.max_iterations.unwrap_or(MAX_SWEEPS),
+        interrupt: options.interrupt,
+    };
+    let iterations = normal.solve(&limits);
+    for ((r, scaled), root) in r.iter_mut().zip(&normal.r).zip(&root) {
+        *r = scaled / root;
+    }
+    let f = |c: usize| -> f64 {
+        let u: f64 = q[c] + (0..n).map(|d| W[c * n + d] * r[d]).sum::<f64>();
+        r[c] - (r[c] - u).max(0.0)
+    };
+    let plain = (0..n).map(|c| f(c).powi(2)).sum::<f64>().sqrt();
+    let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let error_scaled = normal.error();
+    Ok(SolveReport {
+        solver: Method::Frictionless,
+        iterations,
+        error_scaled,
+        error_plain: if plain == 0.0 { 0.0 } else { plain / size(q).max(size(r)) },
+        converged: error_scaled <= options.tolerance && normal.residual() <= LARGEST_OF_FREE * normal.q_size,
+        failed_contacts: 0,
+    })
+}
+
 impl Normal {
+    /// Sweeps, guesses of the active set, sweeps; how many.
+    fn solve(&mut self, limits: &Limits) -> usize {
+        let mut iterations = self.sweep_until(limits, FIRST_SWEEPS.min(limits.iterations));
+        if self.error() > limits.tolerance {
+            iterations += self.guess_until(limits, GUESSES.min(limits.iterations - iterations));
+        }
+        iterations + self.sweep_until(limits, limits.iterations - iterations)
+    }
+
     fn new(scaled: &Scaled) -> Self {
         let every: Vec<usize> = (0..scaled.contacts).collect();
         let mut columns = vec![Vec::new(); scaled.contacts];
@@ -70,10 +141,15 @@ impl Normal {
         }
     }
 
+    /// The size of the natural map.
+    fn residual(&self) -> f64 {
+        let f = |(r, u): (&f64, &f64)| r - (r - u).max(0.0);
+        self.r.iter().zip(&self.u).map(|x| f(x).powi(2)).sum::<f64>().sqrt()
+    }
+
     /// The scaled error.
     fn error(&self) -> f64 {
-        let f = |(r, u): (&f64, &f64)| r - (r - u).max(0.0);
-        let error = self.r.iter().zip(&self.u).map(|x| f(x).powi(2)).sum::<f64>().sqrt();
+        let error = self.residual();
         let size = self.r.iter().map(|r| r * r).sum::<f64>().sqrt();
         if error == 0.0 { 0.0 } else { error / size.max(self.q_size) }
     }
@@ -85,7 +161,7 @@ impl Normal {
             }
             for c in 0..self.r.len() {
                 let w = self.diagonal[c];
-                let new = if w > 0.0 { solve_frictionless(w, self.u[c] - w * self.r[c]) } else { 0.0 };
+                let new = if w > 0.0 { local::solve_frictionless(w, self.u[c] - w * self.r[c]) } else { 0.0 };
                 let change = new - self.r[c];
                 if change != 0.0 {
                     self.r[c] = new;

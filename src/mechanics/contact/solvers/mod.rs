@@ -5,6 +5,7 @@
 mod accelerated_gradient;
 mod de_saxce;
 mod extragradient;
+mod fixed_point;
 mod frictionless;
 mod hybrid;
 mod interior_point;
@@ -15,6 +16,9 @@ mod nsgs;
 mod proximal;
 mod scaled;
 mod second_order_cone;
+mod uzawa;
+
+pub use frictionless::solve_frictionless;
 
 use super::problem::ContactProblem;
 use scaled::Scaled;
@@ -40,6 +44,8 @@ pub enum Method {
     DeSaxce,
     /// Extragradient steps of their own length.
     Extragradient,
+    /// One projection a contact and sweep, with a step of its own.
+    Uzawa,
     /// Projected gradient with Nesterov's momentum and restarts.
     AcceleratedGradient,
     /// One unknown a contact, where nothing rubs; the same as [`Method::Hybrid`] where something does.
@@ -48,13 +54,14 @@ pub enum Method {
 
 impl Method {
     /// All of them, the default first.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Hybrid,
         Self::Nsgs,
         Self::Newton,
         Self::InteriorPoint,
         Self::Proximal,
         Self::DeSaxce,
+        Self::Uzawa,
         Self::Extragradient,
         Self::AcceleratedGradient,
         Self::Frictionless,
@@ -69,6 +76,7 @@ impl Method {
             Self::InteriorPoint => "interior-point",
             Self::Proximal => "proximal",
             Self::DeSaxce => "de-saxce",
+            Self::Uzawa => "uzawa",
             Self::Extragradient => "extragradient",
             Self::AcceleratedGradient => "accelerated-gradient",
             Self::Frictionless => "frictionless",
@@ -193,11 +201,10 @@ fn run<'a>(scaled: &mut Scaled, method: Method, limits: impl Fn(usize) -> Limits
         Method::Newton => newton::solve(scaled, &limits(newton::MAX_STEPS), newton::CAREFUL),
         Method::InteriorPoint => interior_point::solve(scaled, &limits(interior_point::MAX_STEPS)),
         Method::Proximal => proximal::solve(scaled, &limits(proximal::MAX_STEPS)),
-        Method::DeSaxce => de_saxce::solve(scaled, &limits(de_saxce::MAX_STEPS)),
-        Method::Extragradient => extragradient::solve(scaled, &limits(extragradient::MAX_STEPS)),
-        Method::AcceleratedGradient => {
-            accelerated_gradient::solve(scaled, &limits(accelerated_gradient::MAX_STEPS))
-        }
+        Method::DeSaxce => de_saxce::solve(scaled, &limits(fixed_point::MAX_STEPS)),
+        Method::Uzawa => uzawa::solve(scaled, &limits(fixed_point::MAX_STEPS)),
+        Method::Extragradient => extragradient::solve(scaled, &limits(fixed_point::MAX_STEPS)),
+        Method::AcceleratedGradient => accelerated_gradient::solve(scaled, &limits(fixed_point::MAX_STEPS)),
     };
     (method, ending.iterations)
 }

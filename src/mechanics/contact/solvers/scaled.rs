@@ -122,7 +122,7 @@ impl Scaled {
     }
 
     /// An upper estimate of the largest eigenvalue of W, by power iteration.
-    pub fn largest_eigenvalue(&self) -> f64 {
+    fn largest_eigenvalue(&self) -> f64 {
         // Any vector that no symmetry of the contacts makes orthogonal to the sought one.
         let mut x: Vec<f64> =
             (0..self.q.len()).map(|i| 1.0 + 0.37 * ((i * 7919) % 101) as f64 / 101.0).collect();
@@ -141,6 +141,11 @@ impl Scaled {
             x = y.into_iter().map(|y| y / to).collect();
         }
         EIGENVALUE_ROOM * value
+    }
+
+    /// The ρ with which a step of all contacts at once is sure: the inverse of the largest eigenvalue of W.
+    pub fn safe_step(&self) -> f64 {
+        1.0 / self.largest_eigenvalue()
     }
 
     /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the present velocities; μ finite.
