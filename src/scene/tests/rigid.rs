@@ -20,7 +20,7 @@ fn sound() -> Value {
                 "name": "box",
                 "rigid": {
                     "shape": {"kind": "box", "half_extents_m": [0.05, 0.04, 0.03]},
-                    "center_m": [0, 0, 0.03], "density_kg_per_m3": 700, "inertia_kg_m2": [0.3, 0.4, 0.5],
+                    "center_m": [0, 0, 0.03], "density_kg_per_m3": 700, "inertia_kg_m2": [3e-4, 4e-4, 5e-4],
                     "rotation": {"axis": [0, 0, 1], "angle_deg": 30}
                 }
             }
@@ -67,6 +67,9 @@ fn every_break_is_reported_where_it_is() {
         ("/bodies/1/rigid/density_kg_per_m3", json!(7.85), "/bodies/1/rigid/density_kg_per_m3", "unusual_unit"),
         ("/bodies/1/rigid/inertia_kg_m2", json!([1, 1, 3]), "/bodies/1/rigid/inertia_kg_m2/2", "impossible_inertia"),
         ("/bodies/1/rigid/inertia_kg_m2", json!([1, 1, 0]), "/bodies/1/rigid/inertia_kg_m2/2", "not_positive"),
+        ("/bodies/1/rigid/inertia_kg_m2", json!([0.3, 0.4, 0.5]), "/bodies/1/rigid/inertia_kg_m2/0", "impossible_inertia"),
+        ("/bodies/1/rigid/inertia_kg_m2", json!([3e-9, 4e-9, 5e-9]), "/bodies/1/rigid/inertia_kg_m2/0", "impossible_inertia"),
+        ("/bodies/0/spin_rad_per_s", json!([0, 1e6, 0]), "/bodies/0/spin_rad_per_s", "impossible_spin"),
         ("/bodies/0/role", json!("tissue"), "/bodies/0/role", "rigid_tissue"),
         ("/bodies/0/mesh", generator, "/bodies/0/mesh", "not_for_rigid"),
         ("/bodies/0/fixed", json!([{"set": "*"}]), "/bodies/0/fixed", "not_for_rigid"),
@@ -103,4 +106,16 @@ fn a_rigid_body_inside_a_mesh_is_refused_with_its_depth() {
     let found = problems(&document);
     let overlap = found.iter().find(|p| p.code == "initial_overlap").unwrap();
     assert!((overlap.value.as_f64().unwrap() - 0.002).abs() < 1e-9, "{overlap}");
+    // Wholly inside, away from every node.
+    set(&mut document, "/bodies/1/mesh/generator/elements", json!([2, 2, 1]));
+    set(&mut document, "/bodies/0/rigid/shape/radius_m", json!(0.009));
+    set(&mut document, "/bodies/0/rigid/center_m", json!([0.02, 0.02, 0.02]));
+    let found = problems(&document);
+    assert!(found.iter().any(|p| p.code == "initial_overlap"), "{found:#?}");
+    // And above it, smaller than its faces: it would fall through.
+    set(&mut document, "/bodies/0/rigid/center_m", json!([0.02, 0.02, 0.1]));
+    let found = problems(&document);
+    let slips = found.iter().find(|p| p.code == "smaller_than_a_face").unwrap();
+    assert!(slips.is_error() && slips.pointer == "/bodies/0/rigid/shape", "{slips}");
+    assert!(found.iter().all(|p| p.code != "initial_overlap"), "{found:#?}");
 }

@@ -19,6 +19,18 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
             .limit(format!("usually at most {USUAL_SPEED} m/s"))
             .remedy("give the velocity in m/s")
     });
+    if let Some(rigid) = &body.rigid {
+        let spin = body.spin_rad_per_s.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let rim = spin * rigid.shape.shape().outer_radius();
+        out.require(!(rim > USUAL_SPEED), || {
+            let message =
+                format!("the rim of the body would move at {rim:.3e} m/s: nothing holds together at that");
+            Problem::error("impossible_spin", &here.key("spin_rad_per_s"), message)
+                .value(spin)
+                .limit(format!("a rim slower than {USUAL_SPEED} m/s (steel bursts at less than 1000)"))
+                .remedy("give the spin in radians per second: 60 turns a minute are 6.28 rad/s")
+        });
+    }
     check_fixed(body, &here, out);
     if let Some(deformation) = &body.initial_deformation {
         check_deformation(deformation, &here.key("initial_deformation"), out);

@@ -1,6 +1,7 @@
 //! Bodies that lie inside each other, or behind a plane, before anything has moved.
 
 use super::Findings;
+use super::rigid_on_mesh::{check_width, is_inside};
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
@@ -22,7 +23,13 @@ enum Sides {
 /// Checks every pair that may touch; pairs whose boxes lie apart cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
-    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = sides(document)
+    let all = sides(document);
+    for (body, mesh) in all.iter().filter_map(|sides| start.rigid_and_mesh(*sides)) {
+        let Some(rigid) = start.rigid_of[body] else { continue };
+        let of_body = (body, &document.bodies[body].name[..], &start.rigid[rigid].shape);
+        check_width(of_body, (&document.bodies[mesh].name, &start.surfaces[mesh], &start.x), out);
+    }
+    let (rigid, asked): (Vec<Sides>, Vec<Sides>) = all
         .into_iter()
         .filter(|sides| start.may_overlap(document, *sides))
         .partition(|sides| start.has_rigid_side(*sides));
@@ -61,12 +68,21 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     if detector.detect(&motion, &drifts, &mut contacts).is_err() {
         return;
     }
+    let mut is_told = vec![false; asked.len()];
     for of_pair in contacts.chunk_by(|a, b| a.pair == b.pair) {
-        let sides = asked[of_pair[0].pair as usize];
+        let pair = of_pair[0].pair as usize;
+        let sides = asked[pair];
         let size = start.rigid_size(sides);
         let inside: Vec<&Contact> = of_pair.iter().filter(|c| -c.gap > TOLERANCE * size).collect();
         if let Some(deepest) = inside.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)) {
             out.push(problem(document, sides, inside.len(), (-deepest.gap, deepest.point)));
+            is_told[pair] = true;
+        }
+    }
+    // Where no node is near, a body may still lie wholly inside a mesh.
+    for (sides, _) in asked.iter().zip(is_told).filter(|(_, is_told)| !is_told) {
+        if let Some((depth, place)) = start.depth_inside(*sides) {
+            out.push(problem(document, *sides, 1, (depth, place)));
         }
     }
 }
@@ -127,6 +143,27 @@ impl Start {
             Sides::Bodies(a, b) => [self.rigid_of[a], self.rigid_of[b]],
             Sides::Plane(body, _) => [self.rigid_of[body], None],
         }
+    }
+
+    /// The rigid body of a pair, and the mesh that it faces (numbers of the document), if it faces one.
+    fn rigid_and_mesh(&self, sides: Sides) -> Option<(usize, usize)> {
+        let Sides::Bodies(a, b) = sides else { return None };
+        match [self.rigid_of[a], self.rigid_of[b]] {
+            [Some(_), None] => Some((a, b)),
+            [None, Some(_)] => Some((b, a)),
+            _ => None,
+        }
+    }
+
+    /// How far a rigid body must move at most [m] if its centre is inside the mesh of the pair, and where that is [m].
+    fn depth_inside(&self, sides: Sides) -> Option<(f64, Vec3)> {
+        let (body, mesh) = self.rigid_and_mesh(sides)?;
+        let rigid = self.rigid_of[body]?;
+        let (centre, surface) = (self.poses[rigid].centre, &self.surfaces[mesh]);
+        let distance = |node: &u32| (self.x[*node as usize] - centre).norm();
+        let nearest = surface.nodes.iter().map(distance).fold(f64::INFINITY, f64::min);
+        is_inside(surface, &self.x, &centre)
+            .then(|| (nearest + self.rigid[rigid].shape.outer_radius(), centre))
     }
 
     fn has_rigid_side(&self, sides: Sides) -> bool {

@@ -11,6 +11,9 @@ const USUAL_DENSITY: [f64; 2] = [100.0, 25_000.0];
 /// A moment of inertia may exceed the sum of the others by this share: rounding of what was written.
 const ROUNDING: f64 = 1e-6;
 
+/// Share of a homogeneous body's moment of inertia below which one is a slip.
+const LEAST_INERTIA: f64 = 1e-4;
+
 /// Checks body number `index`, whose rigid part is `rigid`.
 pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
@@ -28,7 +31,11 @@ pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut
     }
     check_mass(rigid, &here, out);
     if let Some(inertia) = rigid.inertia_kg_m2 {
-        check_inertia(inertia, &here.key("inertia_kg_m2"), out);
+        let place = here.key("inertia_kg_m2");
+        check_inertia(inertia, &place, out);
+        if let Some(mass) = rigid.mass().filter(|mass| *mass > 0.0 && size_is_sound(rigid)) {
+            check_inertia_of_shape(inertia, mass, rigid, &place, out);
+        }
     }
 }
 
@@ -97,6 +104,36 @@ fn check_mass(rigid: &RigidDocument, here: &Pointer, out: &mut Findings) {
         if density > 0.0 {
             out.usual(&place, "the density", density, USUAL_DENSITY, remedy);
         }
+    }
+}
+
+fn size_is_sound(rigid: &RigidDocument) -> bool {
+    rigid.shape.shape().size() > 0.0
+}
+
+/// No mass lies outside the shape, and none is all but a point: m R² is the most, and a ten thousandth of a homogeneous body the
+/// least that is taken for more than a slip.
+fn check_inertia_of_shape(
+    inertia: [f64; 3],
+    mass: f64,
+    rigid: &RigidDocument,
+    here: &Pointer,
+    out: &mut Findings,
+) {
+    let shape = rigid.shape.shape();
+    let (most, homogeneous) = (mass * shape.outer_radius().powi(2), shape.inertia_per_mass() * mass);
+    for (i, moment) in inertia.into_iter().enumerate() {
+        let least = LEAST_INERTIA * homogeneous[i];
+        out.require(!(moment > most * (1.0 + ROUNDING) || moment < least), || {
+            let message = "no body of this mass fits into the shape with this moment of inertia";
+            Problem::error("impossible_inertia", &here.index(i), message)
+                .value(moment)
+                .limit(format!(
+                    "{least:.3e} to {most:.3e} kg m²; a homogeneous body has {:.3e}",
+                    homogeneous[i]
+                ))
+                .remedy("give it in kg m², or leave it out for a homogeneous body")
+        });
     }
 }
 
