@@ -85,6 +85,9 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
 fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let step = &report.stable_step;
     writeln!(out, "\nStep")?;
+    if let Some(choice) = &report.integrator.choice {
+        writeln!(out, "  {}, chosen by cost: {}", choice.chosen, choice.in_words())?;
+    }
     if let Some(systems) = &report.integrator.systems {
         writeln!(
             out,

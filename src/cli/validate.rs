@@ -82,12 +82,16 @@ fn as_json(outcome: &Result<Loaded, Problems>, plan: Option<&PlanReport>) -> ser
 
 /// The plan in a line; `contuse plan` says the rest.
 fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    if let Some(choice) = &plan.integrator.choice {
+        writeln!(out, "{} steps, chosen by cost: {}", choice.chosen, choice.in_words())?;
+    }
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     writeln!(
         out,
-        "plan: at least {} steps of {:.4} µs, {} on one core; left out: {}",
+        "plan: at least {} {} steps of {:.4} µs, {} on one core; left out: {}",
         plan.expected_steps,
-        1e6 * plan.stable_step_s,
+        plan.integrator.kind,
+        1e6 * plan.integrator.step_s,
         duration(plan.expected_run_time_s),
         left_out.join("; ")
     )

@@ -9,14 +9,11 @@ use super::stable_step::StableSteps;
 use super::{Explicit, Implicit, Integrator, MeasurePlan, Plan, PlanBody, Settle, SystemSize};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
-use crate::mechanics::force::{self, Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
-use crate::mechanics::material::Material;
+use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::sparse::{SparseError, Unknowns};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{
-    Axis, BodyDocument, Formulation, IntegratorDocument, Keep, Role, SceneDocument,
-};
+use crate::scene::document::{Axis, BodyDocument, IntegratorDocument, Keep, Role, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -44,6 +41,9 @@ pub enum CompileError {
         /// Node in the body.
         node: usize,
     },
+    /// Nobody has chosen explicit or implicit steps; validation does.
+    #[error("the integrator of the scene is still to be chosen")]
+    NoIntegrator,
     /// The systems of an implicit integrator cannot be solved.
     #[error(transparent)]
     Sparse(#[from] SparseError),
@@ -181,6 +181,7 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
 /// The integrator; one that is implicit with the order in which it eliminates.
 fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
     Ok(match document {
+        IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
         IntegratorDocument::Explicit { safety_factor, max_step_s, .. } => Integrator::Explicit(Explicit {
             safety: *safety_factor,
             max_step: max_step_s.unwrap_or(f64::INFINITY),
@@ -208,7 +209,7 @@ fn bulk_viscosities(document: &IntegratorDocument) -> [f64; 2] {
         IntegratorDocument::Explicit { linear_bulk_viscosity, quadratic_bulk_viscosity, .. } => {
             [*linear_bulk_viscosity, *quadratic_bulk_viscosity]
         }
-        IntegratorDocument::Implicit { .. } => [0.0; 2],
+        IntegratorDocument::Implicit { .. } | IntegratorDocument::Auto { .. } => [0.0; 2],
     }
 }
 
@@ -391,23 +392,13 @@ fn add_blocks(
         }
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
-            formulation: formulation(part.formulation, material),
+            formulation: part.element(material),
             density: part.density_kg_per_m3,
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
-    }
-}
-
-/// What the part asks for, or else mean dilatation for split laws and full integration for coupled ones.
-fn formulation(asked: Option<Formulation>, material: &Material) -> force::Formulation {
-    match asked {
-        Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
-        Some(Formulation::Reduced) => force::Formulation::Reduced,
-        None if material.volumetric().is_some() => force::Formulation::MeanDilatation,
-        Some(Formulation::Full) | None => force::Formulation::Full,
     }
 }
 

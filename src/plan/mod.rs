@@ -260,6 +260,14 @@ impl Plan {
     pub fn position(&self, body: usize, node: usize, time: f64, u: &Vec3) -> Vec3 {
         self.X[node] + self.bodies[body].flight_velocity * time.max(0.0) + u
     }
+    /// What a node's velocity is multiplied with to give its momentum: m [kg] along each axis, or the moments of inertia [kg m²] of
+    /// a rigid body for its spin.
+    pub fn inertia(&self, node: usize) -> Vec3 {
+        if self.mass[node] > 0.0 {
+            return Vec3::repeat(self.mass[node]);
+        }
+        self.inverse_mass[node].map(|inverse| 1.0 / inverse)
+    }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {
         self.bodies.partition_point(|b| b.nodes.end <= node)

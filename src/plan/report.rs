@@ -8,8 +8,8 @@ use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::mechanics::material::Material;
-use crate::scene::Scene;
 use crate::scene::document::Keep;
+use crate::scene::{IntegratorChoice, Scene};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -63,19 +63,23 @@ pub struct IntegratorReport {
     pub theta: Option<f64>,
     /// The linear systems of implicit steps; null for explicit steps.
     pub systems: Option<SystemSize>,
+    /// How it was chosen, where the scene left it open (`auto`), with what both would cost.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub choice: Option<IntegratorChoice>,
 }
 
 impl IntegratorReport {
-    fn new(integrator: &Integrator, stable_step_s: f64) -> Self {
+    fn new(integrator: &Integrator, stable_step_s: f64, choice: Option<IntegratorChoice>) -> Self {
         match integrator {
             Integrator::Explicit(_) => {
-                Self { kind: "explicit".into(), step_s: stable_step_s, theta: None, systems: None }
+                Self { kind: "explicit".into(), step_s: stable_step_s, theta: None, systems: None, choice }
             }
             Integrator::Implicit(implicit) => Self {
                 kind: "implicit".into(),
                 step_s: implicit.step,
                 theta: Some(implicit.theta),
                 systems: Some(implicit.systems),
+                choice,
             },
         }
     }
@@ -143,7 +147,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         Integrator::Implicit(_) => (1.0, f64::INFINITY),
     };
     let stable_step_s = max_step.min(safety * steps.smallest());
-    let integrator = IntegratorReport::new(&plan.integrator, stable_step_s);
+    let integrator = IntegratorReport::new(&plan.integrator, stable_step_s, scene.choice.clone());
     let step_s = integrator.step_s;
     let settling = plan.settle.map_or(0.0, |s| s.duration);
     // Field times are hit exactly, by equal steps from one to the next.
@@ -161,7 +165,9 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let rigid_bodies = RigidReport::of(plan);
     let words =
         blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
-    let mut kept: Vec<String> = integrator.in_words().into_iter().collect();
+    let choice =
+        scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
+    let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_)) && !plan.blocks.is_empty();
     if is_explicit && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {

@@ -145,3 +145,59 @@ fn costs_grow_with_families_and_put_back_fibres() {
     assert!(with.report.expected_run_time_s > without.report.expected_run_time_s);
     assert!(without.report.expected_run_time_s > 0.0);
 }
+
+/// A steel bar that is pulled slowly: a second of swinging, in steps of a microsecond.
+fn slow_and_stiff() -> Value {
+    json!({
+        "name": "slow bar", "end_time_s": 1.0,
+        "bodies": [{
+            "name": "bar",
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.2, 0.02, 0.02], "elements": [20, 2, 2]}},
+            "fixed": [{"set": "x_min"}],
+            "parts": [{"part": "block", "density_kg_per_m3": 7850, "material": {
+                "law": "neo_hookean", "c10_pa": 4e10, "bulk_modulus_pa": 1.6e11
+            }}]
+        }],
+        "gravity_m_per_s2": [0, 0, -9.81],
+        "integrator": {"kind": "auto"}
+    })
+}
+
+#[test]
+fn a_slow_stiff_scene_is_stepped_implicitly_and_a_shot_explicitly() {
+    let slow = compiled(&slow_and_stiff());
+    let choice = slow.report.integrator.choice.clone().unwrap();
+    let implicit = choice.implicit.clone().unwrap();
+    assert_eq!((choice.chosen.as_str(), slow.report.integrator.kind.as_str()), ("implicit", "implicit"));
+    assert!(implicit.run_time_s < choice.explicit.run_time_s, "{choice:#?}");
+    assert!(
+        (implicit.step_s - 0.01).abs() < 1e-15 && slow.report.kept[0].contains(&choice.why),
+        "{choice:#?}"
+    );
+
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/flashball_thigh");
+    let mut shot: Value = serde_json::from_slice(&std::fs::read(folder.join("scene.json")).unwrap()).unwrap();
+    shot["integrator"] = json!({"kind": "auto"});
+    let bytes = serde_json::to_vec(&shot).unwrap();
+    let loaded = load(&bytes, &FolderSource::new(&folder), &Budget::COMMAND_LINE).unwrap();
+    let choice = loaded.scene.choice.unwrap();
+    assert_eq!(choice.chosen, "explicit");
+    // What is flown in a step is half of an edge at most: that is told even where nothing is analysed.
+    assert!(loaded.scene.document.integrator == crate::scene::document::IntegratorDocument::default());
+}
+
+#[test]
+fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
+    // The choice is no part of the question, and a given step moves it.
+    let mut document = slow_and_stiff();
+    let auto = load(&serde_json::to_vec(&document).unwrap(), &FolderSource::new("."), &Budget::COMMAND_LINE)
+        .unwrap();
+    document["integrator"] = json!({"kind": "implicit", "step_s": 0.01, "theta": 0.6});
+    let own = load(&serde_json::to_vec(&document).unwrap(), &FolderSource::new("."), &Budget::COMMAND_LINE)
+        .unwrap();
+    assert_eq!(auto.scene.document.integrator, own.scene.document.integrator);
+    assert_ne!(auto.scene.content_hash, own.scene.content_hash);
+    document["integrator"] = json!({"kind": "auto", "step_s": 1e-7});
+    let plan = compiled(&document);
+    assert_eq!(plan.report.integrator.kind, "explicit", "{:#?}", plan.report.integrator);
+}

@@ -1,5 +1,7 @@
 //! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
 
+use crate::mechanics::force;
+use crate::mechanics::material::Material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -132,6 +134,18 @@ pub struct PartDocument {
     /// Material axes of the part; by default those of the mesh, else x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre_frame: Option<FibreFrameDocument>,
+}
+
+impl PartDocument {
+    /// The element that is asked for, or else mean dilatation for split laws and full integration for coupled ones.
+    pub fn element(&self, material: &Material) -> force::Formulation {
+        match self.formulation {
+            Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
+            Some(Formulation::Reduced) => force::Formulation::Reduced,
+            None if material.volumetric().is_some() => force::Formulation::MeanDilatation,
+            Some(Formulation::Full) | None => force::Formulation::Full,
+        }
+    }
 }
 
 /// Element formulation of an eight-node hexahedron.

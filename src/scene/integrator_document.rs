@@ -46,9 +46,39 @@ pub enum IntegratorDocument {
         #[serde(default = "default_energy_gate")]
         energy_gate: f64,
     },
+    /// Explicit or implicit steps, whichever is estimated to cost less; `contuse plan` tells both estimates.
+    Auto {
+        /// Length of implicit steps [s]: what they shall resolve. By default a hundredth of the run, and no longer than the fastest
+        /// body takes for half of the shortest edge of an element.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        step_s: Option<f64>,
+        /// Weight θ of the end velocity in implicit steps, 0.5 … 1 [-]; 0.6 damps what the steps do not resolve.
+        #[serde(default = "default_damping_theta")]
+        theta: f64,
+        /// Largest error of the energy balance before the run fails [-].
+        #[serde(default = "default_energy_gate")]
+        energy_gate: f64,
+    },
 }
 
 impl IntegratorDocument {
+    /// Share of the stable step that explicit steps are, unless the scene says otherwise.
+    pub const SAFETY: f64 = 0.9;
+
+    /// Whether linear systems are solved in every step.
+    pub fn is_implicit(&self) -> bool {
+        matches!(self, Self::Implicit { .. })
+    }
+    /// Step [s] where a wave crosses an element in `shortest` [s] at the least; `auto` counts as explicit.
+    pub fn step(&self, shortest: f64) -> f64 {
+        match self {
+            Self::Explicit { safety_factor, max_step_s, .. } => {
+                (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY))
+            }
+            Self::Implicit { step_s, .. } => *step_s,
+            Self::Auto { .. } => Self::SAFETY * shortest,
+        }
+    }
     /// Allows no step longer than `longest` [s].
     pub fn limit_step(&mut self, longest: f64) {
         match self {
@@ -56,23 +86,43 @@ impl IntegratorDocument {
                 *max_step_s = Some(max_step_s.map_or(longest, |step| step.min(longest)));
             }
             Self::Implicit { step_s, .. } => *step_s = step_s.min(longest),
+            Self::Auto { step_s, .. } => *step_s = Some(step_s.map_or(longest, |step| step.min(longest))),
+        }
+    }
+    /// Steps that are so many times shorter; those of `auto` only where their length is given.
+    pub fn divide_step(&mut self, divisor: f64) {
+        match self {
+            Self::Explicit { safety_factor: step, .. }
+            | Self::Implicit { step_s: step, .. }
+            | Self::Auto { step_s: Some(step), .. } => *step /= divisor,
+            Self::Auto { step_s: None, .. } => {}
         }
     }
     /// Implicit steps of a length [s], all else by default.
     pub fn implicit(step_s: f64) -> Self {
-        Self::Implicit {
-            step_s,
-            theta: default_theta(),
-            xi: None,
-            newton_tolerance: default_newton_tolerance(),
-            smallest_step_s: None,
-            energy_gate: default_energy_gate(),
+        Self::implicit_with(step_s, default_theta(), default_energy_gate())
+    }
+    /// Implicit steps of a length [s] with a weight θ [-] and a gate of the energy [-].
+    pub fn implicit_with(step_s: f64, theta: f64, energy_gate: f64) -> Self {
+        let (newton_tolerance, smallest_step_s) = (default_newton_tolerance(), None);
+        Self::Implicit { step_s, theta, xi: None, newton_tolerance, smallest_step_s, energy_gate }
+    }
+    /// Explicit steps of at most a length [s] with a gate of the energy [-].
+    pub fn explicit_with(max_step_s: Option<f64>, energy_gate: f64) -> Self {
+        Self::Explicit {
+            safety_factor: Self::SAFETY,
+            max_step_s,
+            linear_bulk_viscosity: default_linear_viscosity(),
+            quadratic_bulk_viscosity: default_quadratic_viscosity(),
+            energy_gate,
         }
     }
     /// Largest error of the energy balance before the run fails [-].
     pub fn energy_gate(&self) -> f64 {
         match self {
-            Self::Explicit { energy_gate, .. } | Self::Implicit { energy_gate, .. } => *energy_gate,
+            Self::Explicit { energy_gate, .. }
+            | Self::Implicit { energy_gate, .. }
+            | Self::Auto { energy_gate, .. } => *energy_gate,
         }
     }
 }
@@ -80,12 +130,15 @@ impl IntegratorDocument {
 fn default_theta() -> f64 {
     0.5
 }
+fn default_damping_theta() -> f64 {
+    0.6
+}
 fn default_newton_tolerance() -> f64 {
     1e-8
 }
 
 fn default_safety() -> f64 {
-    0.9
+    IntegratorDocument::SAFETY
 }
 fn default_linear_viscosity() -> f64 {
     0.06
@@ -99,12 +152,6 @@ fn default_energy_gate() -> f64 {
 
 impl Default for IntegratorDocument {
     fn default() -> Self {
-        Self::Explicit {
-            safety_factor: default_safety(),
-            max_step_s: None,
-            linear_bulk_viscosity: default_linear_viscosity(),
-            quadratic_bulk_viscosity: default_quadratic_viscosity(),
-            energy_gate: default_energy_gate(),
-        }
+        Self::explicit_with(None, default_energy_gate())
     }
 }

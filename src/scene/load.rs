@@ -2,7 +2,8 @@
 
 use super::budget::Budget;
 use super::build::{Builder, body_axes, rigid_body};
-use super::document::SceneDocument;
+use super::document::{IntegratorDocument, SceneDocument};
+use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
 use super::structure;
@@ -50,7 +51,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
         return Err(Problems(checked.problems));
     }
     let mended = std::mem::take(&mut checked.mended);
-    let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
+    let mut document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
         Ok(document) => document,
         Err(error) => {
             checked.problems.push(Problem::refused_by_serde(&error));
@@ -61,12 +62,16 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     let (found, parts) = examine(&document, whole, source, budget);
     let problems = checked.merged_with(found);
     match parts {
-        Some(parts) if problems.iter().all(|p| !p.is_error()) => Ok(Loaded {
-            scene: Scene { content_hash: parts.content_hash, document, bodies: parts.bodies },
-            warnings: problems,
-            estimate: parts.estimate,
-            bodies: parts.summaries,
-        }),
+        Some(parts) if problems.iter().all(|p| !p.is_error()) => {
+            document.integrator = parts.integrator;
+            let Parts { content_hash, choice, bodies, .. } = parts;
+            Ok(Loaded {
+                scene: Scene { content_hash, document, choice, bodies },
+                warnings: problems,
+                estimate: parts.estimate,
+                bodies: parts.summaries,
+            })
+        }
         parts => {
             let mut problems = problems;
             // A body is only left out with a reason; were there none, saying so is better than an empty list.
@@ -97,6 +102,9 @@ pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
 struct Parts {
     bodies: Vec<SceneBody>,
     summaries: Vec<BodySummary>,
+    /// The document's, or what was chosen in its place.
+    integrator: IntegratorDocument,
+    choice: Option<IntegratorChoice>,
     estimate: Estimate,
     content_hash: String,
 }
@@ -124,9 +132,13 @@ fn examine(
     }
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
     overlap::check(document, &bodies, &mut out);
-    let estimate = estimate::check(document, &bodies, budget, &mut out);
+    let edges = summaries.iter().filter(|body| body.elements > 0).map(|body| body.min_edge_m);
+    let chosen = integrator_choice::choose(document, &bodies, edges.fold(f64::INFINITY, f64::min), budget);
+    let (integrator, choice) =
+        chosen.map_or_else(|| (document.integrator.clone(), None), |(i, c)| (i, Some(c)));
+    let estimate = estimate::check(document, &integrator, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
-    (out, Some(Parts { bodies, summaries, estimate, content_hash }))
+    (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash }))
 }
 
 fn make_body(

@@ -7,14 +7,17 @@
 //! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy.
 //! 3. `validate`: what the document alone can tell.
 //! 4. `build`: the meshes, in their places, with material axes; then what only they can tell.
-//! 5. `validate::overlap` and `validate::estimate`: what only the whole scene can tell, and what the run will cost.
+//! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene can tell, explicit or implicit
+//!    steps where that is left open, and what the run will cost.
 
 pub mod budget;
 pub mod build;
 mod choice;
+pub mod cost;
 mod deformation;
 pub mod document;
 pub mod frames;
+pub mod integrator_choice;
 pub mod integrator_document;
 mod json;
 pub mod load;
@@ -34,6 +37,7 @@ mod tests;
 pub mod validate;
 
 pub use budget::Budget;
+pub use integrator_choice::{IntegratorChoice, SteppingEstimate};
 pub use load::{Loaded, load, load_file};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
@@ -49,6 +53,8 @@ use document::{Keep, SceneDocument};
 pub struct Scene {
     /// The document that it came from.
     pub document: SceneDocument,
+    /// How the integrator was chosen, where the document left that open; in `document` stands what was chosen.
+    pub choice: Option<IntegratorChoice>,
     /// One for each body of the document.
     pub bodies: Vec<SceneBody>,
     /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.

@@ -57,10 +57,7 @@ impl Setting {
         if let Some(step_s) = self.implicit_step_s {
             document.integrator = IntegratorDocument::implicit(step_s);
         }
-        match &mut document.integrator {
-            IntegratorDocument::Explicit { safety_factor: step, .. }
-            | IntegratorDocument::Implicit { step_s: step, .. } => *step /= self.step_divisor,
-        }
+        document.integrator.divide_step(self.step_divisor);
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;
         }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// Bytes of plan and state for an element and for a node: gradients at eight points, connectivity, forces, mass and
 /// motion. Rough and on the safe side.
-const BYTES_PER_ELEMENT: u64 = 4_000;
+pub const BYTES_PER_ELEMENT: u64 = 4_000;
 const BYTES_PER_NODE: u64 = 500;
 
 /// Bytes of one step's contact and energy in the recording, rough.
@@ -56,48 +56,48 @@ pub fn wave_speed(material: &Material, density: f64) -> f64 {
 const FACTOR_ENTRIES: f64 = 30.0;
 
 /// Memory of the linear systems of implicit steps [bytes], before they are analysed.
-fn system_bytes(document: &SceneDocument, nodes: u64) -> u64 {
-    match document.integrator {
-        IntegratorDocument::Explicit { .. } => 0,
-        IntegratorDocument::Implicit { .. } => {
-            let entries = FACTOR_ENTRIES * (3.0 * nodes as f64).powf(4.0 / 3.0);
-            (entries * size_of::<f64>() as f64) as u64
-        }
-    }
+pub fn system_bytes(nodes: u64) -> u64 {
+    let entries = FACTOR_ENTRIES * (3.0 * nodes as f64).powf(4.0 / 3.0);
+    (entries * size_of::<f64>() as f64) as u64
 }
 
-/// Estimates the scene, and compares with the budget.
+/// The shortest time in which a wave crosses an element of any body [s]; infinite without elements.
+pub fn shortest_crossing(document: &SceneDocument, bodies: &[SceneBody]) -> f64 {
+    crossings(document, bodies).iter().map(|c| c[0]).fold(f64::INFINITY, f64::min)
+}
+
+fn crossings(document: &SceneDocument, bodies: &[SceneBody]) -> Vec<[f64; 2]> {
+    document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect()
+}
+
+/// Estimates the scene with the integrator that it is stepped with, and compares with the budget.
 pub fn check(
     document: &SceneDocument,
+    integrator: &IntegratorDocument,
     bodies: &[SceneBody],
     budget: &Budget,
     out: &mut Findings,
 ) -> Estimate {
-    let crossings: Vec<[f64; 2]> =
-        document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect();
+    let crossings = crossings(document, bodies);
     let shortest = crossings.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min);
-    let step = match document.integrator {
-        IntegratorDocument::Explicit { safety_factor, max_step_s, .. } => {
-            (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY))
-        }
-        IntegratorDocument::Implicit { step_s, .. } => step_s,
-    };
+    let step = integrator.step(shortest);
     let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.hexes.len() as u64).sum();
     let steps = count((document.end_time_s + settling) / step);
     let frames = frame_count(document);
+    let systems = if integrator.is_implicit() { system_bytes(nodes) } else { 0 };
     let estimate = Estimate {
         nodes,
         elements,
         shortest_crossing_s: shortest,
         steps,
-        memory_bytes: elements * BYTES_PER_ELEMENT + nodes * BYTES_PER_NODE + system_bytes(document, nodes),
+        memory_bytes: elements * BYTES_PER_ELEMENT + nodes * BYTES_PER_NODE + systems,
         frames,
         recording_bytes: recording_bytes(document, nodes, elements, steps, frames),
     };
-    check_budget(document, &estimate, budget, out);
+    check_budget(document, integrator.is_implicit(), &estimate, budget, out);
     let longest = crossings.iter().map(|c| c[1]).fold(0.0, f64::max);
     check_end_time(document.end_time_s, longest, out);
     estimate
@@ -156,8 +156,27 @@ fn recording_bytes(document: &SceneDocument, nodes: u64, elements: u64, steps: u
     frame.saturating_mul(frames).saturating_add(steps.saturating_mul(BYTES_PER_STEP))
 }
 
-fn check_budget(document: &SceneDocument, estimate: &Estimate, budget: &Budget, out: &mut Findings) {
+fn check_budget(
+    document: &SceneDocument,
+    is_implicit: bool,
+    estimate: &Estimate,
+    budget: &Budget,
+    out: &mut Findings,
+) {
     let root = Pointer::root();
+    let (stepping, fewer_steps, less_memory) = if is_implicit {
+        (
+            "implicit steps",
+            "run for a shorter time, or give a longer integrator.step_s",
+            "step explicitly, which needs no matrix, or use a coarser mesh",
+        )
+    } else {
+        (
+            "explicit steps",
+            "run for a shorter time, enlarge the smallest elements, lower the bulk modulus, or step implicitly",
+            "use a coarser mesh",
+        )
+    };
     let mut limit =
         |place: Pointer, code: &'static str, what: String, value: u64, limit: u64, remedy: &str| {
             out.require(value <= limit, || {
@@ -170,18 +189,21 @@ fn check_budget(document: &SceneDocument, estimate: &Estimate, budget: &Budget, 
     limit(
         root.key("end_time_s"),
         "budget_steps",
-        format!("the run would take about {} steps to {} s", estimate.steps, document.end_time_s),
+        format!("the run would take about {} {stepping} to {} s", estimate.steps, document.end_time_s),
         estimate.steps,
         budget.steps,
-        "run for a shorter time, enlarge the smallest elements, or lower the bulk modulus",
+        fewer_steps,
     );
     limit(
         root.key("bodies"),
         "budget_memory",
-        format!("the run would take about {} MB of memory", estimate.memory_bytes / 1_000_000),
+        format!(
+            "the run with {stepping} would take about {} MB of memory",
+            estimate.memory_bytes / 1_000_000
+        ),
         estimate.memory_bytes,
         budget.memory_bytes,
-        "use a coarser mesh",
+        less_memory,
     );
     limit(
         root.key("record"),

@@ -12,7 +12,9 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     let end = document.end_time_s;
     out.positive(&root.key("end_time_s"), "the end time", end, "impacts last about 1e-4 to 1e-2 s");
     check_integrator(&document.integrator, &root.key("integrator"), out);
-    if let IntegratorDocument::Implicit { step_s, .. } = &document.integrator {
+    if let IntegratorDocument::Implicit { step_s, .. }
+    | IntegratorDocument::Auto { step_s: Some(step_s), .. } = &document.integrator
+    {
         out.require(!(*step_s > end), || {
             let message = "the step is longer than the run";
             Problem::error("out_of_range", &root.key("integrator").key("step_s"), message)
@@ -28,18 +30,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
 
 /// What rigid bodies ask of the integrator.
 fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
-    let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator else {
-        for (index, _) in document.bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_some()) {
-            let place = root.key("bodies").index(index).key("rigid");
-            out.push(
-                Problem::error("rigid_and_implicit", &place, "implicit steps know no rigid bodies")
-                    .value("rigid")
-                    .limit("explicit steps for scenes with rigid bodies")
-                    .remedy("step explicitly, or give the body a mesh of a stiff material"),
-            );
-        }
-        return;
-    };
+    let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator else { return };
     let has_elements = document.bodies.iter().any(|body| body.rigid.is_none());
     out.require(has_elements || document.bodies.is_empty() || max_step_s.is_some(), || {
         let place = root.key("integrator").key("max_step_s");
@@ -53,6 +44,10 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
     match integrator {
         IntegratorDocument::Explicit { .. } => check_explicit(integrator, here, out),
         IntegratorDocument::Implicit { .. } => check_implicit(integrator, here, out),
+        IntegratorDocument::Auto { step_s, theta, .. } => {
+            check_step(*step_s, here, out);
+            check_weight("theta", *theta, here, out);
+        }
     }
     let energy_gate = integrator.energy_gate();
     out.require(energy_gate > 0.0 && energy_gate <= 1.0, || {
@@ -100,19 +95,10 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     else {
         return;
     };
-    let remedy =
-        "the time in which what matters changes by a few per cent, such as a hundredth of the contact";
-    out.positive(&here.key("step_s"), "the step", *step_s, remedy);
-    for (name, weight) in [("theta", Some(*theta)), ("xi", *xi)] {
-        let Some(weight) = weight else { continue };
-        out.require((0.5..=1.0).contains(&weight), || {
-            let message =
-                "the weight of the end of the step is out of range: below 0.5 the scheme is unstable";
-            Problem::error("out_of_range", &here.key(name), message)
-                .value(weight)
-                .limit(">= 0.5 and <= 1")
-                .remedy("0.5 conserves energy, 0.6 damps what the step does not resolve, 1 damps most")
-        });
+    check_step(Some(*step_s), here, out);
+    check_weight("theta", *theta, here, out);
+    if let Some(xi) = xi {
+        check_weight("xi", *xi, here, out);
     }
     out.require(*newton_tolerance >= 1e-13 && *newton_tolerance <= 1e-3, || {
         let message = "the tolerance is a share of the impulses of a step";
@@ -130,6 +116,24 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
                 .remedy("leave it out for a ten thousandth of the step")
         });
     }
+}
+
+fn check_step(step: Option<f64>, here: &Pointer, out: &mut Findings) {
+    let remedy =
+        "the time in which what matters changes by a few per cent, such as a hundredth of the contact";
+    if let Some(step) = step {
+        out.positive(&here.key("step_s"), "the step", step, remedy);
+    }
+}
+
+fn check_weight(name: &str, weight: f64, here: &Pointer, out: &mut Findings) {
+    out.require((0.5..=1.0).contains(&weight), || {
+        let message = "the weight of the end of the step is out of range: below 0.5 the scheme is unstable";
+        Problem::error("out_of_range", &here.key(name), message)
+            .value(weight)
+            .limit(">= 0.5 and <= 1")
+            .remedy("0.5 conserves energy, 0.6 damps what the step does not resolve, 1 damps most")
+    });
 }
 
 fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) {

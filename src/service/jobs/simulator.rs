@@ -11,6 +11,7 @@ use crate::mesh::quality::quality;
 use crate::mesh::read::{self, read_mesh};
 use crate::plan::compile;
 use crate::record::{reindex_incomplete, snapshot};
+use crate::scene::cost::FactorSize;
 use crate::scene::problem::Pointer;
 use crate::scene::summary::BodySummary;
 use crate::scene::{
@@ -28,6 +29,9 @@ use std::time::Duration;
 /// deadline at this speed is refused, and none that could have been in time.
 const UNREACHED_ELEMENT_STEPS_PER_SECOND: f64 = 3e7;
 
+/// Floating-point operations per second of one thread, likewise: systems are solved on one.
+const UNREACHED_FLOPS: f64 = 3e11;
+
 /// Loads, compiles and runs scenes within a budget.
 #[derive(Clone, Debug)]
 pub struct Simulator {
@@ -42,7 +46,7 @@ impl Simulator {
         Self { budget: config.budget.clone(), deadline: config.deadline, threads: config.threads_per_job }
     }
 
-    fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
+    pub(super) fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
         let loaded = load(scene, meshes, &self.budget)
             .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect::<Vec<_>>())?;
         match self.too_long(&loaded) {
@@ -54,7 +58,9 @@ impl Simulator {
     /// The problem of a scene that cannot end before its deadline.
     fn too_long(&self, loaded: &Loaded) -> Option<Problem> {
         let element_steps = loaded.estimate.elements as f64 * loaded.estimate.steps as f64;
-        let least_s = element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * self.threads as f64);
+        let systems_s =
+            if loaded.scene.document.integrator.is_implicit() { least_systems_s(loaded) } else { 0.0 };
+        let least_s = element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * self.threads as f64) + systems_s;
         let limit_s = self.deadline.as_secs_f64();
         (least_s > limit_s).then(|| {
             let message = format!("the run would take at least {least_s:.0} s of wall time");
@@ -66,6 +72,14 @@ impl Simulator {
                 )
         })
     }
+}
+
+/// Least time of the linear systems of implicit steps [s]: one factorisation, and one solution a step.
+fn least_systems_s(loaded: &Loaded) -> f64 {
+    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes));
+    // What cannot be analysed is told when it is compiled.
+    let Ok(factor) = sizes.sum::<Result<FactorSize, _>>() else { return 0.0 };
+    (factor.flops + loaded.estimate.steps as f64 * 4.0 * factor.entries) / UNREACHED_FLOPS
 }
 
 impl Simulator {
@@ -212,7 +226,7 @@ fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
 }
 
 /// The diagnosis of a scene that was valid when it was accepted.
-fn invalid_scene(problems: &[SceneProblem]) -> JobFailure {
+pub(super) fn invalid_scene(problems: &[SceneProblem]) -> JobFailure {
     let errors: Vec<String> = problems
         .iter()
         .filter(|p| p.severity == "error")

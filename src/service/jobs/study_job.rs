@@ -1,10 +1,10 @@
 //! Studies as jobs: many runs of one scene behind one job, whose summary is what they say.
 
 use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
-use super::simulator::Simulator;
+use super::simulator::{Simulator, invalid_scene};
 use super::{JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::scene::Problem;
-use crate::scene::document::{Formulation, SceneDocument};
+use crate::scene::document::Formulation;
 use crate::scene::problem::Pointer;
 use crate::service::meshes::MeshShelf;
 use crate::study::Setting;
@@ -234,8 +234,8 @@ pub(super) fn run(
                 implicit_steps_s: &implicit_steps_s,
                 combined,
             };
-            let document: SceneDocument =
-                serde_json::from_value(scene).map_err(|_| JobFailure::internal())?;
+            let loaded = simulator.load(scene.to_string().as_bytes(), order.meshes);
+            let document = loaded.map_err(|problems| invalid_scene(&problems))?.scene.document;
             let exact =
                 exact.iter().filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
             let study = study_error(&mut ErrorRequest {

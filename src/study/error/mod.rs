@@ -33,7 +33,7 @@ pub const USUAL_LEVELS: RangeInclusive<i32> = -1..=1;
 
 /// What to study.
 pub struct ErrorRequest<'a> {
-    /// The scene.
+    /// The scene, of one way of stepping: that of a validated scene, not `auto`, which each setting would choose anew.
     pub document: &'a SceneDocument,
     /// Its meshes.
     pub source: &'a dyn MeshSource,

@@ -1,0 +1,113 @@
+//! What steps cost, from a fixed table and never from a stopwatch, so that a scene always gets the same plan.
+//!
+//! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
+//! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
+
+use crate::mechanics::force::Formulation;
+use crate::mechanics::material::Material;
+use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
+
+/// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
+type Nanoseconds = [f64; 2];
+
+const MOONEY_RIVLIN_MEAN_DILATATION: Nanoseconds = [186.0, 246.0];
+const MOONEY_RIVLIN_FULL: Nanoseconds = [204.0, 274.0];
+const MOONEY_RIVLIN_REDUCED: Nanoseconds = [84.0, 156.0];
+/// The matrix of Holzapfel–Gasser–Ogden and the coupled form are counted like the neo-Hookean law.
+const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [167.0, 233.0];
+const NEO_HOOKEAN_FULL: Nanoseconds = [196.0, 256.0];
+const NEO_HOOKEAN_REDUCED: Nanoseconds = [83.0, 157.0];
+/// Each family of fibres, on top of its neo-Hookean matrix.
+const FIBRE_FAMILY: Nanoseconds = [48.0, 31.0];
+
+/// The rest of a step [ns]: sums, ledger and measures for each node, contact for each node of a slave surface. What whole
+/// runs of `ball_on_block` and `flashball_thigh` take beyond their elements, parted by estimate.
+const NODE: f64 = 70.0;
+const SLAVE_NODE: f64 = 350.0;
+
+/// Iterations and matrices of an implicit step, about: what steps of impacts take that are as long as explicit ones.
+const ITERATIONS: f64 = 4.0;
+const MATRICES: f64 = 0.5;
+/// Stiffness of an element and its place in the matrix [ns], speed of a factorisation [GFLOP/s], an entry of the factor in one
+/// solution [ns], and in one of many at once as a share of that.
+const STIFFNESS: f64 = 4000.0;
+const FACTOR_GFLOPS: f64 = 20.0;
+const FACTOR_ENTRY: f64 = 1.0;
+const COLUMN: f64 = 0.15;
+/// Share of the slave nodes that are candidates at a time, with as many master nodes.
+const TOUCHED: f64 = 0.2;
+
+/// Up to so many bytes the data of the elements lie in the cache.
+const CACHE_BYTES: usize = 4_000_000;
+
+/// Time of an element-step on one core [s], when a sweep goes through so many bytes.
+pub fn element_s(material: &Material, formulation: Formulation, swept_bytes: usize) -> f64 {
+    let matrix = match (material, formulation) {
+        (Material::MooneyRivlin(_), Formulation::MeanDilatation) => MOONEY_RIVLIN_MEAN_DILATATION,
+        (Material::MooneyRivlin(_), Formulation::Full) => MOONEY_RIVLIN_FULL,
+        (Material::MooneyRivlin(_), Formulation::Reduced) => MOONEY_RIVLIN_REDUCED,
+        (_, Formulation::MeanDilatation) => NEO_HOOKEAN_MEAN_DILATATION,
+        (_, Formulation::Full) => NEO_HOOKEAN_FULL,
+        (_, Formulation::Reduced) => NEO_HOOKEAN_REDUCED,
+    };
+    let place = usize::from(swept_bytes > CACHE_BYTES);
+    1e-9 * (matrix[place] + material.family_count() as f64 * FIBRE_FAMILY[place])
+}
+
+/// What a step works on.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StepLoad {
+    /// Elements.
+    pub elements: usize,
+    /// One sweep over them on one core [s].
+    pub sweep_s: f64,
+    /// Nodes.
+    pub nodes: usize,
+    /// Slave nodes of all contact pairs.
+    pub slaves: usize,
+}
+
+impl StepLoad {
+    /// Time of an explicit step on one core [s], if every element is swept.
+    pub fn explicit_step_s(&self) -> f64 {
+        self.sweep_s + 1e-9 * (NODE * self.nodes as f64 + SLAVE_NODE * self.slaves as f64)
+    }
+
+    /// Time of an implicit step on one core [s]: sweeps and solutions of every iteration, and its share of a matrix with factor
+    /// and compliances.
+    pub fn implicit_step_s(&self, factor: &FactorSize) -> f64 {
+        let solution = 1e-9 * FACTOR_ENTRY * factor.entries;
+        let columns = 3.0 * TOUCHED * self.slaves as f64;
+        let matrix = 1e-9 * (STIFFNESS * self.elements as f64 + factor.flops / FACTOR_GFLOPS)
+            + columns * solution * COLUMN;
+        ITERATIONS * (self.sweep_s + 2.0 * solution) + MATRICES * matrix
+    }
+}
+
+/// Size of the factor of implicit steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FactorSize {
+    /// Entries.
+    pub entries: f64,
+    /// Floating-point operations of a factorisation.
+    pub flops: f64,
+}
+
+impl FactorSize {
+    /// Of a body, all of whose nodes are free, by its elements; nothing is factored.
+    ///
+    /// # Errors
+    /// [`SparseError`].
+    pub fn of(nodes: usize, elements: &[[u32; 8]]) -> Result<Self, SparseError> {
+        let unknowns = Unknowns::new(nodes, |_, _| true, elements.iter())?;
+        let factor = Cholesky::new(&SymmetricMatrix::new(&unknowns))?;
+        Ok(Self { entries: factor.entries() as f64, flops: factor.flops() })
+    }
+}
+
+impl std::iter::Sum for FactorSize {
+    fn sum<I: Iterator<Item = Self>>(sizes: I) -> Self {
+        let add = |a: Self, b: Self| Self { entries: a.entries + b.entries, flops: a.flops + b.flops };
+        sizes.fold(Self::default(), add)
+    }
+}

@@ -1,0 +1,150 @@
+//! Explicit or implicit steps where the document leaves it open: what is estimated to cost less.
+//!
+//! Explicit steps are as short as a wave takes across an element; implicit ones as long as what moves allows, but each solves
+//! linear systems. The estimate is from the counts, the wave speeds at rest and the fixed table of [`super::cost`].
+
+use super::SceneBody;
+use super::budget::Budget;
+use super::cost::{FactorSize, StepLoad, element_s};
+use super::document::{IntegratorDocument, SceneDocument};
+use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::surface::{skin, skin_nodes};
+use serde::Serialize;
+
+/// Implicit steps of a run, unless something flies faster or the scene gives their length.
+const IMPLICIT_STEPS: f64 = 100.0;
+/// Share of the shortest edge that a body may fly in an implicit step, unless the scene gives its length.
+const FLOWN: f64 = 0.5;
+/// Share of the skins' nodes that are slaves: one of the two sides.
+const SLAVES: f64 = 0.5;
+
+/// What was chosen, and what both would cost.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct IntegratorChoice {
+    /// `explicit` or `implicit`.
+    pub chosen: String,
+    /// Explicit steps.
+    pub explicit: SteppingEstimate,
+    /// Implicit steps; null where they were not looked at.
+    pub implicit: Option<SteppingEstimate>,
+    /// Why, in a sentence.
+    pub why: String,
+}
+
+/// What one way of stepping would cost, about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+pub struct SteppingEstimate {
+    /// Step [s].
+    pub step_s: f64,
+    /// Steps to the end.
+    pub steps: f64,
+    /// Time of a step on one core [s], by the table of costs.
+    pub time_per_step_s: f64,
+    /// Run time on one core [s].
+    pub run_time_s: f64,
+}
+
+impl SteppingEstimate {
+    fn new(duration: f64, step_s: f64, time_per_step_s: f64) -> Self {
+        let steps = (duration / step_s).ceil();
+        Self { step_s, steps, time_per_step_s, run_time_s: steps * time_per_step_s }
+    }
+
+    /// "1200 steps of 1.000e-6 s, about 12.0 s".
+    pub fn in_words(&self) -> String {
+        format!("{:.0} steps of {:.3e} s, about {:.3} s", self.steps, self.step_s, self.run_time_s)
+    }
+}
+
+impl IntegratorChoice {
+    /// The estimates in a line.
+    pub fn in_words(&self) -> String {
+        let implicit =
+            self.implicit.as_ref().map_or_else(String::new, |i| format!("; implicit {}", i.in_words()));
+        format!("explicit {}{implicit}: {}", self.explicit.in_words(), self.why)
+    }
+}
+
+/// The integrator in the place of `auto`, and why; `None` where the document says itself. `shortest_edge` of any element [m],
+/// infinite without elements.
+pub fn choose(
+    document: &SceneDocument,
+    bodies: &[SceneBody],
+    shortest_edge: f64,
+    budget: &Budget,
+) -> Option<(IntegratorDocument, IntegratorChoice)> {
+    let IntegratorDocument::Auto { step_s, theta, energy_gate } = &document.integrator else { return None };
+    let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
+    let implicit_step = step_s.unwrap_or_else(|| default_step(document, shortest_edge));
+    let stable = IntegratorDocument::SAFETY * shortest_crossing(document, bodies);
+    // Without elements nothing dictates an explicit step, and the length is a matter of what shall be resolved as well.
+    let explicit_step = if stable.is_finite() { stable } else { implicit_step };
+    let load = step_load(document, bodies);
+    let explicit = SteppingEstimate::new(duration, explicit_step, load.explicit_step_s());
+    let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
+
+    let (implicit, why) = if least.run_time_s >= explicit.run_time_s {
+        // Sweeps and matrices alone take longer: nothing need be analysed.
+        (None, "the sweeps of implicit steps alone would take longer".to_owned())
+    } else if system_bytes(load.nodes as u64) > budget.memory_bytes {
+        (None, "the matrix of implicit steps would not fit into the memory that is allowed".to_owned())
+    } else {
+        match bodies
+            .iter()
+            .map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes))
+            .sum::<Result<FactorSize, _>>()
+        {
+            Err(error) => (None, format!("there is no factor of implicit steps: {error}")),
+            Ok(factor) => {
+                let implicit = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&factor));
+                let times = explicit.run_time_s / implicit.run_time_s;
+                let why = if times > 1.0 {
+                    format!("implicit steps take {times:.1} times less")
+                } else {
+                    format!("explicit steps take {:.1} times less", 1.0 / times)
+                };
+                (Some(implicit), why)
+            }
+        }
+    };
+    let is_implicit = implicit.as_ref().is_some_and(|i| i.run_time_s < explicit.run_time_s);
+    let integrator = if is_implicit {
+        IntegratorDocument::implicit_with(implicit_step, *theta, *energy_gate)
+    } else {
+        IntegratorDocument::explicit_with((!stable.is_finite()).then_some(implicit_step), *energy_gate)
+    };
+    let chosen = if is_implicit { "implicit" } else { "explicit" }.to_owned();
+    Some((integrator, IntegratorChoice { chosen, explicit, implicit, why }))
+}
+
+/// A hundredth of the run, and no longer than the fastest body takes for half of the shortest edge.
+fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
+    let speed = |velocity: [f64; 3]| Vec3::from(velocity).norm();
+    let fastest = document.bodies.iter().map(|body| speed(body.velocity_m_per_s)).fold(0.0, f64::max);
+    // Where nothing flies this is infinite.
+    let flown = FLOWN * shortest_edge / fastest;
+    (document.end_time_s / IMPLICIT_STEPS).min(flown)
+}
+
+fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
+    let elements: usize = bodies.iter().map(|body| body.mesh.hexes.len()).sum();
+    let swept_bytes = elements * BYTES_PER_ELEMENT as usize;
+    let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
+        let of_entry = |entry: &u32| {
+            let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
+            element_s(material, part.element(material), swept_bytes)
+        };
+        body.part_entry.iter().map(of_entry).sum()
+    };
+    let touches = document.bodies.len() + document.planes.len() > 1;
+    let skins: usize = bodies.iter().map(|body| skin_nodes(&skin(&body.mesh.hexes)).len()).sum();
+    StepLoad {
+        elements,
+        sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),
+        nodes: bodies.iter().map(|body| body.mesh.nodes.len()).sum(),
+        slaves: if touches { (SLAVES * skins as f64) as usize } else { 0 },
+    }
+}
