@@ -10,7 +10,7 @@ use crate::mechanics::contact::projection::project_positions;
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
-use crate::mechanics::rigid::{Pose, rotated};
+use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan, RigidPlan};
 
@@ -100,26 +100,8 @@ impl<'p> ContactStep<'p> {
         flying: bool,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        self.detect(plan, x, h, flying, v)?;
-        let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
-        let mut sides = RigidSides::NONE;
-        if let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) {
-            let drift = if flying { &self.drift } else { &self.still };
-            sides = rigid.work().sides;
-            let poses_end = &mut contact.poses_end;
-            poses_end.clear();
-            poses_end.extend(contact.plan.bodies.iter().zip(sides.poses).zip(&contact.plan.of_body).map(
-                |((body, pose), &of)| {
-                    let flight = if flying { plan.bodies[of].flight_velocity } else { Vec3::zeros() };
-                    Pose {
-                        centre: pose.centre + (v[body.centre as usize] + flight) * h,
-                        orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
-                    }
-                },
-            ));
-            let motion = RigidMotion { x, x_end: &self.x_end, poses: sides.poses, poses_end };
-            contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)?;
-        }
+        self.detect(plan, rigid, x, h, flying, v)?;
+        let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
         let laws = if flying { &self.laws } else { &self.stuck };
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve_with_rigid(
@@ -136,15 +118,7 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        self.accept(report.residual).map_err(|mut failure| {
-            failure.1 = format!(
-                "The contact solver stopped at a residual of {:.2e} after {} sweeps (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
-                report.residual,
-                report.sweeps,
-                self.contacts.len()
-            );
-            failure
-        })
+        self.accept(report.residual, Some(report.sweeps))
     }
 
     /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
@@ -152,6 +126,7 @@ impl<'p> ContactStep<'p> {
     pub fn detect(
         &mut self,
         plan: &Plan,
+        rigid: Option<&RigidStep>,
         x: &[Vec3],
         h: f64,
         flying: bool,
@@ -165,22 +140,36 @@ impl<'p> ContactStep<'p> {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }
-        self.detector
-            .detect(x, &self.x_end, drift, &mut self.contacts)
-            .map_err(|e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}.")))?;
-        Ok(())
+        let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
+        self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
+        let poses = rigid.work().sides.poses;
+        let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {
+            let flight = if flying { plan.bodies[*of].flight_velocity } else { Vec3::zeros() };
+            Pose {
+                centre: pose.centre + (v[body.centre as usize] + flight) * h,
+                orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
+            }
+        };
+        let bodies = contact.plan.bodies.iter().zip(poses).zip(&contact.plan.of_body);
+        contact.poses_end.clear();
+        contact.poses_end.extend(bodies.map(of_end));
+        let motion = RigidMotion { x, x_end: &self.x_end, poses, poses_end: &contact.poses_end };
+        contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)
     }
 
-    /// Whether a residual above the scene's tolerance is still small enough; then it is counted.
-    pub fn accept(&mut self, residual: f64) -> Result<(), (FailureCause, String)> {
+    /// Whether a residual above the scene's tolerance is still small enough; then it is counted. `sweeps` that led to it, where
+    /// they were counted.
+    pub fn accept(&mut self, residual: f64, sweeps: Option<usize>) -> Result<(), (FailureCause, String)> {
         if residual <= LARGEST_RESIDUAL {
             // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to
             // more digits than the mesh resolves. It is counted, and the user is told.
             self.unconverged = (self.unconverged.0 + 1, self.unconverged.1.max(residual));
             return Ok(());
         }
+        let after = sweeps.map_or_else(String::new, |sweeps| format!(" after {sweeps} sweeps"));
         let message = format!(
-            "The contact solver stopped at a residual of {residual:.2e} (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
+            "The contact solver stopped at a residual of {residual:.2e}{after} (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
             self.contacts.len()
         );
         Err((FailureCause::ContactNotConverged, message))
@@ -195,6 +184,13 @@ impl<'p> ContactStep<'p> {
     pub fn friction(&self, pair: u32, flying: bool) -> f64 {
         let laws = if flying { &self.laws } else { &self.stuck };
         laws[pair as usize].mu()
+    }
+
+    /// Unknowns of each of the contacts: one where none of them rubs.
+    pub fn unknowns(&self, flying: bool) -> usize {
+        let laws = if flying { &self.laws } else { &self.stuck };
+        let rubs = self.contacts.iter().any(|c| laws[c.pair as usize].unknowns() > 1);
+        if rubs { 3 } else { 1 }
     }
 
     /// Largest scaled residual of a converged solution [-].

@@ -11,11 +11,12 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause, fastest_stretched, place_element};
+use super::failure::{Failure, FailureCause, Stop, fastest_stretched, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::motion::Motion;
 use super::rigid::RigidStep;
+use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::Contact;
 use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
@@ -98,7 +99,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// Everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the next time
     /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
-    fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
+    fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
@@ -121,7 +122,7 @@ impl Stepper for ExplicitStepper<'_> {
             );
             if !rate.is_finite() {
                 let message = "A velocity became infinite or not a number.".into();
-                return Err(Failure::new(state, FailureCause::NotFinite, message));
+                return Err(Failure::new(state, FailureCause::NotFinite, message).into());
             }
             if self.step * rate <= LARGEST_STRAIN_INCREMENT {
                 break;

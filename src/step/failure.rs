@@ -1,5 +1,6 @@
 //! Why a run went wrong, where, when, and what to do about it.
 
+use super::run::Interrupt;
 use super::state::State;
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
 use crate::mechanics::tensor::Vec3;
@@ -111,6 +112,21 @@ impl FailureCause {
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
         }
+    }
+}
+
+/// Why a step has no end.
+#[derive(Debug)]
+pub(super) enum Stop {
+    /// It went wrong.
+    Failed(Failure),
+    /// Somebody asked for it, or the time is over; the state is that of the step before.
+    Interrupted(Interrupt),
+}
+
+impl From<Failure> for Stop {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
     }
 }
 

@@ -1,9 +1,10 @@
 //! What the loop asks of an integrator, explicit or implicit.
 
 use super::explicit::ExplicitStepper;
-use super::failure::Failure;
+use super::failure::Stop;
 use super::implicit::ImplicitStepper;
 use super::ledger::Energy;
+use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::Threads;
@@ -47,7 +48,9 @@ pub(super) trait Stepper {
     /// Everything at t_n up to the end velocity: forces, step size (at most `longest`, to reach the next time that must be
     /// hit; 0 at the last), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
-    fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure>;
+    ///
+    /// `interrupt` is asked where a step takes long.
+    fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop>;
     /// Balances the ledger at t_n, after [`Stepper::solve`].
     fn balance(&mut self, state: &State);
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.

@@ -163,7 +163,7 @@ pub(super) struct StepWork<'a> {
 impl StepWork<'_> {
     /// As seen before anything has been done: with the velocities at the start on both sides of it.
     pub fn at_the_start(&self) -> Self {
-        let rigid = self.rigid.map(|rigid| RigidWork { turned: &[], ..rigid });
+        let rigid = self.rigid.map(RigidWork::unturned);
         Self { v_after: &self.state.v, rigid, ..*self }
     }
 }

@@ -5,7 +5,7 @@ use super::integrator::Phase;
 use super::ledger::Half;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::rigid::{Pose, RigidBody, rotated, turn_freely};
+use crate::mechanics::rigid::{Pose, RigidBody, Rotation, rotated, turn_freely};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, RigidPlan};
 
@@ -61,11 +61,29 @@ impl<'p> RigidStep<'p> {
         Ok(())
     }
 
-    /// The orientations at the end of a step of length h [s] with the velocities `v`.
+    /// The orientations at the end of a step of length h [s] with the velocities of the state: those between its ends.
     pub fn advance(&self, state: &mut State, h: f64) {
-        for (orientation, body) in state.orientations.iter_mut().zip(&self.plan.bodies) {
-            *orientation = rotated(orientation, &state.v[body.spin as usize], h);
-            // It has no place: what the common formula has put there is taken back.
+        let State { orientations, v, .. } = state;
+        self.turn_with(orientations, h, |spin| v[spin]);
+        self.clear_places(state);
+    }
+
+    /// As [`RigidStep::advance`] where the velocities of the state are those of the start and `v_end` those of the end, weighted by
+    /// θ.
+    pub fn advance_between(&self, state: &mut State, v_end: &[Vec3], theta: f64, h: f64) {
+        let State { orientations, v, .. } = state;
+        self.turn_with(orientations, h, |spin| v_end[spin] * theta + v[spin] * (1.0 - theta));
+    }
+
+    fn turn_with(&self, orientations: &mut [Rotation], h: f64, spin: impl Fn(usize) -> Vec3) {
+        for (orientation, body) in orientations.iter_mut().zip(&self.plan.bodies) {
+            *orientation = rotated(orientation, &spin(body.spin as usize), h);
+        }
+    }
+
+    /// Spins have no place: what the common formula has put there is taken back.
+    pub fn clear_places(&self, state: &mut State) {
+        for body in &self.plan.bodies {
             state.u[body.spin as usize] = Vec3::zeros();
         }
     }
@@ -96,6 +114,11 @@ pub(super) struct RigidWork<'a> {
 }
 
 impl RigidWork<'_> {
+    /// As seen at one time, with the spins of the velocities on both sides of it.
+    pub fn unturned(self) -> Self {
+        Self { turned: &[], ..self }
+    }
+
     /// The spin before or after the forces at t_n, of the velocities `v` of that half [rad/s].
     pub fn spin(&self, body: usize, half: Half, v: &[Vec3]) -> Vec3 {
         let own = || v[self.sides.bodies[body].spin as usize];

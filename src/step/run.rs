@@ -1,6 +1,6 @@
 //! The loop.
 
-use super::failure::{Failure, FailureCause};
+use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
 use super::integrator::{Phase, Stepper, stepper};
 use super::ledger::{Energy, Ledger};
@@ -22,12 +22,15 @@ pub enum Interrupt {
     Deadline,
 }
 
+/// Asks whether to stop.
+pub type Ask<'a> = &'a (dyn Fn() -> Option<Interrupt> + Sync);
+
 /// How to run, apart from what.
 pub struct RunOptions<'a> {
     /// Worker threads of this run; the bits are the same for any number.
     pub threads: usize,
-    /// Asked before every step.
-    pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+    /// Asked before every step, and between the iterations of an implicit one.
+    pub interrupt: Ask<'a>,
 }
 
 /// Runs a plan to its end, or to the diagnosis of why not. Recorders are started, fed and finished on every path.
@@ -105,7 +108,10 @@ fn drive(
         let interrupt = (options.interrupt)();
         let target = next_target(plan, state.time);
         let at_end = state.time >= plan.end_time;
-        stepper.solve(state, Phase::Running, target.map_or(0.0, |t| t - state.time))?;
+        let longest = target.map_or(0.0, |t| t - state.time);
+        if let Some(interrupt) = solve(stepper, state, Phase::Running, longest, options.interrupt)? {
+            return interrupted(interrupt, state);
+        }
         stepper.balance(state);
         let verdict = gate(plan, state, stepper.energy());
         let is_field_time =
@@ -140,6 +146,21 @@ fn drive(
     }
 }
 
+/// Solves a step; why it was interrupted, if it was.
+fn solve(
+    stepper: &mut dyn Stepper,
+    state: &State,
+    phase: Phase,
+    longest: f64,
+    interrupt: Ask,
+) -> Result<Option<Interrupt>, Failure> {
+    match stepper.solve(state, phase, longest, interrupt) {
+        Ok(()) => Ok(None),
+        Err(Stop::Interrupted(interrupt)) => Ok(Some(interrupt)),
+        Err(Stop::Failed(failure)) => Err(failure),
+    }
+}
+
 /// Gravity, damping and full stick until the settling time is over; then the clock starts at rest.
 fn settle_down(
     plan: &Plan,
@@ -155,7 +176,11 @@ fn settle_down(
         if let Some(interrupt) = (options.interrupt)() {
             return Ok(Some(interrupt));
         }
-        stepper.solve(state, Phase::Settling(settle), -state.time)?;
+        if let Some(interrupt) =
+            solve(stepper, state, Phase::Settling(settle), -state.time, options.interrupt)?
+        {
+            return Ok(Some(interrupt));
+        }
         stepper.advance(state, Phase::Settling(settle));
         snap(state, Some(0.0));
     }

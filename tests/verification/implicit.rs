@@ -1,6 +1,6 @@
 //! Implicit steps: what θ keeps and damps, contact that does not chatter, restarts, failures that are told.
 
-use crate::rig::{assert_close, contact_force, mean_velocity, plan, run, run_on};
+use crate::rig::{assert_close, contact_force, mean_velocity, plan, run, run_on, small_ball_on_block};
 use crate::{bar_on_wall, two_bars};
 use contuse::step::{Ending, FailureCause, State};
 use serde_json::{Value, json};
@@ -126,37 +126,10 @@ fn two_bars_exchange_their_velocities() {
 
 /// A small ball strikes a block aslant, with friction.
 fn ball(end: f64) -> Value {
-    json!({
-        "name": "ball on block",
-        "end_time_s": end,
-        "bodies": [
-            {
-                "name": "ball",
-                "mesh": {"generator": {
-                    "kind": "hollow_ball", "center_m": [0, 0, 0.0652], "outer_radius_m": 0.015, "inner_radius_m": 0.012,
-                    "elements_around": 4, "elements_through": 1
-                }},
-                "velocity_m_per_s": [10, 0, -40],
-                "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "formulation": "reduced", "material": {
-                    "law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7
-                }}]
-            },
-            {
-                "name": "block",
-                "mesh": {"generator": {
-                    "kind": "block", "min_m": [-0.05, -0.05, 0], "max_m": [0.05, 0.05, 0.05], "elements": [8, 8, 4]
-                }},
-                "fixed": [{"set": "z_min"}],
-                "parts": [{"part": "block", "density_kg_per_m3": 1060.0, "material": {
-                    "law": "holzapfel_gasser_ogden", "c_pa": 2e4, "k1_pa": 2e4, "k2": 0.8, "kappa": 0.1,
-                    "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": 2e7
-                }}]
-            }
-        ],
-        "contact": {"friction": 0.3},
-        "integrator": {"kind": "implicit", "step_s": 5e-6, "theta": 0.6, "energy_gate": 0.05},
-        "record": {"fields": [], "field_times_s": [5e-5]}
-    })
+    let mut scene = small_ball_on_block([4, 1], [8, 8, 4], [10.0, 0.0, -40.0], end);
+    scene["integrator"] = json!({"kind": "implicit", "step_s": 5e-6, "theta": 0.6, "energy_gate": 0.05});
+    scene["record"]["field_times_s"] = json!([5e-5]);
+    scene
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The same bits for every number of threads, and after a restart.
 
-use crate::rig::{plan, run_on};
+use crate::rig::{plan, run_on, small_ball_on_block};
 use contuse::plan::Plan;
 use contuse::step::{Ending, Interrupt, RunOptions, State, run_from};
 use serde_json::{Value, json};
@@ -9,37 +9,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// A small ball strikes a block aslant, with friction; `end` [s].
 fn scene(end: f64) -> Value {
     let times: Vec<f64> = [1.1e-5, 2e-5, 4e-5].into_iter().filter(|t| *t < end).collect();
-    json!({
-        "name": "ball on block",
-        "end_time_s": end,
-        "bodies": [
-            {
-                "name": "ball",
-                "mesh": {"generator": {
-                    "kind": "hollow_ball", "center_m": [0, 0, 0.0652], "outer_radius_m": 0.015, "inner_radius_m": 0.012,
-                    "elements_around": 6, "elements_through": 2
-                }},
-                "velocity_m_per_s": [30, 0, -90],
-                "spin_rad_per_s": [0, 500, 0],
-                "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "formulation": "reduced", "material": {
-                    "law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7
-                }}]
-            },
-            {
-                "name": "block",
-                "mesh": {"generator": {
-                    "kind": "block", "min_m": [-0.05, -0.05, 0], "max_m": [0.05, 0.05, 0.05], "elements": [12, 12, 6]
-                }},
-                "fixed": [{"set": "z_min"}],
-                "parts": [{"part": "block", "density_kg_per_m3": 1060.0, "material": {
-                    "law": "holzapfel_gasser_ogden", "c_pa": 2e4, "k1_pa": 2e4, "k2": 0.8, "kappa": 0.1,
-                    "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": 2e7
-                }}]
-            }
-        ],
-        "contact": {"friction": 0.3},
-        "record": {"fields": [], "field_times_s": times}
-    })
+    let mut scene = small_ball_on_block([6, 2], [12, 12, 6], [30.0, 0.0, -90.0], end);
+    scene["bodies"][0]["spin_rad_per_s"] = json!([0, 500, 0]);
+    scene["record"]["field_times_s"] = json!(times);
+    scene
 }
 
 fn finish(plan: &Plan, state: State, threads: usize) -> State {

@@ -8,7 +8,7 @@ use contuse::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
 use contuse::step::{
     Ending, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 
 pub use crate::record::{assert_at_most, assert_close, assert_order, picture};
 
@@ -38,6 +38,46 @@ pub fn plan_with(document: &Value, mesh: Option<Mesh>) -> Plan {
         Ok(loaded) => compile(&loaded.scene).unwrap(),
         Err(problems) => panic!("the scene is refused: {:#?}", problems.0),
     }
+}
+
+/// A small hollow rubber ball over a block of fibred tissue, which it strikes aslant, with friction. `ball`: elements around and
+/// through the wall; `block`: along x, y, z.
+pub fn small_ball_on_block(ball: [u32; 2], block: [u32; 3], velocity: [f64; 3], end: f64) -> Value {
+    json!({
+        "name": "ball on block",
+        "end_time_s": end,
+        "bodies": [
+            {
+                "name": "ball",
+                "mesh": {"generator": {
+                    "kind": "hollow_ball", "center_m": [0, 0, 0.0652], "outer_radius_m": 0.015, "inner_radius_m": 0.012,
+                    "elements_around": ball[0], "elements_through": ball[1]
+                }},
+                "velocity_m_per_s": velocity,
+                "parts": [{"part": "ball", "density_kg_per_m3": 1000.0, "formulation": "reduced", "material": {
+                    "law": "mooney_rivlin", "c10_pa": 5e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7
+                }}]
+            },
+            {
+                "name": "block",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [-0.05, -0.05, 0], "max_m": [0.05, 0.05, 0.05], "elements": block
+                }},
+                "fixed": [{"set": "z_min"}],
+                "parts": [{"part": "block", "density_kg_per_m3": 1060.0, "material": {
+                    "law": "holzapfel_gasser_ogden", "c_pa": 2e4, "k1_pa": 2e4, "k2": 0.8, "kappa": 0.1,
+                    "fibres": {"angles_deg": [29.0, -29.0]}, "bulk_modulus_pa": 2e7
+                }}]
+            }
+        ],
+        "contact": {"friction": 0.3},
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+/// Explicit steps of at most a length [s], and implicit ones of it.
+pub fn both_integrators(step: f64) -> [Value; 2] {
+    [json!({"kind": "explicit", "max_step_s": step}), json!({"kind": "implicit", "step_s": step})]
 }
 
 /// A recorder that is a closure.

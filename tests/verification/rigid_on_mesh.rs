@@ -102,3 +102,39 @@ fn no_node_passes_a_thin_disc_at_any_speed() {
         });
     }
 }
+
+/// Impulse on the block at the end [N s] and the largest error of the balance.
+fn struck(integrator: &Value) -> (Vec3, f64) {
+    let mut scene = scene(&steel_ball([2.0, 0.0, -10.0]), true, 1e-3);
+    scene["integrator"] = integrator.clone();
+    let plan = plan(&scene);
+    let mut impulse = Vec3::zeros();
+    let (outcome, _) = run(&plan, |frame| impulse = -Vec3::from(frame.energy.pairs[0].impulse_n_s));
+    (impulse, outcome.balance_error)
+}
+
+#[test]
+fn implicit_steps_give_a_steel_ball_the_impulse_of_explicit_ones() {
+    let (expected, _) = struck(&json!({
+        "kind": "explicit", "max_step_s": 5e-6, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0
+    }));
+    let (impulse, error) = struck(&json!({"kind": "implicit", "step_s": 1e-5}));
+    assert!((impulse - expected).norm() < 0.03 * expected.norm(), "{impulse} against {expected}");
+    assert!(error < 1e-3, "{error}");
+}
+
+#[test]
+fn a_free_block_and_a_ball_keep_their_momenta_in_implicit_steps() {
+    let mut scene = scene(&steel_ball([2.0, 1.0, -10.0]), false, 5e-4);
+    scene["integrator"] = json!({"kind": "implicit", "step_s": 1e-5, "newton_tolerance": 1e-12});
+    let plan = plan(&scene);
+    let (mut first, mut worst) = (None, [0.0_f64; 2]);
+    run(&plan, |frame| {
+        let now =
+            [frame.energy.momentum_kg_m_per_s, frame.energy.angular_momentum_kg_m2_per_s].map(Vec3::from);
+        let start = *first.get_or_insert(now);
+        worst = [0, 1].map(|i| worst[i].max((now[i] - start[i]).norm() / start[i].norm()));
+    });
+    assert!(worst[0] < 1e-9, "linear: {worst:?}");
+    assert!(worst[1] < 1e-3, "angular: {worst:?}");
+}

@@ -3,13 +3,14 @@
 //!
 //! With S the matrix of an implicit step and E the columns of the identity at the nodes that contacts touch, `G = Eᵀ S⁻¹ E` serves
 //! every set of contacts between those nodes, however their frames and weights change: `W = C G Cᵀ`. So it is solved for
-//! when S changes or new nodes come in, not in every iteration.
+//! when S changes or new nodes come in, not in every iteration. A rigid side of a contact is the two nodes of its body, its centre
+//! and its spin.
 
-use super::Contact;
-use super::contact_row::signed_weights;
+use super::contact_row::{Levers, signed_weights};
 use super::local::Local;
+use super::{Contact, RigidSides};
 use crate::mechanics::sparse::{Cholesky, Unknowns};
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// G [1/kg], rows and columns 3 i + axis of the nodes; zero along axes that are held.
 #[derive(Clone, Debug, Default)]
@@ -26,19 +27,16 @@ impl NodeCompliance {
     }
 
     /// Whether it has all nodes of the contacts.
-    pub fn covers(&self, contacts: &[Contact]) -> bool {
-        contacts.iter().all(|contact| {
-            let (nodes, _, count) = signed_weights(contact);
-            nodes[..count].iter().all(|node| self.nodes.binary_search(node).is_ok())
-        })
+    pub fn covers(&self, contacts: &[Contact], rigid: &RigidSides) -> bool {
+        let is_here = |share: Share| self.nodes.binary_search(&share.node()).is_ok();
+        contacts.iter().all(|contact| shares(contact, rigid).all(is_here))
     }
 
     /// Its nodes and those of the contacts, ascending.
-    pub fn nodes_with(&self, contacts: &[Contact]) -> Vec<u32> {
+    pub fn nodes_with(&self, contacts: &[Contact], rigid: &RigidSides) -> Vec<u32> {
         let mut nodes = self.nodes.clone();
         for contact in contacts {
-            let (own, _, count) = signed_weights(contact);
-            nodes.extend_from_slice(&own[..count]);
+            nodes.extend(shares(contact, rigid).map(Share::node));
         }
         nodes.sort_unstable();
         nodes.dedup();
@@ -70,19 +68,22 @@ impl NodeCompliance {
         }
     }
 
-    /// W = C G Cᵀ of contacts between its nodes, three rows (n, t1, t2) each, row by row; symmetric to the last bit.
-    pub fn delassus(&self, contacts: &[Contact]) -> Vec<f64> {
-        let (n, rows) = (3 * self.nodes.len(), 3 * contacts.len());
-        let places: Vec<Vec<(usize, f64)>> = contacts.iter().map(|contact| self.places(contact)).collect();
+    /// W = C G Cᵀ of contacts between its nodes, row by row, `unknowns` rows each: (n, t1, t2), or n alone; symmetric to the last
+    /// bit.
+    pub fn delassus(&self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
+        let (n, rows) = (3 * self.nodes.len(), unknowns * contacts.len());
+        let places: Vec<Vec<(usize, Share)>> =
+            contacts.iter().map(|contact| self.places(contact, rigid)).collect();
         let mut W = vec![0.0; rows * rows];
         let mut on = vec![0.0; n];
         for (c, contact) in contacts.iter().enumerate() {
-            for (i, direction) in contact.frame.iter().enumerate() {
+            for (i, direction) in contact.frame[..unknowns].iter().enumerate() {
                 // One row of C G.
                 on.fill(0.0);
-                for (place, weight) in &places[c] {
+                for (place, share) in &places[c] {
+                    let pull = share.pull(direction);
                     for axis in 0..3 {
-                        let factor = weight * direction[axis];
+                        let factor = pull[axis];
                         let G = &self.values[(3 * place + axis) * n..][..n];
                         for (on, G) in on.iter_mut().zip(G) {
                             *on += factor * G;
@@ -91,11 +92,12 @@ impl NodeCompliance {
                 }
                 for d in 0..=c {
                     let mut sum = Vec3::zeros();
-                    for (place, weight) in &places[d] {
-                        sum += Vec3::new(on[3 * place], on[3 * place + 1], on[3 * place + 2]) * *weight;
+                    for (place, share) in &places[d] {
+                        sum +=
+                            share.velocity(&Vec3::new(on[3 * place], on[3 * place + 1], on[3 * place + 2]));
                     }
-                    for (j, direction) in contacts[d].frame.iter().enumerate() {
-                        let (row, column) = (3 * c + i, 3 * d + j);
+                    for (j, direction) in contacts[d].frame[..unknowns].iter().enumerate() {
+                        let (row, column) = (unknowns * c + i, unknowns * d + j);
                         if column <= row {
                             W[row * rows + column] = direction.dot(&sum);
                             W[column * rows + row] = direction.dot(&sum);
@@ -107,32 +109,68 @@ impl NodeCompliance {
         W
     }
 
-    /// Where the nodes of a contact are, with their weights.
-    fn places(&self, contact: &Contact) -> Vec<(usize, f64)> {
-        let (nodes, weights, count) = signed_weights(contact);
-        let find = |i: usize| Some((self.nodes.binary_search(&nodes[i]).ok()?, weights[i]));
-        (0..count).filter_map(find).collect()
+    /// Where the nodes of a contact are, with their shares.
+    fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, Share)> {
+        let find = |share: Share| Some((self.nodes.binary_search(&share.node()).ok()?, share));
+        shares(contact, rigid).filter_map(find).collect()
     }
+}
+
+/// How the velocity of a node is part of that of a contact.
+#[derive(Clone, Copy, Debug)]
+enum Share {
+    /// By its signed weight.
+    Moved(u32, f64),
+    /// By a lever: the spin of a rigid body.
+    Turned(u32, Mat3),
+}
+
+impl Share {
+    fn node(self) -> u32 {
+        match self {
+            Self::Moved(node, _) | Self::Turned(node, _) => node,
+        }
+    }
+    /// What the velocity of the node [m/s or rad/s] adds to that of the contact.
+    fn velocity(self, v: &Vec3) -> Vec3 {
+        match self {
+            Self::Moved(_, weight) => v * weight,
+            Self::Turned(_, J) => J * v,
+        }
+    }
+    /// What an impulse in space is on the node.
+    fn pull(self, impulse: &Vec3) -> Vec3 {
+        match self {
+            Self::Moved(_, weight) => impulse * weight,
+            Self::Turned(_, J) => J.tr_mul(impulse),
+        }
+    }
+}
+
+/// The shares of all nodes of a contact.
+fn shares(contact: &Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<> {
+    let (nodes, weights, count) = signed_weights(contact);
+    let moved = (0..count).map(move |i| Share::Moved(nodes[i], weights[i]));
+    let levers = Levers::new(contact, rigid.of_pair(contact.pair), rigid);
+    moved.chain(levers.into_each().map(|(spin, J)| Share::Turned(spin, J)))
 }
 
 /// What the law asks of a contact: `C v + drift + max(gap, 0)/h n`, in its local frame [m/s], with nodal velocities `v`
 /// relative to the flight of the bodies and `h` [s] the step.
-pub fn closing_velocity(contact: &Contact, v: &[Vec3], h: f64) -> Local {
-    let (nodes, weights, count) = signed_weights(contact);
+pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f64) -> Local {
     let mut relative = contact.drift;
-    for i in 0..count {
-        relative += v[nodes[i] as usize] * weights[i];
+    for share in shares(contact, rigid) {
+        relative += share.velocity(&v[share.node() as usize]);
     }
     let [n, t1, t2] = &contact.frame;
     [n.dot(&relative) + contact.gap.max(0.0) / h, t1.dot(&relative), t2.dot(&relative)]
 }
 
 /// Adds Cᵀ p, the impulse `p` [N s] of a contact (n, t1, t2), to its nodes.
-pub fn add_impulse(contact: &Contact, p: Local, to: &mut [Vec3]) {
-    let (nodes, weights, count) = signed_weights(contact);
+pub fn add_impulse(contact: &Contact, rigid: &RigidSides, p: Local, to: &mut [Vec3]) {
     let [n, t1, t2] = &contact.frame;
     let in_space = n * p[0] + t1 * p[1] + t2 * p[2];
-    for i in 0..count {
-        to[nodes[i] as usize] += in_space * weights[i];
+    for share in shares(contact, rigid) {
+        to[share.node() as usize] += share.pull(&in_space);
     }
 }

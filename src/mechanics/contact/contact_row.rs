@@ -50,6 +50,11 @@ impl Levers {
         Self([lever(0, 1.0), lever(1, -1.0)])
     }
 
+    /// Node of the spin and lever of each rigid side.
+    pub fn into_each(self) -> impl Iterator<Item = (u32, Mat3)> {
+        self.0.into_iter().flatten()
+    }
+
     fn each(&self) -> impl Iterator<Item = &(u32, Mat3)> {
         self.0.iter().flatten()
     }

@@ -17,6 +17,8 @@ pub(super) struct Step<'a> {
     pub options: &'a Implicit,
     pub threads: &'a Threads,
     pub state: &'a State,
+    /// Velocities before the forces: those of the state, the spins of rigid bodies turned freely to the end of the step.
+    pub v: &'a [Vec3],
     /// Internal forces at the start [N].
     pub f_int: &'a [Vec3],
     /// h [s].
@@ -105,28 +107,28 @@ impl Iterate {
 
     /// Lack of momentum, its size without what the contacts give, and what that is measured against.
     fn weigh(&mut self, step: &Step) {
-        let Step { plan, options, state, h, .. } = *step;
+        let Step { plan, options, h, .. } = *step;
         let gravity = plan.gravity.unwrap_or_else(Vec3::zeros);
         let mut sizes = [0.0; 4];
         for node in 0..self.v.len() {
-            let m = plan.mass[node];
+            let inertia = plan.inertia(node);
             let parts = [
                 self.f_int[node] * h,
-                (self.v[node] - state.v[node]) * m,
+                (self.v[node] - step.v[node]).component_mul(&inertia),
                 self.impulse[node],
-                gravity * (m * h),
+                gravity * (plan.mass[node] * h),
             ];
             for (size, part) in sizes.iter_mut().zip(parts) {
-                *size += part.norm_squared() / m;
+                *size += energy(&part, &inertia);
             }
         }
         let mut residual = 0.0;
         options.unknowns.for_each(|unknown, node, axis| {
-            let m = plan.mass[node];
+            let m = plan.inertia(node)[axis];
             let internal = options.xi * self.f_int[node][axis] + (1.0 - options.xi) * step.f_int[node][axis];
-            let mean = 0.5 * (self.v[node][axis] + state.v[node][axis]);
-            let force = m * (gravity[axis] - step.damping * mean) - internal;
-            let lack = m * (self.v[node][axis] - state.v[node][axis]) - h * force;
+            let mean = 0.5 * (self.v[node][axis] + step.v[node][axis]);
+            let force = plan.mass[node] * gravity[axis] - m * step.damping * mean - internal;
+            let lack = m * (self.v[node][axis] - step.v[node][axis]) - h * force;
             self.lack[unknown] = lack;
             residual += (lack - self.impulse[node][axis]).powi(2) / m;
         });
@@ -146,4 +148,9 @@ impl Iterate {
         }
         0.5 * step.h * work - (self.strain[body] - strain_before)
     }
+}
+
+/// Twice the energy of an impulse [N s, or N m s of a spin] on a node at rest [J].
+pub(super) fn energy(impulse: &Vec3, inertia: &Vec3) -> f64 {
+    impulse.zip_fold(inertia, 0.0, |sum, p, m| sum + p * p / m)
 }

@@ -18,10 +18,12 @@ mod system;
 
 use super::contact::ContactStep;
 use super::explicit::place_skins;
-use super::failure::{Failure, FailureCause};
+use super::failure::{Failure, FailureCause, Stop};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::motion::Motion;
+use super::rigid::{RigidStep, RigidWork};
+use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
@@ -53,6 +55,9 @@ pub(super) struct ImplicitStepper<'p> {
     /// At t_{n+1}.
     newton: Newton,
     contact: Option<ContactStep<'p>>,
+    rigid: Option<RigidStep<'p>>,
+    /// Velocities before the forces of the step, see [`Step::v`] [m/s].
+    v_before: Vec<Vec3>,
     /// Absolute positions of the skins [m].
     x: Vec<Vec3>,
     ledger: Ledger,
@@ -89,6 +94,8 @@ impl<'p> ImplicitStepper<'p> {
             start: Iterate::new(plan, unknowns),
             newton: Newton::new(Iterate::new(plan, unknowns), unknowns),
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
+            rigid: plan.rigid.as_ref().map(RigidStep::new),
+            v_before: vec![Vec3::zeros(); plan.node_count()],
             x: vec![Vec3::zeros(); plan.node_count()],
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
@@ -101,12 +108,18 @@ impl<'p> ImplicitStepper<'p> {
     }
 
     /// One try with steps of length h.
-    fn attempt(&mut self, state: &State, phase: Phase, h: f64) -> Result<u32, Failure> {
+    fn attempt(&mut self, state: &State, phase: Phase, h: f64, interrupt: Ask) -> Result<u32, Stop> {
         let Self { plan, options, threads, damping, start, system, newton, forces, x, contact, .. } = self;
-        let step = Step { plan, options, threads, state, f_int: &start.f_int, h, damping: *damping };
+        self.v_before.copy_from_slice(&state.v);
+        if let Some(rigid) = &mut self.rigid {
+            // Damping is in the momentum, like that of all nodes.
+            rigid.turn(state, h, 0.0, &mut self.v_before)?;
+        }
+        let (v, f_int, damping) = (&self.v_before[..], &start.f_int[..], *damping);
+        let step = Step { plan, options, threads, state, v, f_int, h, damping };
         let flying = matches!(phase, Phase::Running);
-        let mut touch = Touch { contact: contact.as_mut(), x, flying };
-        newton.solve(&step, system, &mut touch, forces)
+        let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, flying };
+        newton.solve(&step, system, &mut touch, forces, interrupt)
     }
 
     fn work<'a>(&'a self, state: &'a State, v_after: &'a [Vec3]) -> StepWork<'a> {
@@ -121,8 +134,15 @@ impl<'p> ImplicitStepper<'p> {
             strain: &self.start.strain,
             activity: &self.activity,
             hourglass: &self.start.hourglass,
-            // Validation refuses rigid bodies in implicit steps.
-            rigid: None,
+            rigid: self.rigid.as_ref().map(RigidStep::work),
+        }
+    }
+
+    /// Positions of skins and rigid bodies.
+    fn place(&mut self, state: &State, phase: Phase) {
+        place_skins(self.plan, state, phase, &mut self.x);
+        if let Some(rigid) = &mut self.rigid {
+            rigid.place(self.plan, state, phase, &mut self.x);
         }
     }
 }
@@ -136,7 +156,7 @@ impl Cuts {
 }
 
 impl Stepper for ImplicitStepper<'_> {
-    fn solve(&mut self, state: &State, phase: Phase, longest: f64) -> Result<(), Failure> {
+    fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
         self.damping = match phase {
             Phase::Settling(settle) => settle.damping,
             Phase::Running => 0.0,
@@ -144,7 +164,7 @@ impl Stepper for ImplicitStepper<'_> {
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
-        place_skins(self.plan, state, phase, &mut self.x);
+        self.place(state, phase);
         let restored = self.system.restore(state.implicit.tangent.as_ref(), self.damping);
         restored.map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))?;
 
@@ -154,19 +174,20 @@ impl Stepper for ImplicitStepper<'_> {
         loop {
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
-            match self.attempt(state, phase, self.step) {
+            match self.attempt(state, phase, self.step, interrupt) {
                 Ok(iterations) => {
                     let is_easy = iterations <= EASY && !was_cut;
                     self.next_target =
                         if is_easy { (GROWTH * target).min(self.options.step) } else { target };
                     break;
                 }
-                Err(failure) => {
+                Err(Stop::Interrupted(interrupt)) => return Err(Stop::Interrupted(interrupt)),
+                Err(Stop::Failed(failure)) => {
                     target = 0.5 * self.step;
                     was_cut = true;
                     self.cuts.note(state.time, target, &failure);
                     if target < self.options.smallest_step {
-                        return Err(failure);
+                        return Err(failure.into());
                     }
                 }
             }
@@ -186,13 +207,15 @@ impl Stepper for ImplicitStepper<'_> {
         // Positions and velocities are of one time here: all work up to t_n has been counted.
         let mut motion = std::mem::take(&mut self.motion);
         let now = self.work(state, &state.v);
+        let now = StepWork { rigid: now.rigid.map(RigidWork::unturned), ..now };
         motion.eval(&self.threads, &now);
         ledger.balance(&now, &motion, &mut energy);
         let work = self.work(state, &self.newton.end.v);
         ledger.add_work(&work, Half::Before);
         ledger.add_work(&work, Half::After);
         let Self { plan, options, threads, start, damping, step: h, .. } = &*self;
-        let step = Step { plan, options, threads, state, f_int: &start.f_int, h: *h, damping: *damping };
+        let (v, f_int) = (&self.v_before[..], &start.f_int[..]);
+        let step = Step { plan, options, threads, state, v, f_int, h: *h, damping: *damping };
         for (body, sum) in ledger.algorithmic.iter_mut().enumerate() {
             *sum += self.newton.end.dissipated(&step, body, start.strain[body]);
         }
@@ -206,6 +229,10 @@ impl Stepper for ImplicitStepper<'_> {
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         state.u.copy_from_slice(&self.newton.end.u);
+        if let Some(rigid) = &self.rigid {
+            rigid.advance_between(state, &self.newton.end.v, self.options.theta, self.step);
+            rigid.clear_places(state);
+        }
         state.v.copy_from_slice(&self.newton.end.v);
         state.last_step = self.step;
         state.time += self.step;
@@ -214,10 +241,14 @@ impl Stepper for ImplicitStepper<'_> {
         if state.implicit.tangent != self.system.tangent {
             state.implicit.tangent.clone_from(&self.system.tangent);
         }
-        place_skins(self.plan, state, phase, &mut self.x);
+        self.place(state, phase);
         if let Some(contact) = &mut self.contact {
+            let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
             state.projected.clear();
-            state.projected.extend_from_slice(contact.project(&mut self.x, &mut [], &self.plan.inverse_mass));
+            state.projected.extend_from_slice(contact.project(&mut self.x, poses, &self.plan.inverse_mass));
+            for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
+                *orientation = pose.orientation;
+            }
             for (node, du) in &state.projected {
                 state.u[*node as usize] += du;
             }

@@ -4,18 +4,20 @@
 //! `v_free = v_k − S⁻¹ g`, `W = C S⁻¹ Cᵀ`. The matrix S is taken anew only when the iteration with the one at hand is slow. The
 //! residual `g − Cᵀ p` falls along the step from (v_k, p_k) to (v, p), so a line search can hold it to that.
 
-use super::iterate::{Iterate, Step};
+use super::iterate::{Iterate, Step, energy};
 use super::system::System;
 use crate::mechanics::contact::compliance::{add_impulse, closing_velocity};
 use crate::mechanics::contact::delassus::Delassus;
-use crate::mechanics::contact::problem::ContactProblem;
+use crate::mechanics::contact::problem::{ContactProblem, ProblemError};
 use crate::mechanics::contact::solvers::{self, Options};
-use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::step::contact::ContactStep;
-use crate::step::failure::{Failure, FailureCause};
+use crate::step::failure::{Failure, FailureCause, Stop};
+use crate::step::rigid::RigidStep;
+use crate::step::run::Ask;
 
 /// Iterations of one step.
 const MOST_ITERATIONS: u32 = 30;
@@ -46,6 +48,8 @@ pub(super) struct Newton {
 /// The positions at the start of the step and how contact is asked about.
 pub(super) struct Touch<'a, 'p> {
     pub contact: Option<&'a mut ContactStep<'p>>,
+    /// The rigid bodies at the start of the step.
+    pub rigid: Option<&'a RigidStep<'p>>,
     /// Absolute positions of the skins [m].
     pub x: &'a [Vec3],
     /// Whether the bodies fly: not while settling.
@@ -65,12 +69,17 @@ impl Newton {
         system: &mut System,
         touch: &mut Touch,
         forces: &mut ElementForces,
-    ) -> Result<u32, Failure> {
+        interrupt: Ask,
+    ) -> Result<u32, Stop> {
         self.start(step, forces)?;
+        system.forget_contacts();
         let mut is_first = true;
         let mut is_fresh = false;
         let mut rounds = 0;
         for iteration in 1..=MOST_ITERATIONS {
+            if let Some(interrupt) = interrupt() {
+                return Err(Stop::Interrupted(interrupt));
+            }
             if system.tangent.as_ref().is_none_or(|t| (t.step / step.h - 1.0).abs() > 0.1) {
                 self.take(step, system)?;
                 is_fresh = true;
@@ -83,12 +92,8 @@ impl Newton {
             let Some(share) = share else {
                 // No way down: with a matrix from elsewhere that says little.
                 if is_fresh {
-                    return Err(not_converged(
-                        step,
-                        &self.end,
-                        iteration,
-                        "the line search found no decrease",
-                    ));
+                    let why = "the line search found no decrease";
+                    return Err(not_converged(step, &self.end, iteration, why).into());
                 }
                 self.take(step, system)?;
                 is_fresh = true;
@@ -108,18 +113,18 @@ impl Newton {
                 is_fresh = true;
             }
         }
-        Err(not_converged(step, &self.end, MOST_ITERATIONS, "so many are allowed"))
+        Err(not_converged(step, &self.end, MOST_ITERATIONS, "so many are allowed").into())
     }
 
     /// From the velocity at the start of the step, or where that leads out of the law of an element, from its positions.
     fn start(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
-        self.end.v.copy_from_slice(&step.state.v);
+        self.end.v.copy_from_slice(step.v);
         self.end.impulse.fill(Vec3::zeros());
         if self.end.eval(step, forces).is_ok() {
             return Ok(());
         }
         let back = -(1.0 - step.options.theta) / step.options.theta;
-        for (v, start) in self.end.v.iter_mut().zip(&step.state.v) {
+        for (v, start) in self.end.v.iter_mut().zip(step.v) {
             *v = start * back;
         }
         self.end.eval(step, forces)
@@ -142,13 +147,14 @@ impl Newton {
         self.x.clone_from(&self.end.lack);
         system.solve(&mut self.x);
         let (v, impulse) = &mut self.goal;
+        let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
         v.copy_from_slice(&self.end.v);
         unknowns.for_each(|unknown, node, axis| v[node][axis] -= self.x[unknown]);
         impulse.fill(Vec3::zeros());
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(()) };
         let failed = |(cause, message)| Failure::new(step.state, cause, message);
         if detect {
-            contact.detect(step.plan, touch.x, step.h, touch.flying, v).map_err(failed)?;
+            contact.detect(step.plan, rigid, touch.x, step.h, touch.flying, v).map_err(failed)?;
             let (contacts, reactions) = contact.problem();
             reactions.clear();
             reactions.resize(contacts.len(), Reaction::default());
@@ -160,10 +166,10 @@ impl Newton {
             let message = "The matrix of the step is not positive definite.".into();
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
-        solve_contacts(step, system, contact, touch.flying, v).map_err(failed)?;
+        solve_contacts(step, system, contact, &sides, touch.flying, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
         for (contact, reaction) in contacts.iter().zip(reactions) {
-            add_impulse(contact, reaction.impulse, impulse);
+            add_impulse(contact, &sides, reaction.impulse, impulse);
         }
         unknowns.gather(impulse, &mut self.x);
         system.solve(&mut self.x);
@@ -174,8 +180,8 @@ impl Newton {
     /// What a full step is to remove [√J]: the residual, and the impulses by which the contacts break their law before it. A
     /// body in free flight lacks no momentum until it is told that it touches.
     fn expected_fall(&self, step: &Step) -> f64 {
-        let changes = self.goal.1.iter().zip(&self.end.impulse).zip(&step.plan.mass);
-        let change: f64 = changes.map(|((goal, now), m)| (goal - now).norm_squared() / m).sum();
+        let changes = self.goal.1.iter().zip(&self.end.impulse).enumerate();
+        let change: f64 = changes.map(|(a, (goal, now))| energy(&(goal - now), &step.plan.inertia(a))).sum();
         self.end.residual + change.sqrt()
     }
 
@@ -209,18 +215,24 @@ impl Newton {
 
     /// Whether the reactions close contacts that the free motion would not have closed; these are put on the list.
     fn has_new_contacts(&self, step: &Step, touch: &mut Touch) -> Result<bool, Failure> {
+        let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(false) };
         let (contacts, reactions) = contact.problem();
         let known = (std::mem::take(contacts), std::mem::take(reactions));
-        let detected = contact.detect(step.plan, touch.x, step.h, touch.flying, &self.end.v);
+        let detected = contact.detect(step.plan, rigid, touch.x, step.h, touch.flying, &self.end.v);
         detected.map_err(|(cause, message)| Failure::new(step.state, cause, message))?;
         let (contacts, reactions) = contact.problem();
         let found = std::mem::replace(contacts, known.0);
         *reactions = known.1;
         let mut is_new = false;
         for candidate in found {
-            let is_known = contacts.iter().any(|c| (c.pair, c.slave) == (candidate.pair, candidate.slave));
-            let opening = closing_velocity(&candidate, &self.end.v, step.h)[0];
+            // The node of a mesh is in a pair once; a rigid body touches at several points.
+            let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
+            let is_known = contacts.iter().any(|c| {
+                (c.pair, c.slave) == (candidate.pair, candidate.slave)
+                    && (!slave_is_rigid || c.point == candidate.point)
+            });
+            let opening = closing_velocity(&candidate, &sides, &self.end.v, step.h)[0];
             let size = self.end.v[candidate.slave as usize].amax() + candidate.drift.amax();
             if !is_known && opening < -CLOSING * size {
                 let key = |c: &Contact| (c.pair, c.slave, c.face);
@@ -234,6 +246,10 @@ impl Newton {
     }
 }
 
+fn sides_of<'a>(rigid: Option<&'a RigidStep>) -> RigidSides<'a> {
+    rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides)
+}
+
 /// `to = from + share (goal − from)`.
 fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], share: f64) {
     for ((to, from), goal) in to.iter_mut().zip(from).zip(goal) {
@@ -241,43 +257,53 @@ fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], share: f64) {
     }
 }
 
-/// Reactions of the contacts, from the velocities without them; contacts whose sides cannot move are dropped.
+/// Reactions of the contacts, from the velocities without them; contacts whose sides cannot move are dropped. Where nothing rubs
+/// each has one unknown.
 fn solve_contacts(
     step: &Step,
     system: &mut System,
     contact: &mut ContactStep,
+    sides: &RigidSides,
     flying: bool,
     v_free: &[Vec3],
 ) -> Result<(), (FailureCause, String)> {
-    let mut W = system.delassus(contact.results().0);
-    if drop_immovable(contact, &W) {
-        W = system.delassus(contact.results().0);
+    let unknowns = contact.unknowns(flying);
+    let mut W = system.delassus(contact.results().0, sides, unknowns);
+    if drop_immovable(contact, unknowns, &W) {
+        W = system.delassus(contact.results().0, sides, unknowns);
     }
     let (contacts, reactions) = contact.results();
-    let q = contacts.iter().flat_map(|c| closing_velocity(c, v_free, step.h)).collect();
-    let mu = contacts.iter().map(|c| contact.friction(c.pair, flying)).collect();
-    let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse).collect();
-    let internal = |e: String| (FailureCause::NotFinite, format!("There is no contact problem: {e}."));
-    let W = Delassus::dense(contacts.len(), W).map_err(|e| internal(e.to_string()))?;
-    let problem = ContactProblem::new(W, q, mu).map_err(|e| internal(e.to_string()))?;
+    let closing = |c: &Contact| closing_velocity(c, sides, v_free, step.h).into_iter().take(unknowns);
+    let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
+    let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
+    let internal = |e: ProblemError| (FailureCause::NotFinite, format!("There is no contact problem: {e}."));
     let options = Options { tolerance: contact.tolerance(), ..Options::default() };
-    let report = solvers::solve(&problem, &mut r, &options);
+    let report = if unknowns == 1 {
+        solvers::solve_frictionless(&W, &q, &mut r, &options)
+    } else {
+        let mu = contacts.iter().map(|c| contact.friction(c.pair, flying)).collect();
+        let W = Delassus::dense(contacts.len(), W).map_err(|e| internal(e.into()))?;
+        ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, &options))
+    };
+    let report = report.map_err(internal)?;
     let (_, reactions) = contact.problem();
-    for (reaction, r) in reactions.iter_mut().zip(r.chunks_exact(3)) {
-        reaction.impulse = [r[0], r[1], r[2]];
+    for (reaction, r) in reactions.iter_mut().zip(r.chunks_exact(unknowns)) {
+        *reaction = Reaction::default();
+        reaction.impulse[..unknowns].copy_from_slice(r);
     }
-    if report.converged { Ok(()) } else { contact.accept(report.error_scaled) }
+    if report.converged { Ok(()) } else { contact.accept(report.error_scaled, None) }
 }
 
-/// Drops the contacts along whose normal nothing can move; whether there were any.
-fn drop_immovable(contact: &mut ContactStep, W: &[f64]) -> bool {
+/// Drops the contacts along whose normal nothing can move; whether there were any. W has so many `unknowns` a contact.
+fn drop_immovable(contact: &mut ContactStep, unknowns: usize, W: &[f64]) -> bool {
     let (contacts, reactions) = contact.problem();
-    let rows = 3 * contacts.len();
-    let moves = |c: usize| {
-        let own = |i: usize| W[(3 * c + i) * (rows + 1)];
-        own(0) > IMMOVABLE * (own(0) + own(1) + own(2))
-    };
-    let keep: Vec<bool> = (0..contacts.len()).map(moves).collect();
+    let rows = unknowns * contacts.len();
+    let own = |c: usize, i: usize| W[(unknowns * c + i) * (rows + 1)];
+    let trace = |c: usize| (0..unknowns).map(|i| own(c, i)).sum::<f64>();
+    let largest = (0..contacts.len()).map(trace).fold(0.0, f64::max);
+    // With a normal alone there is nothing of the contact's own to compare with.
+    let size = |c: usize| if unknowns == 1 { largest } else { trace(c) };
+    let keep: Vec<bool> = (0..contacts.len()).map(|c| own(c, 0) > IMMOVABLE * size(c)).collect();
     if keep.iter().all(|keep| *keep) {
         return false;
     }

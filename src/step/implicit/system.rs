@@ -1,8 +1,8 @@
 //! The linear systems of implicit steps: `S = M (1 + ½ α h) + ξ θ h² K(u)`, its factor, and what a unit impulse at the nodes
 //! of the contacts does.
 
-use crate::mechanics::contact::Contact;
 use crate::mechanics::contact::compliance::NodeCompliance;
+use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::StiffnessBatch;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};
 use crate::mechanics::tensor::Vec3;
@@ -17,6 +17,8 @@ pub(super) struct System<'p> {
     factor: Cholesky,
     stiffness: StiffnessBatch,
     compliance: NodeCompliance,
+    /// The contacts of this step that W was made of last, and W.
+    kept: (Vec<Contact>, Vec<f64>),
     diagonal: Vec<f64>,
     /// Where S was taken; `None` before there is any.
     pub tangent: Option<Tangent>,
@@ -36,6 +38,7 @@ impl<'p> System<'p> {
             factor,
             stiffness: StiffnessBatch::zeros(),
             compliance: NodeCompliance::default(),
+            kept: (Vec::new(), Vec::new()),
             tangent: None,
             factored: 0,
         })
@@ -63,8 +66,8 @@ impl<'p> System<'p> {
     /// Takes S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s].
     pub fn take(&mut self, u: &[Vec3], h: f64, damping: f64) -> Result<Definiteness, SparseError> {
         let Self { plan, options, matrix, stiffness, diagonal, .. } = self;
-        options.unknowns.for_each(|unknown, node, _| {
-            diagonal[unknown] = plan.mass[node] * (1.0 + 0.5 * damping * h);
+        options.unknowns.for_each(|unknown, node, axis| {
+            diagonal[unknown] = plan.inertia(node)[axis] * (1.0 + 0.5 * damping * h);
         });
         matrix.set_diagonal(diagonal);
         let factor = options.xi * options.theta * h * h;
@@ -78,6 +81,7 @@ impl<'p> System<'p> {
         let found = self.factor.factorize(&self.matrix)?;
         let number = self.tangent.as_ref().map_or(0, |tangent| tangent.number) + 1;
         self.compliance = NodeCompliance::default();
+        self.forget_contacts();
         self.tangent = Some(Tangent { number, u: u.to_vec(), step: h, contact_nodes: Vec::new() });
         Ok(found)
     }
@@ -92,13 +96,24 @@ impl<'p> System<'p> {
         self.factor.solve(x);
     }
 
-    /// W of contacts, three rows each, row by row [1/kg].
-    pub fn delassus(&mut self, contacts: &[Contact]) -> Vec<f64> {
-        if !self.compliance.covers(contacts) {
-            let nodes = self.compliance.nodes_with(contacts);
+    /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept as long as neither the matrix nor the contacts
+    /// change, until [`System::forget_contacts`].
+    pub fn delassus(&mut self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
+        if self.kept.0 == contacts && self.kept.1.len() == (unknowns * contacts.len()).pow(2) {
+            return self.kept.1.clone();
+        }
+        if !self.compliance.covers(contacts, rigid) {
+            let nodes = self.compliance.nodes_with(contacts, rigid);
             self.solve_compliance(nodes);
         }
-        self.compliance.delassus(contacts)
+        let W = self.compliance.delassus(contacts, rigid, unknowns);
+        self.kept = (contacts.to_vec(), W.clone());
+        W
+    }
+
+    /// A new step begins: rigid bodies may stand elsewhere, so that the same contacts turn them otherwise.
+    pub fn forget_contacts(&mut self) {
+        self.kept = (Vec::new(), Vec::new());
     }
 
     fn solve_compliance(&mut self, nodes: Vec<u32>) {
