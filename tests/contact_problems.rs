@@ -4,7 +4,7 @@
 use contuse::mechanics::contact::delassus::Delassus;
 use contuse::mechanics::contact::local::natural_map;
 use contuse::mechanics::contact::problem::{ContactProblem, ProblemError};
-use contuse::mechanics::contact::solvers::{Method, Options, SolveReport, solve};
+use contuse::mechanics::contact::solvers::{Method, Options, SolveReport, solve, solve_frictionless};
 use contuse::record::{NamedContactProblem, contact_problem_document, read_contact_problem};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -126,6 +126,37 @@ fn solvers_agree_on_what_they_solve() {
             }
         }
     }
+}
+
+#[test]
+fn normals_alone_give_the_reactions_of_three_rows_without_friction() {
+    let mut compared = 0;
+    for path in files().iter().filter(|p| p.to_string_lossy().contains("g0")) {
+        let (_, NamedContactProblem { name, problem }) = read(path);
+        let (n, rows) = (problem.contacts(), problem.q().len());
+        let mut whole = vec![0.0; rows * rows];
+        problem.W().for_each_block(|c, d, block| {
+            for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+                whole[(3 * c + i) * rows + 3 * d + j] = block[i][j];
+            }
+        });
+        let W: Vec<f64> = (0..n * n).map(|k| whole[3 * (k / n) * rows + 3 * (k % n)]).collect();
+        let q: Vec<f64> = problem.q().iter().step_by(3).copied().collect();
+        let options = Options { tolerance: 1e-12, ..Options::default() };
+        let mut r = vec![0.0; n];
+        let report = solve_frictionless(&W, &q, &mut r, &options).unwrap();
+        let without =
+            ContactProblem::new(Delassus::dense(n, whole).unwrap(), problem.q().to_vec(), vec![0.0; n]);
+        let (expected, other) = solve_from_rest(&without.unwrap(), &options);
+        if report.converged && other.converged && !name.contains("rankdef") {
+            let expected: Vec<f64> = expected.iter().step_by(3).copied().collect();
+            assert!(distance(&r, &expected) <= 1e-8 * size(&expected).max(f64::MIN_POSITIVE), "{name}");
+            compared += 1;
+        }
+    }
+    assert!(compared >= 4, "{compared}");
+    let nonsense = solve_frictionless(&[f64::NAN], &[-1.0], &mut [0.0], &Options::default());
+    assert!(matches!(nonsense, Err(ProblemError::NotFinite { array: "W", .. })));
 }
 
 #[test]

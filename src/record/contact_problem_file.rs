@@ -66,7 +66,7 @@ impl Reader<'_> {
                 format!("There are {contacts} numbers in mu, but nc is {nc}."),
             );
         }
-        self.expect(self.members.get("frame"), &[FRAME], &self.root.key("frame"));
+        self.expect_word(self.members.get("frame"), &[FRAME], &self.root.key("frame"));
         if self.members.get("dim").is_some_and(|dim| dim.as_u64() != Some(3)) {
             self.tell("unsupported", &self.root.key("dim"), "Only problems in three dimensions are solved.");
         }
@@ -83,7 +83,7 @@ impl Reader<'_> {
     }
 
     /// A word that may be left out, and else must be one of these or begin with it.
-    fn expect(&mut self, found: Option<&Value>, words: &[&str], pointer: &Pointer) {
+    fn expect_word(&mut self, found: Option<&Value>, words: &[&str], pointer: &Pointer) {
         let Some(found) = found else { return };
         if !found.as_str().is_some_and(|text| words.iter().any(|word| text.starts_with(word))) {
             let problem = Problem::error("unsupported", pointer, "Numbers in this order are not read.");
@@ -125,7 +125,7 @@ impl Reader<'_> {
             self.problems
                 .push(problem.value(shape.clone()).limit(format!("[{n}, {n}], three rows a contact")));
         }
-        self.expect(W.get("order"), &["row-major"], &pointer.key("order"));
+        self.expect_word(W.get("order"), &["row-major"], &pointer.key("order"));
         match W.get("format").and_then(Value::as_str) {
             Some("dense") => {
                 let values = self.numbers(W.get("v"), &pointer.key("v"))?;

@@ -66,7 +66,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
             document.integrator = parts.integrator;
             let Parts { content_hash, choice, bodies, .. } = parts;
             Ok(Loaded {
-                scene: Scene { content_hash, document, choice, bodies },
+                scene: Scene { document, choice, bodies, content_hash },
                 warnings: problems,
                 estimate: parts.estimate,
                 bodies: parts.summaries,

@@ -62,7 +62,12 @@ fn bar(n: u32, theta: f64) -> Value {
 #[test]
 fn a_bar_on_a_wall_does_not_chatter() {
     // What θ = ½ does not damp of what the mesh does not resolve stays in the bar as vibration; θ = 0.6 damps it.
-    for (theta, ripple, loss) in [(0.5, 1e-3, 0.02), (0.6, 1e-6, 0.03)] {
+    // What is lost when the end is caught, over the energy of an element: more than the ¾ that verifications of explicit schemes
+    // allow, and that by theory. The node is caught with what the step's matrix S couples to it, which is √(¼ + ξ θ ν²) elements
+    // of mass for a Courant number ν and not ½ (0.67 and 0.74 here); and the wall lies at two thirds of a step's way, so that it is
+    // caught in two steps, the second of which works against the force of the first. The numbers are those of the same scheme
+    // on a chain of linear springs, written apart from this code.
+    for (theta, ripple, loss, catch) in [(0.5, 1e-3, 0.02, 0.883), (0.6, 1e-6, 0.03, 0.941)] {
         let plan = plan(&bar(100, theta));
         let (mut force, mut energy, mut rebound, mut deepest) = (Vec::new(), None, 0.0, 0.0_f64);
         let (outcome, _) = run(&plan, |frame| {
@@ -86,9 +91,7 @@ fn a_bar_on_a_wall_does_not_chatter() {
         let lost = (energy.numerical_contact_j() + energy.algorithmic_j()) / energy.initial_total_j;
         let kept = (rebound / 0.01).powi(2);
         assert!(kept < 1.0 - lost && kept > 1.0 - lost - 1.5 * loss, "θ = {theta}: {kept} of {}", 1.0 - lost);
-        // An implicit step catches the node together with what it moves within the step: of the size of an element as well.
-        let caught = energy.numerical_contact_j() / energy.initial_total_j;
-        assert!(caught > 0.0 && caught < 1.5 / 100.0, "θ = {theta}: {caught:.2e}");
+        assert_close(100.0 * energy.numerical_contact_j() / energy.initial_total_j, catch, 0.01, "catch");
         if theta == 0.5 {
             assert!(
                 energy.algorithmic_j().abs() < 1e-5 * energy.initial_total_j,
