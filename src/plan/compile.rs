@@ -182,10 +182,13 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
 fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
     Ok(match document {
         IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
-        IntegratorDocument::Explicit { safety_factor, max_step_s, .. } => Integrator::Explicit(Explicit {
-            safety: *safety_factor,
-            max_step: max_step_s.unwrap_or(f64::INFINITY),
-        }),
+        IntegratorDocument::Explicit { safety_factor, max_step_s, largest_strain_increment, .. } => {
+            Integrator::Explicit(Explicit {
+                safety: *safety_factor,
+                max_step: max_step_s.unwrap_or(f64::INFINITY),
+                largest_strain_increment: *largest_strain_increment,
+            })
+        }
         IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } => {
             let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
             let hexes = parts.bodies.iter().flat_map(|body| &body.hexes);

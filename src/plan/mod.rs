@@ -157,6 +157,8 @@ pub struct Explicit {
     pub safety: f64,
     /// Largest step [s]; infinite when none was given.
     pub max_step: f64,
+    /// Largest change of length of an edge or diagonal in a step, `h max|D|` [-].
+    pub largest_strain_increment: f64,
 }
 
 /// Options of the implicit integrator, and the unknowns of its systems.

@@ -15,6 +15,10 @@ pub enum IntegratorDocument {
         /// Largest step [s]; none by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max_step_s: Option<f64>,
+        /// Largest change of length of an element's edge or diagonal in a step, `h max|D|` [-]: it limits the step where
+        /// elements are crushed.
+        #[serde(default = "default_strain_increment")]
+        largest_strain_increment: f64,
         /// Linear bulk viscosity b1 [-].
         #[serde(default = "default_linear_viscosity")]
         linear_bulk_viscosity: f64,
@@ -92,9 +96,11 @@ impl IntegratorDocument {
     /// Steps that are so many times shorter; those of `auto` only where their length is given.
     pub fn divide_step(&mut self, divisor: f64) {
         match self {
-            Self::Explicit { safety_factor: step, .. }
-            | Self::Implicit { step_s: step, .. }
-            | Self::Auto { step_s: Some(step), .. } => *step /= divisor,
+            Self::Explicit { safety_factor, largest_strain_increment, .. } => {
+                *safety_factor /= divisor;
+                *largest_strain_increment /= divisor;
+            }
+            Self::Implicit { step_s: step, .. } | Self::Auto { step_s: Some(step), .. } => *step /= divisor,
             Self::Auto { step_s: None, .. } => {}
         }
     }
@@ -112,6 +118,7 @@ impl IntegratorDocument {
         Self::Explicit {
             safety_factor: Self::SAFETY,
             max_step_s,
+            largest_strain_increment: default_strain_increment(),
             linear_bulk_viscosity: default_linear_viscosity(),
             quadratic_bulk_viscosity: default_quadratic_viscosity(),
             energy_gate,
@@ -139,6 +146,9 @@ fn default_newton_tolerance() -> f64 {
 
 fn default_safety() -> f64 {
     IntegratorDocument::SAFETY
+}
+fn default_strain_increment() -> f64 {
+    0.1
 }
 fn default_linear_viscosity() -> f64 {
     0.06

@@ -24,8 +24,6 @@ use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Explicit, Plan};
 
-/// Largest strain increment of a step along any edge or diagonal, `h max|D|`.
-const LARGEST_STRAIN_INCREMENT: f64 = 0.1;
 /// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
 const LARGEST_GROWTH: f64 = 1.1;
 /// A step this much smaller than the stable step at the start is a collapse.
@@ -106,6 +104,7 @@ impl Stepper for ExplicitStepper<'_> {
         // A step that was cut to hit a time says nothing of the elements, nor does the growth from it.
         self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
+        let strain_limit = self.options.largest_strain_increment;
         loop {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
@@ -118,16 +117,16 @@ impl Stepper for ExplicitStepper<'_> {
                 &self.plan.blocks,
                 &self.v_after,
                 self.step,
-                LARGEST_STRAIN_INCREMENT,
+                strain_limit,
             );
             if !rate.is_finite() {
                 let message = "A velocity became infinite or not a number.".into();
                 return Err(Failure::new(state, FailureCause::NotFinite, message).into());
             }
-            if self.step * rate <= LARGEST_STRAIN_INCREMENT {
+            if self.step * rate <= strain_limit {
                 break;
             }
-            target = self.step * (0.9 * LARGEST_STRAIN_INCREMENT / (self.step * rate)).max(0.1);
+            target = self.step * (0.9 * strain_limit / (self.step * rate)).max(0.1);
             self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
         }
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);

@@ -44,8 +44,11 @@ fn a_step_beyond_stability_fails_the_energy_gate() {
     let (stable, _) = run(&plan, |_| {});
     assert!(stable.balance_error < 1e-3, "{}", stable.balance_error);
     // The bound is an upper one: three times the step is beyond it for certain.
-    plan.integrator =
-        contuse::plan::Integrator::Explicit(contuse::plan::Explicit { safety: 3.0, max_step: f64::INFINITY });
+    plan.integrator = contuse::plan::Integrator::Explicit(contuse::plan::Explicit {
+        safety: 3.0,
+        max_step: f64::INFINITY,
+        largest_strain_increment: 0.1,
+    });
     let mut last = 0.0;
     let (outcome, state) = run_on(&plan, State::new(&plan), 1, |frame| last = frame.energy.balance_error);
     let failure = failure(outcome);

@@ -1,4 +1,4 @@
-//! How fast elements are being stretched: the limit `h max|D| ≤ 0.1` of the step.
+//! How fast elements are being stretched: what limits `h max|D|`, the strain of a step.
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;

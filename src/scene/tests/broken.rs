@@ -125,6 +125,12 @@ fn times() -> Vec<Break> {
         ("/record/every_steps", json!(0), "/record/every_steps", "out_of_range"),
         ("/integrator/safety_factor", json!(1.5), "/integrator/safety_factor", "out_of_range"),
         ("/integrator/safety_factor", json!(0), "/integrator/safety_factor", "out_of_range"),
+        (
+            "/integrator/largest_strain_increment",
+            json!(0.6),
+            "/integrator/largest_strain_increment",
+            "out_of_range",
+        ),
         ("/integrator", json!({"kind": "implicit", "step_s": 0}), "/integrator/step_s", "not_positive"),
         ("/integrator", implicit("theta", 0.4), "/integrator/theta", "out_of_range"),
         ("/integrator", implicit("xi", 1.1), "/integrator/xi", "out_of_range"),

@@ -62,6 +62,7 @@ fn check_explicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     let IntegratorDocument::Explicit {
         safety_factor,
         max_step_s,
+        largest_strain_increment,
         linear_bulk_viscosity,
         quadratic_bulk_viscosity,
         ..
@@ -79,6 +80,9 @@ fn check_explicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     if let Some(step) = max_step_s {
         out.positive(&here.key("max_step_s"), "the largest step", *step, "leave it out for none");
     }
+    let remedy = "0.1 is the default; above 0.5 an element may be turned inside out by one step";
+    let here_strain = here.key("largest_strain_increment");
+    out.between(&here_strain, "the strain of a step", *largest_strain_increment, [1e-3, 0.5], remedy);
     let viscosities = [
         ("linear_bulk_viscosity", *linear_bulk_viscosity),
         ("quadratic_bulk_viscosity", *quadratic_bulk_viscosity),
