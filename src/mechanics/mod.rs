@@ -7,6 +7,7 @@
 pub mod contact;
 pub mod dual;
 pub mod element;
+pub mod face_load;
 pub mod force;
 pub mod lanes;
 pub mod material;

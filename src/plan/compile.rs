@@ -3,17 +3,19 @@
 use super::contact::compile_contact;
 use super::contact_mass::{ContactMass, inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
+use super::loads::Loads;
 use super::report::{PlanReport, report};
 use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
-use super::{Explicit, Implicit, Integrator, MeasurePlan, Plan, PlanBody, Settle, SystemSize};
+use super::stepping::{bulk_viscosities, integrator, preload};
+use super::{Integrator, MeasurePlan, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
-use crate::mechanics::sparse::{SparseError, Unknowns};
+use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, IntegratorDocument, Keep, Role, SceneDocument};
+use crate::scene::document::{Axis, BodyDocument, Keep, Role, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -51,15 +53,16 @@ pub enum CompileError {
 
 /// What is collected body after body.
 #[derive(Default)]
-struct Parts {
-    X: Vec<Vec3>,
+pub(super) struct Parts {
+    pub X: Vec<Vec3>,
     mass: Vec<f64>,
-    inverse_mass: Vec<Vec3>,
+    pub inverse_mass: Vec<Vec3>,
     u: Vec<Vec3>,
     v: Vec<Vec3>,
-    blocks: Vec<ElementBlock>,
-    bodies: Vec<PlanBody>,
+    pub blocks: Vec<ElementBlock>,
+    pub bodies: Vec<PlanBody>,
     rigid: RigidPlan,
+    loads: Loads,
 }
 
 /// Compiles a scene.
@@ -75,11 +78,16 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
             None => add_body(&mut parts, document, body, mesh)?,
         }
     }
+    parts.loads = Loads::new(scene, &parts.bodies, &parts.X);
+    for prescribed in &parts.loads.prescribed {
+        parts.inverse_mass[prescribed.node as usize][prescribed.axis] = 0.0;
+    }
     let assembly = Assembly::new(parts.X.len(), &parts.blocks);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
     let integrator = integrator(&document.integrator, &parts)?;
+    let preload = preload(document, &parts)?;
     let longest_step = match &integrator {
         // Without elements the scene gives the step.
         Integrator::Explicit(explicit) if parts.blocks.is_empty() => explicit.max_step,
@@ -105,6 +113,8 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         assembly,
         contact,
         gravity: document.gravity_m_per_s2.map(Vec3::from).filter(|g| *g != Vec3::zeros()),
+        loads: parts.loads,
+        preload,
         settle: document.settle.as_ref().map(|s| Settle { duration: s.duration_s, damping: s.damping_per_s }),
         initial_u: if still(&parts.u) { Vec::new() } else { parts.u },
         initial_v: if still(&parts.v) { Vec::new() } else { parts.v },
@@ -122,9 +132,6 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     Ok(plan)
 }
 
-/// Share of the step below which an implicit run gives up, unless the scene says otherwise.
-const SMALLEST_STEP: f64 = 1e-4;
-
 /// No step is longer than the shortest stable step, let alone than this many times that of one body.
 const LONGER_THAN_A_STEP: f64 = 1.01;
 
@@ -136,12 +143,18 @@ fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
         Some(rigid) => BodyMotion::rigid(body, &parts.rigid.bodies[rigid], &parts.X, is_loaded),
         None => BodyMotion::new(body, &parts.X, start, is_loaded),
     };
-    parts.bodies.iter().map(of_body).collect()
+    let driven = |body: &PlanBody| {
+        let motion = of_body(body);
+        if parts.loads.act_on(body) { motion.driven() } else { motion }
+    };
+    parts.bodies.iter().map(driven).collect()
 }
 
 /// Whether something pulls at every node from the first step.
 fn is_loaded(document: &SceneDocument) -> bool {
-    document.gravity_m_per_s2.is_some_and(|g| Vec3::from(g) != Vec3::zeros()) || document.settle.is_some()
+    document.gravity_m_per_s2.is_some_and(|g| Vec3::from(g) != Vec3::zeros())
+        || document.settle.is_some()
+        || document.preload.is_some()
 }
 
 /// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.
@@ -150,6 +163,7 @@ fn skips_quiet_elements(document: &SceneDocument, parts: &Parts) -> bool {
     let mut meshes = parts.bodies.iter().filter(|body| body.rigid.is_none());
     !document.keeps(Keep::QuietElements)
         && !is_loaded(document)
+        && !parts.bodies.iter().any(|body| parts.loads.act_on(body))
         && meshes.any(|body| body.nodes.clone().any(rests))
 }
 
@@ -176,44 +190,6 @@ fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
         rigid.mass * speed * speed * document.contact.tolerance
     };
     plan.rigid.iter().flat_map(|r| r.bodies.iter().zip(&r.of_body)).map(of_body).sum()
-}
-
-/// The integrator; one that is implicit with the order in which it eliminates.
-fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
-    Ok(match document {
-        IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
-        IntegratorDocument::Explicit { safety_factor, max_step_s, largest_strain_increment, .. } => {
-            Integrator::Explicit(Explicit {
-                safety: *safety_factor,
-                max_step: max_step_s.unwrap_or(f64::INFINITY),
-                largest_strain_increment: *largest_strain_increment,
-            })
-        }
-        IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } => {
-            let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
-            let hexes = parts.bodies.iter().flat_map(|body| &body.hexes);
-            let unknowns = Unknowns::new(parts.X.len(), is_free, hexes)?;
-            Integrator::Implicit(Box::new(Implicit {
-                step: *step_s,
-                smallest_step: smallest_step_s.unwrap_or(SMALLEST_STEP * step_s),
-                theta: *theta,
-                xi: xi.unwrap_or(*theta),
-                tolerance: *newton_tolerance,
-                systems: SystemSize::new(&unknowns)?,
-                unknowns,
-            }))
-        }
-    })
-}
-
-/// Linear and quadratic bulk viscosity; implicit steps have none.
-fn bulk_viscosities(document: &IntegratorDocument) -> [f64; 2] {
-    match document {
-        IntegratorDocument::Explicit { linear_bulk_viscosity, quadratic_bulk_viscosity, .. } => {
-            [*linear_bulk_viscosity, *quadratic_bulk_viscosity]
-        }
-        IntegratorDocument::Implicit { .. } | IntegratorDocument::Auto { .. } => [0.0; 2],
-    }
 }
 
 fn add_body(

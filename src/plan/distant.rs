@@ -81,6 +81,12 @@ impl BodyMotion {
         }
     }
 
+    /// The same of a body that loads deform or move.
+    #[must_use]
+    pub fn driven(self) -> Self {
+        Self { held: false, straight: false, ..self }
+    }
+
     /// Largest coordinate that its skin has until a time [s], as a length [m].
     fn extent(&self, until: f64) -> f64 {
         self.low.amax().max(self.high.amax()) + self.flight.norm() * until

@@ -38,7 +38,7 @@ impl MemoryReport {
         let systems = match &plan.integrator {
             Integrator::Explicit(_) => 0,
             Integrator::Implicit(implicit) => implicit.systems.memory_bytes,
-        };
+        } + plan.preload.as_ref().map_or(0, |preload| preload.systems.memory_bytes);
         let initial = plan.initial_u.len() + plan.initial_v.len();
         let report = Self {
             plan_bytes: bytes(nodes, 2 * vector + size_of::<f64>())

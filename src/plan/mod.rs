@@ -6,20 +6,25 @@ mod contact_mass;
 mod cost;
 mod distant;
 mod left_out;
+mod loads;
 mod memory;
 mod report;
 mod rigid;
 mod stable_step;
+mod statics;
+mod stepping;
 #[cfg(test)]
 mod tests;
 
 pub use compile::{CompileError, compile};
 pub use distant::DistantPair;
 pub use left_out::LeftOut;
+pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use memory::MemoryReport;
 pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
+pub use statics::{Statics, Unheld};
 
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::{ContactPair, Surface};
@@ -58,6 +63,10 @@ pub struct Plan {
     pub skip_quiet_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,
+    /// What else acts on nodes.
+    pub loads: Loads,
+    /// Quasi-static loading before the clock starts: in steps of a pseudo-time of 1 s.
+    pub preload: Option<Box<Implicit>>,
     /// Settling before the clock starts.
     pub settle: Option<Settle>,
     /// Displacement at the start [m], nodes × 3; empty when all are zero.
@@ -146,7 +155,7 @@ pub struct Settle {
 pub enum Integrator {
     /// Central differences.
     Explicit(Explicit),
-    /// The θ scheme.
+    /// The θ scheme, or equilibrium without mass.
     Implicit(Box<Implicit>),
 }
 
@@ -168,6 +177,8 @@ pub struct Implicit {
     pub step: f64,
     /// A step that would have to be shorter than this ends the run [s].
     pub smallest_step: f64,
+    /// What equilibrium without mass needs, with θ = ξ = 1; `None` with mass.
+    pub statics: Option<Statics>,
     /// Weight θ of the end velocity in the motion [-], ½ … 1.
     pub theta: f64,
     /// Weight ξ of the end forces [-], ½ … 1.
@@ -178,6 +189,13 @@ pub struct Implicit {
     pub unknowns: Unknowns,
     /// What its systems cost.
     pub systems: SystemSize,
+}
+
+impl Implicit {
+    /// 1 with mass, 0 without [-].
+    pub fn inertia(&self) -> f64 {
+        if self.statics.is_some() { 0.0 } else { 1.0 }
+    }
 }
 
 /// Sizes of the linear systems of implicit steps.
@@ -241,6 +259,10 @@ impl Plan {
     /// As [`ContactPlan::most_contacts`]; 0 without contact.
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
+    }
+    /// Whether the run is without mass.
+    pub fn is_static(&self) -> bool {
+        matches!(&self.integrator, Integrator::Implicit(implicit) if implicit.statics.is_some())
     }
     /// Number of nodes, those of rigid bodies included.
     pub fn node_count(&self) -> usize {

@@ -55,11 +55,11 @@ pub struct PlanReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorReport {
-    /// `explicit` or `implicit`.
+    /// `explicit`, `implicit` or `quasi_static`.
     pub kind: String,
     /// Step that is aimed at [s].
     pub step_s: f64,
-    /// Weight θ of the end of the step [-]; null for explicit steps.
+    /// Weight θ of the end of the step [-]; null for explicit and quasi-static steps.
     pub theta: Option<f64>,
     /// The linear systems of implicit steps; null for explicit steps.
     pub systems: Option<SystemSize>,
@@ -75,9 +75,9 @@ impl IntegratorReport {
                 Self { kind: "explicit".into(), step_s: stable_step_s, theta: None, systems: None, choice }
             }
             Integrator::Implicit(implicit) => Self {
-                kind: "implicit".into(),
+                kind: if implicit.statics.is_some() { "quasi_static" } else { "implicit" }.into(),
                 step_s: implicit.step,
-                theta: Some(implicit.theta),
+                theta: implicit.statics.is_none().then_some(implicit.theta),
                 systems: Some(implicit.systems),
                 choice,
             },
@@ -85,9 +85,11 @@ impl IntegratorReport {
     }
 
     fn in_words(&self) -> Option<String> {
-        let (theta, size) = (self.theta?, self.systems?);
+        let size = self.systems?;
+        let kind =
+            self.theta.map_or_else(|| "quasi-static".into(), |theta| format!("implicit (θ = {theta})"));
         Some(format!(
-            "implicit steps of {:.3e} s, θ = {theta}: {} unknowns, a factor of {:.2} M entries in {:.3} GFLOP",
+            "{kind} steps of {:.3e} s: {} unknowns, a factor of {:.2} M entries in {:.3} GFLOP",
             self.step_s,
             size.unknowns,
             1e-6 * size.factor_entries as f64,
@@ -168,6 +170,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let choice =
         scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
+    kept.extend(statics_in_words(plan));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_)) && !plan.blocks.is_empty();
     if is_explicit && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
@@ -192,6 +195,30 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         left_out: left_out(plan, scene),
         put_back: scene.document.solver.keep.clone(),
     }
+}
+
+/// Equilibrium without mass, before the run or as the run, in words.
+fn statics_in_words(plan: &Plan) -> Vec<String> {
+    let mut words = Vec::new();
+    let run = match &plan.integrator {
+        Integrator::Implicit(implicit) => implicit.statics.as_ref(),
+        Integrator::Explicit(_) => None,
+    };
+    if let Some(preload) = &plan.preload {
+        let steps = (1.0 / preload.step).round();
+        words.push(format!(
+            "quasi-static preload in {steps} load steps: {} unknowns",
+            preload.unknowns.count()
+        ));
+    }
+    let preload = plan.preload.as_ref().and_then(|preload| preload.statics.as_ref());
+    for unheld in run.or(preload).iter().flat_map(|statics| &statics.unheld) {
+        words.push(format!(
+            "{}: {} of 6 rigid motions are for contact to hold; its quasi-static matrix is steadied, its equilibrium is not",
+            plan.bodies[unheld.body].name, unheld.motions
+        ));
+    }
+    words
 }
 
 fn of_block(

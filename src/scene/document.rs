@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use super::integrator_document::IntegratorDocument;
+pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
 pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
@@ -38,6 +39,12 @@ pub struct SceneDocument {
     /// Acceleration of gravity [m/s²].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity_m_per_s2: Option<[f64; 3]>,
+    /// How gravity grows; constant by default, over a quasi-static run from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity_ramp: Option<RampDocument>,
+    /// Load quasi-statically before the clock starts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preload: Option<PreloadDocument>,
     /// Settle under gravity with damping and full stick before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settle: Option<SettleDocument>,
@@ -104,6 +111,12 @@ pub struct BodyDocument {
     /// Node sets held fixed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<FixedDocument>,
+    /// Node sets whose displacement is given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prescribed: Vec<PrescribedDocument>,
+    /// Pressures and tractions on faces of the skin.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub face_loads: Vec<FaceLoadDocument>,
 }
 
 /// A node set chosen by place: all nodes of the placed mesh in a box, its faces included.

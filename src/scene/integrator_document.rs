@@ -63,6 +63,20 @@ pub enum IntegratorDocument {
         #[serde(default = "default_energy_gate")]
         energy_gate: f64,
     },
+    /// Equilibrium without mass, in load steps on a pseudo-time: for slow scenes. Friction acts on the slip of a load step.
+    QuasiStatic {
+        /// Load step [s]; cut where it does not converge, and grown again.
+        step_s: f64,
+        /// Largest residual of the equilibrium, relative to the forces [-].
+        #[serde(default = "default_newton_tolerance")]
+        newton_tolerance: f64,
+        /// A load step that would have to be shorter than this ends the run [s]; a ten thousandth of `step_s` by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        smallest_step_s: Option<f64>,
+        /// Largest error of the energy balance before the run fails [-].
+        #[serde(default = "default_energy_gate")]
+        energy_gate: f64,
+    },
 }
 
 impl IntegratorDocument {
@@ -71,7 +85,7 @@ impl IntegratorDocument {
 
     /// Whether linear systems are solved in every step.
     pub fn is_implicit(&self) -> bool {
-        matches!(self, Self::Implicit { .. })
+        matches!(self, Self::Implicit { .. } | Self::QuasiStatic { .. })
     }
     /// Step [s] where a wave crosses an element in `shortest` [s] at the least; `auto` counts as explicit.
     pub fn step(&self, shortest: f64) -> f64 {
@@ -79,9 +93,13 @@ impl IntegratorDocument {
             Self::Explicit { safety_factor, max_step_s, .. } => {
                 (safety_factor * shortest).min(max_step_s.unwrap_or(f64::INFINITY))
             }
-            Self::Implicit { step_s, .. } => *step_s,
+            Self::Implicit { step_s, .. } | Self::QuasiStatic { step_s, .. } => *step_s,
             Self::Auto { .. } => Self::SAFETY * shortest,
         }
+    }
+    /// Whether time is no more than the order of the loads.
+    pub fn is_quasi_static(&self) -> bool {
+        matches!(self, Self::QuasiStatic { .. })
     }
     /// Allows no step longer than `longest` [s].
     pub fn limit_step(&mut self, longest: f64) {
@@ -89,7 +107,9 @@ impl IntegratorDocument {
             Self::Explicit { max_step_s, .. } => {
                 *max_step_s = Some(max_step_s.map_or(longest, |step| step.min(longest)));
             }
-            Self::Implicit { step_s, .. } => *step_s = step_s.min(longest),
+            Self::Implicit { step_s, .. } | Self::QuasiStatic { step_s, .. } => {
+                *step_s = step_s.min(longest);
+            }
             Self::Auto { step_s, .. } => *step_s = Some(step_s.map_or(longest, |step| step.min(longest))),
         }
     }
@@ -100,7 +120,9 @@ impl IntegratorDocument {
                 *safety_factor /= divisor;
                 *largest_strain_increment /= divisor;
             }
-            Self::Implicit { step_s: step, .. } | Self::Auto { step_s: Some(step), .. } => *step /= divisor,
+            Self::Implicit { step_s: step, .. }
+            | Self::QuasiStatic { step_s: step, .. }
+            | Self::Auto { step_s: Some(step), .. } => *step /= divisor,
             Self::Auto { step_s: None, .. } => {}
         }
     }
@@ -129,6 +151,7 @@ impl IntegratorDocument {
         match self {
             Self::Explicit { energy_gate, .. }
             | Self::Implicit { energy_gate, .. }
+            | Self::QuasiStatic { energy_gate, .. }
             | Self::Auto { energy_gate, .. } => *energy_gate,
         }
     }

@@ -9,7 +9,7 @@ use super::source::{FolderSource, MeshSource};
 use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, check_document, meshes, overlap};
+use super::validate::{Findings, check_document, loads, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -156,6 +156,7 @@ fn make_body(
     let mut mesh = builder.body_mesh(index, body, out)?;
     meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
+    loads::check_mesh(index, body, &mesh, out);
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;

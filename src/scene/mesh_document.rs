@@ -47,6 +47,16 @@ pub struct PlacementDocument {
     pub translation_m: [f64; 3],
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_one(ratio: &f64) -> bool {
+    ratio.to_bits() == 1.0_f64.to_bits()
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -79,7 +89,7 @@ pub enum Generator {
         /// Layers through the wall.
         elements_through: u32,
     },
-    /// A solid ball, a cube blended into a cubed sphere: part `ball`, node set `outer`.
+    /// A solid ball, a cube blended into a cubed sphere: part `ball`, node set `outer`, of a quarter also `x_min` and `y_min`.
     SolidBall {
         /// Centre [m].
         #[serde(default)]
@@ -90,6 +100,12 @@ pub enum Generator {
         elements_around: u32,
         /// Layers between the core and the surface.
         elements_through: u32,
+        /// Size ratio of the largest to the smallest element along x and y; the smallest are at the poles ±z.
+        #[serde(default = "one", skip_serializing_if = "is_one")]
+        grading: f64,
+        /// Only the quarter at x ≥ 0 and y ≥ 0 from the centre, for scenes that are symmetric.
+        #[serde(default, skip_serializing_if = "is_false")]
+        quarter: bool,
     },
     /// A round baton: part `baton`, node sets `side`, `bottom`, `top`, `ends`.
     Cylinder {
@@ -147,10 +163,13 @@ impl Generator {
             Count { elements, grading: None, series: 1 }
         }
         match self {
-            Self::HollowBall { elements_around, elements_through, .. }
-            | Self::SolidBall { elements_around, elements_through, .. } => {
+            Self::HollowBall { elements_around, elements_through, .. } => {
                 vec![even(elements_around), even(elements_through)]
             }
+            Self::SolidBall { elements_around, elements_through, grading, .. } => vec![
+                Count { elements: elements_around, grading: Some(grading), series: 2 },
+                even(elements_through),
+            ],
             Self::Cylinder { elements_around, elements_through, elements_along, .. } => {
                 vec![even(elements_around), even(elements_through), even(elements_along)]
             }

@@ -21,6 +21,7 @@ pub mod integrator_choice;
 pub mod integrator_document;
 mod json;
 pub mod load;
+pub mod loads_document;
 pub mod material_document;
 pub mod material_question;
 pub mod mesh_document;

@@ -56,15 +56,22 @@ impl Recipe {
                 elements_through,
                 part: "ball".into(),
             }),
-            Generator::SolidBall { center_m, radius_m, elements_around, elements_through } => {
-                Self::SolidBall(SolidBall {
-                    center: center_m.into(),
-                    radius_m,
-                    elements_around,
-                    elements_through,
-                    part: "ball".into(),
-                })
-            }
+            Generator::SolidBall {
+                center_m,
+                radius_m,
+                elements_around,
+                elements_through,
+                grading,
+                quarter,
+            } => Self::SolidBall(SolidBall {
+                center: center_m.into(),
+                radius_m,
+                elements_around,
+                elements_through,
+                grading,
+                is_quarter: quarter,
+                part: "ball".into(),
+            }),
             Generator::Cylinder {
                 center_m,
                 axis,

@@ -2,6 +2,7 @@
 
 use super::explicit::drift;
 use super::failure::FailureCause;
+use super::integrator::Phase;
 use super::ledger::stuck;
 use super::rigid::RigidStep;
 use crate::mechanics::contact::detection::Detector;
@@ -89,20 +90,20 @@ impl<'p> ContactStep<'p> {
         }
     }
 
-    /// Finds the contacts that may close within the step and changes `v` from v* to v₊. `flying`: with the bodies' flight
-    /// velocities and Coulomb friction; else at rest and with full stick (settling).
+    /// Finds the contacts that may close within the step and changes `v` from v* to v₊; with the bodies' flight
+    /// velocities where they fly, with full stick while settling.
     pub fn solve(
         &mut self,
         plan: &Plan,
         rigid: Option<&RigidStep>,
         x: &[Vec3],
         h: f64,
-        flying: bool,
+        phase: Phase,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        self.detect(plan, rigid, x, h, flying, v)?;
+        self.detect(plan, rigid, x, h, phase, v)?;
         let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
-        let laws = if flying { &self.laws } else { &self.stuck };
+        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
@@ -122,20 +123,20 @@ impl<'p> ContactStep<'p> {
     }
 
     /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
-    /// [m/s]; `flying` as in [`ContactStep::solve`].
+    /// [m/s]; `phase` as in [`ContactStep::solve`].
     pub fn detect(
         &mut self,
         plan: &Plan,
         rigid: Option<&RigidStep>,
         x: &[Vec3],
         h: f64,
-        flying: bool,
+        phase: Phase,
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
-        let drift = if flying { &self.drift } else { &self.still };
+        let drift = if phase.flies() { &self.drift } else { &self.still };
         // Contact looks at the skins only.
         for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
-            let flight = if flying { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
+            let flight = if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
             for node in surface.nodes.iter().map(|&node| node as usize) {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
@@ -145,7 +146,7 @@ impl<'p> ContactStep<'p> {
         let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
         let poses = rigid.work().sides.poses;
         let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {
-            let flight = if flying { plan.bodies[*of].flight_velocity } else { Vec3::zeros() };
+            let flight = if phase.flies() { plan.bodies[*of].flight_velocity } else { Vec3::zeros() };
             Pose {
                 centre: pose.centre + (v[body.centre as usize] + flight) * h,
                 orientation: rotated(&pose.orientation, &v[body.spin as usize], h),
@@ -181,14 +182,14 @@ impl<'p> ContactStep<'p> {
     }
 
     /// Friction of a pair [-], infinite while settling.
-    pub fn friction(&self, pair: u32, flying: bool) -> f64 {
-        let laws = if flying { &self.laws } else { &self.stuck };
+    pub fn friction(&self, pair: u32, phase: Phase) -> f64 {
+        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         laws[pair as usize].mu()
     }
 
     /// Unknowns of each of the contacts: one where none of them rubs.
-    pub fn unknowns(&self, flying: bool) -> usize {
-        let laws = if flying { &self.laws } else { &self.stuck };
+    pub fn unknowns(&self, phase: Phase) -> usize {
+        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let rubs = self.contacts.iter().any(|c| laws[c.pair as usize].unknowns() > 1);
         if rubs { 3 } else { 1 }
     }

@@ -14,11 +14,12 @@ use super::contact::ContactStep;
 use super::failure::{Failure, FailureCause, Stop, fastest_stretched, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::loads;
 use super::motion::Motion;
 use super::rigid::RigidStep;
 use super::run::Ask;
 use super::state::State;
-use crate::mechanics::contact::Contact;
+use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
@@ -53,6 +54,12 @@ pub(super) struct ExplicitStepper<'p> {
     energy: Energy,
     motion: Motion,
     f_int: Vec<Vec3>,
+    /// Forces of loads at t_n [N]; empty where the plan has none.
+    f_ext: Vec<Vec3>,
+    /// Impulses on prescribed nodes [N s].
+    prescribed: Vec<f64>,
+    /// Impulses of the contacts on the nodes [N s]; empty where nothing is prescribed.
+    touched: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
     v_after: Vec<Vec3>,
@@ -83,6 +90,9 @@ impl<'p> ExplicitStepper<'p> {
             energy: Energy::with_capacity(plan),
             motion: Motion::new(plan),
             f_int: vec![Vec3::zeros(); nodes],
+            f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { nodes } else { 0 }],
+            prescribed: vec![0.0; plan.loads.prescribed.len()],
+            touched: vec![Vec3::zeros(); if plan.loads.prescribed.is_empty() { 0 } else { nodes }],
             x: vec![Vec3::zeros(); nodes],
             v_after: vec![Vec3::zeros(); nodes],
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
@@ -101,6 +111,7 @@ impl Stepper for ExplicitStepper<'_> {
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
+        loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
         // A step that was cut to hit a time says nothing of the elements, nor does the growth from it.
         self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
@@ -111,6 +122,7 @@ impl Stepper for ExplicitStepper<'_> {
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase)?;
             self.solve_contact(state, phase)?;
+            self.weigh_prescribed(state, phase);
             self.wake();
             let rate = self.forces.largest_stretch_rate(
                 &self.threads,
@@ -238,6 +250,10 @@ impl ExplicitStepper<'_> {
             mean_step: self.mean_step(state),
             contacts,
             reactions,
+            is_static: false,
+            gravity: loads::gravity(self.plan, Phase::Running.load_time(state.time)),
+            f_ext: &self.f_ext,
+            prescribed: &self.prescribed,
             strain: &self.strain,
             activity: &self.activity,
             hourglass: &self.hourglass,
@@ -338,11 +354,11 @@ impl ExplicitStepper<'_> {
     /// velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
         let mean_step = self.mean_step(state);
-        let Self { plan, forces, activity, .. } = self;
-        let gravity = plan.gravity.unwrap_or_else(Vec3::zeros);
+        let Self { plan, forces, activity, f_ext, .. } = self;
+        let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = match phase {
             Phase::Settling(settle) => 0.5 * settle.damping * mean_step,
-            Phase::Running => 0.0,
+            Phase::Preloading | Phase::Running => 0.0,
         };
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
@@ -352,22 +368,49 @@ impl ExplicitStepper<'_> {
             for (i, (f_int, v_after)) in f_int.iter_mut().zip(v_after).enumerate() {
                 let node = run * Activity::NODES + i;
                 *f_int = forces.at_node(&plan.assembly, node);
-                let force = gravity * plan.mass[node] - *f_int;
+                let mut force = gravity * plan.mass[node] - *f_int;
+                if let Some(load) = f_ext.get(node) {
+                    force += load;
+                }
                 let v = state.v[node] + force.component_mul(&plan.inverse_mass[node]) * mean_step;
                 *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
             }
         });
+        let end = phase.load_time(state.time + self.step);
+        for p in &plan.loads.prescribed {
+            let node = p.node as usize;
+            let way = plan.loads.displacement(p, end) - state.u[node][p.axis];
+            self.v_after[node][p.axis] = way / self.step;
+        }
         match &mut self.rigid {
             Some(rigid) => rigid.turn(state, mean_step, damping, &mut self.v_after),
             None => Ok(()),
         }
     }
 
+    /// Impulses that the prescribed motion takes, the reactions of contacts known.
+    fn weigh_prescribed(&mut self, state: &State, phase: Phase) {
+        let mean_step = self.mean_step(state);
+        let Self { plan, f_int, f_ext, v_after, contact, rigid, prescribed, touched, .. } = self;
+        let (contacts, reactions) = contact.as_ref().map_or((&[][..], &[][..]), ContactStep::results);
+        let sides = rigid.as_ref().map_or(RigidSides::NONE, |rigid| rigid.work().sides);
+        let gravity = loads::gravity(plan, phase.load_time(state.time));
+        let forces = [&f_int[..], f_ext];
+        loads::weigh_prescribed(
+            plan,
+            [&state.v, v_after],
+            forces,
+            (gravity, mean_step),
+            (contacts, reactions, &sides),
+            touched,
+            prescribed,
+        );
+    }
+
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
         let Some(contact) = &mut self.contact else { return Ok(()) };
-        let flying = matches!(phase, Phase::Running);
         let rigid = self.rigid.as_ref();
-        let solved = contact.solve(self.plan, rigid, &self.x, self.step, flying, &mut self.v_after);
+        let solved = contact.solve(self.plan, rigid, &self.x, self.step, phase, &mut self.v_after);
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
         solved.map_err(|(cause, message)| Failure::new(state, cause, message))
     }
@@ -377,7 +420,7 @@ impl ExplicitStepper<'_> {
 pub(super) fn place_skins(plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
     for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
         let flight = match phase {
-            Phase::Settling(_) => Vec3::zeros(),
+            Phase::Settling(_) | Phase::Preloading => Vec3::zeros(),
             Phase::Running => plan.bodies[body].flight_velocity * state.time,
         };
         for node in surface.nodes.iter().map(|node| *node as usize) {

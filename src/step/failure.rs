@@ -23,6 +23,8 @@ pub enum FailureCause {
     ContactNotConverged,
     /// An implicit step did not converge, however short it was.
     NewtonNotConverged,
+    /// Without mass: nothing balances what pushes a body.
+    NothingHolds,
     /// The energy balance failed its gate.
     EnergyGate,
     /// A number became infinite or not a number.
@@ -97,6 +99,10 @@ impl FailureCause {
             Self::NewtonNotConverged => {
                 "Lower `integrator.step_s` (a fifth is a good trial), raise `integrator.theta` to 0.6, or refine the mesh at the \
                  named place; a scene of shocks and waves belongs to the explicit integrator."
+            }
+            Self::NothingHolds => {
+                "Hold some of its nodes, give the contact friction or the body another that stops it, or step explicitly or implicitly: \
+                 with mass it simply accelerates."
             }
             Self::EnergyGate => {
                 "Lower `integrator.safety_factor` (0.5 is a good trial) or, of an implicit run, `integrator.step_s`; or refine the \

@@ -10,15 +10,38 @@ use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::Threads;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Integrator, Plan, Settle};
+use crate::plan::{Integrator, LoadTime, Plan, Settle};
 
 /// Whether the clock has started.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
     /// Gravity and damping, full stick, no flight.
     Settling(Settle),
+    /// Quasi-static loading over a pseudo-time of 1 s, no flight.
+    Preloading,
     /// The run proper.
     Running,
+}
+
+impl Phase {
+    /// Whether the bodies fly.
+    pub fn flies(self) -> bool {
+        matches!(self, Self::Running)
+    }
+
+    /// Whether nothing slips.
+    pub fn sticks(self) -> bool {
+        matches!(self, Self::Settling(_))
+    }
+
+    /// Where the loads are at a time [s], negative before the clock starts.
+    pub fn load_time(self, time: f64) -> LoadTime {
+        match self {
+            Self::Settling(_) => LoadTime::Run(0.0),
+            Self::Preloading => LoadTime::Preload((1.0 + time).clamp(0.0, 1.0)),
+            Self::Running => LoadTime::Run(time),
+        }
+    }
 }
 
 /// Extremes of a run.
@@ -71,6 +94,15 @@ pub(super) trait Stepper {
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
+}
+
+/// What loads a plan before its clock starts, if anything does.
+pub(super) fn preloader<'p>(
+    plan: &'p Plan,
+    threads: Threads,
+) -> Result<Option<Box<dyn Stepper + 'p>>, SparseError> {
+    let Some(options) = &plan.preload else { return Ok(None) };
+    Ok(Some(Box::new(ImplicitStepper::new(plan, options, threads)?)))
 }
 
 /// The integrator that the plan names.

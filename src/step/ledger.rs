@@ -26,9 +26,10 @@ const SLIDING: f64 = 1e-9;
 pub struct Ledger {
     /// Dissipated by bulk viscosity in each body [J].
     pub viscous: Vec<f64>,
-    /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created.
+    /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created. Of load
+    /// steps without mass, what the work by the forces at their ends misses of that along their way.
     pub algorithmic: Vec<f64>,
-    /// Work of external forces (gravity) on each body, and what the first half step leaves [J].
+    /// Work of external forces (gravity, loads, prescribed motion) on each body, and what the first half step leaves [J].
     pub external: Vec<f64>,
     /// Work of the contact reactions on each body [J].
     pub contact_work: Vec<f64>,
@@ -150,6 +151,14 @@ pub(super) struct StepWork<'a> {
     pub mean_step: f64,
     pub contacts: &'a [Contact],
     pub reactions: &'a [Reaction],
+    /// Whether this is a load step without mass: what the end's reactions do on the way to it is no loss of contact.
+    pub is_static: bool,
+    /// Gravity as it acts in the step [m/s²].
+    pub gravity: Vec3,
+    /// Forces of loads in the step [N], nodes × 3; empty when there are none.
+    pub f_ext: &'a [Vec3],
+    /// Impulses on the prescribed components of the plan, one each [N s].
+    pub prescribed: &'a [f64],
     /// Strain energy of each body at t_n [J].
     pub strain: &'a [f64],
     /// What of it is in the stabilisation [J].
@@ -222,7 +231,7 @@ impl Ledger {
             Half::Before => &work.state.v[..],
             Half::After => work.v_after,
         };
-        self.add_gravity(work, v);
+        self.add_external(work, v);
         if let Some(contact) = &work.plan.contact {
             for (contact_point, reaction) in work.contacts.iter().zip(work.reactions) {
                 self.add_contact(work, contact, contact_point, reaction, (v, half));
@@ -230,18 +239,33 @@ impl Ledger {
         }
     }
 
-    fn add_gravity(&mut self, work: &StepWork, v: &[Vec3]) {
-        let Some(g) = work.plan.gravity else { return };
+    /// Work of gravity, of loads, and of whoever moves the prescribed nodes.
+    fn add_external(&mut self, work: &StepWork, v: &[Vec3]) {
+        let has_forces = !work.f_ext.is_empty();
+        if work.plan.gravity.is_none() && !has_forces && work.prescribed.is_empty() {
+            return;
+        }
         for (b, body) in work.plan.bodies.iter().enumerate() {
             let mut power = 0.0;
             for node in body.nodes.start as usize..body.nodes.end as usize {
                 // Held axes do not move: their velocity, flight included, is zero.
-                power += work.plan.mass[node] * g.dot(&(v[node] + body.flight_velocity));
+                let velocity = v[node] + body.flight_velocity;
+                power += work.plan.mass[node] * work.gravity.dot(&velocity);
+                if has_forces {
+                    power += work.f_ext[node].dot(&velocity);
+                }
             }
-            let half = 0.5 * work.mean_step * power;
-            self.external[b] += half;
-            self.absolute_external += half.abs();
+            self.add_to_external(b, 0.5 * work.mean_step * power);
         }
+        for (prescribed, impulse) in work.plan.loads.prescribed.iter().zip(work.prescribed) {
+            let half = 0.5 * impulse * v[prescribed.node as usize][prescribed.axis];
+            self.add_to_external(work.plan.body_of_node(prescribed.node), half);
+        }
+    }
+
+    fn add_to_external(&mut self, body: usize, work: f64) {
+        self.external[body] += work;
+        self.absolute_external += work.abs();
     }
 
     /// What the first half step leaves between the energy at t_0 and the conserved sum, from the internal forces [N].
@@ -325,6 +349,8 @@ impl Ledger {
         let lost = -(on_slave + on_master + friction);
         if has_rigid_side && work.rigid.is_some_and(|r| r.plan.has_no_mesh(plan, contact.pair as usize)) {
             pair.impact_j += lost;
+        } else if work.is_static {
+            self.algorithmic[slave_body] += lost;
         } else {
             pair.numerical_j += lost;
         }

@@ -27,7 +27,7 @@ impl<'p> RigidStep<'p> {
     /// Takes the poses of a state; the centres go into `x` [m] too.
     pub fn place(&mut self, plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
         let time = match phase {
-            Phase::Settling(_) => 0.0,
+            Phase::Settling(_) | Phase::Preloading => 0.0,
             Phase::Running => state.time,
         };
         self.poses.clear();

@@ -2,10 +2,11 @@
 
 use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
-use super::integrator::{Phase, Stepper, stepper};
-use super::ledger::{Energy, Ledger};
+use super::integrator::{Phase, Stepper, preloader, stepper};
+use super::ledger::Energy;
 use super::state::State;
 use crate::mechanics::force::Threads;
+use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
@@ -45,14 +46,16 @@ pub fn run_from(
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
 ) -> (Outcome, State) {
+    let mut warnings = Vec::new();
     let (stepper, ending) = match start(plan, &state, options, recorders) {
         Ok(mut stepper) => {
-            let driven = drive(plan, stepper.as_mut(), &mut state, options, recorders);
+            let driven = drive(plan, stepper.as_mut(), &mut state, options, recorders, &mut warnings);
             (Some(stepper), driven.unwrap_or_else(|failure| Ending::Failed { failure }))
         }
         Err(failure) => (None, Ending::Failed { failure }),
     };
-    let outcome = conclude(plan, &state, stepper.as_deref(), ending);
+    let mut outcome = conclude(plan, &state, stepper.as_deref(), ending);
+    outcome.warnings.splice(0..0, warnings);
     finish(plan, outcome, state, recorders)
 }
 
@@ -65,14 +68,14 @@ fn start<'p>(
     for recorder in recorders.iter_mut() {
         recorder.start(plan).map_err(|e| recording_failed(state, &e))?;
     }
-    let threads = Threads::new(options.threads.max(1)).map_err(|e| {
-        Failure::new(
-            state,
-            FailureCause::Internal,
-            format!("The operating system gave no worker threads: {e}."),
-        )
-    })?;
+    let internal = |text: String| Failure::new(state, FailureCause::Internal, text);
+    let threads = worker_threads(options).map_err(internal)?;
     stepper(plan, threads).map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))
+}
+
+fn worker_threads(options: &RunOptions) -> Result<Threads, String> {
+    Threads::new(options.threads.max(1))
+        .map_err(|e| format!("The operating system gave no worker threads: {e}."))
 }
 
 fn finish(
@@ -98,9 +101,15 @@ fn drive(
     state: &mut State,
     options: &RunOptions,
     recorders: &mut [&mut dyn Recorder],
+    warnings: &mut Vec<String>,
 ) -> Result<Ending, Failure> {
     if let (Some(settle), 0) = (plan.settle, state.step)
         && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
+    {
+        return interrupted(interrupt, state);
+    }
+    if state.step == 0
+        && let Some(interrupt) = preload(plan, state, options, warnings)?
     {
         return interrupted(interrupt, state);
     }
@@ -169,8 +178,7 @@ fn settle_down(
     settle: Settle,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
-    let released_v =
-        std::mem::replace(&mut state.v, vec![crate::mechanics::tensor::Vec3::zeros(); plan.node_count()]);
+    let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -settle.duration;
     while state.time < 0.0 {
         if let Some(interrupt) = (options.interrupt)() {
@@ -184,16 +192,51 @@ fn settle_down(
         stepper.advance(state, Phase::Settling(settle));
         snap(state, Some(0.0));
     }
-    let settled_u = std::mem::take(&mut state.u);
+    start_clock(plan, state, released_v);
+    Ok(None)
+}
+
+/// Loads grow to what they are at the start of the run, quasi-statically; then the clock starts at rest.
+fn preload(
+    plan: &Plan,
+    state: &mut State,
+    options: &RunOptions,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Interrupt>, Failure> {
+    let internal = |text: String| Failure::new(state, FailureCause::Internal, text);
+    let threads = worker_threads(options).map_err(internal)?;
+    let made = preloader(plan, threads).map_err(|e| internal(format!("There is {e}.")))?;
+    let (Some(mut stepper), Some(preload)) = (made, &plan.preload) else { return Ok(None) };
+    let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
+    state.time = -1.0;
+    let mut is_last = false;
+    // The last load step is for what linearisation left of gaps: the loads stay what they are.
+    while !is_last {
+        if let Some(interrupt) = (options.interrupt)() {
+            return Ok(Some(interrupt));
+        }
+        is_last = state.time >= 0.0;
+        let longest = if is_last { preload.step } else { -state.time };
+        if let Some(interrupt) = solve(&mut *stepper, state, Phase::Preloading, longest, options.interrupt)? {
+            return Ok(Some(interrupt));
+        }
+        stepper.advance(state, Phase::Preloading);
+        snap(state, (!is_last).then_some(0.0));
+    }
+    warnings.extend(stepper.warnings().into_iter().map(|warning| format!("Preload: {warning}")));
+    start_clock(plan, state, released_v);
+    Ok(None)
+}
+
+/// The state at the start of the clock: what has been settled or loaded stays, and the bodies get their velocities.
+fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
     *state = State {
-        u: settled_u,
+        u: std::mem::take(&mut state.u),
         v: released_v,
         orientations: std::mem::take(&mut state.orientations),
         dilatation: std::mem::take(&mut state.dilatation),
         ..State::new(plan)
     };
-    state.ledger = Ledger::new(plan);
-    Ok(None)
 }
 
 /// The next time that must be hit, or `None` at the end.
@@ -229,7 +272,7 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
             100.0 * LARGEST_CONTACT_CREATION,
             energy.scale_j
         )
-    } else if energy.algorithmic_j() < -limit * energy.scale_j {
+    } else if !plan.is_static() && energy.algorithmic_j() < -limit * energy.scale_j {
         format!(
             "The time integrator created {:.3e} J of energy, more than {:.2} % of {:.3e} J.",
             -energy.algorithmic_j(),
@@ -303,6 +346,14 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         outcome.warnings.push(format!(
             "Numerical contact dissipation is {:.1} % of the energy scale: a finer mesh at the contact lowers it.",
             100.0 * lost / scale
+        ));
+    }
+    let missed: f64 = state.ledger.algorithmic.iter().sum();
+    if plan.is_static() && missed.abs() > plan.energy_gate * scale && scale > 0.0 {
+        outcome.warnings.push(format!(
+            "The work of loads and reactions, taken from the ends of the load steps, misses {:.1} % of the energy scale: \
+             smaller load steps follow it closer.",
+            100.0 * missed / scale
         ));
     }
     outcome

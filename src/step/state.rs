@@ -2,6 +2,7 @@
 
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
+use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -43,6 +44,19 @@ pub struct ImplicitMemory {
     pub target_step: f64,
     /// Where the matrix was taken that the last step was solved with, when there was one.
     pub tangent: Option<Tangent>,
+    /// Without mass: what holds the bodies at t_n.
+    pub held: Held,
+}
+
+/// The contacts that hold bodies at rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Held {
+    /// Contacts of the load step that ended here.
+    pub contacts: Vec<Contact>,
+    /// Their reactions.
+    pub reactions: Vec<Reaction>,
+    /// Time over which these act [s]; 0 at the start.
+    pub step: f64,
 }
 
 /// Where the matrix `S = M + ξ θ h² K(u)` of an implicit step was taken. It serves as long as Newton's iteration converges with it.
@@ -54,6 +68,8 @@ pub struct Tangent {
     pub u: Vec<Vec3>,
     /// Step h [s].
     pub step: f64,
+    /// The pressures on faces [Pa].
+    pub pressures: Vec<f64>,
     /// Nodes whose compliance was solved for, ascending.
     pub contact_nodes: Vec<u32>,
 }

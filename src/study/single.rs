@@ -25,7 +25,7 @@ pub enum Phase {
     Compiling,
     /// Cheaper runs for the error bars.
     EstimatingErrors,
-    /// Settling before the clock starts.
+    /// Settling, or loading quasi-statically, before the clock starts.
     Settling,
     /// Stepping.
     Running,
@@ -103,7 +103,8 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let plan = compile(request.scene)?;
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::EstimatingErrors });
     let error_bars = error_bars(request.scene, request.threads, request.interrupt);
-    let phase = if plan.settle.is_some() { Phase::Settling } else { Phase::Running };
+    let phase =
+        if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Running };
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase });
 
     let measures = Measures::new()

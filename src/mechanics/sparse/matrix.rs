@@ -87,9 +87,9 @@ impl SymmetricMatrix {
         }
     }
 
-    /// Adds the 3×3 block of the forces on one node by the displacements of another (or the same), and its transpose at the
-    /// place of the transpose.
-    fn add_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
+    /// Adds the 3×3 block (row by row) of the forces on one node by the displacements of another (or the same), and its
+    /// transpose at the place of the transpose.
+    pub fn add_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
         let (Some(row), Some(column)) = (unknowns.position(a), unknowns.position(b)) else { return };
         if row < column {
             let transposed = [0, 3, 6, 1, 4, 7, 2, 5, 8].map(|i| pair[i]);

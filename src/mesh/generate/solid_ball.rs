@@ -1,14 +1,18 @@
 //! A solid ball: a core of cubes blended into a cubed sphere.
 
 use super::cubed_sphere::{CubeSurface, equiangular};
+use super::grading::graded;
 use super::o_grid::{core_fraction, core_point, ring_point};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_4, PI};
 
-/// A ball of one part, node set `outer`.
+/// Nodes nearer to a plane of symmetry than this share of the radius are on it.
+const ON_PLANE: f64 = 1e-9;
+
+/// A ball of one part, node set `outer`; a quarter has `x_min` and `y_min` on its planes of symmetry too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidBall {
     /// Centre [m].
@@ -19,6 +23,10 @@ pub struct SolidBall {
     pub elements_around: u32,
     /// Layers of elements between the core and the surface: 6 n² elements each.
     pub elements_through: u32,
+    /// Size ratio of the largest to the smallest element along x and y; the smallest are on the axis z, so at the poles ±z.
+    pub grading: f64,
+    /// Only what lies at x ≥ 0 and y ≥ 0 from the centre.
+    pub is_quarter: bool,
     /// Name of the part.
     pub part: String,
 }
@@ -31,14 +39,23 @@ impl SolidBall {
         checks.positive_length("radius_m", self.radius_m);
         checks.count("elements_around", self.elements_around, 1);
         checks.count("elements_through", self.elements_through, 1);
+        checks.grading("grading", self.grading);
+        checks.require(
+            !self.is_quarter || self.elements_around.is_multiple_of(2),
+            "elements_around",
+            f64::from(self.elements_around),
+            "even, for a quarter",
+            "give an even number: the planes of symmetry pass between elements",
+        );
         checks.budget(self.element_count());
         checks.into_problems()
     }
 
-    /// Number of elements of the mesh, n³ + 6 n² a layer.
+    /// Number of elements of the mesh, n³ + 6 n² a layer of a whole ball.
     pub fn element_count(&self) -> u64 {
         let (n, m) = (u64::from(self.elements_around), u64::from(self.elements_through));
-        n.saturating_mul(n).saturating_mul(n.saturating_add(m.saturating_mul(6)))
+        let whole = n.saturating_mul(n).saturating_mul(n.saturating_add(m.saturating_mul(6)));
+        if self.is_quarter { whole / 4 } else { whole }
     }
 
     /// The same ball with all element counts multiplied by `factor`.
@@ -60,13 +77,14 @@ impl SolidBall {
         let (n, layers) = (self.elements_around, self.elements_through);
         let core_size = core_fraction(n, layers);
         let place = |x: Vec3| self.center + x * self.radius_m;
+        let lattice = self.lattice();
         let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
 
         // Core: a lattice of (n + 1)³ nodes.
         let core_node = |[i, j, k]: [u32; 3]| i + (n + 1) * (j + (n + 1) * k);
         for k in 0..=n {
             for j in 0..=n {
-                mesh.nodes.extend((0..=n).map(|i| place(core_point(&equiangular([i, j, k], n)) * core_size)));
+                mesh.nodes.extend((0..=n).map(|i| place(core_point(&lattice([i, j, k])) * core_size)));
             }
         }
         for (k, j, i) in (0..n).flat_map(|k| (0..n).flat_map(move |j| (0..n).map(move |i| (k, j, i)))) {
@@ -81,7 +99,7 @@ impl SolidBall {
         let a_layer = surface.points.len() as u32;
         for layer in 1..=layers {
             let fraction = f64::from(layer) / f64::from(layers);
-            let ring = |&p: &[u32; 3]| place(ring_point(&equiangular(p, n), core_size, fraction));
+            let ring = |&p: &[u32; 3]| place(ring_point(&lattice(p), core_size, fraction));
             mesh.nodes.extend(surface.points.iter().map(ring));
         }
         let node = |layer: u32, point: u32| match layer {
@@ -97,8 +115,51 @@ impl SolidBall {
         }
         mesh.part_of = vec![0; mesh.hexes.len()];
         mesh.node_sets.insert("outer".into(), node_set((0..a_layer).map(|p| node(layers, p))));
-        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));
+        let mut exact = self.exact_volume_m3();
+        if self.is_quarter {
+            self.cut(&mut mesh);
+            exact /= 4.0;
+        }
+        mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), exact));
         Ok(mesh)
+    }
+
+    /// Where the lattice of the cube lies in [−1, 1]³.
+    fn lattice(&self) -> impl Fn([u32; 3]) -> Vec3 + use<> {
+        let (n, grading) = (self.elements_around, self.grading);
+        let spread = |s: f64| if s.abs() >= 1.0 { s.signum() } else { (FRAC_PI_4 * s).tan() };
+        let line: Vec<f64> = graded(-1.0, 1.0, 0.0, grading, n).into_iter().map(spread).collect();
+        move |point| {
+            let even = equiangular(point, n);
+            if grading > 1.0 {
+                Vec3::new(line[point[0] as usize], line[point[1] as usize], even.z)
+            } else {
+                even
+            }
+        }
+    }
+
+    /// Leaves the quarter at x ≥ 0 and y ≥ 0.
+    fn cut(&self, mesh: &mut Mesh) {
+        let is_kept = |mesh: &Mesh, element: usize| {
+            let middle = mesh.corners(element).iter().sum::<Vec3>() / 8.0 - self.center;
+            middle.x > 0.0 && middle.y > 0.0
+        };
+        let kept = (0..mesh.hexes.len()).filter(|element| is_kept(mesh, *element));
+        mesh.hexes = kept.map(|element| mesh.hexes[element]).collect();
+        mesh.part_of.truncate(mesh.hexes.len());
+        mesh.drop_unused_nodes();
+        for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
+            // tan 0 is 0, and what the grading leaves of it is rounding.
+            let on_plane = |node: &u32| {
+                (mesh.nodes[*node as usize] - self.center)[axis].abs() < ON_PLANE * self.radius_m
+            };
+            let nodes = node_set((0..mesh.nodes.len() as u32).filter(on_plane));
+            for node in &nodes {
+                mesh.nodes[*node as usize][axis] = self.center[axis];
+            }
+            mesh.node_sets.insert(name.into(), nodes);
+        }
     }
 
     /// Volume of the true ball [m³], 4/3 π R³.

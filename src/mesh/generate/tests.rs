@@ -25,6 +25,8 @@ fn hollow_ball() -> HollowBall {
 
 fn solid_ball() -> SolidBall {
     SolidBall {
+        grading: 1.0,
+        is_quarter: false,
         center: Vec3::zeros(),
         radius_m: 0.022,
         elements_around: 4,
@@ -272,6 +274,28 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
         fields,
         ["cuts_x.inner_m[1]", "cuts_x.inner_m[2]", "cuts_y.count", "cuts_y.ratio", "cuts_y.position_m"]
     );
+}
+
+#[test]
+fn a_quarter_of_a_graded_ball_is_a_quarter_of_it() {
+    let center = Vec3::new(0.1, -0.2, 0.3);
+    let whole = SolidBall { elements_around: 8, elements_through: 4, grading: 6.0, center, ..solid_ball() };
+    let quarter = SolidBall { is_quarter: true, ..whole.clone() };
+    let (all, part) = (whole.generate().unwrap(), quarter.generate().unwrap());
+    assert_sound(&all, 0.1);
+    assert_sound(&part, 0.1);
+    assert_eq!(4 * part.hexes.len(), all.hexes.len());
+    assert_eq!(part.hexes.len() as u64, quarter.element_count());
+    assert!((4.0 * part.volume_m3() / all.volume_m3() - 1.0).abs() < 1e-12);
+    for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
+        let nodes = &part.node_sets[name];
+        let on_plane = part.nodes.iter().filter(|X| X[axis] == center[axis]).count();
+        assert!(nodes.len() > 40 && nodes.len() == on_plane, "{} of {on_plane}", nodes.len());
+        assert!(part.nodes.iter().all(|X| X[axis] >= center[axis]));
+    }
+    let odd = SolidBall { elements_around: 5, ..quarter };
+    let fields: Vec<String> = odd.problems().into_iter().map(|p| p.field).collect();
+    assert_eq!(fields, ["elements_around"]);
 }
 
 proptest! {

@@ -7,7 +7,7 @@ pub type Break = (&'static str, Value, &'static str, &'static str);
 
 /// All breaks.
 pub fn broken() -> Vec<Break> {
-    [structure(), names(), materials(), motion(), times(), contact(), meshes(), solver()].concat()
+    [structure(), names(), materials(), motion(), times(), loads(), contact(), meshes(), solver()].concat()
 }
 
 #[rustfmt::skip]
@@ -139,6 +139,42 @@ fn times() -> Vec<Break> {
         ("/integrator", implicit("energy_gate", 2.0), "/integrator/energy_gate", "out_of_range"),
         ("/settle/damping_per_s", json!(0), "/settle/damping_per_s", "not_positive"),
         ("/gravity_m_per_s2", json!([0, 0, 0]), "/settle", "nothing_to_settle"),
+    ]
+}
+
+/// A load on the limb's skin with something beside.
+fn load(set: &str, ramp: &Value) -> Value {
+    json!([{"kind": "pressure", "set": set, "pressure_pa": 1e3, "ramp": ramp}])
+}
+
+/// The limb's skin moved, with something beside.
+fn prescribed(name: &str, value: Value) -> Value {
+    let mut prescribed = json!({"set": "skin_outer", "displacement_m": [0, 0, 1e-3], "ramp": {"kind": "linear", "to_s": 1e-4}});
+    prescribed[name] = value;
+    json!([prescribed])
+}
+
+#[rustfmt::skip]
+fn loads() -> Vec<Break> {
+    vec![
+        ("/gravity_ramp", json!({"kind": "linear", "from_s": 2, "to_s": 1}), "/gravity_ramp/to_s", "times_not_ascending"),
+        ("/gravity_ramp", json!({"kind": "table", "times_s": [0, 1], "factors": [0]}), "/gravity_ramp/factors", "table_lengths"),
+        ("/gravity_ramp", json!({"kind": "table", "times_s": [0, 0], "factors": [0, 1]}), "/gravity_ramp/times_s/1", "times_not_ascending"),
+        ("/gravity_ramp", json!({"kind": "constant", "to_s": 1}), "/gravity_ramp/to_s", "unknown_field"),
+        ("/bodies/1/face_loads", load("skin", &json!({"kind": "constant"})), "/bodies/1/face_loads/0/set", "unknown_set"),
+        ("/bodies/1/face_loads", load("skin_outer", &json!({"kind": "linear", "to_s": 0})), "/bodies/1/face_loads/0/ramp/to_s", "times_not_ascending"),
+        ("/bodies/1/prescribed", prescribed("set", json!("skin")), "/bodies/1/prescribed/0/set", "unknown_set"),
+        ("/bodies/1/prescribed", prescribed("set", json!("bone")), "/bodies/1/prescribed/0/set", "held_twice"),
+        ("/bodies/1/prescribed", prescribed("axes", json!([])), "/bodies/1/prescribed/0/axes", "no_axes"),
+        ("/bodies/1/prescribed", prescribed("ramp", json!({"kind": "constant"})), "/bodies/1/prescribed/0/ramp", "prescribed_jump"),
+        ("/bodies/0/prescribed", json!([{"set": "outer", "displacement_m": [0, 0, 0]}]), "/bodies/0/velocity_m_per_s/2", "prescribed_but_flying"),
+        ("/preload", json!({"steps": 0}), "/preload/steps", "out_of_range"),
+        ("/preload", json!({"newton_tolerance": 1}), "/preload/newton_tolerance", "out_of_range"),
+        ("/preload", json!({}), "/settle", "preload_and_settle"),
+        ("/integrator", json!({"kind": "quasi_static", "step_s": 1e-5}), "/settle", "settle_and_quasi_static"),
+        ("/integrator", json!({"kind": "quasi_static", "step_s": 1e-5}), "/bodies/0/velocity_m_per_s", "motion_without_mass"),
+        ("/integrator", json!({"kind": "quasi_static", "step_s": 1}), "/integrator/step_s", "out_of_range"),
+        ("/integrator", json!({"kind": "quasi_static", "step_s": 1e-5, "smallest_step_s": 1}), "/integrator/smallest_step_s", "out_of_range"),
     ]
 }
 

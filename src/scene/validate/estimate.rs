@@ -85,9 +85,11 @@ pub fn check(
 
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.hexes.len() as u64).sum();
-    let steps = count((document.end_time_s + settling) / step);
+    let preloading = document.preload.as_ref().map_or(0, |preload| u64::from(preload.steps));
+    let steps = count((document.end_time_s + settling) / step).saturating_add(preloading);
     let frames = frame_count(document);
-    let systems = if integrator.is_implicit() { system_bytes(nodes) } else { 0 };
+    let systems =
+        if integrator.is_implicit() || document.preload.is_some() { system_bytes(nodes) } else { 0 };
     let estimate = Estimate {
         nodes,
         elements,

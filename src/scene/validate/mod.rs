@@ -6,6 +6,7 @@ pub mod bodies;
 pub mod contact;
 pub mod estimate;
 pub mod findings;
+pub mod loads;
 pub mod materials;
 pub mod measures;
 pub mod meshes;
@@ -35,6 +36,7 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     }
     contact::check(document, &mut out);
     timing::check(document, budget, &mut out);
+    loads::check(document, &mut out);
     solver::check(document, &mut out);
     measures::check(document, &mut out);
     out

@@ -48,6 +48,8 @@ fn check_absent(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
         ("sets", !body.sets.is_empty()),
         ("initial_deformation", body.initial_deformation.is_some()),
         ("fixed", !body.fixed.is_empty()),
+        ("prescribed", !body.prescribed.is_empty()),
+        ("face_loads", !body.face_loads.is_empty()),
     ];
     for (name, is_present) in members {
         out.require(!is_present, || {

@@ -48,6 +48,8 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
             check_step(*step_s, here, out);
             check_weight("theta", *theta, here, out);
         }
+        // With what it is asked without: see `loads`.
+        IntegratorDocument::QuasiStatic { .. } => {}
     }
     let energy_gate = integrator.energy_gate();
     out.require(energy_gate > 0.0 && energy_gate <= 1.0, || {

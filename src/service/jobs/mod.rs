@@ -134,6 +134,8 @@ pub enum JobFailureCause {
     ContactNotConverged,
     /// An implicit step did not converge however short it was.
     NewtonNotConverged,
+    /// Without mass: nothing balances what pushes a body.
+    NothingHolds,
     /// The energy balance failed its gate.
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.

@@ -356,6 +356,7 @@ impl From<Failure> for JobFailure {
             FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
             FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,
             FailureCause::NewtonNotConverged => JobFailureCause::NewtonNotConverged,
+            FailureCause::NothingHolds => JobFailureCause::NothingHolds,
             FailureCause::EnergyGate => JobFailureCause::EnergyGate,
             FailureCause::NotFinite => JobFailureCause::NotFinite,
             FailureCause::Deadline => JobFailureCause::Deadline,

@@ -2,13 +2,19 @@
 
 use crate::mechanics::force::{ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Implicit, Plan};
+use crate::plan::{Implicit, LoadTime, Plan, Prescribed};
 use crate::step::explicit::check_block;
 use crate::step::failure::Failure;
+use crate::step::loads;
 use crate::step::state::State;
 
 /// What the residual is measured against is at least this many times the root of the energy that rounding stirs up.
 const ROUNDING: f64 = 8.0;
+
+/// Share of the square of a residual that is most of it.
+const MOST: f64 = 0.25;
+/// A residual below this share of the forces is none that pushes a body.
+const NOTABLE: f64 = 1e-3;
 
 /// Size, damping and start of the step.
 #[derive(Clone, Copy)]
@@ -21,10 +27,34 @@ pub(super) struct Step<'a> {
     pub v: &'a [Vec3],
     /// Internal forces at the start [N].
     pub f_int: &'a [Vec3],
+    /// Forces of loads at the start [N].
+    pub f_ext: &'a [Vec3],
+    /// Where the loads are at the start and at the end.
+    pub load_times: [LoadTime; 2],
     /// h [s].
     pub h: f64,
     /// Mass-proportional damping [1/s], 0 but while settling.
     pub damping: f64,
+}
+
+impl Step<'_> {
+    /// The velocity that takes a prescribed component of a displacement to where it is to be at the end [m/s].
+    pub fn prescribed_velocity(&self, prescribed: &Prescribed) -> f64 {
+        let goal = self.plan.loads.displacement(prescribed, self.load_times[1]);
+        (goal - self.state.u[prescribed.node as usize][prescribed.axis]) / self.h
+    }
+
+    /// Gravity as it acts in the step [m/s²].
+    pub fn gravity(&self) -> Vec3 {
+        let [start, end] = self.load_times.map(|time| loads::gravity(self.plan, time));
+        end * self.options.xi + start * (1.0 - self.options.xi)
+    }
+
+    /// By how much gravity grows in the step [m/s²].
+    pub fn growth_of_gravity(&self) -> Vec3 {
+        let [start, end] = self.load_times.map(|time| loads::gravity(self.plan, time));
+        end - start
+    }
 }
 
 /// One end.
@@ -37,6 +67,8 @@ pub(super) struct Iterate {
     pub u: Vec<Vec3>,
     /// Internal forces at u⁺ [N].
     pub f_int: Vec<Vec3>,
+    /// Forces of loads at u⁺ [N].
+    pub f_ext: Vec<Vec3>,
     /// `M (v⁺ − v) − h [ξ f⁺ + (1 − ξ) f]` of the unknowns [N s]: what the contacts must give.
     pub lack: Vec<f64>,
     /// Size of `lack − Cᵀ p`, and what it is measured against: `√(Σ r²/m)` [√J].
@@ -57,6 +89,7 @@ impl Iterate {
             impulse: nodes(),
             u: nodes(),
             f_int: nodes(),
+            f_ext: nodes(),
             lack: vec![0.0; unknowns],
             residual: 0.0,
             scale: 0.0,
@@ -72,7 +105,13 @@ impl Iterate {
         for (node, u) in self.u.iter_mut().enumerate() {
             *u = state.u[node] + (self.v[node] * theta + state.v[node] * (1.0 - theta)) * step.h;
         }
+        // What is prescribed moves as it is told: its velocity is the mean of the step.
+        for Prescribed { node, axis, .. } in &step.plan.loads.prescribed {
+            let node = *node as usize;
+            self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
+        }
         self.sweep(step.plan, step.threads, step.state, forces)?;
+        loads::eval_forces(step.plan, &self.u, step.load_times[1], &mut self.f_ext);
         self.weigh(step);
         Ok(())
     }
@@ -108,33 +147,59 @@ impl Iterate {
     /// Lack of momentum, its size without what the contacts give, and what that is measured against.
     fn weigh(&mut self, step: &Step) {
         let Step { plan, options, h, .. } = *step;
-        let gravity = plan.gravity.unwrap_or_else(Vec3::zeros);
-        let mut sizes = [0.0; 4];
+        let gravity = step.gravity();
+        let share = options.inertia();
+        let mut sizes = [0.0; 5];
         for node in 0..self.v.len() {
             let inertia = plan.inertia(node);
             let parts = [
                 self.f_int[node] * h,
-                (self.v[node] - step.v[node]).component_mul(&inertia),
+                (self.v[node] - step.v[node]).component_mul(&inertia) * share,
                 self.impulse[node],
                 gravity * (plan.mass[node] * h),
+                self.f_ext[node] * h,
             ];
             for (size, part) in sizes.iter_mut().zip(parts) {
                 *size += energy(&part, &inertia);
             }
         }
+        let mut lack = std::mem::take(&mut self.lack);
         let mut residual = 0.0;
         options.unknowns.for_each(|unknown, node, axis| {
-            let m = plan.inertia(node)[axis];
-            let internal = options.xi * self.f_int[node][axis] + (1.0 - options.xi) * step.f_int[node][axis];
-            let mean = 0.5 * (self.v[node][axis] + step.v[node][axis]);
-            let force = plan.mass[node] * gravity[axis] - m * step.damping * mean - internal;
-            let lack = m * (self.v[node][axis] - step.v[node][axis]) - h * force;
-            self.lack[unknown] = lack;
-            residual += (lack - self.impulse[node][axis]).powi(2) / m;
+            lack[unknown] = self.lack_at(step, &gravity, node, axis);
+            residual += (lack[unknown] - self.impulse[node][axis]).powi(2) / plan.inertia(node)[axis];
         });
+        self.lack = lack;
         self.residual = residual.sqrt();
         let floor = ROUNDING * plan.rounding_energy.sqrt();
         self.scale = sizes.into_iter().fold(0.0, f64::max).sqrt().max(floor);
+    }
+
+    /// `m (v⁺ − v) − h f` of a node along an axis [N s]: what contact, or who holds the node, must give.
+    fn lack_at(&self, step: &Step, gravity: &Vec3, node: usize, axis: usize) -> f64 {
+        let Step { plan, options, h, .. } = *step;
+        let (m, xi) = (plan.inertia(node)[axis], options.xi);
+        let internal = xi * self.f_int[node][axis] + (1.0 - xi) * step.f_int[node][axis];
+        let external = xi * self.f_ext[node][axis] + (1.0 - xi) * step.f_ext[node][axis];
+        let mean = 0.5 * (self.v[node][axis] + step.v[node][axis]);
+        let force = plan.mass[node] * gravity[axis] - m * step.damping * mean + external - internal;
+        options.inertia() * m * (self.v[node][axis] - step.v[node][axis]) - h * force
+    }
+
+    /// Impulses on the prescribed components [N s], for the ledger; without mass those of the mean of the forces at both ends,
+    /// but for contact.
+    pub fn prescribed_impulses(&self, step: &Step, impulses: &mut [f64]) {
+        let gravity = step.gravity();
+        let growth = step.growth_of_gravity();
+        for (impulse, Prescribed { node, axis, .. }) in impulses.iter_mut().zip(&step.plan.loads.prescribed) {
+            let (node, axis) = (*node as usize, *axis);
+            *impulse = self.lack_at(step, &gravity, node, axis) - self.impulse[node][axis];
+            if step.options.statics.is_some() {
+                let external =
+                    step.plan.mass[node] * growth[axis] + self.f_ext[node][axis] - step.f_ext[node][axis];
+                *impulse -= 0.5 * step.h * (self.f_int[node][axis] - step.f_int[node][axis] - external);
+            }
+        }
     }
 
     /// What the time integrator dissipated in a body in the step [J]: the work of its internal forces on the mean velocity less
@@ -142,11 +207,82 @@ impl Iterate {
     pub fn dissipated(&self, step: &Step, body: usize, strain_before: f64) -> f64 {
         let nodes = &step.plan.bodies[body].nodes;
         let mut work = 0.0;
+        if step.options.statics.is_some() {
+            return self.left_by_load_step(step, body) - (self.strain[body] - strain_before);
+        }
         for node in nodes.start as usize..nodes.end as usize {
             let force = self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi);
             work += force.dot(&(self.v[node] + step.state.v[node]));
         }
         0.5 * step.h * work - (self.strain[body] - strain_before)
+    }
+    /// Work of the internal forces on prescribed nodes of a body beyond that on their mean velocity [J]: such nodes move by `h v⁺`,
+    /// not by `h ½ (v + v⁺)`, which differs where the rate of their way jumps. Nothing without mass.
+    pub fn driven_work(&self, step: &Step, body: usize) -> f64 {
+        if step.options.statics.is_some() {
+            return 0.0;
+        }
+        let (nodes, xi) = (&step.plan.bodies[body].nodes, step.options.xi);
+        let of_body = step.plan.loads.prescribed.iter().filter(|p| nodes.contains(&p.node));
+        let work = of_body.map(|p| {
+            let (node, axis) = (p.node as usize, p.axis);
+            let force = xi * self.f_int[node][axis] + (1.0 - xi) * step.f_int[node][axis];
+            force * (self.v[node][axis] - step.state.v[node][axis])
+        });
+        0.5 * step.h * work.sum::<f64>()
+    }
+
+    /// Work of the internal forces of a body in a load step [J], as the ledger counts that of the others: by the mean of both
+    /// ends where the loads are known at both, else (contact) by the end.
+    fn left_by_load_step(&self, step: &Step, body: usize) -> f64 {
+        let nodes = step.plan.bodies[body].nodes.start as usize..step.plan.bodies[body].nodes.end as usize;
+        let growth = step.growth_of_gravity();
+        let mut work = 0.0;
+        for node in nodes.clone() {
+            let external = growth * step.plan.mass[node] + self.f_ext[node] - step.f_ext[node];
+            work += (self.f_int[node] - external * 0.5).dot(&self.v[node]);
+        }
+        for Prescribed { node, axis, .. } in &step.plan.loads.prescribed {
+            let (node, axis) = (*node as usize, *axis);
+            if nodes.contains(&node) {
+                let external =
+                    growth[axis] * step.plan.mass[node] + self.f_ext[node][axis] - step.f_ext[node][axis];
+                let internal = self.f_int[node][axis] - step.f_int[node][axis];
+                work -= 0.5 * (internal - external) * self.v[node][axis];
+            }
+        }
+        step.h * work
+    }
+
+    /// Without mass: a body that no held node keeps from moving and whose resultant [N] is most of what the equilibrium lacks.
+    pub fn pushed(&self, step: &Step) -> Option<(usize, Vec3)> {
+        if self.residual < NOTABLE * self.scale {
+            return None;
+        }
+        let gravity = step.gravity();
+        let resultant = |body: usize| {
+            let nodes = &step.plan.bodies[body].nodes;
+            let mut sum = Vec3::zeros();
+            for node in nodes.start as usize..nodes.end as usize {
+                let lack = Vec3::from_fn(|axis, _| {
+                    let is_free = step.plan.inverse_mass[node][axis] > 0.0;
+                    if is_free {
+                        self.lack_at(step, &gravity, node, axis) - self.impulse[node][axis]
+                    } else {
+                        0.0
+                    }
+                });
+                sum -= lack;
+            }
+            sum
+        };
+        let unheld = step.options.statics.iter().flat_map(|statics| &statics.unheld);
+        let mut pushed = unheld.map(|unheld| (unheld.body, resultant(unheld.body)));
+        // √J as the residual: the resultant spread over the body.
+        let is_most = |(body, sum): &(usize, Vec3)| {
+            sum.norm_squared() / step.plan.bodies[*body].mass > MOST * self.residual * self.residual
+        };
+        pushed.find(is_most).map(|(body, sum)| (body, sum / step.h))
     }
 }
 

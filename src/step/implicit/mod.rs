@@ -11,6 +11,18 @@
 //! for θ = ½, and for θ > ½ by what the ledger shows as *algorithmic*.
 //!
 //! A step that does not converge is halved, and grown again when steps come easily.
+//!
+//! *Without mass* ([`Statics`]) the same iteration finds equilibrium at the end of a load step, with v⁺ the displacement of the step
+//! over h:
+//!
+//! ```text
+//! 0 = h f(u⁺, t⁺) + Cᵀ p          u⁺ = u + h v⁺          p : bi-potential law on  g/h + C v⁺
+//! ```
+//!
+//! Nothing can be thrown off without mass, so the law asks a negative gap to close, too, and nothing is projected. The state has no
+//! velocity between load steps, but what holds the bodies ([`super::state::Held`]).
+//!
+//! [`Statics`]: crate::plan::Statics
 
 mod iterate;
 mod newton;
@@ -21,10 +33,11 @@ use super::explicit::place_skins;
 use super::failure::{Failure, FailureCause, Stop};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::loads;
 use super::motion::Motion;
 use super::rigid::{RigidStep, RigidWork};
 use super::run::Ask;
-use super::state::State;
+use super::state::{Held, State};
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::sparse::SparseError;
@@ -38,6 +51,8 @@ use system::System;
 const EASY: u32 = 8;
 /// Growth of the step after an easy one, up to that of the scene.
 const GROWTH: f64 = 1.5;
+/// Cuts of the step that are told with their reason.
+const MOST_TOLD: usize = 10;
 /// A step may be longer than asked by this share, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
@@ -60,6 +75,12 @@ pub(super) struct ImplicitStepper<'p> {
     v_before: Vec<Vec3>,
     /// Absolute positions of the skins [m].
     x: Vec<Vec3>,
+    /// Mean forces of loads in the step [N], as the ledger counts them; empty where the plan has none.
+    f_ext: Vec<Vec3>,
+    /// Impulses on prescribed nodes in the step [N s].
+    prescribed: Vec<f64>,
+    /// Without mass: what holds the bodies at t_n.
+    held: Held,
     ledger: Ledger,
     energy: Energy,
     extremes: Extremes,
@@ -75,8 +96,8 @@ pub(super) struct ImplicitStepper<'p> {
 struct Cuts {
     count: u64,
     shortest: f64,
-    /// Time and reason of the first.
-    first: Option<(f64, String)>,
+    /// Time, step that was left and reason of the first ones.
+    told: Vec<(f64, f64, String)>,
 }
 
 impl<'p> ImplicitStepper<'p> {
@@ -97,6 +118,9 @@ impl<'p> ImplicitStepper<'p> {
             rigid: plan.rigid.as_ref().map(RigidStep::new),
             v_before: vec![Vec3::zeros(); plan.node_count()],
             x: vec![Vec3::zeros(); plan.node_count()],
+            f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { plan.node_count() } else { 0 }],
+            prescribed: vec![0.0; plan.loads.prescribed.len()],
+            held: Held::default(),
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
             extremes: Extremes::NONE,
@@ -115,15 +139,18 @@ impl<'p> ImplicitStepper<'p> {
             // Damping is in the momentum, like that of all nodes.
             rigid.turn(state, h, 0.0, &mut self.v_before)?;
         }
-        let (v, f_int, damping) = (&self.v_before[..], &start.f_int[..], *damping);
-        let step = Step { plan, options, threads, state, v, f_int, h, damping };
-        let flying = matches!(phase, Phase::Running);
-        let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, flying };
+        let load_times = [state.time, state.time + h].map(|time| phase.load_time(time));
+        let (v, f_int, f_ext, damping) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..], *damping);
+        let step = Step { plan, options, threads, state, v, f_int, f_ext, load_times, h, damping };
+        let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase };
         newton.solve(&step, system, &mut touch, forces, interrupt)
     }
 
     fn work<'a>(&'a self, state: &'a State, v_after: &'a [Vec3]) -> StepWork<'a> {
-        let (contacts, reactions) = self.contacts();
+        let (contacts, reactions) = self.contacts_of_step();
+        let [start, end] = [state.time, state.time + self.step]
+            .map(|time| loads::gravity(self.plan, Phase::Running.load_time(time)));
+        let share = self.share_of_end();
         StepWork {
             plan: self.plan,
             state,
@@ -131,6 +158,10 @@ impl<'p> ImplicitStepper<'p> {
             mean_step: self.step,
             contacts,
             reactions,
+            is_static: self.options.statics.is_some(),
+            gravity: end * share + start * (1.0 - share),
+            f_ext: &self.f_ext,
+            prescribed: &self.prescribed,
             strain: &self.start.strain,
             activity: &self.activity,
             hourglass: &self.start.hourglass,
@@ -145,13 +176,51 @@ impl<'p> ImplicitStepper<'p> {
             rigid.place(self.plan, state, phase, &mut self.x);
         }
     }
+
+    /// Share of the end of the step in the forces of loads whose work the ledger counts [-]: what the momentum has of it, and
+    /// without mass a half, with which the work is of second order.
+    fn share_of_end(&self) -> f64 {
+        if self.options.statics.is_some() { 0.5 } else { self.options.xi }
+    }
+
+    fn contacts_of_step(&self) -> (&[Contact], &[Reaction]) {
+        self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
+    }
+
+    /// Adds what was done in the step.
+    fn add_step(&mut self, state: &State, ledger: &mut Ledger) {
+        let load_times = [state.time, state.time + self.step].map(|time| Phase::Running.load_time(time));
+        let share = self.share_of_end();
+        let ends = self.start.f_ext.iter().zip(&self.newton.end.f_ext);
+        for (f_ext, (start, end)) in self.f_ext.iter_mut().zip(ends) {
+            *f_ext = end * share + start * (1.0 - share);
+        }
+        let Self { plan, options, threads, start, damping, step: h, newton, prescribed, .. } = self;
+        let (v, f_int, f_ext) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..]);
+        let step =
+            Step { plan, options, threads, state, v, f_int, f_ext, load_times, h: *h, damping: *damping };
+        newton.end.prescribed_impulses(&step, prescribed);
+        for body in 0..ledger.algorithmic.len() {
+            let driven = newton.end.driven_work(&step, body);
+            ledger.algorithmic[body] += newton.end.dissipated(&step, body, start.strain[body]) + driven;
+            ledger.external[body] += driven;
+            ledger.absolute_external += driven.abs();
+        }
+        let work = self.work(state, &self.newton.end.v);
+        // Without mass the velocity is that of the whole step.
+        let first = if self.options.statics.is_some() { Half::After } else { Half::Before };
+        ledger.add_work(&work, first);
+        ledger.add_work(&work, Half::After);
+    }
 }
 
 impl Cuts {
     fn note(&mut self, time: f64, step: f64, reason: &Failure) {
         self.shortest = if self.count == 0 { step } else { self.shortest.min(step) };
         self.count += 1;
-        self.first.get_or_insert_with(|| (time, reason.message.clone()));
+        if self.told.len() < MOST_TOLD {
+            self.told.push((time, step, reason.message.clone()));
+        }
     }
 }
 
@@ -159,11 +228,20 @@ impl Stepper for ImplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
         self.damping = match phase {
             Phase::Settling(settle) => settle.damping,
-            Phase::Running => 0.0,
+            Phase::Preloading | Phase::Running => 0.0,
         };
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
+        loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.start.f_ext);
+        if self.options.statics.is_some() {
+            self.held.clone_from(&state.implicit.held);
+            if longest == 0.0 {
+                // At the end nothing comes after: what holds the bodies is known.
+                self.step = state.last_step;
+                return Ok(());
+            }
+        }
         self.place(state, phase);
         let restored = self.system.restore(state.implicit.tangent.as_ref(), self.damping);
         restored.map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))?;
@@ -193,7 +271,7 @@ impl Stepper for ImplicitStepper<'_> {
             }
         }
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
-        self.extremes.most_contacts = self.extremes.most_contacts.max(self.contacts().0.len());
+        self.extremes.most_contacts = self.extremes.most_contacts.max(self.contacts_of_step().0.len());
         Ok(())
     }
 
@@ -210,15 +288,7 @@ impl Stepper for ImplicitStepper<'_> {
         let now = StepWork { rigid: now.rigid.map(RigidWork::unturned), ..now };
         motion.eval(&self.threads, &now);
         ledger.balance(&now, &motion, &mut energy);
-        let work = self.work(state, &self.newton.end.v);
-        ledger.add_work(&work, Half::Before);
-        ledger.add_work(&work, Half::After);
-        let Self { plan, options, threads, start, damping, step: h, .. } = &*self;
-        let (v, f_int) = (&self.v_before[..], &start.f_int[..]);
-        let step = Step { plan, options, threads, state, v, f_int, h: *h, damping: *damping };
-        for (body, sum) in ledger.algorithmic.iter_mut().enumerate() {
-            *sum += self.newton.end.dissipated(&step, body, start.strain[body]);
-        }
+        self.add_step(state, &mut ledger);
         self.extremes.balance_error = self.extremes.balance_error.max(energy.balance_error);
         (self.ledger, self.motion, self.energy) = (ledger, motion, energy);
     }
@@ -233,13 +303,24 @@ impl Stepper for ImplicitStepper<'_> {
             rigid.advance_between(state, &self.newton.end.v, self.options.theta, self.step);
             rigid.clear_places(state);
         }
-        state.v.copy_from_slice(&self.newton.end.v);
+        if self.options.statics.is_none() {
+            state.v.copy_from_slice(&self.newton.end.v);
+        }
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
         state.implicit.target_step = self.next_target;
         if state.implicit.tangent != self.system.tangent {
             state.implicit.tangent.clone_from(&self.system.tangent);
+        }
+        if self.options.statics.is_some() {
+            let (contacts, reactions) = self.contacts_of_step();
+            state.implicit.held.contacts.clear();
+            state.implicit.held.contacts.extend_from_slice(contacts);
+            state.implicit.held.reactions.clear();
+            state.implicit.held.reactions.extend_from_slice(reactions);
+            state.implicit.held.step = self.step;
+            return;
         }
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
@@ -259,11 +340,14 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn contacts(&self) -> (&[Contact], &[Reaction]) {
-        self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
+        if self.options.statics.is_some() {
+            return (&self.held.contacts, &self.held.reactions);
+        }
+        self.contacts_of_step()
     }
 
     fn mean_step(&self, _: &State) -> f64 {
-        self.step
+        if self.options.statics.is_some() && self.held.step > 0.0 { self.held.step } else { self.step }
     }
 
     fn v_after<'a>(&'a self, state: &'a State) -> &'a [Vec3] {
@@ -283,10 +367,13 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let Some((time, reason)) = &self.cuts.first else { return Vec::new() };
-        vec![format!(
+        let Some((time, _, reason)) = self.cuts.told.first() else { return Vec::new() };
+        let mut warnings = vec![format!(
             "The step was cut {} times, to {:.3e} s at the shortest; first at t = {time:.4e} s: {reason}",
             self.cuts.count, self.cuts.shortest
-        )]
+        )];
+        let others = self.cuts.told[1..].iter();
+        warnings.extend(others.map(|(t, h, why)| format!("Then cut to {h:.3e} s at t = {t:.4e} s: {why}")));
+        warnings
     }
 }

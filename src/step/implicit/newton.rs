@@ -14,8 +14,11 @@ use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
+use crate::plan::Prescribed;
 use crate::step::contact::ContactStep;
 use crate::step::failure::{Failure, FailureCause, Stop};
+use crate::step::integrator::Phase;
+use crate::step::loads;
 use crate::step::rigid::RigidStep;
 use crate::step::run::Ask;
 
@@ -31,6 +34,13 @@ const SUFFICIENT: f64 = 1e-4;
 const IMMOVABLE: f64 = 1e-12;
 /// Rounds in which contacts that the reactions close are looked for.
 const MOST_ROUNDS: u32 = 4;
+/// The same without mass, where contacts come one after the other until a body is held.
+const MOST_STATIC_ROUNDS: u32 = 20;
+/// Tolerance of the contact law without mass, as a share of that of the equilibrium, and its least.
+const STATIC_CONTACT: f64 = 1e-2;
+const TIGHTEST_CONTACT: f64 = 1e-13;
+/// Share of the way of prescribed nodes by which the forces that they ask for are found.
+const PROBE: f64 = 1e-6;
 /// An opening velocity below minus this share of the velocities that it comes from closes a contact.
 const CLOSING: f64 = 1e-9;
 
@@ -43,6 +53,8 @@ pub(super) struct Newton {
     /// Where a full step leads.
     goal: (Vec<Vec3>, Vec<Vec3>),
     x: Vec<f64>,
+    /// Size of the lack of momentum that the way of the prescribed nodes will make, to first order [√J].
+    driven: f64,
 }
 
 /// The positions at the start of the step and how contact is asked about.
@@ -52,14 +64,20 @@ pub(super) struct Touch<'a, 'p> {
     pub rigid: Option<&'a RigidStep<'p>>,
     /// Absolute positions of the skins [m].
     pub x: &'a [Vec3],
-    /// Whether the bodies fly: not while settling.
-    pub flying: bool,
+    /// Whether the bodies fly, whether friction has its limit.
+    pub phase: Phase,
 }
 
 impl Newton {
     pub fn new(end: Iterate, unknowns: usize) -> Self {
         let nodes = || vec![Vec3::zeros(); end.v.len()];
-        Self { before: (nodes(), nodes()), goal: (nodes(), nodes()), x: vec![0.0; unknowns], end }
+        Self {
+            before: (nodes(), nodes()),
+            goal: (nodes(), nodes()),
+            x: vec![0.0; unknowns],
+            driven: 0.0,
+            end,
+        }
     }
 
     /// Finds the end of the step; returns the iterations that it took.
@@ -84,10 +102,10 @@ impl Newton {
                 self.take(step, system)?;
                 is_fresh = true;
             }
-            self.aim(step, system, touch, is_first)?;
+            self.aim(step, system, touch, forces, is_first)?;
             is_first = false;
             let expected = self.expected_fall(step);
-            let share = self.search(step, forces, expected)?;
+            let share = self.search(step, system, forces, expected)?;
             let limit = step.options.tolerance * self.end.scale;
             let Some(share) = share else {
                 // No way down: with a matrix from elsewhere that says little.
@@ -101,7 +119,8 @@ impl Newton {
             };
             if share >= 1.0 && self.end.residual <= limit {
                 rounds += 1;
-                if rounds > MOST_ROUNDS || !self.has_new_contacts(step, touch)? {
+                let most = if step.options.statics.is_some() { MOST_STATIC_ROUNDS } else { MOST_ROUNDS };
+                if rounds > most || !self.has_new_contacts(step, touch)? {
                     return Ok(iteration);
                 }
                 continue;
@@ -132,7 +151,8 @@ impl Newton {
 
     /// Takes the matrix where the iteration is.
     fn take(&self, step: &Step, system: &mut System) -> Result<(), Failure> {
-        system.take(&self.end.u, step.h, step.damping).map(|_| ()).map_err(|e| memory(step, &e))
+        let pressures = loads::pressures(step.plan, step.load_times[1]);
+        system.take(&self.end.u, step.h, step.damping, pressures).map(|_| ()).map_err(|e| memory(step, &e))
     }
 
     /// The end of a full step, with the contact law solved for it, into `goal`.
@@ -141,20 +161,27 @@ impl Newton {
         step: &Step,
         system: &mut System,
         touch: &mut Touch,
+        forces: &mut ElementForces,
         detect: bool,
     ) -> Result<(), Failure> {
         let unknowns = &step.options.unknowns;
         self.x.clone_from(&self.end.lack);
+        self.driven = self.add_driven(step, forces)?;
         system.solve(&mut self.x);
         let (v, impulse) = &mut self.goal;
         let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
         v.copy_from_slice(&self.end.v);
         unknowns.for_each(|unknown, node, axis| v[node][axis] -= self.x[unknown]);
+        for prescribed in &step.plan.loads.prescribed {
+            v[prescribed.node as usize][prescribed.axis] = step.prescribed_velocity(prescribed);
+        }
         impulse.fill(Vec3::zeros());
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(()) };
         let failed = |(cause, message)| Failure::new(step.state, cause, message);
         if detect {
-            contact.detect(step.plan, rigid, touch.x, step.h, touch.flying, v).map_err(failed)?;
+            within_reach(step, v, &mut self.before.0);
+            let within = &self.before.0[..];
+            contact.detect(step.plan, rigid, touch.x, step.h, touch.phase, within).map_err(failed)?;
             let (contacts, reactions) = contact.problem();
             reactions.clear();
             reactions.resize(contacts.len(), Reaction::default());
@@ -166,7 +193,7 @@ impl Newton {
             let message = "The matrix of the step is not positive definite.".into();
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
-        solve_contacts(step, system, contact, &sides, touch.flying, v).map_err(failed)?;
+        solve_contacts(step, system, contact, &sides, touch.phase, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
         for (contact, reaction) in contacts.iter().zip(reactions) {
             add_impulse(contact, &sides, reaction.impulse, impulse);
@@ -182,7 +209,32 @@ impl Newton {
     fn expected_fall(&self, step: &Step) -> f64 {
         let changes = self.goal.1.iter().zip(&self.end.impulse).enumerate();
         let change: f64 = changes.map(|(a, (goal, now))| energy(&(goal - now), &step.plan.inertia(a))).sum();
-        self.end.residual + change.sqrt()
+        self.end.residual + change.sqrt() + self.driven
+    }
+
+    /// Adds to `x`, the lack of momentum, what it gains when the prescribed nodes go where they are to be, to first order: their
+    /// columns are not in the matrix, and the whole way at once could turn the elements beside them inside out. Returns its
+    /// size [√J].
+    fn add_driven(&mut self, step: &Step, forces: &mut ElementForces) -> Result<f64, Failure> {
+        let loads = &step.plan.loads.prescribed;
+        let way = |v: &[Vec3], p: &Prescribed| step.prescribed_velocity(p) - v[p.node as usize][p.axis];
+        if loads.iter().all(|p| way(&self.end.v, p) == 0.0) {
+            return Ok(0.0);
+        }
+        self.before.0.copy_from_slice(&self.end.v);
+        for p in loads {
+            self.end.v[p.node as usize][p.axis] += PROBE * way(&self.before.0, p);
+        }
+        self.end.eval(step, forces)?;
+        let mut size = 0.0;
+        step.options.unknowns.for_each(|unknown, node, axis| {
+            let gain = (self.end.lack[unknown] - self.x[unknown]) / PROBE;
+            self.x[unknown] += gain;
+            size += gain * gain / step.plan.inertia(node)[axis];
+        });
+        self.end.v.copy_from_slice(&self.before.0);
+        self.end.eval(step, forces)?;
+        Ok(size.sqrt())
     }
 
     /// Goes towards the goal as far as the residual is below what was `expected` to be removed: the share of the way, `None` if
@@ -190,6 +242,7 @@ impl Newton {
     fn search(
         &mut self,
         step: &Step,
+        system: &mut System,
         forces: &mut ElementForces,
         expected: f64,
     ) -> Result<Option<f64>, Failure> {
@@ -202,7 +255,8 @@ impl Newton {
             // An element beyond its law is a step too far.
             let is_inside = self.end.eval(step, forces).is_ok();
             let within = self.end.residual <= step.options.tolerance * self.end.scale;
-            if is_inside && (within || self.end.residual <= (1.0 - SUFFICIENT * share) * expected) {
+            let falls = || self.end.residual <= (1.0 - SUFFICIENT * share) * expected;
+            if is_inside && (within || falls() || self.comes_nearer(step, system, share)) {
                 return Ok(Some(share));
             }
             share *= 0.5;
@@ -213,13 +267,34 @@ impl Newton {
         Ok(None)
     }
 
+    /// Without mass: whether the next step with this matrix would be shorter than this one (the natural test of Deuflhard 2011,
+    /// section 3.1.2). Where volume is stiff and shape is soft, forces grow along every long step towards equilibrium, and their
+    /// residual alone would allow none.
+    fn comes_nearer(&mut self, step: &Step, system: &mut System, share: f64) -> bool {
+        if step.options.statics.is_none() {
+            return false;
+        }
+        let unknowns = &step.options.unknowns;
+        let mut way = 0.0;
+        unknowns.for_each(|unknown, node, axis| {
+            self.x[unknown] = self.end.lack[unknown] - self.end.impulse[node][axis];
+            let full = self.goal.0[node][axis] - self.before.0[node][axis];
+            way += full * full * step.plan.mass[node];
+        });
+        system.solve(&mut self.x);
+        let mut next = 0.0;
+        unknowns
+            .for_each(|unknown, node, _| next += self.x[unknown] * self.x[unknown] * step.plan.mass[node]);
+        next <= (1.0 - 0.5 * share).powi(2) * way
+    }
+
     /// Whether the reactions close contacts that the free motion would not have closed; these are put on the list.
     fn has_new_contacts(&self, step: &Step, touch: &mut Touch) -> Result<bool, Failure> {
         let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(false) };
         let (contacts, reactions) = contact.problem();
         let known = (std::mem::take(contacts), std::mem::take(reactions));
-        let detected = contact.detect(step.plan, rigid, touch.x, step.h, touch.flying, &self.end.v);
+        let detected = contact.detect(step.plan, rigid, touch.x, step.h, touch.phase, &self.end.v);
         detected.map_err(|(cause, message)| Failure::new(step.state, cause, message))?;
         let (contacts, reactions) = contact.problem();
         let found = std::mem::replace(contacts, known.0);
@@ -232,7 +307,7 @@ impl Newton {
                 (c.pair, c.slave) == (candidate.pair, candidate.slave)
                     && (!slave_is_rigid || c.point == candidate.point)
             });
-            let opening = closing_velocity(&candidate, &sides, &self.end.v, step.h)[0];
+            let opening = closing(step, &candidate, &sides, &self.end.v)[0];
             let size = self.end.v[candidate.slave as usize].amax() + candidate.drift.amax();
             if !is_known && opening < -CLOSING * size {
                 let key = |c: &Contact| (c.pair, c.slave, c.face);
@@ -264,24 +339,29 @@ fn solve_contacts(
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
-    flying: bool,
+    phase: Phase,
     v_free: &[Vec3],
 ) -> Result<(), (FailureCause, String)> {
-    let unknowns = contact.unknowns(flying);
+    let unknowns = contact.unknowns(phase);
     let mut W = system.delassus(contact.results().0, sides, unknowns);
     if drop_immovable(contact, unknowns, &W) {
         W = system.delassus(contact.results().0, sides, unknowns);
     }
     let (contacts, reactions) = contact.results();
-    let closing = |c: &Contact| closing_velocity(c, sides, v_free, step.h).into_iter().take(unknowns);
+    let closing = |c: &Contact| closing(step, c, sides, v_free).into_iter().take(unknowns);
     let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
     let internal = |e: ProblemError| (FailureCause::NotFinite, format!("There is no contact problem: {e}."));
-    let options = Options { tolerance: contact.tolerance(), ..Options::default() };
+    // Without mass the free motion is long where contact alone holds a body, and what the law misses is a share of it.
+    let tolerance = match step.options.statics {
+        Some(_) => contact.tolerance().min(STATIC_CONTACT * step.options.tolerance).max(TIGHTEST_CONTACT),
+        None => contact.tolerance(),
+    };
+    let options = Options { tolerance, ..Options::default() };
     let report = if unknowns == 1 {
         solvers::solve_frictionless(&W, &q, &mut r, &options)
     } else {
-        let mu = contacts.iter().map(|c| contact.friction(c.pair, flying)).collect();
+        let mu = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
         let W = Delassus::dense(contacts.len(), W).map_err(|e| internal(e.into()))?;
         ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, &options))
     };
@@ -291,7 +371,29 @@ fn solve_contacts(
         *reaction = Reaction::default();
         reaction.impulse[..unknowns].copy_from_slice(r);
     }
-    if report.converged { Ok(()) } else { contact.accept(report.error_scaled, None) }
+    let is_within = report.converged || report.error_scaled <= contact.tolerance();
+    if is_within { Ok(()) } else { contact.accept(report.error_scaled, None) }
+}
+
+/// What the law asks of a contact. Without mass nothing is thrown off, and what is inside comes out.
+fn closing(step: &Step, contact: &Contact, sides: &RigidSides, v: &[Vec3]) -> [f64; 3] {
+    let [normal, t1, t2] = closing_velocity(contact, sides, v, step.h);
+    let inside = if step.options.statics.is_some() { contact.gap.min(0.0) / step.h } else { 0.0 };
+    [normal + inside, t1, t2]
+}
+
+/// The velocities `v` with those of bodies that nothing holds yet cut to what detection looks at.
+fn within_reach(step: &Step, v: &[Vec3], to: &mut [Vec3]) {
+    to.copy_from_slice(v);
+    for unheld in step.options.statics.iter().flat_map(|statics| &statics.unheld) {
+        let nodes = &step.plan.bodies[unheld.body].nodes;
+        for v in &mut to[nodes.start as usize..nodes.end as usize] {
+            let way = v.norm() * step.h;
+            if way > unheld.reach {
+                *v *= unheld.reach / way;
+            }
+        }
+    }
 }
 
 /// Drops the contacts along whose normal nothing can move; whether there were any. W has so many `unknowns` a contact.
@@ -315,6 +417,23 @@ fn drop_immovable(contact: &mut ContactStep, unknowns: usize, W: &[f64]) -> bool
 }
 
 fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Failure {
+    if let Some((body, force)) = end.pushed(step) {
+        let message = format!(
+            "Nothing balances a resultant of [{:.3e}, {:.3e}, {:.3e}] N on the body `{}`, which no held node keeps from moving.",
+            force.x, force.y, force.z, step.plan.bodies[body].name
+        );
+        return Failure::new(step.state, FailureCause::NothingHolds, message);
+    }
+    if step.options.statics.is_some() {
+        let message = format!(
+            "A load step of {:.3e} s did not converge: the equilibrium lacks {:.1e} of the forces (limit {:.0e}) after {iterations} \
+             iterations, {why}.",
+            step.h,
+            end.residual / end.scale,
+            step.options.tolerance
+        );
+        return Failure::new(step.state, FailureCause::NewtonNotConverged, message);
+    }
     let message = format!(
         "A step of {:.3e} s did not converge: the momentum lacks {:.1e} of the impulses (limit {:.0e}) after {iterations} iterations, \
          {why}.",

@@ -1,5 +1,7 @@
 //! The linear systems of implicit steps: `S = M (1 + ½ α h) + ξ θ h² K(u)`, its factor, and what a unit impulse at the nodes
-//! of the contacts does.
+//! of the contacts does. Without mass `S = h² (K + α M)`, α of bodies that nothing but contact holds.
+//!
+//! K is that of the elements and of the pressures, the latter's symmetric part.
 
 use crate::mechanics::contact::compliance::NodeCompliance;
 use crate::mechanics::contact::{Contact, RigidSides};
@@ -7,6 +9,7 @@ use crate::mechanics::force::StiffnessBatch;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, Plan};
+use crate::step::loads;
 use crate::step::state::Tangent;
 
 /// S at one displacement and step, factored.
@@ -25,6 +28,10 @@ pub(super) struct System<'p> {
     /// Matrices factored so far.
     pub factored: u64,
 }
+
+/// How often the steadying of bodies that nothing but contact holds is raised, by a factor of ten, until the matrix is positive
+/// definite: pressed bodies want to turn, until contact tells them not to.
+const MOST_RAISES: i32 = 4;
 
 impl<'p> System<'p> {
     pub fn new(plan: &'p Plan, options: &'p Implicit) -> Result<Self, SparseError> {
@@ -53,7 +60,7 @@ impl<'p> System<'p> {
         if self.tangent.as_ref() == Some(left) {
             return Ok(());
         }
-        self.take(&left.u, left.step, damping)?;
+        self.take(&left.u, left.step, damping, left.pressures.clone())?;
         if let Some(tangent) = &mut self.tangent {
             tangent.number = left.number;
         }
@@ -63,12 +70,37 @@ impl<'p> System<'p> {
         Ok(())
     }
 
-    /// Takes S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s].
-    pub fn take(&mut self, u: &[Vec3], h: f64, damping: f64) -> Result<Definiteness, SparseError> {
+    /// Takes S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s] and pressures [Pa].
+    pub fn take(
+        &mut self,
+        u: &[Vec3],
+        h: f64,
+        damping: f64,
+        pressures: Vec<f64>,
+    ) -> Result<Definiteness, SparseError> {
+        let raises = if self.options.statics.as_ref().is_some_and(|statics| !statics.unheld.is_empty()) {
+            MOST_RAISES
+        } else {
+            0
+        };
+        for raise in 0..=raises {
+            self.fill(u, h, (damping, 10.0_f64.powi(raise)), &pressures);
+            self.factored += 1;
+            if self.factor.factorize(&self.matrix)? == Definiteness::Positive {
+                break;
+            }
+        }
+        let number = self.tangent.as_ref().map_or(0, |tangent| tangent.number) + 1;
+        self.compliance = NodeCompliance::default();
+        self.forget_contacts();
+        self.tangent = Some(Tangent { number, u: u.to_vec(), step: h, pressures, contact_nodes: Vec::new() });
+        Ok(self.factor.definiteness())
+    }
+
+    /// Fills S; `raised` multiplies the steadying.
+    fn fill(&mut self, u: &[Vec3], h: f64, (damping, raised): (f64, f64), pressures: &[f64]) {
+        self.fill_diagonal(h, damping, raised);
         let Self { plan, options, matrix, stiffness, diagonal, .. } = self;
-        options.unknowns.for_each(|unknown, node, axis| {
-            diagonal[unknown] = plan.inertia(node)[axis] * (1.0 + 0.5 * damping * h);
-        });
         matrix.set_diagonal(diagonal);
         let factor = options.xi * options.theta * h * h;
         for block in &plan.blocks {
@@ -77,13 +109,27 @@ impl<'p> System<'p> {
                 matrix.add_batch(&options.unknowns, block, batch, stiffness, factor);
             }
         }
-        self.factored += 1;
-        let found = self.factor.factorize(&self.matrix)?;
-        let number = self.tangent.as_ref().map_or(0, |tangent| tangent.number) + 1;
-        self.compliance = NodeCompliance::default();
-        self.forget_contacts();
-        self.tangent = Some(Tangent { number, u: u.to_vec(), step: h, contact_nodes: Vec::new() });
-        Ok(found)
+        loads::add_stiffness(plan, u, pressures, (factor, &options.unknowns), matrix);
+    }
+
+    /// What S has of the mass.
+    fn fill_diagonal(&mut self, h: f64, damping: f64, raised: f64) {
+        let Self { plan, options, diagonal, .. } = self;
+        let Some(statics) = &options.statics else {
+            options.unknowns.for_each(|unknown, node, axis| {
+                diagonal[unknown] = plan.inertia(node)[axis] * (1.0 + 0.5 * damping * h);
+            });
+            return;
+        };
+        diagonal.fill(0.0);
+        for unheld in &statics.unheld {
+            let nodes = &plan.bodies[unheld.body].nodes;
+            for node in nodes.start as usize..nodes.end as usize {
+                for unknown in (0..3).filter_map(|axis| options.unknowns.of(node, axis)) {
+                    diagonal[unknown] = plan.mass[node] * raised * unheld.steadying * h * h;
+                }
+            }
+        }
     }
 
     /// Whether S, as it was taken, is positive definite.

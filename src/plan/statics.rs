@@ -1,0 +1,83 @@
+//! Equilibrium without mass: which bodies nothing but contact holds, and how the systems of such bodies stay regular.
+
+use super::PlanBody;
+use crate::mechanics::contact::closest_point::Patch;
+use crate::mechanics::force::ElementBlock;
+use crate::mechanics::tensor::Vec3;
+use nalgebra::{Matrix6, Vector6};
+
+/// Steadying of a body that nothing but contact holds, as a share of G/(ρ L²), a square of the frequencies of its shear.
+///
+/// Newton's iteration falls by about this share from one to the next: small enough to be fast. The compliance of the rigid
+/// motions is its reciprocal, which the contact solver has to see beside that of the elements: large enough to leave it digits.
+const STEADYING: f64 = 1e-2;
+/// Motions whose square is below this share of the largest are free.
+const FREE: f64 = 1e-10;
+
+/// What equilibrium without mass needs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Statics {
+    /// Bodies that can move as rigid ones, ascending.
+    pub unheld: Vec<Unheld>,
+}
+
+/// A body that can move as a rigid one unless contact holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unheld {
+    /// Index of the body.
+    pub body: usize,
+    /// Rigid motions that no held node prevents, of six.
+    pub motions: usize,
+    /// α [1/s²]: the matrix of Newton's iteration is `h² (K + α M)` for this body, K alone being singular. The residual knows
+    /// nothing of it, so the equilibrium is that of K.
+    pub steadying: f64,
+    /// How far it is looked for contacts at first [m]: without them it would move without bound. Mean size of its faces.
+    pub reach: f64,
+}
+
+impl Statics {
+    /// Of bodies with these inverse masses [1/kg], zero where a node is held.
+    pub(super) fn new(
+        bodies: &[PlanBody],
+        blocks: &[ElementBlock],
+        X: &[Vec3],
+        inverse_mass: &[Vec3],
+    ) -> Self {
+        let of_body = |(index, body): (usize, &PlanBody)| {
+            let nodes = || body.nodes.start as usize..body.nodes.end as usize;
+            let motions = free_motions(nodes(), X, inverse_mass);
+            let own = blocks.iter().filter(|block| block.body == index).map(|block| &block.parameters);
+            // The softest part moves most.
+            let square = own.map(|p| p.material.moduli_at_rest().0 / p.density).fold(f64::INFINITY, f64::min);
+            let (low, high) = nodes().fold((X[nodes().start], X[nodes().start]), |(low, high), node| {
+                (low.inf(&X[node]), high.sup(&X[node]))
+            });
+            let sizes = body.skin.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
+            Unheld {
+                body: index,
+                motions,
+                steadying: STEADYING * square / (high - low).norm_squared(),
+                reach: sizes.sum::<f64>() / body.skin.faces.len() as f64,
+            }
+        };
+        let deformable = bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_none());
+        Self { unheld: deformable.map(of_body).filter(|unheld| unheld.motions > 0).collect() }
+    }
+}
+
+/// How many of the six rigid motions of these nodes the held ones leave free.
+fn free_motions(nodes: impl Iterator<Item = usize> + Clone, X: &[Vec3], inverse_mass: &[Vec3]) -> usize {
+    let centre = nodes.clone().map(|node| X[node]).sum::<Vec3>() / nodes.clone().count() as f64;
+    let size = nodes.clone().map(|node| (X[node] - centre).norm()).fold(0.0, f64::max);
+    let mut held = Matrix6::<f64>::zeros();
+    for node in nodes {
+        for axis in (0..3).filter(|axis| inverse_mass[node][*axis] == 0.0) {
+            let along = Vec3::ith(axis, 1.0);
+            let turning = ((X[node] - centre) / size).cross(&along);
+            let row = Vector6::new(along.x, along.y, along.z, turning.x, turning.y, turning.z);
+            held += row * row.transpose();
+        }
+    }
+    let squares = held.symmetric_eigenvalues();
+    squares.iter().filter(|square| **square <= FREE * squares.amax()).count()
+}

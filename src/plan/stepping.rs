@@ -1,0 +1,89 @@
+//! How a plan steps in time: what a scene asks of its integrator, and the systems of steps that need any.
+
+use super::compile::{CompileError, Parts};
+use super::statics::Statics;
+use super::{Explicit, Implicit, Integrator, SystemSize};
+use crate::mechanics::sparse::{SparseError, Unknowns};
+use crate::scene::document::{IntegratorDocument, SceneDocument};
+
+/// Share of the step below which an implicit run gives up, unless the scene says otherwise.
+const SMALLEST_STEP: f64 = 1e-4;
+
+/// The integrator; one that is implicit with the order in which it eliminates.
+pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
+    Ok(match document {
+        IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
+        IntegratorDocument::Explicit { safety_factor, max_step_s, largest_strain_increment, .. } => {
+            Integrator::Explicit(Explicit {
+                safety: *safety_factor,
+                max_step: max_step_s.unwrap_or(f64::INFINITY),
+                largest_strain_increment: *largest_strain_increment,
+            })
+        }
+        IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } => {
+            let unknowns = unknowns(parts)?;
+            Integrator::Implicit(Box::new(Implicit {
+                step: *step_s,
+                smallest_step: smallest_step_s.unwrap_or(SMALLEST_STEP * step_s),
+                statics: None,
+                theta: *theta,
+                xi: xi.unwrap_or(*theta),
+                tolerance: *newton_tolerance,
+                systems: SystemSize::new(&unknowns)?,
+                unknowns,
+            }))
+        }
+        IntegratorDocument::QuasiStatic { step_s, newton_tolerance, smallest_step_s, .. } => {
+            let smallest = smallest_step_s.unwrap_or(SMALLEST_STEP * step_s);
+            let steps = [*step_s, smallest];
+            Integrator::Implicit(Box::new(quasi_static(parts, steps, *newton_tolerance)?))
+        }
+    })
+}
+
+/// The unknowns of implicit steps, in the order of elimination.
+fn unknowns(parts: &Parts) -> Result<Unknowns, SparseError> {
+    let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
+    let hexes = parts.bodies.iter().flat_map(|body| &body.hexes);
+    Unknowns::new(parts.X.len(), is_free, hexes)
+}
+
+/// Equilibrium without mass; the step and the smallest step [s] of the pseudo-time.
+fn quasi_static(
+    parts: &Parts,
+    [step, smallest_step]: [f64; 2],
+    tolerance: f64,
+) -> Result<Implicit, CompileError> {
+    let unknowns = unknowns(parts)?;
+    Ok(Implicit {
+        step,
+        smallest_step,
+        statics: Some(Statics::new(&parts.bodies, &parts.blocks, &parts.X, &parts.inverse_mass)),
+        theta: 1.0,
+        xi: 1.0,
+        tolerance,
+        systems: SystemSize::new(&unknowns)?,
+        unknowns,
+    })
+}
+
+/// Loading before the clock starts, over a pseudo-time of 1 s.
+pub(super) fn preload(
+    document: &SceneDocument,
+    parts: &Parts,
+) -> Result<Option<Box<Implicit>>, CompileError> {
+    let Some(preload) = &document.preload else { return Ok(None) };
+    let step = 1.0 / f64::from(preload.steps.max(1));
+    let options = quasi_static(parts, [step, SMALLEST_STEP * step], preload.newton_tolerance)?;
+    Ok(Some(Box::new(options)))
+}
+
+/// Linear and quadratic bulk viscosity; implicit steps have none.
+pub(super) fn bulk_viscosities(document: &IntegratorDocument) -> [f64; 2] {
+    match document {
+        IntegratorDocument::Explicit { linear_bulk_viscosity, quadratic_bulk_viscosity, .. } => {
+            [*linear_bulk_viscosity, *quadratic_bulk_viscosity]
+        }
+        _ => [0.0; 2],
+    }
+}

@@ -1,0 +1,305 @@
+//! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
+
+use super::Findings;
+use crate::mesh::Mesh;
+use crate::mesh::surface::{faces_within, skin};
+use crate::scene::document::{
+    BodyDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
+};
+use crate::scene::problem::{Pointer, Problem, suggest};
+use std::collections::BTreeMap;
+
+/// Load steps of a preload: more than anything needs.
+const MOST_STEPS: u32 = 100_000;
+
+/// Checks all that the document alone can tell.
+pub fn check(document: &SceneDocument, out: &mut Findings) {
+    let root = Pointer::root();
+    if let Some(ramp) = &document.gravity_ramp {
+        let here = root.key("gravity_ramp");
+        check_ramp(ramp, &here, out);
+        out.require(document.gravity_m_per_s2.is_some(), || {
+            Problem::error("nothing_to_ramp", &here, "there is no gravity to grow")
+                .limit("a scene with gravity")
+                .remedy("add gravity_m_per_s2, or leave the ramp out")
+        });
+    }
+    for (i, body) in document.bodies.iter().enumerate() {
+        let here = root.key("bodies").index(i);
+        for (k, prescribed) in body.prescribed.iter().enumerate() {
+            check_prescribed(document, body, prescribed, (&here, k), out);
+        }
+        for (k, load) in body.face_loads.iter().enumerate() {
+            if let Some(ramp) = load.ramp() {
+                check_ramp(ramp, &here.key("face_loads").index(k).key("ramp"), out);
+            }
+        }
+    }
+    check_preload(document, &root, out);
+    if document.integrator.is_quasi_static() {
+        check_quasi_static(document, &root, out);
+    }
+}
+
+fn check_ramp(ramp: &RampDocument, here: &Pointer, out: &mut Findings) {
+    match ramp {
+        RampDocument::Constant {} => {}
+        RampDocument::Linear { from_s, to_s } => out.require(to_s > from_s && *from_s >= 0.0, || {
+            Problem::error("times_not_ascending", &here.key("to_s"), "the ramp ends before it begins")
+                .value(*to_s)
+                .limit(format!("> from_s = {from_s}, which is not negative"))
+                .remedy("give the time at which the load is whole")
+        }),
+        RampDocument::Table { times_s, factors } => {
+            out.require(!times_s.is_empty() && times_s.len() == factors.len(), || {
+                let message = "times and factors do not come in pairs";
+                Problem::error("table_lengths", &here.key("factors"), message)
+                    .value(factors.len())
+                    .limit(format!(
+                        "as many as times, of which there are {}, and at least one",
+                        times_s.len()
+                    ))
+                    .remedy("give a factor for each time")
+            });
+            for (i, pair) in times_s.windows(2).enumerate() {
+                out.require(pair[1] > pair[0], || {
+                    let place = here.key("times_s").index(i + 1);
+                    let message = "the time is not later than the one before";
+                    Problem::error("times_not_ascending", &place, message)
+                        .value(pair[1])
+                        .limit(format!("> {}", pair[0]))
+                        .remedy("sort the times and give each once")
+                });
+            }
+        }
+    }
+}
+
+fn check_prescribed(
+    document: &SceneDocument,
+    body: &BodyDocument,
+    prescribed: &PrescribedDocument,
+    (body_place, index): (&Pointer, usize),
+    out: &mut Findings,
+) {
+    let here = body_place.key("prescribed").index(index);
+    out.require(!prescribed.axes.is_empty(), || {
+        Problem::error("no_axes", &here.key("axes"), "nothing is prescribed")
+            .value(Vec::<f64>::new())
+            .limit("at least one of x, y, z")
+            .remedy("name the axes, or leave \"axes\" out for all three")
+    });
+    for axis in &prescribed.axes {
+        let along = body.velocity_m_per_s[*axis as usize];
+        out.require(along == 0.0, || {
+            let place = body_place.key("velocity_m_per_s").index(*axis as usize);
+            let message =
+                format!("nodes of the body are told how to move along {axis}, but it flies along it");
+            Problem::error("prescribed_but_flying", &place, message)
+                .value(along)
+                .limit("0")
+                .remedy(format!("set this velocity to 0, or do not prescribe {axis}"))
+        });
+    }
+    out.require(body.spin_rad_per_s.iter().all(|w| *w == 0.0), || {
+        let place = body_place.key("spin_rad_per_s");
+        Problem::error("prescribed_but_spinning", &place, "a body that is told how to move cannot spin")
+            .value(body.spin_rad_per_s.to_vec())
+            .limit("[0, 0, 0] for a body with prescribed nodes")
+            .remedy("take the spin or \"prescribed\" away")
+    });
+    if let Some(ramp) = &prescribed.ramp {
+        check_ramp(ramp, &here.key("ramp"), out);
+    }
+    let starts_at = match &prescribed.ramp {
+        Some(RampDocument::Constant {}) => 1.0,
+        None if !document.integrator.is_quasi_static() => 1.0,
+        Some(RampDocument::Table { times_s, factors }) if times_s.first().is_some_and(|t| *t >= 0.0) => {
+            factors.first().copied().unwrap_or(0.0)
+        }
+        _ => 0.0,
+    };
+    let moves = prescribed.displacement_m.iter().any(|d| *d != 0.0);
+    out.require(!moves || starts_at == 0.0 || document.preload.is_some(), || {
+        Problem::error("prescribed_jump", &here.key("ramp"), "the nodes would jump at the start")
+            .value(starts_at)
+            .limit("a factor that starts at 0, or a preload")
+            .remedy("give a ramp such as {\"kind\": \"linear\", \"to_s\": …}, or add \"preload\"")
+    });
+}
+
+fn check_preload(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+    let Some(preload) = &document.preload else { return };
+    let here = root.key("preload");
+    out.require((1..=MOST_STEPS).contains(&preload.steps), || {
+        Problem::error("out_of_range", &here.key("steps"), "the number of load steps is out of its range")
+            .value(preload.steps)
+            .limit(format!("between 1 and {MOST_STEPS}"))
+            .remedy("10 is the default")
+    });
+    check_tolerance(preload.newton_tolerance, &here, out);
+    let loaded = |body: &BodyDocument| !body.prescribed.is_empty() || !body.face_loads.is_empty();
+    out.require(document.gravity_m_per_s2.is_some() || document.bodies.iter().any(loaded), || {
+        Problem::error("nothing_to_preload", &here, "there is nothing to load with")
+            .limit("gravity, face loads or prescribed displacements")
+            .remedy("add a load, or leave \"preload\" out")
+    });
+    out.require(document.settle.is_none(), || {
+        Problem::error(
+            "preload_and_settle",
+            &root.key("settle"),
+            "the scene both loads and settles before it starts",
+        )
+        .limit("one of preload and settle")
+        .remedy("keep \"preload\": it finds the equilibrium, with friction")
+    });
+    out.require(!document.integrator.is_quasi_static(), || {
+        let message = "a quasi-static run is a preload itself";
+        Problem::error("preload_and_quasi_static", &here, message)
+            .limit("absent beside a quasi-static integrator")
+            .remedy("leave \"preload\" out, and give the loads ramps")
+    });
+    refuse_rigid(document, "a preload knows no rigid bodies", root, out);
+}
+
+fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+    let IntegratorDocument::QuasiStatic { step_s, newton_tolerance, smallest_step_s, .. } =
+        &document.integrator
+    else {
+        return;
+    };
+    let here = root.key("integrator");
+    out.positive(&here.key("step_s"), "the load step", *step_s, "a tenth of the run is a good trial");
+    out.require(!(*step_s > document.end_time_s), || {
+        Problem::error("out_of_range", &here.key("step_s"), "the load step is longer than the run")
+            .value(*step_s)
+            .limit(format!("<= end_time_s = {}", document.end_time_s))
+            .remedy("give a tenth of the run, or less")
+    });
+    check_tolerance(*newton_tolerance, &here, out);
+    if let Some(smallest) = smallest_step_s {
+        out.require(*smallest > 0.0 && smallest <= step_s, || {
+            let message = "the smallest step is a part of the step";
+            Problem::error("out_of_range", &here.key("smallest_step_s"), message)
+                .value(*smallest)
+                .limit(format!("> 0 and <= step_s = {step_s}"))
+                .remedy("leave it out for a ten thousandth of the step")
+        });
+    }
+    out.require(document.settle.is_none(), || {
+        let message = "a quasi-static run needs no settling";
+        Problem::error("settle_and_quasi_static", &root.key("settle"), message)
+            .limit("absent beside a quasi-static integrator")
+            .remedy("leave \"settle\" out: gravity grows from 0 by default")
+    });
+    for (i, body) in document.bodies.iter().enumerate() {
+        let members = [("velocity_m_per_s", body.velocity_m_per_s), ("spin_rad_per_s", body.spin_rad_per_s)];
+        for (name, value) in members {
+            out.require(value.iter().all(|v| *v == 0.0), || {
+                let place = root.key("bodies").index(i).key(name);
+                Problem::error("motion_without_mass", &place, "a quasi-static run knows no motion of its own")
+                    .value(value.to_vec())
+                    .limit("[0, 0, 0] in a quasi-static run")
+                    .remedy("prescribe a displacement, or step explicitly or implicitly")
+            });
+        }
+    }
+    refuse_rigid(document, "quasi-static steps know no rigid bodies", root, out);
+}
+
+fn check_tolerance(tolerance: f64, here: &Pointer, out: &mut Findings) {
+    out.require((1e-13..=1e-3).contains(&tolerance), || {
+        let message = "the tolerance is a share of the forces";
+        Problem::error("out_of_range", &here.key("newton_tolerance"), message)
+            .value(tolerance)
+            .limit(">= 1e-13 and <= 1e-3")
+            .remedy("leave it out for the default")
+    });
+}
+
+fn refuse_rigid(document: &SceneDocument, message: &str, root: &Pointer, out: &mut Findings) {
+    for (index, _) in document.bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_some()) {
+        let place = root.key("bodies").index(index).key("rigid");
+        out.push(
+            Problem::error("rigid_without_mass", &place, message)
+                .value("rigid")
+                .limit("bodies that deform")
+                .remedy("use a plane, or give the body a mesh of a stiff material"),
+        );
+    }
+}
+
+/// Checks what the mesh of body number `index` tells: sets, faces, and that no node is told twice where to be.
+pub fn check_mesh(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) {
+    let here = Pointer::root().key("bodies").index(index);
+    let known = || mesh.node_sets.keys().map(String::as_str);
+    let mut check_set = |place: &Pointer, set: &str| {
+        out.require(set == "*" || mesh.node_sets.contains_key(set), || {
+            Problem::error("unknown_set", place, format!("the mesh has no node set {set:?}"))
+                .value(set)
+                .limit("a node set of the mesh, or \"*\"")
+                .remedy(suggest(set, known()))
+        });
+    };
+    for (i, load) in body.face_loads.iter().enumerate() {
+        check_set(&here.key("face_loads").index(i).key("set"), load.set());
+    }
+    for (i, prescribed) in body.prescribed.iter().enumerate() {
+        check_set(&here.key("prescribed").index(i).key("set"), &prescribed.set);
+    }
+    check_faces(body, mesh, &here, out);
+    check_twice(body, mesh, &here, out);
+}
+
+/// A load needs faces.
+fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findings) {
+    if body.face_loads.is_empty() {
+        return;
+    }
+    let faces = skin(&mesh.hexes);
+    for (i, load) in body.face_loads.iter().enumerate() {
+        let Some(nodes) = mesh.node_sets.get(load.set()) else { continue };
+        out.require(!faces_within(&faces, nodes).is_empty(), || {
+            let place = here.key("face_loads").index(i).key("set");
+            Problem::error("set_without_faces", &place, "no face of the skin has all its corners in this set")
+                .value(load.set())
+                .limit("a set with all corners of at least one face")
+                .remedy("choose the set of a side, or widen the box of the set")
+        });
+    }
+}
+
+/// No component of a node's displacement is both held and prescribed, or prescribed twice.
+fn check_twice(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findings) {
+    if body.prescribed.is_empty() {
+        return;
+    }
+    let nodes = |set: &str| match mesh.node_sets.get(set) {
+        Some(nodes) => nodes.clone(),
+        None if set == "*" => (0..mesh.nodes.len() as u32).collect(),
+        None => Vec::new(),
+    };
+    let mut taken: BTreeMap<(u32, usize), String> = BTreeMap::new();
+    for (i, fixed) in body.fixed.iter().enumerate() {
+        let place = here.key("fixed").index(i).as_str().to_owned();
+        for node in nodes(&fixed.set) {
+            taken.extend(fixed.axes.iter().map(|axis| ((node, *axis as usize), place.clone())));
+        }
+    }
+    for (i, prescribed) in body.prescribed.iter().enumerate() {
+        let place = here.key("prescribed").index(i);
+        let own = nodes(&prescribed.set);
+        let places = own.iter().flat_map(|node| prescribed.axes.iter().map(|axis| (*node, *axis as usize)));
+        let twice = places.clone().find_map(|at| Some((at.0, taken.get(&at)?.clone())));
+        if let Some((node, other)) = twice {
+            let message = format!("{other} says where node {node} is along one of these axes already");
+            out.push(
+                Problem::error("held_twice", &place.key("set"), message)
+                    .value(prescribed.set.as_str())
+                    .limit("each component of a node held or prescribed once")
+                    .remedy("leave the axis out of one of them, or take sets that share no node"),
+            );
+        }
+        taken.extend(places.map(|at| (at, place.as_str().to_owned())));
+    }
+}
