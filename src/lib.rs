@@ -10,9 +10,9 @@
 //! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
 //! 3. [`step`]: the state, the integrators, the energy ledger, the loop.
 //! 4. [`mechanics`]: the mathematics: laws, elements, contact.
-//! 5. [`mesh`], [`measure`], [`record`], [`study`], and on top `service` and [`cli`].
+//! 5. [`mesh`], [`measure`], [`record`], [`study`], [`report`], and on top `service` and [`cli`].
 //!
-//! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < service < cli`.
+//! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < report < service < cli`.
 
 pub mod cli;
 pub mod measure;
@@ -20,6 +20,7 @@ pub mod mechanics;
 pub mod mesh;
 pub mod plan;
 pub mod record;
+pub mod report;
 pub mod scene;
 #[cfg(feature = "service")]
 pub mod service;

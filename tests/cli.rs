@@ -346,3 +346,64 @@ fn study_of_a_scene_that_fails_is_exit_code_3() {
     assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
     assert!(text(&output.stdout).contains("NOT as theory says"), "{}", text(&output.stdout));
 }
+
+#[test]
+fn a_recording_is_reported_and_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let scene = path("scene.json");
+    let mut block = falling_block();
+    block["bodies"][0]["role"] = json!("tissue");
+    std::fs::write(&scene, block.to_string()).unwrap();
+    assert_eq!(run(&["run", &scene, "-o", &path("run.mcap"), "--quiet"]).status.code(), Some(0));
+
+    let from_recording = run(&["report", &path("run.mcap"), "-o", &path("a.html")]);
+    assert_eq!(from_recording.status.code(), Some(0), "{}", text(&from_recording.stderr));
+    let page = std::fs::read_to_string(path("a.html")).unwrap();
+    assert!(
+        page.contains("<svg") && page.contains("Peak impact force") && page.contains("For research use only")
+    );
+    // It stands by itself: no file or address besides.
+    assert!(!page.contains("src=") && !page.contains("href=") && !page.contains("url("));
+    assert_eq!(run(&["report", &scene, "-o", &path("b.html")]).status.code(), Some(0));
+    assert_eq!(page, std::fs::read_to_string(path("b.html")).unwrap(), "the scene gives the same page");
+
+    let exported =
+        run(&["export", &path("run.mcap"), "--fhir", &path("bundle.json"), "--csv", &path("lines.csv")]);
+    assert_eq!(exported.status.code(), Some(0), "{}", text(&exported.stderr));
+    let bundle: Value = serde_json::from_slice(&std::fs::read(path("bundle.json")).unwrap()).unwrap();
+    assert_eq!((&bundle["resourceType"], &bundle["type"]), (&json!("Bundle"), &json!("collection")));
+    let table = std::fs::read_to_string(path("lines.csv")).unwrap();
+    let columns = table.lines().next().unwrap().matches("\",\"").count();
+    assert!(table.lines().count() > 5 && columns >= 3, "{table}");
+
+    assert_eq!(run(&["export", &path("run.mcap")]).status.code(), Some(2), "one format at least");
+    assert_eq!(run(&["report", &path("missing.mcap")]).status.code(), Some(2));
+    std::fs::write(path("no.mcap"), "no recording").unwrap();
+    assert_eq!(run(&["report", &path("no.mcap"), "-o", &path("c.html")]).status.code(), Some(2));
+}
+
+#[test]
+fn what_if_answers_case_by_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.json");
+    let mut block = falling_block();
+    block["bodies"][0]["role"] = json!("projectile");
+    std::fs::write(&scene, block.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+    let csv = folder.path().join("cases.csv");
+    let flags =
+        ["--vary", "speed=1..3", "--case", "speed=2.5", "--one-at-a-time", "--csv", csv.to_str().unwrap()];
+    let output = run(&[&["what-if", scene, "--json"][..], &flags[..]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let lines: Vec<Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let events: Vec<&str> = lines.iter().map(|line| line["event"].as_str().unwrap()).collect();
+    assert_eq!(events, ["case", "error_bars", "case", "case", "case", "answer"]);
+    assert_eq!(std::fs::read_to_string(&csv).unwrap().lines().count(), 5);
+    let table = run(&[&["what-if", scene][..], &flags[..]].concat());
+    assert!(text(&table.stdout).contains("One at a time"), "{}", text(&table.stdout));
+    let refused = run(&["what-if", scene, "--vary", "speed=3..1", "--one-at-a-time"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("/parameters/0/high"), "{}", text(&refused.stderr));
+}

@@ -5,6 +5,7 @@ mod exit;
 pub mod keep;
 pub mod material;
 pub mod plan;
+pub mod report;
 pub mod run;
 pub mod schema;
 #[cfg(feature = "service")]
@@ -14,6 +15,9 @@ pub mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
 pub mod validate;
+pub mod what_if;
+mod what_if_table;
+mod what_if_words;
 
 mod performance_profile;
 mod plot;
@@ -58,6 +62,12 @@ pub enum Command {
     /// Run a scene many times: what does leaving out save?
     #[command(subcommand)]
     Study(study::StudyCommand),
+    /// Vary a scene: cases, sensitivities, spread, and up to which value a limit is kept.
+    WhatIf(what_if::WhatIfArgs),
+    /// Write the report of a recording, or of a scene that is run for it: one page of HTML, with pictures.
+    Report(report::ReportArgs),
+    /// Write a recording in other formats: a FHIR bundle, tables.
+    Export(report::ExportArgs),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path.
     Material(material::MaterialArgs),
     /// Solve saved frictional contact problems, and compare solvers on them.
@@ -85,6 +95,9 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Validate(args) => validate::validate(&args, out),
         Command::Plan(args) => plan::plan(&args, out),
         Command::Study(command) => study::study(&command, out),
+        Command::WhatIf(args) => what_if::what_if(&args, out),
+        Command::Report(args) => report::report(&args, out),
+        Command::Export(args) => report::export(&args, out),
         Command::Material(args) => material::material(&args, out),
         Command::ContactProblem(args) => contact_problem::contact_problem(&args, out),
         Command::Schema => schema::print(out),

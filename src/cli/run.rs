@@ -55,7 +55,7 @@ pub struct RunArgs {
 /// # Errors
 /// What is wrong with the scene or the flags. A run that fails with a diagnosis is told here and is the exit code.
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    let deadline = deadline(args)?;
+    let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
     if args.no_error_bars {
@@ -96,8 +96,8 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
 }
 
 /// When to stop.
-fn deadline(args: &RunArgs) -> Result<Option<Instant>, CliError> {
-    let Some(seconds) = args.deadline_s else { return Ok(None) };
+pub(super) fn deadline(seconds: Option<f64>) -> Result<Option<Instant>, CliError> {
+    let Some(seconds) = seconds else { return Ok(None) };
     let duration = Duration::try_from_secs_f64(seconds)
         .map_err(|error| CliError::Usage(format!("--deadline-s {seconds}: {error}")))?;
     Ok(Instant::now().checked_add(duration))
@@ -294,19 +294,8 @@ mod tests {
 
     #[test]
     fn a_deadline_must_be_a_time() {
-        let args = |deadline_s| RunArgs {
-            scene: PathBuf::new(),
-            output: None,
-            json: false,
-            threads: None,
-            quiet: true,
-            deadline_s,
-            no_error_bars: false,
-            save_contact_problems: None,
-            keep: KeepArgs::default(),
-        };
-        assert!(deadline(&args(Some(-1.0))).is_err() && deadline(&args(Some(f64::NAN))).is_err());
-        assert!(deadline(&args(Some(2.0))).is_ok_and(|d| d.is_some()));
-        assert!(deadline(&args(None)).is_ok_and(|d| d.is_none()));
+        assert!(deadline(Some(-1.0)).is_err() && deadline(Some(f64::NAN)).is_err());
+        assert!(deadline(Some(2.0)).is_ok_and(|d| d.is_some()));
+        assert!(deadline(None).is_ok_and(|d| d.is_none()));
     }
 }

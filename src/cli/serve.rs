@@ -29,6 +29,9 @@ pub struct ServeArgs {
     /// Threads of each run.
     #[arg(long, env = "CONTUSE_THREADS_PER_JOB", default_value_t = 1)]
     threads_per_job: usize,
+    /// Cases of a what-if question that run at the same time [default: the number of cores]
+    #[arg(long, env = "CONTUSE_THREADS_PER_WHAT_IF")]
+    threads_per_what_if: Option<usize>,
     /// Largest scene document in bytes; k, M, G are understood.
     #[arg(long, env = "CONTUSE_MAX_BODY", default_value_t = Budget::SERVICE.document_bytes, value_parser = size)]
     max_body: u64,
@@ -76,8 +79,9 @@ impl ServeArgs {
         let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
         let defaults = ServiceConfig::default();
         let workers = self.workers.unwrap_or(defaults.workers);
-        if workers == 0 || self.threads_per_job == 0 || self.max_connections == 0 {
-            let message = "--workers, --threads-per-job and --max-connections must be at least 1";
+        let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.threads_per_what_if);
+        if [workers, self.threads_per_job, threads_per_what_if, self.max_connections].contains(&0) {
+            let message = "--workers, --threads-per-job, --threads-per-what-if and --max-connections must be at least 1";
             return Err(CliError::Usage(message.into()));
         }
         Ok(ServiceConfig {
@@ -85,6 +89,7 @@ impl ServeArgs {
             data: self.data,
             workers,
             threads_per_job: self.threads_per_job,
+            threads_per_what_if,
             max_queued: self.max_queued,
             max_connections: self.max_connections,
             deadline: Duration::from_secs(self.deadline_s),

@@ -15,6 +15,10 @@ pub struct Deflection {
     pub time: f64,
     /// Reference position of that node [m].
     pub position: Vec3,
+    /// Largest product of the largest deflection at a time and its rate, d ḋ, so far [m²/s].
+    pub largest_rate: f64,
+    /// Time [s] and largest ‖u‖ [m] of the latest step.
+    latest: Option<(f64, f64)>,
 }
 
 impl Deflection {
@@ -28,12 +32,22 @@ impl Deflection {
 
     /// Takes in one step.
     pub fn accumulate(&mut self, frame: &Frame) {
+        let mut now = 0.0_f64;
         for &node in &self.nodes {
             let u = frame.u[node as usize].norm();
+            now = now.max(u);
             if u > self.largest {
                 (self.largest, self.time) = (u, frame.time);
                 self.position = frame.plan.X[node as usize];
             }
         }
+        if let Some((time, before)) = self.latest
+            && frame.time > time
+        {
+            // d ḋ = (d²)˙ / 2 over the step.
+            let product = 0.5 * (now * now - before * before) / (frame.time - time);
+            self.largest_rate = self.largest_rate.max(product);
+        }
+        self.latest = Some((frame.time, now));
     }
 }

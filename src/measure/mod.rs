@@ -10,11 +10,13 @@ pub mod artificial_end;
 pub mod contact_patch;
 pub mod convergence;
 pub mod deflection;
+pub mod depth_profile;
 mod face_shape;
 pub mod fields;
 pub mod hourglass_energy;
 pub mod impact_force;
 mod measures;
+pub mod presented_area;
 pub mod stress_depth;
 pub mod summary;
 

@@ -12,7 +12,7 @@ use crate::scene::document::Role;
 use std::ops::Range;
 
 /// What exceeds one threshold.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exceedance {
     /// Threshold of the von Mises stress [Pa].
     pub threshold: f64,
@@ -24,6 +24,40 @@ pub struct Exceedance {
     pub volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
+    /// The same part by part, in the order of [`StressDepth::parts`].
+    pub layers: Vec<Layer>,
+}
+
+/// What of one part exceeds a threshold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layer {
+    /// Least and largest reference depth of its quadrature points above the threshold, at any field time so far [m].
+    pub depth: [f64; 2],
+    /// Its reference volume above the threshold at the latest field time [m³].
+    pub volume: f64,
+    /// Largest such volume at any field time so far [m³].
+    pub largest_volume: f64,
+}
+
+impl Layer {
+    const NOTHING: Self = Self { depth: [f64::INFINITY, 0.0], volume: 0.0, largest_volume: 0.0 };
+}
+
+/// The volume in which a measure exceeds a threshold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dose {
+    /// The threshold, in the unit of the measure.
+    pub threshold: f64,
+    /// Reference volume above it at the latest field time [m³].
+    volume: f64,
+    /// Largest such volume at any field time so far [m³].
+    pub largest_volume: f64,
+}
+
+impl Dose {
+    fn of(thresholds: &[f64]) -> Vec<Self> {
+        thresholds.iter().map(|&threshold| Self { threshold, ..Self::default() }).collect()
+    }
 }
 
 /// A largest value, where and when.
@@ -61,6 +95,14 @@ pub struct StressDepth {
     /// Depth of the quadrature points, 8 a slot, NaN until somebody needs it; empty without a skin.
     depth: Vec<f64>,
     time: f64,
+    /// Names of the tissue's parts.
+    pub parts: Vec<String>,
+    /// For each slot the index of its part; empty when there is none.
+    part_of: Vec<u32>,
+    /// Doses of strain energy density [J/m³].
+    pub energy_doses: Vec<Dose>,
+    /// Doses of the largest principal strain [-].
+    pub strain_doses: Vec<Dose>,
     /// Number of field times so far.
     pub samples: u32,
     /// One for each threshold, ascending.
@@ -86,7 +128,16 @@ impl StressDepth {
         }
         let faces = &plan.measures.tissue_skin;
         let skin = if faces.is_empty() { None } else { Some(DepthField::new(faces, &plan.X)?) };
-        Ok(Some(Self::of(skin, bodies, plan.slot_count(), &plan.measures.stress_thresholds)))
+        let (parts, part_of) = parts_of(plan, &bodies);
+        let mut measure = Self::of(skin, bodies, plan.slot_count(), &plan.measures.stress_thresholds);
+        measure.exceedances.iter_mut().for_each(|e| e.layers = vec![Layer::NOTHING; parts.len()]);
+        Ok(Some(Self {
+            parts,
+            part_of,
+            energy_doses: Dose::of(&plan.measures.energy_density_thresholds),
+            strain_doses: Dose::of(&plan.measures.strain_thresholds),
+            ..measure
+        }))
     }
 
     /// From its parts.
@@ -98,6 +149,10 @@ impl StressDepth {
             skin,
             bodies,
             time: 0.0,
+            parts: Vec::new(),
+            part_of: Vec::new(),
+            energy_doses: Vec::new(),
+            strain_doses: Vec::new(),
             samples: 0,
             exceedances: exceedances.collect(),
             von_mises: Peak::default(),
@@ -115,7 +170,11 @@ impl StressDepth {
     pub fn begin(&mut self, time: f64) {
         self.time = time;
         self.samples += 1;
-        self.exceedances.iter_mut().for_each(|e| e.volume = 0.0);
+        for exceedance in &mut self.exceedances {
+            exceedance.volume = 0.0;
+            exceedance.layers.iter_mut().for_each(|layer| layer.volume = 0.0);
+        }
+        self.energy_doses.iter_mut().chain(&mut self.strain_doses).for_each(|dose| dose.volume = 0.0);
     }
 
     /// Takes in the quadrature points of a batch of elements of a body, with their slots among all slots, and
@@ -140,6 +199,9 @@ impl StressDepth {
                 if stress > lowest {
                     self.accumulate_exceedance(stress, points.volume[q][lane], POINTS * slot + q, at);
                 }
+                let volume = points.volume[q][lane];
+                accumulate_dose(&mut self.energy_doses, points.psi[q][lane], volume);
+                accumulate_dose(&mut self.strain_doses, points.principal_strain[q][lane], volume);
             }
         }
     }
@@ -156,8 +218,13 @@ impl StressDepth {
             }
             None => 0.0,
         };
+        let part = self.part_of.get(index / POINTS).map(|part| *part as usize);
         for exceedance in self.exceedances.iter_mut().take_while(|e| stress > e.threshold) {
             exceedance.volume += volume;
+            if let Some(layer) = part.and_then(|part| exceedance.layers.get_mut(part)) {
+                layer.volume += volume;
+                layer.depth = [layer.depth[0].min(depth), layer.depth[1].max(depth)];
+            }
             if depth > exceedance.depth {
                 (exceedance.depth, exceedance.depth_time) = (depth, self.time);
             }
@@ -168,8 +235,37 @@ impl StressDepth {
     pub fn end(&mut self) {
         for exceedance in &mut self.exceedances {
             exceedance.largest_volume = exceedance.largest_volume.max(exceedance.volume);
+            for layer in &mut exceedance.layers {
+                layer.largest_volume = layer.largest_volume.max(layer.volume);
+            }
+        }
+        for dose in self.energy_doses.iter_mut().chain(&mut self.strain_doses) {
+            dose.largest_volume = dose.largest_volume.max(dose.volume);
         }
     }
+}
+
+fn accumulate_dose(doses: &mut [Dose], value: f64, volume: f64) {
+    doses.iter_mut().take_while(|dose| value > dose.threshold).for_each(|dose| dose.volume += volume);
+}
+
+/// Names of the parts of some bodies, each once, and for each slot of the plan the index of its part (0 in other bodies, which
+/// nobody asks for).
+fn parts_of(plan: &Plan, bodies: &[usize]) -> (Vec<String>, Vec<u32>) {
+    let mut names: Vec<String> = Vec::new();
+    let mut part_of = vec![0; plan.slot_count()];
+    for block in plan.blocks.iter().filter(|block| bodies.contains(&block.body)) {
+        let body = &plan.bodies[block.body];
+        for (slot, element) in block.elements.iter().enumerate() {
+            let name = &body.parts[body.part_of[(element - body.elements.start) as usize] as usize];
+            let index = names.iter().position(|known| known == name).unwrap_or_else(|| {
+                names.push(name.clone());
+                names.len() - 1
+            });
+            part_of[block.first_slot + slot] = index as u32;
+        }
+    }
+    (names, part_of)
 }
 
 #[cfg(test)]
@@ -201,7 +297,7 @@ mod tests {
         feed(&mut measure, 1, 1, (-0.1, 3.0));
         feed(&mut measure, 1, 3, (-0.8, 0.5));
         measure.end();
-        let [low, high] = [measure.exceedances[0], measure.exceedances[1]];
+        let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
         assert!((low.depth - 0.3).abs() < 1e-12 && low.depth_time == 1.0);
         assert!((high.depth - 0.1).abs() < 1e-12);
         assert_eq!((low.volume, low.largest_volume, high.volume, high.largest_volume), (2.0, 4.0, 0.0, 2.0));

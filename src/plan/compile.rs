@@ -1,5 +1,6 @@
 //! Scene → Plan.
 
+use super::asked::{field_times, measures};
 use super::contact::compile_contact;
 use super::contact_mass::{ContactMass, inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
@@ -8,19 +9,16 @@ use super::report::{PlanReport, report};
 use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
-use super::{Integrator, MeasurePlan, Plan, PlanBody, Settle};
+use super::{Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, Keep, Role, SceneDocument};
+use crate::scene::document::{Axis, BodyDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
-
-/// Field frames of a run that asks for none in particular.
-const DEFAULT_FIELD_FRAMES: u32 = 50;
 
 /// Why a validated scene could not be compiled.
 #[derive(Debug, thiserror::Error, PartialEq)]
@@ -83,11 +81,59 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         parts.inverse_mass[prescribed.node as usize][prescribed.axis] = 0.0;
     }
     let assembly = Assembly::new(parts.X.len(), &parts.blocks);
+    let integrator = integrator(&document.integrator, &parts)?;
+    let preload = preload(document, &parts)?;
+    Ok(complete(scene, parts, assembly, (integrator, preload)))
+}
+
+/// As [`compile`], of a scene that differs from `before`, whose `plan` is at hand, only in how its bodies fly and spin and in
+/// friction: elements, masses and the order of elimination are taken over. Any other scene is compiled from the start.
+///
+/// The plan is the one that [`compile`] makes, to the last bit.
+///
+/// # Errors
+/// As [`compile`].
+pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, CompileError> {
+    if !before.document.differs_in_motion_only(&scene.document) {
+        return compile(scene);
+    }
+    let nodes = plan.X.len();
+    let mut parts = Parts {
+        u: if plan.initial_u.is_empty() { vec![Vec3::zeros(); nodes] } else { plan.initial_u },
+        v: Vec::with_capacity(nodes),
+        X: plan.X,
+        mass: plan.mass,
+        inverse_mass: plan.inverse_mass,
+        blocks: plan.blocks,
+        bodies: plan.bodies,
+        rigid: plan.rigid.unwrap_or_default(),
+        loads: plan.loads,
+    };
+    for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
+        let nodes = &parts.bodies[index].nodes;
+        let nodes = nodes.start as usize..nodes.end as usize;
+        if let Some(rigid) = parts.bodies[index].rigid {
+            parts.v.extend(rigid_velocities(document, parts.rigid.orientations[rigid]));
+        } else {
+            let (mass, inverse) = (&parts.mass[nodes.clone()], &parts.inverse_mass[nodes]);
+            parts.v.extend(spin_velocities(document, body, mass, inverse));
+        }
+        parts.bodies[index].flight_velocity = Vec3::from(document.velocity_m_per_s);
+    }
+    Ok(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)))
+}
+
+/// The plan of what was collected.
+fn complete(
+    scene: &Scene,
+    mut parts: Parts,
+    assembly: Assembly,
+    (integrator, preload): (Integrator, Option<Box<Implicit>>),
+) -> Plan {
+    let document = &scene.document;
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
-    let integrator = integrator(&document.integrator, &parts)?;
-    let preload = preload(document, &parts)?;
     let longest_step = match &integrator {
         // Without elements the scene gives the step.
         Integrator::Explicit(explicit) if parts.blocks.is_empty() => explicit.max_step,
@@ -129,7 +175,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     };
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
-    Ok(plan)
+    plan
 }
 
 /// No step is longer than the shortest stable step, let alone than this many times that of one body.
@@ -251,8 +297,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     parts.mass.extend([mass, 0.0]);
     parts.inverse_mass.extend([Vec3::repeat(1.0 / mass), rigid.inertia.map(|i| 1.0 / i)]);
     parts.u.extend([Vec3::zeros(); 2]);
-    let spin = orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s));
-    parts.v.extend([Vec3::zeros(), spin]);
+    parts.v.extend(rigid_velocities(document, orientation));
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
         role: document.role,
@@ -277,6 +322,11 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         mass,
         inertia: rigid.inertia,
     });
+}
+
+/// Velocities of the two nodes of a rigid body, flight apart: at rest, and the spin in the axes of the body.
+fn rigid_velocities(document: &BodyDocument, orientation: crate::mechanics::rigid::Rotation) -> [Vec3; 2] {
+    [Vec3::zeros(), orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s))]
 }
 
 fn reference_geometry(
@@ -379,51 +429,4 @@ fn add_blocks(
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
     }
-}
-
-/// Field times closer than this share of the end time are the same.
-const SAME_TIME: f64 = 1e-9;
-
-fn field_times(scene: &Scene) -> Vec<f64> {
-    let (record, end) = (&scene.document.record, scene.document.end_time_s);
-    let mut times = match (&record.field_times_s, record.field_interval_s) {
-        (Some(times), _) => times.clone(),
-        (None, Some(interval)) => {
-            let count = (end / interval * (1.0 - 1e-12)).floor() as u32;
-            (1..=count).map(|i| f64::from(i) * interval).collect()
-        }
-        (None, None) => {
-            (1..DEFAULT_FIELD_FRAMES).map(|i| end * f64::from(i) / f64::from(DEFAULT_FIELD_FRAMES)).collect()
-        }
-    };
-    times.retain(|t| *t > 0.0 && *t < end);
-    // Times that differ by rounding alone are one: a step from one to the other would be no step.
-    times.retain(|t| end - t > SAME_TIME * end && *t > SAME_TIME * end);
-    times.insert(0, 0.0);
-    times.push(end);
-    times.dedup_by(|later, earlier| *later - *earlier <= SAME_TIME * end);
-    times
-}
-
-/// The tissue's skin: the asked node set, or the outer surface without faces that are wholly held.
-fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
-    let document = &scene.document.measures;
-    let mut thresholds = document.stress_thresholds_pa.clone();
-    thresholds.sort_by(f64::total_cmp);
-    let mut skin = Vec::new();
-    for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue) {
-        let mesh = &scene.bodies[b].mesh;
-        let set_nodes = |name: &str| -> BTreeSet<u32> {
-            mesh.node_sets.get(name).into_iter().flatten().map(|node| node + body.nodes.start).collect()
-        };
-        let held: BTreeSet<u32> =
-            scene.document.bodies[b].fixed.iter().flat_map(|fixed| set_nodes(&fixed.set)).collect();
-        let asked = document.skin_set.as_deref().map(set_nodes);
-        let is_skin = |face: &&[u32; 4]| match &asked {
-            Some(set) => face.iter().all(|node| set.contains(node)),
-            None => !face.iter().all(|node| held.contains(node)),
-        };
-        skin.extend(body.skin.faces.iter().filter(is_skin));
-    }
-    MeasurePlan { stress_thresholds: thresholds, force_window: document.force_window_s, tissue_skin: skin }
 }

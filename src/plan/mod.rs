@@ -1,5 +1,6 @@
 //! The plan: a scene compiled to what it needs. Immutable while it runs; everything not needed is absent.
 
+mod asked;
 mod compile;
 mod contact;
 mod contact_mass;
@@ -16,7 +17,7 @@ mod stepping;
 #[cfg(test)]
 mod tests;
 
-pub use compile::{CompileError, compile};
+pub use compile::{CompileError, compile, recompile};
 pub use distant::DistantPair;
 pub use left_out::LeftOut;
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
@@ -31,7 +32,7 @@ use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{FieldName, Role};
+use crate::scene::document::{FieldName, PersonDocument, Role};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -233,6 +234,12 @@ impl SystemSize {
 pub struct MeasurePlan {
     /// Thresholds of von Mises stress [Pa], ascending.
     pub stress_thresholds: Vec<f64>,
+    /// Thresholds of strain energy density [J/m³], ascending.
+    pub energy_density_thresholds: Vec<f64>,
+    /// Thresholds of the largest principal strain [-], ascending.
+    pub strain_thresholds: Vec<f64>,
+    /// Who is hit, and where.
+    pub person: Option<PersonDocument>,
     /// Window τ of the peak force [s].
     pub force_window: f64,
     /// Skin of the tissue from which depth is measured: faces with global nodes; empty when there is no tissue.

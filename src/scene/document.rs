@@ -10,6 +10,7 @@ pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDoc
 pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
+pub use super::measures_document::{MeasuresDocument, PersonDocument, Region};
 pub use super::mesh_document::{
     Count, Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
@@ -419,37 +420,4 @@ impl FieldName {
         Self::Velocity,
         Self::ElementCauchyStress,
     ];
-}
-
-/// What the measures need to know.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MeasuresDocument {
-    /// Thresholds of von Mises stress for "depth of significant stress" [Pa].
-    #[serde(default = "default_thresholds")]
-    pub stress_thresholds_pa: Vec<f64>,
-    /// Window τ of the peak force: the maximum of ΔI/τ [s].
-    #[serde(default = "default_force_window")]
-    pub force_window_s: f64,
-    /// Node set of the tissue that is its skin, from which depth is measured; by default the whole outer surface that is
-    /// not fixed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub skin_set: Option<String>,
-}
-
-fn default_thresholds() -> Vec<f64> {
-    vec![10e3, 30e3, 100e3]
-}
-fn default_force_window() -> f64 {
-    5e-6
-}
-
-impl Default for MeasuresDocument {
-    fn default() -> Self {
-        Self {
-            stress_thresholds_pa: default_thresholds(),
-            force_window_s: default_force_window(),
-            skin_set: None,
-        }
-    }
 }

@@ -64,9 +64,9 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
-            let Parts { content_hash, choice, bodies, .. } = parts;
+            let Parts { content_hash, choice, bodies, mesh_files, .. } = parts;
             Ok(Loaded {
-                scene: Scene { document, choice, bodies, content_hash },
+                scene: Scene { document, choice, bodies, content_hash, mesh_files },
                 warnings: problems,
                 estimate: parts.estimate,
                 bodies: parts.summaries,
@@ -98,6 +98,32 @@ pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
     load(&bytes, &FolderSource::new(folder), budget)
 }
 
+/// The scene of a document that differs from that of a loaded scene in its motion only
+/// ([`SceneDocument::differs_in_motion_only`]), with the meshes of that scene; `None` of any other document.
+///
+/// # Errors
+/// All problems of the document at once. Meshes, overlaps and costs are those of the loaded scene.
+pub fn with_motion(
+    scene: &Scene,
+    document: &SceneDocument,
+    budget: &Budget,
+) -> Option<Result<Scene, Problems>> {
+    if !scene.document.differs_in_motion_only(document) {
+        return None;
+    }
+    let found = check_document(document, budget);
+    if found.0.iter().any(Problem::is_error) {
+        return Some(Err(Problems(found.0)));
+    }
+    Some(Ok(Scene {
+        content_hash: content_hash(document, &scene.mesh_files),
+        document: document.clone(),
+        choice: scene.choice.clone(),
+        bodies: scene.bodies.clone(),
+        mesh_files: scene.mesh_files.clone(),
+    }))
+}
+
 /// What a document becomes.
 struct Parts {
     bodies: Vec<SceneBody>,
@@ -107,6 +133,7 @@ struct Parts {
     choice: Option<IntegratorChoice>,
     estimate: Estimate,
     content_hash: String,
+    mesh_files: BTreeMap<String, [u8; 32]>,
 }
 
 /// Checks the document, makes the meshes, checks them; the parts when all bodies could be made and the document is
@@ -138,7 +165,8 @@ fn examine(
         chosen.map_or_else(|| (document.integrator.clone(), None), |(i, c)| (i, Some(c)));
     let estimate = estimate::check(document, &integrator, &bodies, budget, &mut out);
     let content_hash = content_hash(document, &builder.file_hashes);
-    (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash }))
+    let mesh_files = builder.file_hashes;
+    (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files }))
 }
 
 fn make_body(

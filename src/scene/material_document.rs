@@ -113,6 +113,18 @@ pub enum VolumetricDocument {
 }
 
 impl MaterialDocument {
+    /// Multiplies every stiffness but that against a change of volume (the bulk modulus, or λ).
+    pub fn scale_stiffness(&mut self, factor: f64) {
+        match self {
+            Self::MooneyRivlin { c10_pa: a, c01_pa: b, .. }
+            | Self::HolzapfelGasserOgden { c_pa: a, k1_pa: b, .. } => {
+                *a *= factor;
+                *b *= factor;
+            }
+            Self::NeoHookean { c10_pa: a, .. } | Self::CoupledNeoHookean { mu_pa: a, .. } => *a *= factor,
+        }
+    }
+
     /// The law that is meant; `None` when its fibre directions are too many, or one has no direction.
     pub fn to_material(&self) -> Option<Material> {
         Some(match *self {

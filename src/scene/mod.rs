@@ -24,7 +24,9 @@ pub mod load;
 pub mod loads_document;
 pub mod material_document;
 pub mod material_question;
+pub mod measures_document;
 pub mod mesh_document;
+mod motion;
 pub mod problem;
 pub mod recipe;
 pub mod rigid_document;
@@ -39,7 +41,7 @@ pub mod validate;
 
 pub use budget::Budget;
 pub use integrator_choice::{IntegratorChoice, SteppingEstimate};
-pub use load::{Loaded, load, load_file};
+pub use load::{Loaded, load, load_file, with_motion};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
 pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
@@ -48,6 +50,7 @@ use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::Mesh;
 use document::{Keep, SceneDocument};
+use std::collections::BTreeMap;
 
 /// A validated scene: the document, and each body's mesh in its place (metres, placement applied).
 #[derive(Clone, Debug)]
@@ -60,6 +63,8 @@ pub struct Scene {
     pub bodies: Vec<SceneBody>,
     /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.
     pub content_hash: String,
+    /// SHA-256 of each mesh file, by its name in the document.
+    pub mesh_files: BTreeMap<String, [u8; 32]>,
 }
 
 impl Scene {

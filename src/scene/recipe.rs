@@ -193,7 +193,8 @@ fn block(
     }
 }
 
-fn limb_segment(limb: &LimbSegmentDocument) -> LimbSegment {
+/// The limb segment that a document asks for.
+pub fn limb_segment(limb: &LimbSegmentDocument) -> LimbSegment {
     LimbSegment {
         center: limb.center_m.into(),
         semi_axis_x_m: limb.semi_axis_x_m,

@@ -17,6 +17,8 @@ pub struct ServiceConfig {
     pub workers: usize,
     /// Threads of each run.
     pub threads_per_job: usize,
+    /// Cases of a what-if question that run at the same time.
+    pub threads_per_what_if: usize,
     /// Jobs that may wait at the same time.
     pub max_queued: u64,
     /// Connections at the same time; more wait in the listen queue of the system.
@@ -48,6 +50,7 @@ impl Default for ServiceConfig {
             data: PathBuf::from("data"),
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             threads_per_job: 1,
+            threads_per_what_if: std::thread::available_parallelism().map_or(1, usize::from),
             max_queued: 1000,
             max_connections: 512,
             request_timeout: Duration::from_secs(30),

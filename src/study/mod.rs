@@ -9,6 +9,7 @@ pub mod setting;
 pub mod single;
 pub mod stability;
 mod variant;
+pub mod what_if;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
 pub use setting::Setting;

@@ -107,9 +107,7 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
         if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Running };
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase });
 
-    let measures = Measures::new()
-        .with_artificial_ends(ArtificialEnds::of(request.scene, &plan))
-        .with_error_bars(error_bars);
+    let measures = measures_of(request.scene, &plan).with_error_bars(error_bars);
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let mut teller = Teller { tell: progress, told: None };
     let mut nothing = NullRecorder;
@@ -123,10 +121,7 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
         let summary = final_summary(recorder.measures(), &plan, &outcome);
         (outcome, state, summary, recorder.measures().energy.clone())
     } else {
-        let mut measures = measures;
-        let (outcome, state) = run(&plan, &options, &mut [&mut measures, &mut teller, also]);
-        let summary = final_summary(&measures, &plan, &outcome);
-        (outcome, state, summary, measures.energy)
+        run_measured(&plan, measures, &options, &mut [&mut teller, also])
     };
     Ok(RunResult {
         outcome,
@@ -137,6 +132,25 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
         wall_s: wall.elapsed().as_secs_f64(),
         cpu_s: process_cpu_s().zip(cpu).map(|(end, start)| end - start),
     })
+}
+
+/// What is measured in every run of a scene.
+pub(super) fn measures_of(scene: &Scene, plan: &Plan) -> Measures {
+    Measures::new().with_artificial_ends(ArtificialEnds::of(scene, plan))
+}
+
+/// Runs a plan without recording it.
+pub(super) fn run_measured(
+    plan: &Plan,
+    mut measures: Measures,
+    options: &RunOptions,
+    also: &mut [&mut dyn Recorder],
+) -> (Outcome, State, Summary, Energy) {
+    let mut recorders: Vec<&mut dyn Recorder> = vec![&mut measures];
+    recorders.extend(also.iter_mut().map(|recorder| &mut **recorder as &mut dyn Recorder));
+    let (outcome, state) = run(plan, options, &mut recorders);
+    let summary = final_summary(&measures, plan, &outcome);
+    (outcome, state, summary, measures.energy)
 }
 
 /// The summary of the outcome. It is composed anew when the outcome changed after the measures were finished: when closing

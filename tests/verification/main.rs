@@ -37,3 +37,4 @@ mod shock;
 mod solid_sphere_breathing;
 mod stability;
 mod two_bars;
+mod what_if;

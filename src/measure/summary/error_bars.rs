@@ -148,6 +148,7 @@ impl Results {
                 all.extend([&mut stress.volume_mm3, &mut stress.volume_at_end_mm3]);
                 all.extend(&mut stress.depth_mm);
             }
+            all.extend(t.dose_volumes.iter_mut().map(|dose| &mut dose.volume_mm3));
         }
         all.into_iter().map(|quantity| (quantity, 0)).chain(times).collect()
     }

@@ -4,19 +4,24 @@
 
 mod error_bars;
 mod gates;
+mod injury;
 mod results;
 mod table;
+mod words;
 
 pub use error_bars::{Cheaper, CheaperRuns, Estimate};
-pub use results::{Impact, Located, Results, SignificantStress, Split, Tissue};
-pub use table::render_table;
+pub use injury::InjuryMeasure;
+pub use results::{DoseVolume, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
+pub use table::{number, render_table, rounded};
 
 use super::measures::Measures;
 use crate::plan::Plan;
 use crate::step::{Ending, Failure, Outcome};
 use gates::{gates, numerics, own_warnings, withholding_reason};
+use injury::injury_measures;
 use results::{Mint, results};
 use serde::Serialize;
+use words::plain_words;
 
 /// Said with every answer.
 pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
@@ -139,6 +144,10 @@ pub struct Summary {
     /// The numbers, or why there are none.
     #[serde(flatten)]
     pub results: Shown,
+    /// The numbers in plain words.
+    pub plain_words: Vec<String>,
+    /// Published injury criteria, each with its source and whether it covers this scene.
+    pub injury_measures: Vec<InjuryMeasure>,
     /// How good the computation was.
     pub numerics: Numerics,
     /// The gates.
@@ -239,6 +248,10 @@ impl Summary {
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
+        let results = match reason {
+            None => Shown::Results(values),
+            Some(reason) => Shown::Withheld { reason, values },
+        };
         Self {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
@@ -247,10 +260,9 @@ impl Summary {
             time_s: outcome.map_or(measures.time, |o| o.time_s),
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            results: match reason {
-                None => Shown::Results(values),
-                Some(reason) => Shown::Withheld { reason, values },
-            },
+            plain_words: plain_words(&results),
+            injury_measures: injury_measures(measures, plan, &results),
+            results,
             numerics,
             gates,
             warnings,

@@ -2,7 +2,7 @@
 
 use super::super::absorbed_energy::Absorbed;
 use super::super::measures::{Measures, PairMeasures};
-use super::super::stress_depth::Peak;
+use super::super::stress_depth::{Dose, Exceedance, Peak, StressDepth};
 use super::{ErrorEstimate, GateResult, Quantity};
 use crate::plan::Plan;
 use serde::Serialize;
@@ -85,6 +85,9 @@ pub struct Tissue {
     pub projectile_loss_j: Option<Quantity>,
     /// Depth and volume of significant stress, one for each threshold.
     pub significant_stress: Vec<SignificantStress>,
+    /// Volumes in which the measures of the scene exceed its thresholds.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dose_volumes: Vec<DoseVolume>,
     /// Largest von Mises stress at a quadrature point at a field time [Pa].
     pub peak_von_mises_pa: Located,
     /// Largest principal Green–Lagrange strain [-].
@@ -134,6 +137,31 @@ pub struct SignificantStress {
     pub volume_mm3: Quantity,
     /// That volume at the end [mm³].
     pub volume_at_end_mm3: Quantity,
+    /// The parts of the tissue that exceed it.
+    pub layers: Vec<StressedLayer>,
+}
+
+/// What of one part exceeds a threshold of von Mises stress.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StressedLayer {
+    /// Name of the part.
+    pub part: String,
+    /// Least and largest depth below the skin at which it does, at any field time [mm]; absent when the tissue has no skin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_mm: Option<[f64; 2]>,
+    /// Its largest volume above the threshold at any field time [mm³].
+    pub volume_mm3: f64,
+}
+
+/// The volume in which a measure exceeds a threshold that the scene sets.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DoseVolume {
+    /// `strain_energy_density_j_per_m3` or `principal_strain`.
+    pub measure: &'static str,
+    /// The threshold, in the unit of the measure.
+    pub threshold: f64,
+    /// Largest reference volume above it at any field time [mm³].
+    pub volume_mm3: Quantity,
 }
 
 /// Makes quantities that share one verdict.
@@ -200,6 +228,19 @@ fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, m
     }
 }
 
+/// The parts that exceed a threshold, from the skin inwards.
+fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
+    let mut found: Vec<_> =
+        stress.parts.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.largest_volume > 0.0).collect();
+    found.sort_by(|a, b| a.1.depth[0].total_cmp(&b.1.depth[0]));
+    let of = |(part, layer): (&String, &crate::measure::stress_depth::Layer)| StressedLayer {
+        part: part.clone(),
+        depth_mm: stress.has_skin().then(|| layer.depth.map(|depth| 1e3 * depth)),
+        volume_mm3: 1e9 * layer.largest_volume,
+    };
+    found.into_iter().map(of).collect()
+}
+
 fn tissue(measures: &Measures, mint: Mint) -> Option<Tissue> {
     let (absorbed, stress) = (measures.absorbed.as_ref()?, measures.stress.as_ref()?);
     let split = |a: &Absorbed| Split {
@@ -214,7 +255,18 @@ fn tissue(measures: &Measures, mint: Mint) -> Option<Tissue> {
         depth_time_s: e.depth_time,
         volume_mm3: mint.quantity(1e9 * e.largest_volume),
         volume_at_end_mm3: mint.quantity(1e9 * e.volume),
+        layers: stressed_layers(stress, e),
     });
+    let doses = |measure: &'static str, doses: &[Dose]| {
+        let of = |dose: &Dose| DoseVolume {
+            measure,
+            threshold: dose.threshold,
+            volume_mm3: mint.quantity(1e9 * dose.largest_volume),
+        };
+        doses.iter().map(of).collect::<Vec<_>>()
+    };
+    let mut dose_volumes = doses("strain_energy_density_j_per_m3", &stress.energy_doses);
+    dose_volumes.extend(doses("principal_strain", &stress.strain_doses));
     let d = &measures.deflection;
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };
     Some(Tissue {
@@ -227,6 +279,7 @@ fn tissue(measures: &Measures, mint: Mint) -> Option<Tissue> {
         contact_ended: !measures.pairs.iter().any(|p| p.on_tissue && p.force.is_touching()),
         projectile_loss_j: absorbed.has_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
         significant_stress: significant.collect(),
+        dose_volumes,
         peak_von_mises_pa: mint.located(1.0, &stress.von_mises),
         peak_principal_strain: mint.located(1.0, &stress.principal_strain),
         peak_strain_energy_density_j_per_m3: mint.located(1.0, &stress.energy_density),

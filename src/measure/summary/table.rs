@@ -1,6 +1,8 @@
 //! The summary as a table for people.
 
-use super::{ErrorEstimate, Impact, Located, Quantity, RunState, Shown, Split, Summary, Tissue};
+use super::{
+    ErrorEstimate, Impact, InjuryMeasure, Located, Quantity, RunState, Shown, Split, Summary, Tissue,
+};
 use std::fmt::Write as _;
 
 /// Renders the summary as plain text, one number a line, with its unit and what is known of its error.
@@ -27,6 +29,11 @@ pub fn render_table(summary: &Summary) -> String {
                 table.tissue(tissue);
             }
         }
+    }
+    table.criteria(&summary.injury_measures);
+    if !summary.plain_words.is_empty() {
+        table.heading("In plain words");
+        summary.plain_words.iter().for_each(|words| table.line(&format!("  {words}")));
     }
     let n = &summary.numerics;
     table.heading("Numerics");
@@ -136,6 +143,13 @@ impl Table {
             }
             self.quantity(&format!("volume of von Mises above {threshold}"), &s.volume_mm3, "mm³");
         }
+        for dose in &tissue.dose_volumes {
+            let measure = match dose.measure {
+                "principal_strain" => format!("principal strain above {}", number(dose.threshold)),
+                _ => format!("energy density above {} kJ/m³", number(1e-3 * dose.threshold)),
+            };
+            self.quantity(&format!("volume of {measure}"), &dose.volume_mm3, "mm³");
+        }
         self.located("peak von Mises stress", &tissue.peak_von_mises_pa, 1e-3, "kPa");
         self.located("peak principal strain", &tissue.peak_principal_strain, 1.0, "");
         self.located(
@@ -145,6 +159,18 @@ impl Table {
             "kJ/m³",
         );
         self.located("deflection of the skin", &tissue.deflection_mm, 1.0, "mm");
+    }
+
+    fn criteria(&mut self, criteria: &[InjuryMeasure]) {
+        if criteria.is_empty() {
+            return;
+        }
+        self.heading("Injury criteria");
+        for criterion in criteria {
+            let value =
+                criterion.value.map_or_else(|| "-".into(), |v| format!("{} {}", number(v), criterion.unit));
+            self.row(criterion.title, &value, &criterion.statement);
+        }
     }
 
     fn split(&mut self, split: &Split) {
@@ -179,7 +205,7 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
 }
 
 /// Two significant digits: an error is not known better.
-fn rounded(error: f64) -> String {
+pub fn rounded(error: f64) -> String {
     if error == 0.0 {
         return "0".into();
     }
@@ -205,7 +231,7 @@ fn ending(state: &RunState) -> &'static str {
 }
 
 /// Four significant digits.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
         return format!("{value:.3e}");
@@ -215,7 +241,7 @@ fn number(value: f64) -> String {
 }
 
 /// A time in the unit that fits.
-fn seconds(time: f64) -> String {
+pub(super) fn seconds(time: f64) -> String {
     match time.abs() {
         t if t >= 1.0 || t == 0.0 => format!("{} s", number(time)),
         t if t >= 1e-3 => format!("{} ms", number(1e3 * time)),

@@ -1,27 +1,51 @@
 //! What the measures need to know.
 
 use super::Findings;
-use crate::scene::document::{Role, SceneDocument};
+use crate::scene::document::{MeasuresDocument, Role, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 
-/// Most thresholds of stress; each is one more number at every quadrature point.
+/// Most thresholds of one kind; each is one more number at every quadrature point.
 const MAX_THRESHOLDS: usize = 32;
 
 /// Checks the measures.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     let here = Pointer::root().key("measures");
     let measures = &document.measures;
-    let thresholds = here.key("stress_thresholds_pa");
-    out.require(measures.stress_thresholds_pa.len() <= MAX_THRESHOLDS, || {
-        Problem::error("too_many_items", &thresholds, "there are very many thresholds")
-            .value(measures.stress_thresholds_pa.len())
+    for (name, thresholds, remedy) in [
+        ("stress_thresholds_pa", &measures.stress_thresholds_pa, "give it in Pa: 10 kPa is 1e4"),
+        (
+            "strain_energy_density_thresholds_j_per_m3",
+            &measures.strain_energy_density_thresholds_j_per_m3,
+            "give it in J/m³: 1 mJ/cm³ is 1e3",
+        ),
+        ("principal_strain_thresholds", &measures.principal_strain_thresholds, "30 % is 0.3"),
+    ] {
+        check_thresholds(&here.key(name), thresholds, remedy, out);
+    }
+    let remedy = "5e-6 s is the default";
+    out.positive(&here.key("force_window_s"), "the window", measures.force_window_s, remedy);
+    check_person(&here.key("person"), measures, out);
+    if let Some(set) = &measures.skin_set {
+        out.require(document.bodies.iter().any(|b| b.role == Role::Tissue), || {
+            Problem::error("no_tissue", &here.key("skin_set"), "no body has the role of tissue")
+                .value(set.as_str())
+                .limit("a node set of a body whose role is \"tissue\"")
+                .remedy("give a body the role \"tissue\", or leave skin_set out")
+        });
+    }
+}
+
+fn check_thresholds(here: &Pointer, thresholds: &[f64], remedy: &str, out: &mut Findings) {
+    out.require(thresholds.len() <= MAX_THRESHOLDS, || {
+        Problem::error("too_many_items", here, "there are very many thresholds")
+            .value(thresholds.len())
             .limit(format!("at most {MAX_THRESHOLDS}"))
             .remedy("keep those that you will read")
     });
     let mut previous = f64::NEG_INFINITY;
-    for (i, &threshold) in measures.stress_thresholds_pa.iter().enumerate() {
-        let place = thresholds.index(i);
-        out.positive(&place, "a threshold", threshold, "give it in Pa: 10 kPa is 1e4");
+    for (i, &threshold) in thresholds.iter().enumerate() {
+        let place = here.index(i);
+        out.positive(&place, "a threshold", threshold, remedy);
         out.require(threshold > previous, || {
             Problem::error("not_ascending", &place, "the threshold is not above the one before")
                 .value(threshold)
@@ -30,14 +54,29 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         });
         previous = previous.max(threshold);
     }
-    let remedy = "5e-6 s is the default";
-    out.positive(&here.key("force_window_s"), "the window", measures.force_window_s, remedy);
-    if let Some(set) = &measures.skin_set {
-        out.require(document.bodies.iter().any(|b| b.role == Role::Tissue), || {
-            Problem::error("no_tissue", &here.key("skin_set"), "no body has the role of tissue")
-                .value(set.as_str())
-                .limit("a node set of a body whose role is \"tissue\"")
-                .remedy("give a body the role \"tissue\", or leave skin_set out")
-        });
+}
+
+fn check_person(here: &Pointer, measures: &MeasuresDocument, out: &mut Findings) {
+    let Some(person) = &measures.person else { return };
+    for (name, what, value, range, remedy) in [
+        ("body_mass_kg", "the mass of a person", person.body_mass_kg, [2.0, 400.0], "give it in kilograms"),
+        (
+            "wall_thickness_m",
+            "the body wall",
+            person.wall_thickness_m,
+            [0.005, 0.2],
+            "give it in metres: 30 mm is 0.03",
+        ),
+        (
+            "chest_depth_m",
+            "the depth of a chest",
+            person.chest_depth_m,
+            [0.05, 0.6],
+            "give it in metres: 23 cm is 0.23",
+        ),
+    ] {
+        if let Some(value) = value {
+            out.between(&here.key(name), what, value, range, remedy);
+        }
     }
 }

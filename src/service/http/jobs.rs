@@ -17,6 +17,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
+use std::future::ready;
 use std::sync::Arc;
 use utoipa::{IntoParams, IntoResponses};
 
@@ -76,35 +77,38 @@ pub async fn submit(
     headers: HeaderMap,
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
-    let (engine, scene) = (Arc::clone(&app.queue.engine), body.clone());
-    accept(&app, owner, &headers, body, move |shelf| engine.check(&scene, shelf)).await
+    let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
+    accept(&app, &owner, &headers, &body, kept, move |scene, shelf| engine.check(scene, shelf)).await
 }
 
-/// Makes a job of a body that `check` finds good.
+/// Makes a job of a body. What is `kept` of it, and what `check` must find good, is asked for unless the request is a replay.
 pub(super) async fn accept(
     app: &Arc<App>,
-    owner: String,
+    owner: &str,
     headers: &HeaderMap,
-    body: Bytes,
-    check: impl FnOnce(&MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> + Send + 'static,
+    body: &Bytes,
+    kept: impl Future<Output = Result<Bytes, Problem>>,
+    check: impl FnOnce(&[u8], &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> + Send + 'static,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
     let idempotency_key = idempotency_key(headers)?;
-    let body_sha256 = hexadecimal(&Sha256::digest(&body));
+    let body_sha256 = hexadecimal(&Sha256::digest(body));
     // A replay needs no second judgement of the scene.
     if let Some(key) = &idempotency_key
-        && let Some(earlier) = app.queue.store.replay(&owner, key, &body_sha256).await?
+        && let Some(earlier) = app.queue.store.replay(owner, key, &body_sha256).await?
     {
         return submitted(earlier);
     }
-    let checked = judge(app, &owner, check).await?;
+    let kept = kept.await?;
+    let scene = kept.to_vec();
+    let checked = judge(app, owner, move |shelf| check(&kept, shelf)).await?;
     let new = NewJob {
-        owner,
+        owner: owner.to_owned(),
         idempotency_key,
         body_sha256,
-        scene: body.to_vec(),
+        scene,
         name: checked.name,
         content_hash: checked.content_hash,
         end_time_s: checked.end_time_s,

@@ -2,6 +2,7 @@
 
 mod edge;
 mod events;
+mod exports;
 mod extract;
 mod jobs;
 mod meshes;
@@ -12,6 +13,7 @@ mod range;
 mod recording;
 mod studies;
 mod viewer;
+mod what_if;
 mod wire;
 
 pub use openapi::text as openapi_text;
@@ -51,7 +53,11 @@ fn routes() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(jobs::summary))
         .routes(routes!(jobs::plan))
         .routes(routes!(recording::download))
+        .routes(routes!(exports::report))
+        .routes(routes!(exports::bundle))
+        .routes(routes!(exports::table))
         .routes(routes!(studies::submit))
+        .routes(routes!(what_if::ask))
         .routes(routes!(meshes::upload))
         .routes(routes!(meshes::get))
         .routes(routes!(pages::healthz))

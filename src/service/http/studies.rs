@@ -8,6 +8,7 @@ use crate::service::jobs::study_job::StudyDocument;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
+use std::future::ready;
 use std::sync::Arc;
 
 /// Submit a study.
@@ -25,6 +26,6 @@ pub async fn submit(
     headers: HeaderMap,
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
-    let (engine, study) = (Arc::clone(&app.queue.engine), body.clone());
-    accept(&app, owner, &headers, body, move |shelf| engine.check_study(&study, shelf)).await
+    let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
+    accept(&app, &owner, &headers, &body, kept, move |study, shelf| engine.check_study(study, shelf)).await
 }

@@ -123,6 +123,10 @@ pub struct RunOrder<'a> {
     pub control: &'a RunControl,
     /// Told how far it has come, as often as the engine likes.
     pub progress: &'a mut dyn FnMut(RunProgress),
+    /// Told parts of the result as they come: the kind of the event and its data.
+    pub tell: &'a mut dyn FnMut(&'static str, &serde_json::Value),
+    /// Where results are kept by content, for all jobs.
+    pub results: &'a Path,
 }
 
 /// How a run ended that began.
@@ -160,6 +164,12 @@ pub trait Engine: Send + Sync + 'static {
     /// # Errors
     /// Every problem of the study and its scene at once.
     fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
+
+    /// Judges a what-if question, whose base is a scene in it.
+    ///
+    /// # Errors
+    /// Every problem of the question and its scene at once.
+    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
 
     /// Judges a scene and compiles it: what it would be, and what it would cost.
     ///

@@ -17,6 +17,7 @@ pub mod simulator;
 pub mod snapshots;
 pub mod store;
 pub mod study_job;
+pub mod what_if_job;
 pub mod worker;
 
 pub use error::JobsError;

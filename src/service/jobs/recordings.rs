@@ -23,7 +23,13 @@ impl DataFolder {
     /// # Errors
     /// `InUse` when another process has it; `File` when it cannot be made.
     pub fn open(root: &Path) -> Result<Self, JobsError> {
-        for folder in [root.to_owned(), root.join("recordings"), root.join("meshes"), root.join("uploads")] {
+        for folder in [
+            root.to_owned(),
+            root.join("recordings"),
+            root.join("meshes"),
+            root.join("uploads"),
+            root.join("results"),
+        ] {
             std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
         }
         let lock_file = root.join("lock");
@@ -46,6 +52,11 @@ impl DataFolder {
     /// Meshes, named by their digest.
     pub fn meshes(&self) -> PathBuf {
         self.root.join("meshes")
+    }
+
+    /// Results by content.
+    pub fn results(&self) -> PathBuf {
+        self.root.join("results")
     }
 
     /// Uploads that have not ended yet.

@@ -5,6 +5,7 @@ use super::engine::{
     SceneProblem,
 };
 use super::study_job::{self, StudyDocument};
+use super::what_if_job::{self, SharedResults};
 use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::mesh::Mesh;
 use crate::mesh::quality::quality;
@@ -20,6 +21,7 @@ use crate::scene::{
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
 use crate::step::{Ending, Failure, FailureCause};
+use crate::study::what_if::WhatIfDocument;
 use crate::study::{self, RunRequest, run_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,39 +35,54 @@ const UNREACHED_ELEMENT_STEPS_PER_SECOND: f64 = 3e7;
 const UNREACHED_FLOPS: f64 = 3e11;
 
 /// Loads, compiles and runs scenes within a budget.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Simulator {
     budget: Budget,
     deadline: Duration,
     threads: usize,
+    what_if_threads: usize,
+    results: SharedResults,
 }
 
 impl Simulator {
     /// A simulator that takes what the service may run.
     pub fn new(config: &ServiceConfig) -> Self {
-        Self { budget: config.budget.clone(), deadline: config.deadline, threads: config.threads_per_job }
+        Self {
+            budget: config.budget.clone(),
+            deadline: config.deadline,
+            threads: config.threads_per_job,
+            what_if_threads: config.threads_per_what_if,
+            results: SharedResults::default(),
+        }
     }
 
     pub(super) fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
         let loaded = load(scene, meshes, &self.budget)
             .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect::<Vec<_>>())?;
-        match self.too_long(&loaded) {
+        match self.too_long(&loaded, 1, "/end_time_s") {
             Some(problem) => Err(vec![problem.into()]),
             None => Ok(loaded),
         }
     }
 
-    /// The problem of a scene that cannot end before its deadline.
-    fn too_long(&self, loaded: &Loaded) -> Option<Problem> {
+    /// The problem of a scene that cannot be run so often before the deadline, at a place of the document.
+    pub(super) fn too_long(&self, loaded: &Loaded, runs: u64, place: &str) -> Option<Problem> {
         let element_steps = loaded.estimate.elements as f64 * loaded.estimate.steps as f64;
         let systems_s =
             if loaded.scene.document.integrator.is_implicit() { least_systems_s(loaded) } else { 0.0 };
-        let least_s = element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * self.threads as f64) + systems_s;
+        // One run has all threads for its elements and one for its systems; several run side by side.
+        let of_run = |threads: usize| element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * threads as f64);
+        let least_s = if runs > 1 {
+            (of_run(1) + systems_s) * runs as f64 / self.what_if_threads as f64
+        } else {
+            of_run(self.threads) + systems_s
+        };
         let limit_s = self.deadline.as_secs_f64();
         (least_s > limit_s).then(|| {
             let message = format!("the run would take at least {least_s:.0} s of wall time");
-            Problem::error("budget_wall_time", &Pointer::root().key("end_time_s"), message)
-                .value(loaded.scene.document.end_time_s)
+            let value = if runs > 1 { runs as f64 } else { loaded.scene.document.end_time_s };
+            Problem::error("budget_wall_time", &Pointer::from_text(place), message)
+                .value(value)
                 .limit(format!("a run of at most {limit_s:.0} s"))
                 .remedy(
                     "end earlier, take fewer or larger elements, or ask the operator for a longer deadline",
@@ -83,6 +100,16 @@ fn least_systems_s(loaded: &Loaded) -> f64 {
 }
 
 impl Simulator {
+    /// Cases of a what-if question that run side by side.
+    pub(super) fn what_if_threads(&self) -> usize {
+        self.what_if_threads
+    }
+
+    /// What what-if questions remember.
+    pub(super) fn results(&self) -> &SharedResults {
+        &self.results
+    }
+
     /// What a run may cost.
     pub(super) fn budget(&self) -> &Budget {
         &self.budget
@@ -107,6 +134,10 @@ impl Engine for Simulator {
         study_job::check(self, study, meshes)
     }
 
+    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        what_if_job::check(self, question, meshes)
+    }
+
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
         let loaded = self.load(scene, meshes)?;
         let plan =
@@ -118,6 +149,9 @@ impl Engine for Simulator {
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
         if let Some(study) = StudyDocument::of(order.scene) {
             return study_job::run(self, study, &mut order);
+        }
+        if let Some(question) = WhatIfDocument::of(order.scene) {
+            return what_if_job::run(self, &question, &mut order);
         }
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
         let estimated_steps = loaded.estimate.steps;

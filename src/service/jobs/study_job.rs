@@ -275,7 +275,7 @@ pub(super) fn run(
     Ok(RunReport { ending, summary: Some(summary), progress: reached })
 }
 
-fn out_of_time() -> JobFailure {
+pub(super) fn out_of_time() -> JobFailure {
     JobFailure {
         cause: JobFailureCause::Deadline,
         message: "The wall-clock budget of the job ran out; the summary has what was done until then.".into(),
@@ -288,10 +288,10 @@ fn out_of_time() -> JobFailure {
     }
 }
 
-fn nothing_finished() -> JobFailure {
+pub(super) fn nothing_finished() -> JobFailure {
     JobFailure {
         cause: JobFailureCause::InvalidScene,
-        message: "No setting of the study came to its end; the summary says why of each.".into(),
+        message: "No run of the study came to its end; the summary says why of each.".into(),
         remedy: "Run the scene by itself first.".into(),
         time_s: None,
         step: None,

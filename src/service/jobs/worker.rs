@@ -99,6 +99,8 @@ impl Worker {
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: RunProgress| reporter.report(p);
+        let mut tell = |kind: &'static str, data: &serde_json::Value| self.record_event(job, kind, data);
+        let results = self.queue.folder.results();
         let order = RunOrder {
             scene: &job.scene,
             meshes: &shelf,
@@ -106,6 +108,8 @@ impl Worker {
             threads: self.queue.config.threads_per_job,
             control,
             progress: &mut progress,
+            tell: &mut tell,
+            results: &results,
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
         called.unwrap_or_else(|payload| {
@@ -114,6 +118,16 @@ impl Worker {
             self.queue.metrics.run_panicked();
             Err(JobFailure::internal())
         })
+    }
+
+    /// Keeps a part of a result as an event.
+    fn record_event(&self, job: &ClaimedJob, kind: &str, data: &serde_json::Value) {
+        let written = self.queue.store.record_event(job.seq, job.attempt, kind, data);
+        match self.runtime.block_on(written) {
+            Ok(()) => self.queue.ring(job.seq),
+            // The whole result will have it.
+            Err(error) => tracing::warn!(job = %job.id, %error, "could not write a part of its result"),
+        }
     }
 
     fn finish(&self, job: &ClaimedJob, result: Result<RunReport, JobFailure>) -> Result<(), JobsError> {

@@ -1,11 +1,12 @@
 //! The quantities of interest: numbers of the summary whose error is asked for.
 
+use crate::measure::summary::Quantity as Number;
 use crate::measure::{Results, Summary};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A number that the scene is run for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Largest mean force over the window [N].
@@ -70,20 +71,23 @@ impl Quantity {
 
     /// Its value in a summary, of the contact with the largest impulse; `None` where the scene has no such thing.
     pub fn of(self, summary: &Summary) -> Option<f64> {
+        self.number(summary).map(|number| number.value)
+    }
+
+    /// As [`Self::of`], with its error bar.
+    pub fn number(self, summary: &Summary) -> Option<&Number> {
         let results: &Results = summary.values();
         let impacts = results.impacts.iter();
         let impact = impacts.max_by(|a, b| a.impulse_n_s.value.total_cmp(&b.impulse_n_s.value));
         let tissue = results.tissue.as_ref();
         match self {
-            Self::PeakForceN => impact.map(|i| i.peak_force_n.value),
-            Self::ImpulseNS => impact.map(|i| i.impulse_n_s.value),
-            Self::PatchAreaMm2 => impact.map(|i| i.patch_area_mm2.value),
-            Self::AbsorbedEnergyJ => tissue.map(|t| t.absorbed_energy_j.value),
-            Self::StressDepthMm => {
-                tissue.and_then(|t| t.significant_stress.first()?.depth_mm.as_ref()).map(|depth| depth.value)
-            }
-            Self::PrincipalStrain => tissue.map(|t| t.peak_principal_strain.quantity.value),
-            Self::DeflectionMm => tissue.map(|t| t.deflection_mm.quantity.value),
+            Self::PeakForceN => impact.map(|i| &i.peak_force_n),
+            Self::ImpulseNS => impact.map(|i| &i.impulse_n_s),
+            Self::PatchAreaMm2 => impact.map(|i| &i.patch_area_mm2),
+            Self::AbsorbedEnergyJ => tissue.map(|t| &t.absorbed_energy_j),
+            Self::StressDepthMm => tissue.and_then(|t| t.significant_stress.first()?.depth_mm.as_ref()),
+            Self::PrincipalStrain => tissue.map(|t| &t.peak_principal_strain.quantity),
+            Self::DeflectionMm => tissue.map(|t| &t.deflection_mm.quantity),
         }
     }
 }

@@ -114,6 +114,10 @@ impl Engine for ScriptedEngine {
         self.check(document["scene"].to_string().as_bytes(), meshes)
     }
 
+    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
+        self.check_study(question, meshes)
+    }
+
     fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
         let checked = self.check(scene, meshes)?;
         let body = BodyPreview {

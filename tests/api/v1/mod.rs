@@ -4,3 +4,4 @@ mod bodies;
 mod jobs;
 mod meshes;
 mod studies;
+mod what_if;

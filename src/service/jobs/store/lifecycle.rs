@@ -112,6 +112,31 @@ impl Store {
         Ok(())
     }
 
+    /// Keeps a part of the result of an attempt as an event.
+    ///
+    /// # Errors
+    /// When the store fails.
+    pub async fn record_event(
+        &self,
+        seq: i64,
+        attempt: u32,
+        kind: &str,
+        data: &serde_json::Value,
+    ) -> Result<(), JobsError> {
+        let mut transaction = self.begin().await?;
+        let running: Option<(i64,)> =
+            sqlx::query_as("SELECT seq FROM jobs WHERE seq = ?1 AND state = 'running' AND attempts = ?2")
+                .bind(seq)
+                .bind(attempt)
+                .fetch_optional(&mut *transaction)
+                .await?;
+        if running.is_some() {
+            add_event(&mut transaction, seq, kind, data).await?;
+            transaction.commit().await?;
+        }
+        Ok(())
+    }
+
     /// Ends an attempt. False when the attempt was over already.
     ///
     /// # Errors

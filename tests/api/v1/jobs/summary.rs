@@ -29,3 +29,19 @@ fn run_that_never_began_left_none() {
     wait_for(&server.client(), &job, "failed");
     problem(&server.client().get(&format!("{job}/summary")), 404, "not-left");
 }
+
+#[test]
+fn what_is_handed_out_of_a_job() {
+    let server = Server::simulating();
+    let client = server.client();
+    let request: serde_json::Value =
+        serde_json::from_str(include_str!("../../../../api/examples/job.request.json")).unwrap();
+    let (job, end) = finished(&client, &request);
+    let report = client.get(&format!("{job}/report"));
+    assert_eq!((report.status, report.header("content-type")), (200, Some("text/html; charset=utf-8")));
+    assert!(report.text().contains("Peak impact force") && report.text().contains("<svg"));
+    let bundle = client.get(&format!("{job}/fhir"));
+    assert_eq!((bundle.status, bundle.header("content-type")), (200, Some("application/fhir+json")));
+    assert_eq!(bundle.json()["timestamp"], end["finished_at"]);
+    assert!(client.get(&format!("{job}/export.csv")).text().starts_with("time [s],"));
+}

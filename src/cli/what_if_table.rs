@@ -1,0 +1,228 @@
+//! What-if answers for people, and as CSV.
+
+use super::plan::write_table;
+use crate::study::error::Quantity;
+use crate::study::what_if::document::LimitMeasure;
+use crate::study::what_if::limit::Verdict;
+use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Number};
+use std::io::{self, Write};
+
+/// The numbers of the table: the four that the run is made for.
+const SHOWN: [Quantity; 4] =
+    [Quantity::PeakForceN, Quantity::PatchAreaMm2, Quantity::StressDepthMm, Quantity::AbsorbedEnergyJ];
+
+/// Cases of the answer beyond which the table has only the first.
+const MOST_ROWS: usize = 40;
+
+/// One case as it comes.
+pub(super) fn write_case_line(case: &CaseAnswer, of: usize, out: &mut dyn Write) -> io::Result<()> {
+    let number = |q: Quantity| {
+        let (title, unit) = q.title();
+        case.numbers.get(&q).map(|n| format!("{title} {} {unit}", rounded(n.value)))
+    };
+    let numbers: Vec<String> = SHOWN.into_iter().filter_map(number).collect();
+    let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
+    writeln!(out, "{:>3} of {of}  {}: {what}", case.index + 1, case.name)
+}
+
+/// The whole answer.
+pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "\n{}: {} case(s)\n", answer.scene, answer.cases.len())?;
+    let mut header = vec!["case".to_owned()];
+    header.extend(SHOWN.map(|q| format!("{} [{}]", q.title().0, q.title().1)));
+    let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
+    write_table(&header, &rows, out)?;
+    if answer.cases.len() > MOST_ROWS {
+        writeln!(out, "… and {} more: --csv or --json has them all", answer.cases.len() - MOST_ROWS)?;
+    }
+    writeln!(out, "errors: {}", answer.error_bars)?;
+    for case in answer.cases.iter().filter(|case| case.reason.is_some()) {
+        writeln!(out, "{}: {}: {}", case.name, case.ending, case.reason.as_deref().unwrap_or_default())?;
+    }
+    write_sensitivities(answer, out)?;
+    write_sample(answer, out)?;
+    for limit in &answer.limits {
+        writeln!(out, "\n{}", in_words(limit))?;
+    }
+    let effort = &answer.effort;
+    writeln!(
+        out,
+        "\n{} run(s) computed, {} known before, {} side by side, {:.2} s (first answer after {:.2} s)",
+        effort.computed, effort.from_cache, effort.threads, effort.wall_s, effort.first_answer_s
+    )?;
+    writeln!(out, "\n{}", answer.notice)
+}
+
+fn cells(case: &CaseAnswer) -> Vec<String> {
+    let number = |q: Quantity| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
+    std::iter::once(case.name.clone()).chain(SHOWN.map(number)).collect()
+}
+
+fn with_error(number: &Number) -> String {
+    let value = rounded(number.value);
+    number.error.map_or(value.clone(), |error| format!("{value} ± {}", two_digits(error)))
+}
+
+fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
+    if answer.sensitivities.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nOne at a time, from the low to the high end, the largest first:")?;
+    let header = ["number", "rank", "parameter", "range", "change", "per unit", "elasticity", ""];
+    let unit = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
+    let shown = answer.sensitivities.iter().filter(|s| SHOWN.contains(&s.quantity));
+    let rows: Vec<[String; 8]> = shown
+        .map(|s| {
+            let remark = match (s.exceeds_numerical_error, s.is_monotone) {
+                (_, false) => "not monotone",
+                (Some(false), _) => "smaller than the numerical error of the number itself",
+                _ => "",
+            };
+            [
+                s.quantity.title().0.to_owned(),
+                s.rank.to_string(),
+                s.parameter.clone(),
+                format!(
+                    "{} … {} {}",
+                    rounded(s.parameter_values[0]),
+                    rounded(s.parameter_values[2]),
+                    unit(&s.parameter)
+                ),
+                format!(
+                    "{}{} {}",
+                    if s.change > 0.0 { "+" } else { "" },
+                    rounded(s.change),
+                    s.quantity.title().1
+                ),
+                rounded(s.per_unit),
+                s.elasticity.map_or_else(|| "-".into(), rounded),
+                remark.into(),
+            ]
+        })
+        .collect();
+    write_table(&header, &rows, out)
+}
+
+fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
+    if !answer.spread.is_empty() {
+        writeln!(out, "\nSpread over the sample:")?;
+        let header = ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)"];
+        let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
+        let rows: Vec<[String; 8]> = shown
+            .map(|s| {
+                let with = answer.correlations.iter().filter(|c| c.quantity == s.quantity);
+                let with: Vec<String> = with.map(|c| format!("{} {:+.2}", c.parameter, c.spearman)).collect();
+                let [mean, deviation, p5, median, p95] =
+                    [s.mean, s.standard_deviation, s.p5, s.median, s.p95].map(rounded);
+                let title = format!("{} [{}]", s.quantity.title().0, s.quantity.title().1);
+                [title, s.count.to_string(), mean, deviation, p5, median, p95, with.join(", ")]
+            })
+            .collect();
+        write_table(&header, &rows, out)?;
+    }
+    if !answer.sobol_indices.is_empty() {
+        writeln!(
+            out,
+            "\nSobol indices: the share of the variance, with the interval of 90 % of the bootstrap samples:"
+        )?;
+        let rows: Vec<[String; 4]> = answer
+            .sobol_indices
+            .iter()
+            .filter(|s| SHOWN.contains(&s.quantity))
+            .map(|s| {
+                let interval = |x: f64, [low, high]: [f64; 2]| format!("{x:.2} ({low:.2} … {high:.2})");
+                let (first, total) =
+                    (interval(s.first, s.first_interval), interval(s.total, s.total_interval));
+                [s.quantity.title().0.to_owned(), s.parameter.clone(), first, total]
+            })
+            .collect();
+        write_table(&["number", "parameter", "first order", "total"], &rows, out)?;
+    }
+    Ok(())
+}
+
+/// "speed: von Mises stress from 10 mm on stays at or below 30000 Pa up to 93.2 m/s (…)".
+fn in_words(answer: &LimitAnswer) -> String {
+    let number = match answer.measure {
+        LimitMeasure::Quantity(quantity) => quantity.title().0.to_owned(),
+        LimitMeasure::VonMisesPaBelowDepthM(depth) => {
+            format!("von Mises stress from {} mm below the skin on", rounded(1e3 * depth))
+        }
+    };
+    let (name, unit, limit) = (&answer.parameter, answer.unit, rounded(answer.at_most));
+    let measured = answer.measure.unit();
+    let head = format!("{name}: the {number} stays at or below {limit} {measured}");
+    let bracket = |word: &str, kept: f64, value: f64, broken: f64, value_broken: f64| {
+        format!(
+            "{head} {word} {} {unit} ({} {measured} there, {} {measured} at {} {unit}; {} runs, numerical error not estimated)",
+            rounded(kept),
+            rounded(value),
+            rounded(value_broken),
+            rounded(broken),
+            answer.runs
+        )
+    };
+    match &answer.verdict {
+        Verdict::KeptUpTo { kept_at, value, broken_at, value_broken } => {
+            bracket("up to", *kept_at, *value, *broken_at, *value_broken)
+        }
+        Verdict::KeptFrom { kept_at, value, broken_at, value_broken } => {
+            bracket("from", *kept_at, *value, *broken_at, *value_broken)
+        }
+        Verdict::KeptAtBothEnds { values } => format!(
+            "{head} at both ends of the range ({} and {}): no crossing is bracketed",
+            rounded(values[0]),
+            rounded(values[1])
+        ),
+        Verdict::BrokenAtBothEnds { values } => format!(
+            "{name}: the {number} is above {limit} {measured} at both ends of the range ({} and {}): no crossing is bracketed",
+            rounded(values[0]),
+            rounded(values[1])
+        ),
+        Verdict::NoNumber { at, reason } => {
+            format!("{name}: no answer, since there is no number at {} {unit}: {reason}", rounded(*at))
+        }
+    }
+}
+
+/// One line a case: parameters, edits left out, and every number with its error.
+pub(super) fn write_csv(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    let mut header = vec!["case".to_owned(), "ending".into(), "steps".into()];
+    header.extend(answer.parameters.iter().map(|p| quoted(&format!("{} [{}]", p.name, p.unit))));
+    header.extend(Quantity::ALL.into_iter().flat_map(|q| [q.to_string(), format!("{q}_error")]));
+    writeln!(out, "{}", header.join(","))?;
+    for case in &answer.cases {
+        let mut line = vec![quoted(&case.name), case.ending.clone(), case.steps.to_string()];
+        line.extend(answer.parameters.iter().map(|p| case.parameters[&p.name].to_string()));
+        for quantity in Quantity::ALL {
+            let number = case.numbers.get(&quantity);
+            line.push(number.map_or_else(String::new, |n| n.value.to_string()));
+            line.push(number.and_then(|n| n.error).map_or_else(String::new, |error| error.to_string()));
+        }
+        writeln!(out, "{}", line.join(","))?;
+    }
+    Ok(())
+}
+
+/// Four significant digits, without zeros that say nothing.
+fn rounded(value: f64) -> String {
+    significant(value, 4)
+}
+
+fn two_digits(value: f64) -> String {
+    significant(value, 2)
+}
+
+fn significant(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-4..7).contains(&magnitude) {
+        return format!("{value:.*e}", digits.unsigned_abs() as usize - 1);
+    }
+    let decimals = digits - 1 - magnitude;
+    let unit = 10_f64.powi(-decimals);
+    format!("{:.*}", decimals.max(0).unsigned_abs() as usize, (value / unit).round() * unit)
+}

@@ -1,0 +1,99 @@
+//! Parameters, cases and limits as they are written in flags.
+
+use crate::study::error::Quantity;
+use crate::study::what_if::document::{
+    CaseDocument, Change, Layer, LimitDocument, LimitMeasure, ParameterDocument,
+};
+use std::collections::BTreeMap;
+
+/// "speed=80..120".
+pub(super) fn parameter(text: &str) -> Result<ParameterDocument, String> {
+    let (name, range) = text.split_once('=').ok_or("write PARAMETER=LOW..HIGH, such as speed=80..120")?;
+    let (low, high) = range.split_once("..").ok_or("write the range as LOW..HIGH, such as 80..120")?;
+    Ok(ParameterDocument { low: Some(number(low)?), high: Some(number(high)?), ..named(name)? })
+}
+
+/// "speed=120,fat=0.012", with the parameters that it names.
+pub(super) fn case(text: &str) -> Result<(Vec<ParameterDocument>, CaseDocument), String> {
+    let (mut parameters, mut set) = (Vec::new(), BTreeMap::new());
+    for setting in text.split(',') {
+        let (name, value) = setting.split_once('=').ok_or("write PARAMETER=VALUE,PARAMETER=VALUE")?;
+        parameters.push(named(name)?);
+        set.insert(name.to_owned(), number(value)?);
+    }
+    Ok((parameters, CaseDocument { name: None, set }))
+}
+
+/// "speed:peak_force_n<=2000" or "speed:von_mises@0.01<=30e3".
+pub(super) fn limit(text: &str) -> Result<LimitDocument, String> {
+    let form =
+        "write PARAMETER:NUMBER<=LIMIT, such as speed:peak_force_n<=2000 or speed:von_mises@0.01<=30e3";
+    let (left, at_most) = text.split_once("<=").ok_or(form)?;
+    // From the right: parameters may have a colon of their own.
+    let (parameter, measure) = left.rsplit_once(':').ok_or(form)?;
+    let measure = match measure.strip_prefix("von_mises@") {
+        Some(depth) => LimitMeasure::VonMisesPaBelowDepthM(number(depth)?),
+        None => LimitMeasure::Quantity(Quantity::from_name(measure).ok_or_else(|| {
+            format!(
+                "there is no number {measure:?}; there are {} and von_mises@DEPTH",
+                Quantity::ALL.map(Quantity::name).join(", ")
+            )
+        })?),
+    };
+    Ok(LimitDocument { parameter: parameter.into(), measure, at_most: number(at_most)?, tolerance: 1e-3 })
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_| format!("{text:?} is no number"))
+}
+
+/// The parameter of a name, without a range.
+fn named(name: &str) -> Result<ParameterDocument, String> {
+    let change = match name {
+        "speed" => Change::Speed { body: None },
+        "mass" => Change::Mass { body: None },
+        "around" => Change::ImpactAround { body: None, limb: None },
+        "along" => Change::ImpactAlong { body: None, limb: None },
+        "fat" => Change::LayerThickness { layer: Layer::Fat, limb: None },
+        "skin" => Change::LayerThickness { layer: Layer::Skin, limb: None },
+        "friction" => Change::Friction { between: None },
+        pointer if pointer.starts_with('/') => Change::Number { pointer: pointer.into() },
+        other => match other.strip_prefix("stiffness:").and_then(|place| place.split_once('/')) {
+            Some((body, part)) => Change::StiffnessFactor { body: body.into(), part: part.into() },
+            None => {
+                return Err(format!(
+                    "there is no parameter {name:?}; there are speed, mass, around, along, fat, skin, friction, \
+                     stiffness:BODY/PART, and JSON pointers such as /end_time_s"
+                ));
+            }
+        },
+    };
+    Ok(ParameterDocument { name: name.into(), change, low: None, high: None, distribution: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_read() {
+        let speed = parameter("speed=80..1.2e2").unwrap();
+        assert_eq!(
+            (speed.change, speed.low, speed.high),
+            (Change::Speed { body: None }, Some(80.0), Some(120.0))
+        );
+        let (parameters, case) = case("fat=0.01,stiffness:thigh/fat=1.5").unwrap();
+        assert_eq!(
+            parameters[1].change,
+            Change::StiffnessFactor { body: "thigh".into(), part: "fat".into() }
+        );
+        assert!((case.set["fat"] - 0.01).abs() < 1e-15);
+        let limit = limit("stiffness:thigh/fat:von_mises@0.01<=30e3").unwrap();
+        assert_eq!(limit.parameter, "stiffness:thigh/fat");
+        assert_eq!((limit.measure, limit.at_most), (LimitMeasure::VonMisesPaBelowDepthM(0.01), 30e3));
+        for wrong in ["speed", "speed=1", "speed=a..b", "sped=1..2"] {
+            assert!(parameter(wrong).is_err());
+        }
+        assert!(super::limit("speed:force<=1").is_err());
+    }
+}

@@ -1,0 +1,76 @@
+//! Von Mises stress by depth below the skin: the largest of each layer of depth, over the field times.
+
+use crate::mechanics::element::POINTS;
+use crate::mesh::distance::DepthField;
+use crate::plan::Plan;
+use crate::scene::document::Role;
+use crate::step::{Frame, Outcome, Recorder, RecorderError};
+
+/// Accumulates over the quadrature points of the tissue. Ignores the settling before the clock starts.
+pub struct DepthProfile {
+    /// Where the layers begin [m], ascending; the last one has no lower end.
+    from: Vec<f64>,
+    /// Largest von Mises stress of each layer so far [Pa].
+    pub peaks: Vec<f64>,
+    /// Distance to the skin; `None` before the start and without a skin.
+    skin: Option<DepthField>,
+    /// The tissue's bodies.
+    bodies: Vec<usize>,
+    /// Depth of the quadrature points, 8 a slot [m]; NaN until somebody needs it.
+    depth: Vec<f64>,
+}
+
+impl DepthProfile {
+    /// Of layers that begin at these depths [m], ascending. What lies above the first is not looked at.
+    pub fn new(from: Vec<f64>) -> Self {
+        Self { peaks: vec![0.0; from.len()], from, skin: None, bodies: Vec::new(), depth: Vec::new() }
+    }
+
+    /// Largest von Mises stress from the depth of a layer on [Pa]; `None` without tissue or skin.
+    pub fn peak_from(&self, layer: usize) -> Option<f64> {
+        self.skin.as_ref()?;
+        Some(self.peaks.get(layer..)?.iter().copied().fold(0.0, f64::max))
+    }
+}
+
+impl Recorder for DepthProfile {
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
+        *self = Self::new(std::mem::take(&mut self.from));
+        let faces = &plan.measures.tissue_skin;
+        if !faces.is_empty() && !self.from.is_empty() {
+            let skin = DepthField::new(faces, &plan.X).map_err(|error| RecorderError(Box::new(error)))?;
+            self.skin = Some(skin);
+            self.bodies = (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == Role::Tissue).collect();
+            self.depth = vec![f64::NAN; POINTS * plan.slot_count()];
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        let Some(skin) = self.skin.as_ref().filter(|_| frame.is_field_time && frame.time >= 0.0) else {
+            return Ok(());
+        };
+        for block in frame.plan.blocks.iter().filter(|block| self.bodies.contains(&block.body)) {
+            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+                for (lane, slot) in slots.clone().enumerate() {
+                    for q in 0..POINTS {
+                        let depth = &mut self.depth[POINTS * (block.first_slot + slot) + q];
+                        if depth.is_nan() {
+                            *depth = skin.depth(&block.point_position(slot, q, &frame.plan.X));
+                        }
+                        // The layer that begins last before it; none above the first.
+                        let layers = self.from.partition_point(|from| from <= depth);
+                        if let Some(layer) = layers.checked_sub(1) {
+                            self.peaks[layer] = self.peaks[layer].max(points.von_mises[q][lane]);
+                        }
+                    }
+                }
+            });
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,67 @@
+//! What a scene asks to be recorded and measured.
+
+use super::{MeasurePlan, PlanBody};
+use crate::scene::Scene;
+use crate::scene::document::Role;
+use std::collections::BTreeSet;
+
+/// Field frames of a run that asks for none in particular.
+const DEFAULT_FIELD_FRAMES: u32 = 50;
+
+/// Field times closer than this share of the end time are the same.
+const SAME_TIME: f64 = 1e-9;
+
+/// Times [s] that the run hits exactly, from 0 to the end.
+pub(super) fn field_times(scene: &Scene) -> Vec<f64> {
+    let (record, end) = (&scene.document.record, scene.document.end_time_s);
+    let mut times = match (&record.field_times_s, record.field_interval_s) {
+        (Some(times), _) => times.clone(),
+        (None, Some(interval)) => {
+            let count = (end / interval * (1.0 - 1e-12)).floor() as u32;
+            (1..=count).map(|i| f64::from(i) * interval).collect()
+        }
+        (None, None) => {
+            (1..DEFAULT_FIELD_FRAMES).map(|i| end * f64::from(i) / f64::from(DEFAULT_FIELD_FRAMES)).collect()
+        }
+    };
+    times.retain(|t| *t > 0.0 && *t < end);
+    // Times that differ by rounding alone are one: a step from one to the other would be no step.
+    times.retain(|t| end - t > SAME_TIME * end && *t > SAME_TIME * end);
+    times.insert(0, 0.0);
+    times.push(end);
+    times.dedup_by(|later, earlier| *later - *earlier <= SAME_TIME * end);
+    times
+}
+
+/// The tissue's skin: the asked node set, or the outer surface without faces that are wholly held.
+pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
+    let document = &scene.document.measures;
+    let ascending = |thresholds: &[f64]| {
+        let mut thresholds = thresholds.to_vec();
+        thresholds.sort_by(f64::total_cmp);
+        thresholds
+    };
+    let mut skin = Vec::new();
+    for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue) {
+        let mesh = &scene.bodies[b].mesh;
+        let set_nodes = |name: &str| -> BTreeSet<u32> {
+            mesh.node_sets.get(name).into_iter().flatten().map(|node| node + body.nodes.start).collect()
+        };
+        let held: BTreeSet<u32> =
+            scene.document.bodies[b].fixed.iter().flat_map(|fixed| set_nodes(&fixed.set)).collect();
+        let asked = document.skin_set.as_deref().map(set_nodes);
+        let is_skin = |face: &&[u32; 4]| match &asked {
+            Some(set) => face.iter().all(|node| set.contains(node)),
+            None => !face.iter().all(|node| held.contains(node)),
+        };
+        skin.extend(body.skin.faces.iter().filter(is_skin));
+    }
+    MeasurePlan {
+        stress_thresholds: ascending(&document.stress_thresholds_pa),
+        energy_density_thresholds: ascending(&document.strain_energy_density_thresholds_j_per_m3),
+        strain_thresholds: ascending(&document.principal_strain_thresholds),
+        person: document.person,
+        force_window: document.force_window_s,
+        tissue_skin: skin,
+    }
+}

@@ -1,0 +1,42 @@
+//! The recorded lines as a table.
+
+use super::RecordedRun;
+use std::io::{self, Write};
+
+/// One line a recorded time: each pair's force over the window of the summary and patch area, then the energies.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+    let window = force_window(run);
+    let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
+    for (name, pair) in &run.pairs {
+        let force = pair.windowed_force(window).into_iter().map(|(_, force)| force).collect();
+        columns.push((format!("{name} mean force over the last {window} s [N]"), force));
+        columns.push((format!("{name} patch area [m²]"), pair.patch_area_m2.clone()));
+    }
+    for (name, line) in &run.bodies {
+        columns
+            .push((format!("{name} kinetic and strain energy [J]"), line.iter().map(|(_, e)| *e).collect()));
+    }
+    for (name, line) in [("absorbed by the tissue [J]", &run.absorbed), ("total [J]", &run.total)] {
+        columns.push((name.to_owned(), line.iter().map(|(_, e)| *e).collect()));
+    }
+    let header: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
+    writeln!(out, "time [s],{}", header.join(","))?;
+    for (row, (time, _)) in run.total.iter().enumerate() {
+        let cells: Vec<String> = columns
+            .iter()
+            .map(|(_, values)| values.get(row).map_or_else(String::new, f64::to_string))
+            .collect();
+        writeln!(out, "{time},{}", cells.join(","))?;
+    }
+    Ok(())
+}
+
+/// Window of the peak force [s], as the summary says.
+pub(super) fn force_window(run: &RecordedRun) -> f64 {
+    let told = super::headline_impact(&run.summary).and_then(|impact| impact["force_window_s"].as_f64());
+    told.filter(|window| *window > 0.0).unwrap_or(5e-6)
+}

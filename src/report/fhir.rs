@@ -1,0 +1,188 @@
+//! A run as a FHIR R4 Bundle: what was observed on a model, by which program, of which scene.
+//!
+//! Codes are of an own code system: none of LOINC's is about a simulated impact, and none is invented. Units are UCUM.
+
+use super::{RecordedRun, Shown, headline_impact};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+
+/// The code system of the observations.
+pub const CODE_SYSTEM: &str = "urn:contuse:observation";
+const UCUM: &str = "http://unitsofmeasure.org";
+
+/// One observation: code, words, UCUM unit, and the quantity of the summary.
+struct Observed<'a> {
+    code: String,
+    text: String,
+    unit: &'static str,
+    quantity: &'a Value,
+}
+
+/// The bundle of a run; `recorded` is the time of the export, RFC 3339.
+pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
+    let hash = run.metadata.get("scene_hash").cloned().unwrap_or_default();
+    let version = run.summary["engine_version"].as_str().unwrap_or("unknown").to_owned();
+    let url = |name: &str| format!("urn:uuid:{}", name_based_uuid(&[&hash, &version, name]));
+    let device = url("device");
+    let observations: Vec<(String, Value)> = observed(&run.summary)
+        .iter()
+        .map(|observed| (url(&observed.code), observation(observed, &run.summary, &device)))
+        .collect();
+    let targets: Vec<Value> = observations.iter().map(|(url, _)| json!({"reference": url})).collect();
+    let mut entries = vec![json!({"fullUrl": device, "resource": device_resource(&version, run)})];
+    entries.push(json!({"fullUrl": url("provenance"), "resource": {
+        "resourceType": "Provenance",
+        "target": if targets.is_empty() { vec![json!({"reference": device})] } else { targets },
+        "recorded": recorded,
+        "activity": {"text": "Simulation of a blunt impact on soft tissue"},
+        "agent": [{"type": {"text": "Assembled by software"}, "who": {"reference": device}}],
+        "entity": [{"role": "source", "what": {
+            "identifier": {"system": "urn:contuse:scene-sha256", "value": if hash.is_empty() { "unknown".into() } else { hash.clone() }},
+            "display": run.summary["scene"].as_str().unwrap_or("a scene")
+        }}]
+    }}));
+    entries.extend(
+        observations.into_iter().map(|(url, resource)| json!({"fullUrl": url, "resource": resource})),
+    );
+    json!({
+        "resourceType": "Bundle",
+        "type": "collection",
+        "timestamp": recorded,
+        "identifier": {"system": "urn:contuse:bundle", "value": url("bundle")},
+        "entry": entries
+    })
+}
+
+fn device_resource(version: &str, run: &RecordedRun) -> Value {
+    let commit = run.metadata.get("engine_commit").filter(|commit| *commit != "unknown");
+    let value = commit.map_or_else(|| version.to_owned(), |commit| format!("{version} ({commit})"));
+    json!({
+        "resourceType": "Device",
+        "status": "active",
+        "deviceName": [{"name": "Contuse", "type": "user-friendly-name"}],
+        "type": {"text": "Simulation software for research; no medical device"},
+        "version": [{"value": value}],
+        "note": [{"text": run.summary["notice"].as_str().unwrap_or_default()}]
+    })
+}
+
+/// Everything of a summary that is an observation, in a fixed order.
+fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
+    // Numbers that are withheld are told as absent, with the reason.
+    let values =
+        if summary.get("results").is_some() { &summary["results"] } else { &summary["withheld"]["values"] };
+    let mut all = Vec::new();
+    let mut add = |code: &str, text: &str, unit: &'static str, quantity: Option<&'a Value>| {
+        if let Some(quantity) = quantity.filter(|quantity| quantity["value"].is_number()) {
+            all.push(Observed { code: code.to_owned(), text: text.to_owned(), unit, quantity });
+        }
+    };
+    let impacts = values["impacts"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let impact = headline_impact(summary).or_else(|| impacts.first());
+    for (code, text, unit, name) in [
+        ("peak-force", "Peak impact force", "N", "peak_force_n"),
+        ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
+        ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
+        ("contact-patch-area", "Area of the contact patch at the peak force", "mm2", "patch_area_mm2"),
+    ] {
+        add(code, text, unit, impact.map(|impact| &impact[name]));
+    }
+    let tissue = &values["tissue"];
+    for (code, text, unit, name) in [
+        ("absorbed-energy", "Energy absorbed by the tissue", "J", "absorbed_energy_j"),
+        ("peak-von-mises", "Peak von Mises stress", "Pa", "peak_von_mises_pa"),
+        ("peak-principal-strain", "Peak principal Green-Lagrange strain", "1", "peak_principal_strain"),
+        (
+            "peak-strain-energy-density",
+            "Peak strain energy density",
+            "J/m3",
+            "peak_strain_energy_density_j_per_m3",
+        ),
+        ("skin-deflection", "Largest deflection of the skin", "mm", "deflection_mm"),
+    ] {
+        add(code, text, unit, Some(&tissue[name]));
+    }
+    for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
+        let threshold = stress["threshold_pa"].as_f64().unwrap_or_default();
+        let above = format!("von Mises stress above {threshold} Pa");
+        add(
+            &format!("depth-above-{threshold}-pa"),
+            &format!("Depth of {above}"),
+            "mm",
+            stress.get("depth_mm"),
+        );
+        add(
+            &format!("volume-above-{threshold}-pa"),
+            &format!("Volume of {above}"),
+            "mm3",
+            stress.get("volume_mm3"),
+        );
+    }
+    all
+}
+
+fn coded(code: &str, text: &str) -> Value {
+    json!({"coding": [{"system": CODE_SYSTEM, "code": code, "display": text}], "text": text})
+}
+
+fn quantity(value: f64, unit: &str) -> Value {
+    json!({"value": value, "unit": unit, "system": UCUM, "code": unit})
+}
+
+fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
+    let is_whole = summary["ending"] == "finished";
+    let mut resource = json!({
+        "resourceType": "Observation",
+        "status": if is_whole { "final" } else { "preliminary" },
+        "code": coded(&observed.code, &observed.text),
+        "device": {"reference": device},
+        "method": {"text": "Finite elements with contact, computed on a model; not measured on a person"},
+        "note": [{"text": summary["notice"].as_str().unwrap_or_default()}]
+    });
+    let withheld = summary.pointer("/withheld/reason").and_then(Value::as_str);
+    match (withheld, Shown::of(observed.quantity)) {
+        (None, Some(shown)) => {
+            resource["valueQuantity"] = quantity(shown.value, observed.unit);
+            let error = coded("numerical-error", "Estimated numerical error, half width");
+            resource["component"] = json!([match shown.error {
+                Some(half_width) =>
+                    json!({"code": error, "valueQuantity": quantity(half_width, observed.unit)}),
+                None =>
+                    json!({"code": error, "dataAbsentReason": absent("not-performed", "The error was not estimated")}),
+            }]);
+        }
+        (reason, _) => {
+            let text = reason.unwrap_or("There is no such number");
+            resource["dataAbsentReason"] = absent("error", text);
+        }
+    }
+    resource
+}
+
+fn absent(code: &str, text: &str) -> Value {
+    let system = "http://terminology.hl7.org/CodeSystem/data-absent-reason";
+    json!({"coding": [{"system": system, "code": code}], "text": text})
+}
+
+/// A UUID (version 8, RFC 9562) made of a digest: the same run has the same names.
+fn name_based_uuid(parts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update((part.len() as u64).to_le_bytes());
+        hash.update(part);
+    }
+    let digest = hash.finalize();
+    let mut bytes: [u8; 16] = std::array::from_fn(|i| digest[i]);
+    bytes[6] = bytes[6] & 0x0f | 0x80;
+    bytes[8] = bytes[8] & 0x3f | 0x80;
+    let mut text = String::with_capacity(36);
+    for (i, byte) in bytes.iter().enumerate() {
+        if [4, 6, 8, 10].contains(&i) {
+            text.push('-');
+        }
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}

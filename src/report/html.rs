@@ -1,0 +1,235 @@
+//! The report as one page of HTML: self-contained, printable.
+
+use super::pictures::pictures;
+use super::{RecordedRun, Shown, headline_impact};
+use crate::measure::summary::{number, rounded};
+use serde_json::Value;
+use std::fmt::Write as _;
+
+const STYLE: &str = include_str!("report.css");
+
+/// The page of a run.
+///
+/// # Errors
+/// The drawing library's own words.
+pub fn page(run: &RecordedRun) -> Result<String, String> {
+    let summary = &run.summary;
+    let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
+    let mut body = String::new();
+    header(&mut body, run);
+    cards(&mut body, summary);
+    list(&mut body, "In plain words", &summary["plain_words"]);
+    body += "<section class=\"pictures\">";
+    for picture in pictures(run)? {
+        push(
+            &mut body,
+            format_args!(
+                "<figure>{}<figcaption>{}</figcaption></figure>",
+                inline(&picture.svg),
+                picture.title
+            ),
+        );
+    }
+    body += "</section>";
+    stress_table(&mut body, summary);
+    criteria_table(&mut body, summary);
+    quality_table(&mut body, summary);
+    list(&mut body, "To read before the numbers are used", &summary["warnings"]);
+    provenance(&mut body, run);
+    Ok(format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
+         <title>{title} – report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n</body>\n</html>\n"
+    ))
+}
+
+/// Writing to a String cannot fail.
+fn push(out: &mut String, text: std::fmt::Arguments) {
+    let _ = out.write_fmt(text);
+    out.push('\n');
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// The picture without its XML declaration, as wide as its place.
+fn inline(svg: &str) -> String {
+    let from = svg.find("<svg").unwrap_or_default();
+    svg[from..].replacen("<svg ", "<svg role=\"img\" ", 1)
+}
+
+fn header(out: &mut String, run: &RecordedRun) {
+    let summary = &run.summary;
+    let text = |value: &Value| escaped(value.as_str().unwrap_or_default());
+    let ending = text(&summary["ending"]);
+    push(out, format_args!("<header><h1>{}</h1>", text(&summary["scene"])));
+    if let Some(description) = run.scene["description"].as_str().filter(|d| !d.is_empty()) {
+        push(out, format_args!("<p class=\"description\">{}</p>", escaped(description)));
+    }
+    push(
+        out,
+        format_args!(
+            "<p class=\"state {ending}\">{ending} at {} µs of {} µs, {} steps</p>",
+            number(1e6 * summary["time_s"].as_f64().unwrap_or_default()),
+            number(1e6 * summary["end_time_s"].as_f64().unwrap_or_default()),
+            summary["steps"]
+        ),
+    );
+    push(out, format_args!("<p class=\"notice\">{}</p></header>", text(&summary["notice"])));
+    if let Some(reason) = summary.pointer("/withheld/reason") {
+        push(out, format_args!("<p class=\"withheld\">The results are withheld: {}.</p>", text(reason)));
+    }
+}
+
+/// The four numbers.
+fn cards(out: &mut String, summary: &Value) {
+    let impact = headline_impact(summary);
+    let tissue = &summary["results"]["tissue"];
+    let depth = tissue["significant_stress"].as_array().and_then(|all| {
+        let reached = |s: &&Value| s["depth_mm"]["value"].as_f64().is_some_and(|d| d > 0.0);
+        all.iter().rfind(reached).or(all.first())
+    });
+    let threshold = depth.and_then(|s| s["threshold_pa"].as_f64()).map_or_else(String::new, number_of_kpa);
+    let all = [
+        ("Peak impact force".to_owned(), impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
+        ("Contact patch".into(), impact.and_then(|i| Shown::of(&i["patch_area_mm2"])), "mm²"),
+        (format!("Depth of stress above {threshold}"), depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
+        ("Absorbed energy".into(), Shown::of(&tissue["absorbed_energy_j"]), "J"),
+    ];
+    out.push_str("<section class=\"cards\">\n");
+    for (title, shown, unit) in all {
+        let (value, error) = match shown {
+            Some(Shown { value, error: Some(error) }) => {
+                (number(value), format!("± {} {unit}", rounded(error)))
+            }
+            Some(Shown { value, error: None }) => (number(value), "error not estimated".into()),
+            None => ("–".into(), "no number".into()),
+        };
+        // A number that is smaller than its error is not shown as a plain one.
+        let doubtful = shown.is_some_and(|s| s.error.is_some_and(|error| error >= s.value.abs()));
+        let class = if doubtful { " doubtful" } else { "" };
+        push(
+            out,
+            format_args!(
+                "<div class=\"card{class}\"><h2>{}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{error}{}</p></div>",
+                escaped(&title),
+                if doubtful { ": not resolved" } else { "" }
+            ),
+        );
+    }
+    out.push_str("</section>\n");
+}
+
+fn number_of_kpa(pascal: f64) -> String {
+    format!("{} kPa", number(1e-3 * pascal))
+}
+
+fn list(out: &mut String, title: &str, items: &Value) {
+    let items: Vec<&str> = items.as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    if items.is_empty() {
+        return;
+    }
+    push(out, format_args!("<section><h2>{title}</h2><ul>"));
+    for item in items {
+        push(out, format_args!("<li>{}</li>", escaped(item)));
+    }
+    out.push_str("</ul></section>\n");
+}
+
+/// Rows of cells, the first of each a heading.
+fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
+    if rows.is_empty() {
+        return;
+    }
+    push(out, format_args!("<section><h2>{title}</h2><table><thead><tr>"));
+    for name in head {
+        push(out, format_args!("<th>{name}</th>"));
+    }
+    out.push_str("</tr></thead><tbody>\n");
+    for row in rows {
+        push(out, format_args!("<tr><td>{}</td></tr>", row.join("</td><td>")));
+    }
+    out.push_str("</tbody></table></section>\n");
+}
+
+fn with_error(quantity: &Value) -> String {
+    match Shown::of(quantity) {
+        Some(Shown { value, error: Some(error) }) => format!("{} ± {}", number(value), rounded(error)),
+        Some(Shown { value, error: None }) => number(value),
+        None => "–".into(),
+    }
+}
+
+fn stress_table(out: &mut String, summary: &Value) {
+    let tissue = &summary["results"]["tissue"];
+    let mut rows = Vec::new();
+    for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
+        let threshold = number_of_kpa(stress["threshold_pa"].as_f64().unwrap_or_default());
+        let layers = stress["layers"].as_array().into_iter().flatten().map(|layer| {
+            let depth = |index: usize| layer["depth_mm"][index].as_f64().map_or_else(String::new, number);
+            format!("{} {}–{} mm", escaped(layer["part"].as_str().unwrap_or_default()), depth(0), depth(1))
+        });
+        rows.push(vec![
+            format!("von Mises &gt; {threshold}"),
+            with_error(&stress["depth_mm"]),
+            with_error(&stress["volume_mm3"]),
+            layers.collect::<Vec<_>>().join(", "),
+        ]);
+    }
+    for dose in tissue["dose_volumes"].as_array().into_iter().flatten() {
+        let name =
+            if dose["measure"] == "principal_strain" { "principal strain" } else { "energy density [J/m³]" };
+        rows.push(vec![
+            format!("{name} &gt; {}", number(dose["threshold"].as_f64().unwrap_or_default())),
+            "–".into(),
+            with_error(&dose["volume_mm3"]),
+            String::new(),
+        ]);
+    }
+    table(out, "Where in the tissue", &["threshold", "depth [mm]", "volume [mm³]", "parts"], &rows);
+}
+
+fn criteria_table(out: &mut String, summary: &Value) {
+    let of = |criterion: &Value| {
+        let value = criterion["value"].as_f64().map_or_else(|| "–".into(), number);
+        let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
+        vec![
+            text("title"),
+            format!("{value} {}", text("unit")),
+            text("statement"),
+            format!("{}. {}", text("meaning"), text("source")),
+        ]
+    };
+    let rows: Vec<Vec<String>> =
+        summary["injury_measures"].as_array().into_iter().flatten().map(of).collect();
+    table(
+        out,
+        "Injury criteria",
+        &["criterion", "value", "what it says here", "what it is compared with"],
+        &rows,
+    );
+}
+
+fn quality_table(out: &mut String, summary: &Value) {
+    let gate = |gate: &Value| {
+        let value = |name: &str| gate[name].as_f64().unwrap_or(f64::NAN);
+        vec![
+            escaped(gate["meaning"].as_str().unwrap_or_default()),
+            format!("{:.1e}", value("value")),
+            format!("{:.0e}", value("limit")),
+            escaped(gate["result"].as_str().unwrap_or_default()),
+        ]
+    };
+    let rows: Vec<Vec<String>> = summary["gates"].as_array().into_iter().flatten().map(gate).collect();
+    table(out, "How good the computation was", &["gate", "value", "limit", "verdict"], &rows);
+    let bars = escaped(summary["error_bars"].as_str().unwrap_or_default());
+    push(out, format_args!("<p class=\"small\">Error bars: {bars}.</p>"));
+}
+
+fn provenance(out: &mut String, run: &RecordedRun) {
+    let rows: Vec<Vec<String>> = ["engine_version", "engine_commit", "scene_hash", "units"]
+        .iter()
+        .filter_map(|name| Some(vec![name.replace('_', " "), escaped(run.metadata.get(*name)?)]))
+        .collect();
+    table(out, "Where this comes from", &["", ""], &rows);
+}

@@ -1,0 +1,296 @@
+//! The pictures of a report, as SVG.
+
+use super::{RecordedRun, Series, headline_impact};
+use crate::study::palette::COLOURS;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use serde_json::Value;
+
+const SIZE: (u32, u32) = (640, 380);
+const FONT: &str = "sans-serif";
+/// Points of a line; longer ones keep the least and the greatest of each stretch.
+const MOST_POINTS: usize = 1200;
+
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// A picture with its title.
+pub(super) struct Picture {
+    pub title: &'static str,
+    pub svg: String,
+}
+
+/// All pictures that the run has something for.
+pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
+    let mut all = Vec::new();
+    let mut add = |title: &'static str, draw: &dyn Fn(&DrawingArea<SVGBackend, Shift>) -> Drawn| {
+        let mut svg = String::new();
+        {
+            let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            draw(&area).and_then(|()| Ok(area.present()?)).map_err(|error| error.to_string())?;
+        }
+        all.push(Picture { title, svg });
+        Ok::<(), String>(())
+    };
+    let impact = headline_impact(&run.summary);
+    let pair = impact.and_then(|impact| run.pairs.get(impact["pair"].as_str()?));
+    if let (Some(impact), Some(pair)) = (impact, pair) {
+        let force = pair.windowed_force(super::csv::force_window(run));
+        add("Impact force", &|area| force_picture(area, &force, impact))?;
+    }
+    if run.total.len() > 1 {
+        add("Energy", &|area| energy_picture(area, run))?;
+    }
+    let stresses = run.summary.pointer("/results/tissue/significant_stress").and_then(Value::as_array);
+    if let Some(stresses) = stresses.filter(|s| s.iter().any(|s| s["layers"].get(0).is_some())) {
+        add("Depth of stress", &|area| depth_picture(area, stresses))?;
+    }
+    if let Some(impact) = impact.filter(|impact| impact["patch_area_mm2"]["value"].as_f64() > Some(0.0)) {
+        add("Contact patch", &|area| patch_picture(area, impact))?;
+    }
+    Ok(all)
+}
+
+/// Mean force over the window, with the peak and its error bar.
+fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: &Value) -> Drawn {
+    let peak = &impact["peak_force_n"];
+    let value = peak["value"].as_f64().unwrap_or_default();
+    let error = peak.pointer("/error/total").and_then(Value::as_f64).unwrap_or_default();
+    let at = impact.pointer("/peak_force_time_s/value").and_then(Value::as_f64).unwrap_or_default();
+    let (unit, scale) = if value + error >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
+    let top = 1.08 * scale * (value + error).max(force.iter().map(|p| p.1).fold(0.0, f64::max));
+    let (time_unit, time_scale) = time_unit(force);
+    let mut chart =
+        axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;
+    let line = thinned(force).into_iter().map(|(t, f)| (time_scale * t, scale * f));
+    let area_below = std::iter::once((0.0, 0.0)).chain(line.clone()).chain([(end(force) * time_scale, 0.0)]);
+    chart.draw_series(std::iter::once(Polygon::new(
+        area_below.collect::<Series>(),
+        COLOURS[0].mix(0.12).filled(),
+    )))?;
+    chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(2)))?;
+    let colour = COLOURS[1].stroke_width(2);
+    let bar =
+        vec![(time_scale * at, scale * (value - error).max(0.0)), (time_scale * at, scale * (value + error))];
+    chart
+        .draw_series(std::iter::once(PathElement::new(bar, colour)))?
+        .label("peak and its numerical error")
+        .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour));
+    chart.draw_series(std::iter::once(Circle::new(
+        (time_scale * at, scale * value),
+        4,
+        COLOURS[1].filled(),
+    )))?;
+    legend(&mut chart)
+}
+
+/// Energy of the bodies, what the tissue absorbed, and the sum of all.
+fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> Drawn {
+    let mut lines: Vec<(String, &Series)> =
+        run.bodies.iter().map(|(name, line)| (format!("{name}: kinetic + strain"), line)).collect();
+    if run.absorbed.iter().any(|(_, energy)| *energy != 0.0) {
+        lines.push(("absorbed by the tissue".into(), &run.absorbed));
+    }
+    lines.push(("everything".into(), &run.total));
+    let all = || lines.iter().flat_map(|(_, line)| line.iter().map(|p| p.1));
+    let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
+    let (time_unit, time_scale) = time_unit(&run.total);
+    let range = low..(1.18 * high).max(low + 1e-12);
+    let mut chart = axes(area, end(&run.total) * time_scale, range, "energy [J]", time_unit)?;
+    for (index, (label, line)) in lines.iter().enumerate() {
+        // The sum is black and dashed: it lies on others where nothing is lost.
+        let is_sum = index + 1 == lines.len();
+        let style =
+            if is_sum { BLACK.stroke_width(1) } else { COLOURS[index % COLOURS.len()].stroke_width(2) };
+        let points = thinned(line).into_iter().map(|(t, e)| (time_scale * t, e));
+        let drawn = if is_sum {
+            chart.draw_series(DashedLineSeries::new(points, 5, 4, style))?
+        } else {
+            chart.draw_series(LineSeries::new(points, style))?
+        };
+        drawn.label(label.as_str()).legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], style));
+    }
+    legend(&mut chart)
+}
+
+/// For each threshold a row: from which depth to which each part sees more.
+fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> Drawn {
+    let layers = || {
+        stresses.iter().enumerate().flat_map(|(row, stress)| {
+            stress["layers"].as_array().into_iter().flatten().filter_map(move |layer| {
+                let [from, to] =
+                    [layer.pointer("/depth_mm/0")?.as_f64()?, layer.pointer("/depth_mm/1")?.as_f64()?];
+                Some((row, layer["part"].as_str()?, from, to))
+            })
+        })
+    };
+    let deepest = layers().map(|(.., to)| to).fold(0.0, f64::max).max(1e-3);
+    let mut parts: Vec<(&str, f64)> = Vec::new();
+    for (_, part, from, _) in layers() {
+        match parts.iter_mut().find(|(name, _)| *name == part) {
+            Some((_, first)) => *first = first.min(from),
+            None => parts.push((part, from)),
+        }
+    }
+    parts.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let rows = stresses.len() as f64;
+    area.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(92)
+        .build_cartesian_2d(0.0..1.05 * deepest, -0.5 * (parts.len() as f64 * 0.22)..rows)?;
+    let name = |y: &f64| {
+        let row = y.floor();
+        let is_middle = (y - row - 0.5).abs() < 1e-6 && (0.0..rows).contains(y);
+        stresses.get(row as usize).filter(|_| is_middle).map_or_else(String::new, |stress| {
+            format!("> {} kPa", 1e-3 * stress["threshold_pa"].as_f64().unwrap_or_default())
+        })
+    };
+    chart
+        .configure_mesh()
+        .x_desc("depth below the skin [mm]")
+        .disable_y_mesh()
+        .light_line_style(TRANSPARENT)
+        .y_labels(2 * stresses.len() + 3)
+        .y_label_formatter(&|_| String::new())
+        .label_style((FONT, 14))
+        .axis_desc_style((FONT, 15))
+        .draw()?;
+    for (index, (part, _)) in parts.iter().enumerate() {
+        let colour = COLOURS[index % COLOURS.len()];
+        let bars = layers().filter(|(_, name, ..)| name == part).map(|(row, _, from, to)| {
+            let y = row as f64;
+            // A layer of one quadrature point has no thickness; a hair of it is drawn.
+            Rectangle::new(
+                [(from, y + 0.22), (to.max(from + 0.004 * deepest), y + 0.78)],
+                colour.mix(0.85).filled(),
+            )
+        });
+        chart
+            .draw_series(bars)?
+            .label(*part)
+            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 18, y + 5)], colour.mix(0.85).filled()));
+    }
+    for row in 0..stresses.len() {
+        let y = row as f64 + 0.5;
+        let (_, pixel) = chart.backend_coord(&(0.0, y));
+        area.draw(&Text::new(name(&y), (8, pixel - 8), (FONT, 15).into_font()))?;
+    }
+    legend(&mut chart)
+}
+
+/// The ellipse of the patch's two axes, with a scale.
+fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn {
+    let of = |name: &str| impact[name]["value"].as_f64().unwrap_or_default();
+    let [long, short, surface] = [of("patch_long_axis_mm"), of("patch_short_axis_mm"), of("patch_area_mm2")];
+    let across = 1.5 * long.max(short).max(1e-3);
+    let (width, height) = (f64::from(SIZE.0) - 24.0, f64::from(SIZE.1) - 24.0);
+    let (half_x, half_y) = if width > height {
+        (across / 2.0 * width / height, across / 2.0)
+    } else {
+        (across / 2.0, across / 2.0 * height / width)
+    };
+    area.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(area).margin(12).build_cartesian_2d(-half_x..half_x, -half_y..half_y)?;
+    let ellipse = (0..=180).map(|i| {
+        let angle = f64::from(i) / 90.0 * std::f64::consts::PI;
+        (0.5 * long * angle.cos(), 0.5 * short * angle.sin())
+    });
+    let ellipse: Vec<(f64, f64)> = ellipse.collect();
+    chart.draw_series(std::iter::once(Polygon::new(ellipse.clone(), COLOURS[0].mix(0.2).filled())))?;
+    chart.draw_series(std::iter::once(PathElement::new(ellipse, COLOURS[0].stroke_width(2))))?;
+    let scale = nice(0.35 * across);
+    let (left, low) = (-0.94 * half_x, -0.86 * half_y);
+    chart.draw_series(std::iter::once(PathElement::new(
+        [(left, low), (left + scale, low)],
+        BLACK.stroke_width(3),
+    )))?;
+    let label = |text: String, at: (f64, f64)| Text::new(text, at, (FONT, 16).into_font());
+    chart.draw_series([
+        label(format!("{scale} mm"), (left, low + 0.12 * half_y)),
+        label(format!("{long:.1} mm × {short:.1} mm, {surface:.0} mm²"), (left, 0.94 * half_y)),
+        label("ellipse of the same second moments, at the peak force".into(), (left, 0.80 * half_y)),
+    ])?;
+    Ok(())
+}
+
+/// 1, 2 or 5 times a power of ten, at most `length`.
+fn nice(length: f64) -> f64 {
+    let power = 10_f64.powf(length.log10().floor());
+    [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|l| *l <= length).unwrap_or(power)
+}
+
+type Chart<'a, 'b> = ChartContext<
+    'a,
+    SVGBackend<'b>,
+    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
+>;
+
+/// A chart over time from 0 to `end`.
+fn axes<'a, 'b>(
+    area: &'a DrawingArea<SVGBackend<'b>, Shift>,
+    end: f64,
+    range: std::ops::Range<f64>,
+    title: &str,
+    time_unit: &str,
+) -> Result<Chart<'a, 'b>, Box<dyn std::error::Error>> {
+    area.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(62)
+        .build_cartesian_2d(0.0..end.max(1e-12), range)
+        .map_err(|error| error.to_string())?;
+    chart
+        .configure_mesh()
+        .x_desc(format!("time [{time_unit}]"))
+        .y_desc(title)
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(BLACK.mix(0.12))
+        .label_style((FONT, 14))
+        .axis_desc_style((FONT, 15))
+        .draw()
+        .map_err(|error| error.to_string())?;
+    Ok(chart)
+}
+
+fn legend<'a, 'b: 'a>(chart: &mut Chart<'a, 'b>) -> Drawn {
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .label_font((FONT, 14))
+        .background_style(WHITE.mix(0.85))
+        .border_style(BLACK.mix(0.25))
+        .draw()
+        .map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+fn end(line: &Series) -> f64 {
+    line.last().map_or(0.0, |p| p.0)
+}
+
+/// The unit in which the times of a line are handy, and its inverse [1/s].
+fn time_unit(line: &Series) -> (&'static str, f64) {
+    match end(line) {
+        t if t >= 1.0 => ("s", 1.0),
+        t if t >= 1e-3 => ("ms", 1e3),
+        _ => ("µs", 1e6),
+    }
+}
+
+/// At most so many points as can be seen: the least and the greatest of each stretch, in their order.
+fn thinned(line: &Series) -> Series {
+    let stretch = (2 * line.len()).div_ceil(MOST_POINTS).max(1);
+    if stretch <= 2 {
+        return line.clone();
+    }
+    let ends = |points: &[(f64, f64)]| {
+        let least = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+        let greatest = points.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+        let mut ends: Vec<(f64, f64)> = least.into_iter().chain(greatest).collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ends
+    };
+    line.chunks(stretch).flat_map(ends).collect()
+}

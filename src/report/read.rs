@@ -1,0 +1,182 @@
+//! A recording, read back: the summary, and force and energy over time. One chunk is in memory at a time.
+
+use crate::record::proto::foxglove::Vector3;
+use ::mcap::McapError;
+use ::mcap::parse_record;
+use ::mcap::records::Record;
+use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use prost::Message as _;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+/// Why a recording cannot be reported on.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file cannot be read.
+    #[error("cannot read {path}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// It is no MCAP file, or a broken one.
+    #[error("{path} is no readable recording: {source}")]
+    Mcap {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: McapError,
+    },
+    /// It has no summary: the run did not end, or the file is not of this program.
+    #[error("{path} has no summary: the run did not end, or another program wrote the file")]
+    NoSummary {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A line over time: (t [s], value).
+pub type Series = Vec<(f64, f64)>;
+
+/// What one contact pair did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordedPair {
+    /// Times [s].
+    pub time_s: Vec<f64>,
+    /// Impulse on the slave so far [N s].
+    pub impulse_n_s: Vec<[f64; 3]>,
+    /// Patch area [m²].
+    pub patch_area_m2: Vec<f64>,
+}
+
+/// A run, as its recording tells it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordedRun {
+    /// The summary at its end.
+    pub summary: Value,
+    /// The scene document.
+    pub scene: Value,
+    /// Metadata of the run: engine version, commit, scene hash.
+    pub metadata: BTreeMap<String, String>,
+    /// Contact pairs, by name.
+    pub pairs: BTreeMap<String, RecordedPair>,
+    /// Kinetic + strain energy of each body [J].
+    pub bodies: BTreeMap<String, Series>,
+    /// Energy absorbed by the tissue [J].
+    pub absorbed: Series,
+    /// Everything that the ledger counts [J].
+    pub total: Series,
+}
+
+/// What is needed of `/contact/forces`; the contacts themselves are left unread.
+#[derive(Clone, PartialEq, prost::Message)]
+struct Forces {
+    #[prost(double, tag = "1")]
+    time_s: f64,
+    #[prost(message, repeated, tag = "3")]
+    pairs: Vec<PairForces>,
+}
+
+#[derive(Clone, PartialEq, prost::Message)]
+struct PairForces {
+    #[prost(string, tag = "1")]
+    pair: String,
+    #[prost(message, optional, tag = "6")]
+    impulse_n_s: Option<Vector3>,
+    #[prost(double, tag = "8")]
+    patch_area_m2: f64,
+}
+
+impl RecordedRun {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or has no summary.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let at = |source| ReadError::File { path: path.to_owned(), source };
+        let broken = |source| ReadError::Mcap { path: path.to_owned(), source };
+        let mut input = BufReader::new(File::open(path).map_err(at)?);
+        let mut reader = LinearReader::new_with_options(LinearReaderOptions::default());
+        let (mut run, mut topics) = (Self::default(), BTreeMap::new());
+        while let Some(event) = reader.next_event() {
+            match event.map_err(broken)? {
+                LinearReadEvent::ReadRequest(size) => {
+                    let read = input.read(reader.insert(size)).map_err(at)?;
+                    reader.notify_read(read);
+                }
+                LinearReadEvent::Record { data, opcode } => {
+                    run.take(parse_record(opcode, data).map_err(broken)?, &mut topics);
+                }
+            }
+        }
+        if run.summary.is_null() { Err(ReadError::NoSummary { path: path.to_owned() }) } else { Ok(run) }
+    }
+
+    fn take(&mut self, record: Record, topics: &mut BTreeMap<u16, String>) {
+        match record {
+            Record::Channel(channel) => {
+                topics.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, data } => match topics.get(&header.channel_id).map(String::as_str) {
+                Some("/contact/forces") => self.take_forces(&data),
+                Some("/energy") => self.take_energy(&data),
+                _ => {}
+            },
+            Record::Attachment { header, data, .. } => match header.name.as_str() {
+                "summary.json" => self.summary = serde_json::from_slice(&data).unwrap_or_default(),
+                "scene.json" => self.scene = serde_json::from_slice(&data).unwrap_or_default(),
+                _ => {}
+            },
+            Record::Metadata(metadata) => self.metadata.extend(metadata.metadata),
+            _ => {}
+        }
+    }
+
+    /// A message that cannot be decoded is left out; the file's own checksums are those of the chunks.
+    fn take_forces(&mut self, data: &[u8]) {
+        let Ok(forces) = Forces::decode(data) else { return };
+        for pair in forces.pairs {
+            let impulse = pair.impulse_n_s.unwrap_or_default();
+            let kept = self.pairs.entry(pair.pair).or_default();
+            kept.time_s.push(forces.time_s);
+            kept.impulse_n_s.push([impulse.x, impulse.y, impulse.z]);
+            kept.patch_area_m2.push(pair.patch_area_m2);
+        }
+    }
+
+    fn take_energy(&mut self, data: &[u8]) {
+        let Ok(energy) = crate::record::proto::contuse::Energy::decode(data) else { return };
+        for body in energy.bodies {
+            let line = self.bodies.entry(body.body).or_default();
+            line.push((energy.time_s, body.kinetic_j + body.strain_j));
+        }
+        self.absorbed.push((energy.time_s, energy.absorbed_by_tissue_j));
+        self.total.push((energy.time_s, energy.total_j));
+    }
+}
+
+impl RecordedPair {
+    /// Mean force over a window that ends at each time, |I(t) − I(t − τ)|/τ [N], told at the middle of the window.
+    pub fn windowed_force(&self, window: f64) -> Series {
+        let force = |(&time, impulse): (&f64, &[f64; 3])| {
+            let before = self.impulse_at(time - window);
+            let squares = impulse.iter().zip(before).map(|(now, before)| (now - before).powi(2)).sum::<f64>();
+            ((time - 0.5 * window).max(0.0), squares.sqrt() / window)
+        };
+        self.time_s.iter().zip(&self.impulse_n_s).map(force).collect()
+    }
+
+    /// By linear interpolation; nothing before the start.
+    fn impulse_at(&self, time: f64) -> [f64; 3] {
+        let after = self.time_s.partition_point(|t| *t < time);
+        let Some(before) = after.checked_sub(1) else { return [0.0; 3] };
+        let (a, b) = (self.impulse_n_s[before], self.impulse_n_s[after.min(self.impulse_n_s.len() - 1)]);
+        let (from, to) = (self.time_s[before], self.time_s[after.min(self.time_s.len() - 1)]);
+        let share = if to > from { (time - from) / (to - from) } else { 0.0 };
+        std::array::from_fn(|i| a[i] + share * (b[i] - a[i]))
+    }
+}

@@ -1,0 +1,38 @@
+//! What of a scene is motion: how its bodies fly and spin, and how they rub. It can change while meshes and masses stay.
+
+use super::document::{ContactDocument, ContactPairs, SceneDocument};
+
+impl SceneDocument {
+    /// Whether the two documents ask the same but for velocities, spins and coefficients of friction.
+    pub fn differs_in_motion_only(&self, other: &Self) -> bool {
+        self.at_rest() == other.at_rest()
+    }
+
+    /// The document with nothing in motion, and no friction.
+    fn at_rest(&self) -> Self {
+        let mut still = self.clone();
+        for body in &mut still.bodies {
+            body.velocity_m_per_s = [0.0; 3];
+            body.spin_rad_per_s = [0.0; 3];
+        }
+        still.contact.friction = 0.0;
+        if let ContactPairs::List(pairs) = &mut still.contact.pairs {
+            for pair in pairs {
+                pair.friction = None;
+            }
+        }
+        still
+    }
+}
+
+impl ContactDocument {
+    /// Coefficient of friction of the first pair [-], or of pairs that do not give their own.
+    pub fn friction_of_first_pair(&self) -> f64 {
+        match &self.pairs {
+            ContactPairs::List(pairs) => {
+                pairs.first().and_then(|pair| pair.friction).unwrap_or(self.friction)
+            }
+            ContactPairs::All(_) => self.friction,
+        }
+    }
+}

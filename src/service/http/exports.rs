@@ -1,0 +1,97 @@
+//! What is handed out of a job's recording: a report, tables, a bundle for clinical systems.
+
+use super::App;
+use super::extract::{JobPath, Owner};
+use super::problem::{Problem, ProblemBody};
+use crate::report::{ReadError, RecordedRun, csv, fhir, html};
+use crate::service::jobs::JobId;
+use crate::service::jobs::store::JobRow;
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+
+/// The report of a job: one self-contained page with pictures, to be read or printed.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/report", tag = "jobs", operation_id = "get_report", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "The page", body = String, content_type = "text/html"),
+        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn report(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let (run, _) = recorded(&app, &owner, id, "report").await?;
+    let page = html::page(&run).map_err(|error| Problem::internal(&error))?;
+    Ok(([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response())
+}
+
+/// A job as a FHIR R4 Bundle: Observations with their numerical errors, the Device that made them, their Provenance.
+///
+/// The codes are of an own code system, the units UCUM.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/fhir", tag = "jobs", operation_id = "get_fhir", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "The bundle", body = serde_json::Value, content_type = "application/fhir+json"),
+        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn bundle(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let (run, row) = recorded(&app, &owner, id, "bundle").await?;
+    let bundle = fhir::bundle(&run, row.finished_at.as_deref().unwrap_or(&row.created_at));
+    Ok(([(header::CONTENT_TYPE, "application/fhir+json")], bundle.to_string()).into_response())
+}
+
+/// Force, patch area and energies of a job over time, as CSV.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/export.csv", tag = "jobs", operation_id = "get_csv", params(("id" = uuid::Uuid, Path)),
+    responses(
+        (status = 200, description = "The table", body = String, content_type = "text/csv"),
+        (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+    )
+)]
+pub async fn table(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    JobPath(id): JobPath,
+) -> Result<Response, Problem> {
+    let (run, _) = recorded(&app, &owner, id, "table").await?;
+    let mut text = Vec::new();
+    csv::write(&run, &mut text).map_err(|error| Problem::internal(&error))?;
+    Ok(([(header::CONTENT_TYPE, "text/csv; charset=utf-8")], text).into_response())
+}
+
+/// The recording of a job that has ended, read back on a thread that may wait for files.
+async fn recorded(
+    app: &Arc<App>,
+    owner: &str,
+    id: JobId,
+    what: &str,
+) -> Result<(RecordedRun, JobRow), Problem> {
+    let row = app.queue.store.job(owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    if !row.state.is_final() {
+        return Err(Problem::not_yet(what, row.state));
+    }
+    if row.recording.is_none() {
+        return Err(Problem::never(what, row.state));
+    }
+    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
+    let path = app.queue.folder.recording(id);
+    let read = tokio::task::spawn_blocking(move || RecordedRun::read(&path)).await;
+    match read.map_err(|e| Problem::internal(&e))? {
+        Ok(run) => Ok((run, row)),
+        // Of a run that lost its worker, or of another engine.
+        Err(ReadError::NoSummary { .. }) => Err(Problem::never(what, row.state)),
+        Err(error) => Err(Problem::internal(&error)),
+    }
+}

@@ -1,0 +1,72 @@
+//! `/v1/what-if`: many cases of one scene as one job.
+
+use super::App;
+use super::extract::{JsonText, Owner};
+use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
+use super::problem::Problem;
+use crate::service::jobs::JobId;
+use crate::service::jobs::engine::SceneProblem;
+use crate::study::what_if::WhatIfDocument;
+use axum::body::Bytes;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::Response;
+use serde_json::Value;
+use std::sync::Arc;
+
+/// Ask a what-if question.
+///
+/// A base (a scene, or a job by its id) and what varies: cases by hand, one parameter at a time, a sample, limits. It becomes a
+/// job: every case is an event `case` under `/v1/jobs/{id}/events` as it comes, in the order of the cases, and the whole answer is
+/// `/v1/jobs/{id}/summary`. It has no recording.
+#[utoipa::path(
+    post, path = "/v1/what-if", tag = "studies", operation_id = "ask_what_if",
+    request_body(content = WhatIfDocument, content_type = "application/json"),
+    params(SubmitHeaders), responses(SubmitAnswer)
+)]
+pub async fn ask(
+    State(app): State<Arc<App>>,
+    Owner(owner): Owner,
+    headers: HeaderMap,
+    JsonText(body): JsonText,
+) -> Result<Response, Problem> {
+    let engine = Arc::clone(&app.queue.engine);
+    let question = with_scene(&app, &owner, &body);
+    accept(&app, &owner, &headers, &body, question, move |question, shelf| {
+        engine.check_what_if(question, shelf)
+    })
+    .await
+}
+
+/// The question with the scene of the job that it names, so that it does not need that job any more.
+async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Problem> {
+    // A body that is no such object is judged like any other.
+    let Ok(Value::Object(mut question)) = serde_json::from_slice(body) else { return Ok(body.clone()) };
+    let Some(job) = question.remove("job") else { return Ok(body.clone()) };
+    let refuse = |message: &str, limit: &str, remedy: &str| {
+        Problem::invalid_scene(vec![SceneProblem {
+            code: "bad_base".into(),
+            pointer: "/job".into(),
+            value: job.clone(),
+            limit: limit.into(),
+            remedy: remedy.into(),
+            ..SceneProblem::of_document(message)
+        }])
+    };
+    if question.contains_key("scene") {
+        return Err(refuse(
+            "the question has two bases",
+            "one of `scene` and `job`",
+            "leave one of them out",
+        ));
+    }
+    let id: Option<JobId> = job.as_str().and_then(|text| text.parse().ok());
+    let scene = match id {
+        Some(id) => app.queue.store.scene(owner, id).await?,
+        None => None,
+    };
+    let scene: Option<Value> = scene.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let scene = scene.ok_or_else(|| refuse("there is no such job", "the id of a job", "see /v1/jobs"))?;
+    question.insert("scene".into(), scene);
+    Ok(Bytes::from(Value::Object(question).to_string()))
+}

@@ -1,0 +1,333 @@
+//! Everything that is wrong with a question, at once; pointers are into the question.
+
+use super::cases::{Case, Origin, cases, count};
+use super::change::{BaseFacts, Misfit};
+use super::document::{Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
+use super::sampling::MOST_SOBOL_DIMENSIONS;
+use crate::scene::problem::{Pointer, Problem, suggest};
+use crate::scene::validate::{Findings, check_document};
+use crate::scene::{Budget, Loaded, MeshSource, load};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Parameters of one question.
+const MOST_PARAMETERS: usize = 32;
+/// Limits of one question; each is a dozen runs.
+const MOST_LIMITS: usize = 32;
+/// Runs of one question.
+const MOST_CASES: u64 = 20_000;
+
+/// Checks a question about a base that was loaded.
+///
+/// # Errors
+/// All problems at once. Every parameter is tried at both ends of its range, every case by hand as it is.
+pub fn check(
+    question: &WhatIfDocument,
+    base: &Loaded,
+    source: &dyn MeshSource,
+    budget: &Budget,
+) -> Result<(), Vec<Problem>> {
+    let mut out = Findings::default();
+    let root = Pointer::root();
+    amounts(question, &mut out);
+    let facts = BaseFacts::of(base);
+    for (index, parameter) in question.parameters.iter().enumerate() {
+        check_parameter(&root.key("parameters").index(index), question, parameter, &mut out);
+        if let Err(misfit) = parameter.change.value_in(&base.scene.document, &facts) {
+            out.push(problem_of(&misfit, &root.key("parameters").index(index).key("change")));
+        }
+    }
+    check_names(question, &mut out);
+    check_cases(question, &mut out);
+    check_sample(question, &mut out);
+    check_limits(question, &mut out);
+    if out.0.is_empty() {
+        try_ends(question, base, &facts, source, budget, &mut out);
+        try_cases(question, base, &facts, budget, &mut out);
+    }
+    if out.0.is_empty() { Ok(()) } else { Err(out.0) }
+}
+
+impl BaseFacts {
+    /// Of a loaded base.
+    pub fn of(base: &Loaded) -> Self {
+        Self { masses_kg: base.bodies.iter().map(|body| body.mass_kg).collect() }
+    }
+}
+
+/// A change that does not fit the scene, `here`.
+fn problem_of(misfit: &Misfit, here: &Pointer) -> Problem {
+    Problem::error("unfit_change", &here.key(misfit.field), misfit.message.clone())
+        .value(misfit.value.clone())
+        .limit(misfit.limit.clone())
+        .remedy(misfit.remedy.clone())
+}
+
+fn amounts(question: &WhatIfDocument, out: &mut Findings) {
+    let root = Pointer::root();
+    let asks = !question.cases.is_empty()
+        || question.one_at_a_time
+        || question.sample.is_some()
+        || !question.limits.is_empty();
+    out.require(asks, || {
+        Problem::error(
+            "nothing_asked",
+            &root,
+            "the question has no case, no sensitivity, no sample and no limit",
+        )
+        .limit("at least one of them")
+        .remedy("give `cases`, `\"one_at_a_time\": true`, a `sample` or `limits`")
+    });
+    for (name, length, most) in [
+        ("parameters", question.parameters.len(), MOST_PARAMETERS),
+        ("limits", question.limits.len(), MOST_LIMITS),
+    ] {
+        out.require(length <= most, || {
+            Problem::error("too_many_items", &root.key(name), format!("there are very many {name}"))
+                .value(length)
+                .limit(format!("at most {most}"))
+                .remedy("ask more than one question")
+        });
+    }
+    out.require(!question.parameters.is_empty(), || {
+        Problem::error("no_parameters", &root.key("parameters"), "nothing varies")
+            .value(0)
+            .limit("at least one parameter")
+            .remedy(
+                "say what varies, such as {\"name\": \"speed\", \"change\": {\"kind\": \"speed_m_per_s\"}}",
+            )
+    });
+    let runs = count(question);
+    out.require(runs <= MOST_CASES, || {
+        Problem::error("too_many_cases", &root, format!("the question takes {runs} runs"))
+            .value(runs)
+            .limit(format!("at most {MOST_CASES}"))
+            .remedy("take fewer points or parameters")
+    });
+}
+
+fn check_parameter(
+    here: &Pointer,
+    question: &WhatIfDocument,
+    parameter: &ParameterDocument,
+    out: &mut Findings,
+) {
+    let index = |name: &str| here.key(name);
+    for (name, value) in [("low", parameter.low), ("high", parameter.high)] {
+        out.require(value.is_none_or(f64::is_finite), || {
+            Problem::error("not_finite", &index(name), "the end of the range is not finite")
+                .limit("a finite number")
+        });
+    }
+    let spread = here.key("distribution");
+    match parameter.distribution {
+        None => {}
+        Some(Distribution::Normal { mean, standard_deviation }) => {
+            let remedy = "give the mean in the unit of the change";
+            out.between(&spread.key("mean"), "the mean", mean, [f64::MIN, f64::MAX], remedy);
+            let remedy = "give it in the unit of the change";
+            out.positive(
+                &spread.key("standard_deviation"),
+                "the standard deviation",
+                standard_deviation,
+                remedy,
+            );
+        }
+        Some(Distribution::LogNormal { median, coefficient_of_variation }) => {
+            out.positive(&spread.key("median"), "the median", median, "give it in the unit of the change");
+            let remedy = "0.3 is thirty per cent";
+            out.positive(
+                &spread.key("coefficient_of_variation"),
+                "the variation",
+                coefficient_of_variation,
+                remedy,
+            );
+        }
+    }
+    let needs_range = question.one_at_a_time
+        || (question.sample.is_some() && parameter.distribution.is_none())
+        || question.limits.iter().any(|limit| limit.parameter == parameter.name);
+    match parameter.range() {
+        Some([low, high]) => out.require(low < high || !needs_range, || {
+            Problem::error("empty_range", &index("high"), "the range is empty")
+                .value(high)
+                .limit(format!("> {low}"))
+                .remedy("give `low` below `high`")
+        }),
+        None => out.require(!needs_range, || {
+            Problem::error("no_range", here, format!("{:?} has no range", parameter.name))
+                .limit("`low` and `high`, or a distribution")
+                .remedy("say from where to where it varies")
+        }),
+    }
+    check_change(&here.key("change"), question, parameter, out);
+}
+
+/// What of a change can be judged without a scene.
+fn check_change(
+    here: &Pointer,
+    question: &WhatIfDocument,
+    parameter: &ParameterDocument,
+    out: &mut Findings,
+) {
+    use super::document::Change;
+    match &parameter.change {
+        Change::Angle { about, .. } => out.direction(&here.key("about"), "the axis", *about),
+        Change::Offset { along, .. } => out.direction(&here.key("along"), "the direction", *along),
+        Change::StiffnessPercentile { coefficient_of_variation: variation, .. } => {
+            out.positive(
+                &here.key("coefficient_of_variation"),
+                "the variation",
+                *variation,
+                "0.3 is thirty per cent",
+            );
+            let asked = question.cases.iter().filter_map(|case| case.set.get(&parameter.name).copied());
+            let ends = parameter.range().into_iter().flatten();
+            for value in ends.chain(asked) {
+                out.require(value > 0.0 && value < 100.0, || {
+                    Problem::error("out_of_range", here, "a percentile is out of its range")
+                        .value(value)
+                        .limit("> 0 and < 100")
+                        .remedy("5 and 95 are usual ends")
+                });
+            }
+        }
+        _ => {}
+    }
+}
+
+fn check_names(question: &WhatIfDocument, out: &mut Findings) {
+    let mut seen = BTreeSet::new();
+    for (index, parameter) in question.parameters.iter().enumerate() {
+        let here = Pointer::root().key("parameters").index(index).key("name");
+        out.require(!parameter.name.is_empty() && seen.insert(&parameter.name), || {
+            Problem::error("bad_name", &here, "the name is empty, or that of an earlier parameter")
+                .value(parameter.name.as_str())
+                .limit("a name of its own")
+                .remedy("name it after what it changes")
+        });
+    }
+}
+
+fn check_cases(question: &WhatIfDocument, out: &mut Findings) {
+    let names = || question.parameters.iter().map(|parameter| parameter.name.as_str());
+    for (index, case) in question.cases.iter().enumerate() {
+        let here = Pointer::root().key("cases").index(index).key("set");
+        for (name, value) in &case.set {
+            out.require(names().any(|known| known == name), || unknown(&here.key(name), name, names()));
+            out.require(value.is_finite(), || {
+                Problem::error("not_finite", &here.key(name), "the value is not finite")
+                    .limit("a finite number")
+            });
+        }
+    }
+}
+
+fn unknown<'a>(here: &Pointer, name: &str, names: impl Iterator<Item = &'a str>) -> Problem {
+    Problem::error("unknown_parameter", here, format!("no parameter is called {name:?}"))
+        .value(name)
+        .limit("the name of a parameter")
+        .remedy(suggest(name, names))
+}
+
+fn check_sample(question: &WhatIfDocument, out: &mut Findings) {
+    let Some(sample) = question.sample else { return };
+    let here = Pointer::root().key("sample");
+    out.require(sample.count >= 2, || {
+        Problem::error("out_of_range", &here.key("count"), "a sample has two points or more")
+            .value(sample.count)
+            .limit(">= 2")
+            .remedy("64 is a beginning")
+    });
+    let parameters = question.parameters.len();
+    let dimensions = if sample.indices { 2 * parameters } else { parameters };
+    out.require(sample.method != SampleMethod::Sobol || dimensions <= MOST_SOBOL_DIMENSIONS, || {
+        Problem::error(
+            "too_many_dimensions",
+            &here,
+            "the sequence of Sobol is not known in so many dimensions",
+        )
+        .value(dimensions)
+        .limit(format!("at most {MOST_SOBOL_DIMENSIONS} dimensions; indices take two for each parameter"))
+        .remedy("vary fewer parameters, or take \"latin_hypercube\"")
+    });
+}
+
+fn check_limits(question: &WhatIfDocument, out: &mut Findings) {
+    let names = || question.parameters.iter().map(|parameter| parameter.name.as_str());
+    for (index, limit) in question.limits.iter().enumerate() {
+        let here = Pointer::root().key("limits").index(index);
+        let name = limit.parameter.as_str();
+        out.require(names().any(|known| known == name), || unknown(&here.key("parameter"), name, names()));
+        out.between(
+            &here.key("tolerance"),
+            "the tolerance",
+            limit.tolerance,
+            [1e-6, 0.5],
+            "1e-3 is the default",
+        );
+        out.require(limit.at_most.is_finite(), || {
+            Problem::error("not_finite", &here.key("at_most"), "the limit is not finite")
+                .limit("a finite number")
+        });
+        if let LimitMeasure::VonMisesPaBelowDepthM(depth) = limit.measure {
+            let place = here.key("measure").key("von_mises_pa_below_depth_m");
+            out.not_negative(&place, "the depth", depth, "give it in metres: 10 mm is 0.01");
+        }
+    }
+}
+
+/// The scene with each parameter at each end of its range, loaded in full.
+fn try_ends(
+    question: &WhatIfDocument,
+    base: &Loaded,
+    facts: &BaseFacts,
+    source: &dyn MeshSource,
+    budget: &Budget,
+    out: &mut Findings,
+) {
+    for (index, parameter) in question.parameters.iter().enumerate() {
+        for (end, value) in ["low", "high"].into_iter().zip(parameter.range().into_iter().flatten()) {
+            let here = Pointer::root().key("parameters").index(index).key(end);
+            let values = BTreeMap::from([(index, value)]);
+            let case = Case { name: String::new(), origin: Origin::Base, values };
+            let found = match case.scene(question, &base.scene.document, facts) {
+                Err((_, misfit)) => vec![problem_of(&misfit, &here)],
+                Ok(scene) => {
+                    let json = serde_json::to_vec(&scene).unwrap_or_default();
+                    load(&json, source, budget).err().map_or_else(Vec::new, |problems| problems.0)
+                }
+            };
+            let what = format!("with {:?} = {value}", parameter.name);
+            out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| placed(p, &here, &what, value)));
+        }
+    }
+}
+
+/// The documents of the cases by hand; their meshes are made when they run.
+fn try_cases(
+    question: &WhatIfDocument,
+    base: &Loaded,
+    facts: &BaseFacts,
+    budget: &Budget,
+    out: &mut Findings,
+) {
+    let by_hand = cases(question).into_iter().filter(|case| case.origin == Origin::Case).enumerate();
+    for (index, case) in by_hand {
+        let here = Pointer::root().key("cases").index(index);
+        let found = match case.scene(question, &base.scene.document, facts) {
+            Err((_, misfit)) => vec![problem_of(&misfit, &here)],
+            Ok(scene) => check_document(&scene, budget).0,
+        };
+        let what = format!("in the case {:?}", case.name);
+        out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| {
+            let value = p.value.clone();
+            placed(p, &here, &what, value)
+        }));
+    }
+}
+
+/// A problem of a changed scene, told of the place in the question that changed it.
+fn placed(problem: Problem, here: &Pointer, what: &str, value: impl Into<serde_json::Value>) -> Problem {
+    let message = format!("{what}, {} of the scene: {}", problem.pointer, problem.message);
+    Problem { pointer: here.as_str().to_owned(), message, value: value.into(), ..problem }
+}

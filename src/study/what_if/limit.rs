@@ -1,0 +1,148 @@
+//! Up to which value a number stays at or below a limit: a bracket on the model itself, narrowed until it is small.
+
+use serde::Serialize;
+
+/// What is known of a limit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "verdict", rename_all = "snake_case")]
+pub enum Verdict {
+    /// It is kept up to a value, and broken a little beyond.
+    KeptUpTo {
+        /// The largest value of the bracket at which it is kept.
+        kept_at: f64,
+        /// The number there.
+        value: f64,
+        /// The value of the bracket at which it is broken.
+        broken_at: f64,
+        /// The number there.
+        value_broken: f64,
+    },
+    /// It is kept from a value on, and broken a little before.
+    KeptFrom {
+        /// The smallest value of the bracket at which it is kept.
+        kept_at: f64,
+        /// The number there.
+        value: f64,
+        /// The value of the bracket at which it is broken.
+        broken_at: f64,
+        /// The number there.
+        value_broken: f64,
+    },
+    /// It is kept at both ends of the range: there is no bracket.
+    KeptAtBothEnds {
+        /// The number at both ends.
+        values: [f64; 2],
+    },
+    /// It is broken at both ends of the range: there is no bracket.
+    BrokenAtBothEnds {
+        /// The number at both ends.
+        values: [f64; 2],
+    },
+    /// A run gave no number.
+    NoNumber {
+        /// At which value.
+        at: f64,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Weight of the truncation of a step to the root's estimate (κ1 of the method, over the range).
+const TRUNCATION: f64 = 0.2;
+
+/// Looks for the crossing in `range`, to half of a bracket of `tolerance` times the range.
+///
+/// By the ITP method (Oliveira & Takahashi 2020): never more runs than bisection and one, few where the number is smooth. Where
+/// it crosses more than once, one of the crossings is found.
+pub fn find_limit(
+    range: [f64; 2],
+    at_most: f64,
+    tolerance: f64,
+    number: &mut dyn FnMut(f64) -> Result<f64, String>,
+) -> Verdict {
+    match search(range, at_most, tolerance, number) {
+        Ok(verdict) => verdict,
+        Err((at, reason)) => Verdict::NoNumber { at, reason },
+    }
+}
+
+fn search(
+    [low, high]: [f64; 2],
+    at_most: f64,
+    tolerance: f64,
+    number: &mut dyn FnMut(f64) -> Result<f64, String>,
+) -> Result<Verdict, (f64, String)> {
+    let mut excess = |x: f64| number(x).map(|value| value - at_most).map_err(|reason| (x, reason));
+    let (at_low, at_high) = (excess(low)?, excess(high)?);
+    let values = [at_low + at_most, at_high + at_most];
+    let rises = match [at_low <= 0.0, at_high <= 0.0] {
+        [true, true] => return Ok(Verdict::KeptAtBothEnds { values }),
+        [false, false] => return Ok(Verdict::BrokenAtBothEnds { values }),
+        [kept_at_low, _] => kept_at_low,
+    };
+    // Brackets the sign change of g, which rises: g(a) ≤ 0 < g(b).
+    let sign = if rises { 1.0 } else { -1.0 };
+    let (mut a, mut b, mut at_a, mut at_b) = (low, high, sign * at_low, sign * at_high);
+    let half = 0.5 * tolerance * (high - low);
+    let most = ((high - low) / (2.0 * half)).log2().ceil() as i32 + 1;
+    for done in 0..=most {
+        if b - a <= 2.0 * half {
+            break;
+        }
+        let middle = 0.5 * (a + b);
+        let reach = half * 2_f64.powi(most - done) - 0.5 * (b - a);
+        let secant = (at_b * a - at_a * b) / (at_b - at_a);
+        let towards = (middle - secant).signum();
+        let truncation = TRUNCATION / (high - low) * (b - a).powi(2);
+        let truncated =
+            if truncation <= (middle - secant).abs() { secant + towards * truncation } else { middle };
+        let x = if (truncated - middle).abs() <= reach { truncated } else { middle - towards * reach };
+        let at_x = sign * excess(x)?;
+        let (end, at_end) =
+            if at_x <= 0.0 && sign > 0.0 || at_x < 0.0 { (&mut a, &mut at_a) } else { (&mut b, &mut at_b) };
+        (*end, *at_end) = (x, at_x);
+    }
+    let value = |g: f64| sign * g + at_most;
+    Ok(if rises {
+        Verdict::KeptUpTo { kept_at: a, value: value(at_a), broken_at: b, value_broken: value(at_b) }
+    } else {
+        Verdict::KeptFrom { kept_at: b, value: value(at_b), broken_at: a, value_broken: value(at_a) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roots_are_bracketed_with_few_runs() {
+        let mut runs = 0;
+        let verdict = find_limit([0.0, 4.0], 8.0, 1e-3, &mut |x| {
+            runs += 1;
+            Ok(x * x * x)
+        });
+        let Verdict::KeptUpTo { kept_at, value, broken_at, value_broken } = verdict else {
+            panic!("{verdict:?}")
+        };
+        assert!(kept_at <= 2.0 && 2.0 < broken_at && broken_at - kept_at <= 4e-3);
+        assert!(value <= 8.0 && value_broken > 8.0 && runs <= 14, "{runs}");
+    }
+
+    #[test]
+    fn falling_numbers_jumps_and_no_bracket() {
+        let verdict = find_limit([1.0, 3.0], 0.5, 1e-4, &mut |x| Ok(1.0 / x));
+        let Verdict::KeptFrom { kept_at, broken_at, .. } = verdict else { panic!("{verdict:?}") };
+        assert!(broken_at < 2.0 && 2.0 <= kept_at && kept_at - broken_at <= 2e-4);
+        let verdict = find_limit([0.0, 1.0], 0.5, 1e-6, &mut |x| Ok(f64::from(u8::from(x > 0.3))));
+        let Verdict::KeptUpTo { kept_at, broken_at, .. } = verdict else { panic!("{verdict:?}") };
+        assert!(kept_at <= 0.3 && 0.3 < broken_at && broken_at - kept_at <= 1e-6);
+        assert_eq!(
+            find_limit([0.0, 1.0], 9.0, 1e-3, &mut |x| Ok(x)),
+            Verdict::KeptAtBothEnds { values: [0.0, 1.0] }
+        );
+        let verdict = find_limit([0.0, 1.0], -9.0, 1e-3, &mut |x| Ok(x));
+        assert_eq!(verdict, Verdict::BrokenAtBothEnds { values: [0.0, 1.0] });
+        let verdict = find_limit([0.0, 1.0], 0.5, 1e-3, &mut |_| Err("no".into()));
+        assert_eq!(verdict, Verdict::NoNumber { at: 0.0, reason: "no".into() });
+    }
+}

@@ -1,0 +1,202 @@
+//! Runs cases on worker threads: each run has one thread, results come in the order of the cases.
+
+use super::super::error::Quantity;
+use super::super::error_bars::error_bars;
+use super::super::single::{ending_name, is_stop, measures_of, run_measured};
+use super::cache::{Cache, Numbers, key};
+use super::cases::Case;
+use super::change::BaseFacts;
+use super::document::WhatIfDocument;
+use crate::measure::depth_profile::DepthProfile;
+use crate::measure::summary::{ErrorEstimate, Shown};
+use crate::measure::{ErrorBars, Summary};
+use crate::plan::{CompileError, Plan, compile, recompile};
+use crate::scene::document::ErrorBarsDocument;
+use crate::scene::{Budget, MeshSource, Scene, load, with_motion};
+use crate::step::{Ending, Interrupt, Outcome, Recorder, RunOptions};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::channel;
+
+/// What every run of a question shares.
+pub(super) struct Runner<'a> {
+    pub question: &'a WhatIfDocument,
+    /// The scene of the base as cases have theirs, see [`Case::scene`].
+    pub base: &'a Scene,
+    pub facts: &'a BaseFacts,
+    pub source: &'a (dyn MeshSource + Sync),
+    pub budget: &'a Budget,
+    pub cache: &'a Cache,
+    /// Whether meshes and plans are taken over from case to case where only the motion changes.
+    pub shares_plans: bool,
+    /// Depths that stresses are wanted below [m], ascending.
+    pub depths: Vec<f64>,
+    pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
+}
+
+/// One run to be made.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub case: &'a Case,
+    /// Whether it has error bars of its own.
+    pub with_errors: bool,
+}
+
+/// What a run said, and whether it had been said before.
+#[derive(Clone, Debug)]
+pub(super) struct Answered {
+    pub numbers: Numbers,
+    pub from_cache: bool,
+}
+
+/// What a thread keeps from case to case: the latest scene and its plan.
+#[derive(Default)]
+pub(super) struct Memory(Option<(Plan, Scene)>);
+
+impl Runner<'_> {
+    /// Answers all tasks; `tell` gets the answers in the order of the tasks, as soon as they and those before them are there.
+    /// From the first one on that was interrupted none are told of.
+    pub fn answer_all(&self, tasks: &[Task], threads: usize, tell: &mut dyn FnMut(usize, Answered)) {
+        let next = AtomicUsize::new(0);
+        let (sender, receiver) = channel();
+        std::thread::scope(|scope| {
+            for _ in 0..threads.clamp(1, tasks.len().max(1)) {
+                let (sender, next) = (sender.clone(), &next);
+                scope.spawn(move || {
+                    let mut memory = Memory::default();
+                    while let Some((index, task)) = self.take(tasks, next) {
+                        let answer = self.answer(&task, 1, &mut memory);
+                        // Nobody listens any more only when this thread's own scope has unwound.
+                        let _ = sender.send((index, answer));
+                    }
+                });
+            }
+            drop(sender);
+            let (mut waiting, mut first) = (BTreeMap::new(), 0);
+            for (index, answer) in receiver {
+                waiting.insert(index, answer);
+                // One that was interrupted ends what is told: there is no case without those before it.
+                while let Some(Some(answer)) = waiting.remove(&first) {
+                    tell(first, answer);
+                    first += 1;
+                }
+            }
+        });
+    }
+
+    fn take<'t>(&self, tasks: &[Task<'t>], next: &AtomicUsize) -> Option<(usize, Task<'t>)> {
+        if (self.interrupt)().is_some() {
+            return None;
+        }
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        tasks.get(index).map(|task| (index, *task))
+    }
+
+    /// Answers one task; `None` when it was interrupted.
+    pub fn answer(&self, task: &Task, threads: usize, memory: &mut Memory) -> Option<Answered> {
+        let scene = match self.scene(task, memory) {
+            Ok(scene) => scene,
+            Err(reason) => return Some(Answered { numbers: invalid(reason), from_cache: false }),
+        };
+        let key = key(&scene, task.with_errors, &self.depths);
+        if let Some(numbers) = self.cache.get(&key) {
+            return Some(Answered { numbers, from_cache: true });
+        }
+        let numbers = self.run(&scene, task.with_errors, threads, memory)?;
+        self.cache.put(&key, &numbers);
+        Some(Answered { numbers, from_cache: false })
+    }
+
+    /// The scene of a task; with the meshes of the base or of the case before where it may.
+    fn scene(&self, task: &Task, memory: &Memory) -> Result<Scene, String> {
+        let document = task
+            .case
+            .scene(self.question, &self.base.document, self.facts)
+            .map_err(|(_, misfit)| misfit.message)?;
+        let known = [Some(self.base), memory.0.as_ref().map(|(_, scene)| scene)];
+        let shared = known
+            .into_iter()
+            .flatten()
+            .filter(|_| self.shares_plans)
+            .find_map(|scene| with_motion(scene, &document, self.budget));
+        let loaded = match shared {
+            Some(scene) => scene,
+            None => serde_json::to_vec(&document)
+                .map_err(|error| error.to_string())
+                .map(|json| load(&json, self.source, self.budget).map(|loaded| loaded.scene))?,
+        };
+        loaded.map_err(|problems| {
+            let first = problems.0.iter().find(|problem| problem.is_error()).map(ToString::to_string);
+            first.unwrap_or_else(|| problems.to_string())
+        })
+    }
+
+    fn plan(&self, scene: &Scene, memory: &mut Memory) -> Result<Plan, CompileError> {
+        match memory.0.take().filter(|_| self.shares_plans) {
+            Some((plan, before)) => recompile(plan, &before, scene),
+            None => compile(scene),
+        }
+    }
+
+    fn run(&self, scene: &Scene, with_errors: bool, threads: usize, memory: &mut Memory) -> Option<Numbers> {
+        let plan = match self.plan(scene, memory) {
+            Ok(plan) => plan,
+            Err(error) => return Some(invalid(error.to_string())),
+        };
+        let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotAsked };
+        let measures = measures_of(scene, &plan).with_error_bars(bars);
+        let mut profile = DepthProfile::new(self.depths.clone());
+        let mut also: Vec<&mut dyn Recorder> = Vec::new();
+        if !self.depths.is_empty() {
+            also.push(&mut profile);
+        }
+        let options = RunOptions { threads, interrupt: self.interrupt };
+        let (outcome, _, summary, _) = run_measured(&plan, measures, &options, &mut also);
+        memory.0 = Some((plan, scene.clone()));
+        let is_stopped = is_stop(&ending_name(&outcome.ending));
+        let below = (0..self.depths.len()).filter_map(|layer| profile.peak_from(layer)).collect();
+        (!is_stopped).then(|| numbers(&outcome, &summary, below))
+    }
+
+    fn error_bars(&self, scene: &Scene, threads: usize) -> ErrorBars {
+        let mut asking = scene.clone();
+        asking.document.solver.error_bars = ErrorBarsDocument::TwoLevels;
+        error_bars(&asking, threads, self.interrupt)
+    }
+}
+
+fn invalid(reason: String) -> Numbers {
+    Numbers {
+        ending: "invalid".into(),
+        reason: Some(reason),
+        steps: 0,
+        values: BTreeMap::new(),
+        errors: BTreeMap::new(),
+        von_mises_below_pa: Vec::new(),
+    }
+}
+
+/// What is kept of a run. A run that did not finish, or whose gates failed, gives no numbers.
+fn numbers(outcome: &Outcome, summary: &Summary, von_mises_below_pa: Vec<f64>) -> Numbers {
+    let (ending, reason) = match (&outcome.ending, &summary.results) {
+        (Ending::Failed { failure }, _) => (ending_name(&outcome.ending), Some(failure.message.clone())),
+        (Ending::Finished, Shown::Withheld { reason, .. }) => ("withheld".into(), Some(reason.clone())),
+        (ending, _) => (ending_name(ending), None),
+    };
+    let is_good = ending == "finished";
+    let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
+    let all = || Quantity::ALL.into_iter().filter_map(of);
+    Numbers {
+        ending,
+        reason,
+        steps: outcome.steps,
+        values: all().map(|(q, number)| (q, number.value)).collect(),
+        errors: all()
+            .filter_map(|(q, number)| match &number.error {
+                ErrorEstimate::Estimated(error) => Some((q, error.total)),
+                ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => None,
+            })
+            .collect(),
+        von_mises_below_pa: if is_good { von_mises_below_pa } else { Vec::new() },
+    }
+}

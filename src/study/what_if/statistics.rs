@@ -1,0 +1,308 @@
+//! What many cases say together: sensitivities, spread, correlations, Sobol indices.
+
+use super::super::error::Quantity;
+use super::sampling::Random;
+use serde::Serialize;
+
+/// Bootstrap samples behind an interval.
+const RESAMPLES: usize = 1000;
+/// The interval leaves out this share at each end: 90 % lie within.
+const TAIL: f64 = 0.05;
+
+/// What one parameter does to one number, the others as in the base.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sensitivity {
+    /// The number.
+    pub quantity: Quantity,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// The parameter at the low end, in the base, at the high end.
+    pub parameter_values: [f64; 3],
+    /// The number there.
+    pub values: [f64; 3],
+    /// From the low to the high end.
+    pub change: f64,
+    /// `change` over the range of the parameter: per unit.
+    pub per_unit: f64,
+    /// Relative change of the number over relative change of the parameter, over the range [-]; absent where one is 0 in the base.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elasticity: Option<f64>,
+    /// Whether the base lies between the two ends.
+    pub is_monotone: bool,
+    /// 1 for the parameter with the largest |change| of this number.
+    pub rank: usize,
+    /// Whether |change| is larger than the number's numerical error in the base; absent where that is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exceeds_numerical_error: Option<bool>,
+}
+
+impl Sensitivity {
+    /// Of the values at the low end, in the base and at the high end; the rank is still to be given.
+    pub fn new(
+        quantity: Quantity,
+        parameter: &str,
+        parameter_values: [f64; 3],
+        values: [f64; 3],
+        numerical_error: Option<f64>,
+    ) -> Self {
+        let [low, base, high] = parameter_values;
+        let change = values[2] - values[0];
+        let per_unit = change / (high - low);
+        let elasticity = (values[1] != 0.0 && base != 0.0).then(|| per_unit * base / values[1]);
+        Self {
+            quantity,
+            parameter: parameter.to_owned(),
+            parameter_values,
+            values,
+            change,
+            per_unit,
+            elasticity,
+            is_monotone: (values[1] - values[0]) * (values[2] - values[1]) >= 0.0,
+            rank: 0,
+            exceeds_numerical_error: numerical_error.map(|error| change.abs() > error),
+        }
+    }
+}
+
+/// Gives ranks to entries of each quantity, largest first.
+pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(&mut T) -> &mut usize) {
+    for quantity in Quantity::ALL {
+        let mut order: Vec<(usize, f64)> = all
+            .iter()
+            .map(&of)
+            .enumerate()
+            .filter(|(_, (q, _))| *q == quantity)
+            .map(|(index, (_, size))| (index, size.abs()))
+            .collect();
+        order.sort_by(|a, b| b.1.total_cmp(&a.1));
+        for (place, (index, _)) in order.into_iter().enumerate() {
+            *rank(&mut all[index]) = place + 1;
+        }
+    }
+}
+
+/// How a number is spread over the sample.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// The number.
+    pub quantity: Quantity,
+    /// Cases that gave it.
+    pub count: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation (of the sample, n − 1).
+    pub standard_deviation: f64,
+    /// Least, 5th percentile, median, 95th percentile, greatest.
+    pub least: f64,
+    /// 5th percentile.
+    pub p5: f64,
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// Greatest.
+    pub greatest: f64,
+}
+
+impl Spread {
+    /// Of two values or more.
+    pub fn new(quantity: Quantity, values: &[f64]) -> Option<Self> {
+        if values.len() < 2 {
+            return None;
+        }
+        let mut sorted = values.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let n = values.len() as f64;
+        let mean = sorted.iter().sum::<f64>() / n;
+        let variance = sorted.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let [least, p5, median, p95, greatest] = [0.0, 0.05, 0.5, 0.95, 1.0].map(|p| percentile(&sorted, p));
+        Some(Self {
+            quantity,
+            count: values.len(),
+            mean,
+            standard_deviation: variance.sqrt(),
+            least,
+            p5,
+            median,
+            p95,
+            greatest,
+        })
+    }
+}
+
+/// By linear interpolation between the order statistics (definition 7 of Hyndman & Fan 1996).
+fn percentile(sorted: &[f64], share: f64) -> f64 {
+    let place = share * (sorted.len() - 1) as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
+}
+
+/// Whether a number goes with a parameter over the sample.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Correlation {
+    /// The number.
+    pub quantity: Quantity,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Spearman's rank correlation, −1 … 1 [-].
+    pub spearman: f64,
+    /// 1 for the parameter with the largest |correlation|.
+    pub rank: usize,
+}
+
+/// Spearman's rank correlation; ties have their mean rank. `None` where one of the two is constant.
+pub fn spearman(x: &[f64], y: &[f64]) -> Option<f64> {
+    let [x, y] = [x, y].map(mean_ranks);
+    let mean = (x.len() as f64 - 1.0) / 2.0;
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+    let scale = (product(&x, &x) * product(&y, &y)).sqrt();
+    (scale > 0.0).then(|| product(&x, &y) / scale)
+}
+
+fn mean_ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    for tied in order.chunk_by(|a, b| values[*a].total_cmp(&values[*b]).is_eq()) {
+        let first = order.partition_point(|i| values[*i].total_cmp(&values[tied[0]]).is_lt());
+        for i in tied {
+            ranks[*i] = first as f64 + (tied.len() as f64 - 1.0) / 2.0;
+        }
+    }
+    ranks
+}
+
+/// Share of a number's variance that a parameter accounts for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SobolIndex {
+    /// The number.
+    pub quantity: Quantity,
+    /// Name of the parameter.
+    pub parameter: String,
+    /// First order: by itself [-].
+    pub first: f64,
+    /// 90 % of the bootstrap samples lie here.
+    pub first_interval: [f64; 2],
+    /// Total: with all its interactions [-].
+    pub total: f64,
+    /// 90 % of the bootstrap samples lie here.
+    pub total_interval: [f64; 2],
+    /// 1 for the parameter with the largest total index.
+    pub rank: usize,
+}
+
+/// One row of the design: the number in A, in B, and in A with each column of B.
+#[derive(Clone, Debug)]
+pub struct SobolRow {
+    /// f(A).
+    pub a: f64,
+    /// f(B).
+    pub b: f64,
+    /// f(A_B^(i)), one a parameter.
+    pub mixed: Vec<f64>,
+}
+
+/// First and total index of every parameter, with their bootstrap intervals; `None` where the number does not vary.
+///
+/// S_i = ⟨f_B (f_ABi − f_A)⟩ / V (Saltelli et al. 2010, table 2 b), T_i = ⟨(f_A − f_ABi)²⟩ / 2V (Jansen 1999), V of A and B
+/// together. The mean of all is taken off first, which leaves the estimate what it is and makes it steadier.
+#[allow(clippy::type_complexity)] // a row of numbers
+pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64; 3])>> {
+    let parameters = rows.first()?.mixed.len();
+    let mean = rows.iter().map(|row| row.a + row.b).sum::<f64>() / (2.0 * rows.len() as f64);
+    let rows: Vec<SobolRow> = rows
+        .iter()
+        .map(|row| SobolRow {
+            a: row.a - mean,
+            b: row.b - mean,
+            mixed: row.mixed.iter().map(|f| f - mean).collect(),
+        })
+        .collect();
+    let all: Vec<&SobolRow> = rows.iter().collect();
+    let estimate = indices(&all, parameters)?;
+    let mut random = Random::new(seed ^ 0x5eed);
+    let mut resampled = vec![[Vec::new(), Vec::new()]; parameters];
+    for _ in 0..RESAMPLES {
+        let drawn: Vec<&SobolRow> = (0..rows.len()).map(|_| &rows[random.below(rows.len())]).collect();
+        for (kept, drawn) in resampled.iter_mut().zip(indices(&drawn, parameters).into_iter().flatten()) {
+            kept.iter_mut().zip(drawn).for_each(|(kept, index)| kept.push(index));
+        }
+    }
+    let interval = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        [percentile(values, TAIL), percentile(values, 1.0 - TAIL)]
+    };
+    let with_interval = |(index, [first, total]): ([f64; 2], &mut [Vec<f64>; 2])| {
+        let ([a, b], [c, d]) = (interval(first), interval(total));
+        ([index[0], a, b], [index[1], c, d])
+    };
+    Some(estimate.into_iter().zip(&mut resampled).map(with_interval).collect())
+}
+
+/// First and total index of every parameter.
+fn indices(rows: &[&SobolRow], parameters: usize) -> Option<Vec<[f64; 2]>> {
+    let n = rows.len() as f64;
+    let mean = rows.iter().map(|row| row.a + row.b).sum::<f64>() / (2.0 * n);
+    let variance = rows.iter().map(|r| (r.a - mean).powi(2) + (r.b - mean).powi(2)).sum::<f64>() / (2.0 * n);
+    let of = |i: usize| {
+        let first = rows.iter().map(|r| r.b * (r.mixed[i] - r.a)).sum::<f64>() / n;
+        let total = rows.iter().map(|r| (r.a - r.mixed[i]).powi(2)).sum::<f64>() / (2.0 * n);
+        [first / variance, total / variance]
+    };
+    (variance > 0.0).then(|| (0..parameters).map(of).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::document::SampleMethod;
+    use super::super::sampling::points;
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1, x in −π … π (Ishigami & Homma 1990).
+    fn ishigami(x: &[f64]) -> f64 {
+        let x: Vec<f64> = x.iter().map(|u| PI * (2.0 * u - 1.0)).collect();
+        x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin()
+    }
+
+    #[test]
+    fn indices_of_the_function_of_ishigami() {
+        let rows: Vec<SobolRow> = points(SampleMethod::Sobol, 4096, 6, 3)
+            .iter()
+            .map(|p| {
+                let mixed = (0..3).map(|i| {
+                    let mut x = p[..3].to_vec();
+                    x[i] = p[3 + i];
+                    ishigami(&x)
+                });
+                SobolRow { a: ishigami(&p[..3]), b: ishigami(&p[3..]), mixed: mixed.collect() }
+            })
+            .collect();
+        let indices = sobol_indices(&rows, 3).unwrap();
+        // Closed forms: V = a²/8 + bπ⁴/5 + b²π⁸/18 + 1/2, V1 = (1 + bπ⁴/5)²/2, V2 = a²/8, V13 = b²π⁸ (1/18 − 1/50).
+        let (a, b) = (7.0_f64, 0.1_f64);
+        let variance = a * a / 8.0 + b * PI.powi(4) / 5.0 + b * b * PI.powi(8) / 18.0 + 0.5;
+        let first = (1.0 + b * PI.powi(4) / 5.0).powi(2) / 2.0 / variance;
+        let (second, both) =
+            (a * a / 8.0 / variance, b * b * PI.powi(8) * (1.0 / 18.0 - 1.0 / 50.0) / variance);
+        let exact = [[first, first + both], [second, second], [0.0, both]];
+        for (([s, s_low, s_high], [t, t_low, t_high]), [s_exact, t_exact]) in indices.into_iter().zip(exact) {
+            assert!((s - s_exact).abs() < 0.02 && (t - t_exact).abs() < 0.02, "{s} {s_exact}, {t} {t_exact}");
+            assert!(s_low <= s && s <= s_high && t_low <= t && t <= t_high);
+        }
+    }
+
+    #[test]
+    fn ranks_and_percentiles() {
+        assert_eq!(spearman(&[1.0, 2.0, 3.0, 4.0], &[1.0, 8.0, 27.0, 64.0]), Some(1.0));
+        assert_eq!(spearman(&[1.0, 2.0, 3.0], &[5.0, 5.0, 5.0]), None);
+        // By hand: ranks 1, 0, 3½, 3½, 2 about their mean, 5½ / √(10 · 9½).
+        let rho = spearman(&[1.0, 2.0, 3.0, 4.0, 5.0], &[2.0, 1.0, 4.0, 4.0, 3.0]).unwrap();
+        assert!((rho - 5.5 / 95.0_f64.sqrt()).abs() < 1e-15, "{rho}");
+        let spread = Spread::new(Quantity::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0]).unwrap();
+        let told = [spread.least, spread.median, spread.greatest, spread.mean];
+        assert!(told.iter().zip([1.0, 3.0, 5.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15));
+        assert!((spread.p5 - 1.2).abs() < 1e-12 && (spread.p95 - 4.8).abs() < 1e-12);
+    }
+}

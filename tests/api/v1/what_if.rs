@@ -1,0 +1,120 @@
+//! `POST /v1/what-if`
+
+use crate::support::*;
+use serde_json::{Value, json};
+
+/// A soft block that hits a wall: a few milliseconds a run.
+fn scene() -> Value {
+    json!({
+        "name": "block", "end_time_s": 4e-4,
+        "bodies": [{
+            "name": "block", "role": "projectile", "velocity_m_per_s": [0, 0, -10],
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0.0001], "max_m": [0.01, 0.01, 0.0101], "elements": [2, 2, 2]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1000,
+                       "material": {"law": "neo_hookean", "c10_pa": 1e5, "bulk_modulus_pa": 1e6}}]
+        }],
+        "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "record": {"fields": []}
+    })
+}
+
+fn question() -> Value {
+    json!({
+        "scene": scene(),
+        "parameters": [
+            {"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 8, "high": 12},
+            {"name": "mass", "change": {"kind": "mass_kg"}, "low": 0.9e-3, "high": 1.1e-3}
+        ],
+        "one_at_a_time": true,
+        "sample": {"count": 4, "seed": 1},
+        "limits": [{"parameter": "speed", "measure": {"quantity": "impulse_n_s"}, "at_most": 0.01, "tolerance": 0.05}]
+    })
+}
+
+#[test]
+fn cases_are_events_and_the_answer_is_the_summary() {
+    let server = Server::simulating();
+    let client = server.client();
+    let answer = client.post_json("/v1/what-if", &question());
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    let job = answer.json();
+    assert_eq!(job["name"], "what if: block");
+    let address = job["links"]["self"].as_str().unwrap().to_owned();
+    let events: Vec<_> = client.follow(&format!("{address}/events"), None).collect();
+    let cases: Vec<Value> = events.iter().filter(|e| e.kind == "case").map(|e| e.data.clone()).collect();
+    let indices: Vec<u64> = cases.iter().map(|case| case["index"].as_u64().unwrap()).collect();
+    assert_eq!(indices, (0..9).collect::<Vec<_>>());
+    assert!(cases.iter().all(|case| case["of"] == 9 && case["ending"] == "finished"), "{cases:#?}");
+    assert_eq!(events.iter().filter(|e| e.kind == "error_bars" || e.kind == "limit").count(), 2);
+    wait_for(&client, &address, "succeeded");
+    let whole = client.get(&format!("{address}/summary")).json();
+    assert_eq!(whole["cases"].as_array().unwrap().len(), 9);
+    let impulse = |case: &Value| case["numbers"]["impulse_n_s"]["value"].as_f64().unwrap();
+    assert_eq!(whole["cases"][3]["numbers"], cases[3]["numbers"]);
+    assert!(impulse(&whole["cases"][1]) < impulse(&whole["cases"][2]), "the impulse grows with the speed");
+    assert_eq!(whole["limits"][0]["verdict"], "kept_up_to");
+    assert!(
+        whole["spread"].as_array().unwrap().iter().any(|s| s["quantity"] == "impulse_n_s" && s["count"] == 4)
+    );
+    assert_eq!(client.get(&format!("{address}/recording")).status, 404);
+
+    // The same again is known, and says the same.
+    let again = client.post_json("/v1/what-if", &question()).json();
+    let address = again["links"]["self"].as_str().unwrap().to_owned();
+    wait_for(&client, &address, "succeeded");
+    let again = client.get(&format!("{address}/summary")).json();
+    assert_eq!(again["effort"]["computed"], 0);
+    assert_eq!(again["cases"], whole["cases"]);
+    assert_eq!(again["limits"], whole["limits"]);
+}
+
+#[test]
+fn a_job_is_a_base() {
+    let server = Server::simulating();
+    let client = server.client();
+    let (job, _) = finished(&client, &scene());
+    let id = job.rsplit('/').next().unwrap();
+    let mut asked = question();
+    asked.as_object_mut().unwrap().remove("scene");
+    asked["job"] = json!(id);
+    let headers = [("content-type", "application/json"), ("idempotency-key", "what-if-1")];
+    let body = asked.to_string();
+    let first = client.send("POST", "/v1/what-if", &headers, body.as_bytes());
+    assert_eq!(first.status, 202, "{}", first.text());
+    // The question does not need the job any more.
+    assert_eq!(client.delete(&job).status, 204);
+    let replay = client.send("POST", "/v1/what-if", &headers, body.as_bytes());
+    assert_eq!((replay.status, replay.header("idempotent-replayed")), (202, Some("true")));
+    assert_eq!(replay.json()["id"], first.json()["id"]);
+    let address = first.json()["links"]["self"].as_str().unwrap().to_owned();
+    wait_for(&client, &address, "succeeded");
+    let answer = problem(&client.post_json("/v1/what-if", &asked), 422, "invalid-scene");
+    assert_eq!(answer["errors"][0]["pointer"], "/job");
+}
+
+#[test]
+fn every_problem_of_a_question_has_its_place() {
+    let server = Server::simulating();
+    let client = server.client();
+    let places = |body: &Value| -> Vec<String> {
+        let answer = problem(&client.post_json("/v1/what-if", body), 422, "invalid-scene");
+        let errors = answer["errors"].as_array().unwrap();
+        errors.iter().map(|e| e["pointer"].as_str().unwrap().to_owned()).collect()
+    };
+    let mut wrong = question();
+    wrong["parameters"][0]["change"]["body"] = json!("blok");
+    wrong["limits"][0]["parameter"] = json!("weight");
+    wrong["sample"]["count"] = json!(1);
+    assert_eq!(places(&wrong), ["/parameters/0/change/body", "/sample/count", "/limits/0/parameter"]);
+    let mut wrong = question();
+    wrong["scene"]["end_time_s"] = json!(-1);
+    assert!(places(&wrong).contains(&"/scene/end_time_s".to_owned()));
+    let mut without = question();
+    without.as_object_mut().unwrap().remove("scene");
+    assert_eq!(places(&without), [""]);
+    let mut twice = question();
+    twice["job"] = json!("x");
+    assert_eq!(places(&twice), ["/job"]);
+    // A question is no scene.
+    assert_eq!(client.post_json("/v1/jobs", &question()).status, 422);
+}

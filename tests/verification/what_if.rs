@@ -1,0 +1,268 @@
+//! What-if: sharing and remembering change no bit, the edits that are told make the case, and what must rise rises.
+
+use contuse::scene::{Budget, Loaded, NoFiles, load};
+use contuse::study::error::Quantity;
+use contuse::study::what_if::limit::Verdict;
+use contuse::study::what_if::{
+    Answer, Cache, CaseAnswer, Partial, WhatIfDocument, WhatIfRequest, check, study_what_if,
+};
+use contuse::study::{RunRequest, run_scene};
+use serde_json::{Value, json};
+
+/// A rubber ball on a coarse limb.
+fn limb() -> Value {
+    let part = |part: &str, density: f64, c10: f64| {
+        json!({"part": part, "density_kg_per_m3": density,
+               "material": {"law": "neo_hookean", "c10_pa": c10, "bulk_modulus_pa": 5e6}})
+    };
+    json!({
+        "name": "limb", "end_time_s": 2e-4,
+        "bodies": [
+            {"name": "ball", "role": "projectile",
+             "mesh": {"generator": {"kind": "hollow_ball", "outer_radius_m": 0.015, "inner_radius_m": 0.011,
+                                    "elements_around": 4, "elements_through": 1}},
+             "placement": {"translation_m": [0, 0, 0.0451]},
+             "velocity_m_per_s": [0, 0, -60],
+             "parts": [part("ball", 1100.0, 5e5)]},
+            {"name": "arm", "role": "tissue",
+             "mesh": {"generator": {"kind": "limb_segment", "semi_axis_x_m": 0.034, "semi_axis_z_m": 0.03, "length_m": 0.1,
+                "bone_semi_axis_x_m": 0.01, "bone_semi_axis_z_m": 0.01, "fat_thickness_m": 0.004, "skin_thickness_m": 0.002,
+                "elements_around": 12, "elements_along": 6, "muscle_elements": 2, "fat_elements": 1, "skin_elements": 1,
+                "grading_around": 4, "grading_along": 3}},
+             "parts": [part("muscle", 1060.0, 2e4), part("fat", 950.0, 1e4), part("skin", 1100.0, 2e5)],
+             "fixed": [{"set": "bone"}]}
+        ],
+        "contact": {"pairs": [{"between": ["ball", "arm"], "friction": 0.3}]},
+        "record": {"field_interval_s": 2e-5},
+        "measures": {"skin_set": "skin_outer", "stress_thresholds_pa": [5e3]}
+    })
+}
+
+fn loaded(scene: &Value) -> Loaded {
+    load(&serde_json::to_vec(scene).unwrap(), &NoFiles, &Budget::COMMAND_LINE).unwrap()
+}
+
+fn question(question: Value) -> WhatIfDocument {
+    serde_json::from_value(question).unwrap()
+}
+
+fn ask(
+    base: &Loaded,
+    question: &WhatIfDocument,
+    cache: &Cache,
+    threads: usize,
+    shares_plans: bool,
+) -> Answer {
+    check(question, base, &NoFiles, &Budget::COMMAND_LINE).unwrap();
+    study_what_if(&mut WhatIfRequest {
+        question,
+        base,
+        source: &NoFiles,
+        budget: &Budget::COMMAND_LINE,
+        threads,
+        cache,
+        shares_plans,
+        interrupt: &|| None,
+        tell: &mut |_| {},
+    })
+}
+
+fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
+    ask(base, asked, &Cache::default(), 2, true)
+}
+
+fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
+    case.numbers[&quantity].value
+}
+
+#[test]
+fn sharing_remembering_and_threads_change_no_bit() {
+    let base = loaded(&limb());
+    let asked = question(json!({
+        "parameters": [
+            {"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70},
+            {"name": "tilt", "change": {"kind": "angle_deg", "about": [0, 1, 0]}, "low": -10, "high": 10},
+            {"name": "friction", "change": {"kind": "friction"}, "low": 0, "high": 0.5},
+            {"name": "fat", "change": {"kind": "layer_thickness_m", "layer": "fat"}, "low": 0.003, "high": 0.006}
+        ],
+        "one_at_a_time": true,
+        "sample": {"count": 3},
+        "limits": [{"parameter": "speed", "measure": {"von_mises_pa_below_depth_m": 0.004}, "at_most": 2e4, "tolerance": 0.1}]
+    }));
+    let folder = tempfile::tempdir().unwrap();
+    let plain = ask(&base, &asked, &Cache::default(), 1, false);
+    let shared = ask(&base, &asked, &Cache::in_folder(folder.path()).unwrap(), 3, true);
+    let again = ask(&base, &asked, &Cache::in_folder(folder.path()).unwrap(), 2, true);
+    for other in [&shared, &again] {
+        assert_eq!(plain.cases, other.cases);
+        assert_eq!(plain.limits, other.limits);
+        assert_eq!(plain.sensitivities, other.sensitivities);
+        assert_eq!(plain.spread, other.spread);
+    }
+    assert_eq!(again.effort.computed, 0);
+    assert!(plain.cases.iter().all(|case| case.ending == "finished"), "{:#?}", plain.cases);
+    assert!(plain.cases.iter().all(|case| case.numbers.values().all(|number| number.error.is_some())));
+}
+
+#[test]
+fn a_case_is_the_run_of_the_scene_with_its_edits() {
+    let scene = limb();
+    let base = loaded(&scene);
+    let asked = question(json!({
+        "parameters": [
+            {"name": "speed", "change": {"kind": "speed_m_per_s"}},
+            {"name": "mass", "change": {"kind": "mass_kg"}},
+            {"name": "around", "change": {"kind": "impact_around_deg"}},
+            {"name": "along", "change": {"kind": "impact_along_m"}},
+            {"name": "muscle", "change": {"kind": "stiffness_percentile", "body": "arm", "part": "muscle",
+                                          "coefficient_of_variation": 0.4}},
+            {"name": "window", "change": {"kind": "number", "pointer": "/end_time_s"}}
+        ],
+        "cases": [{"set": {"speed": 65, "mass": 0.012, "around": 30, "along": 0.01, "muscle": 90, "window": 1.5e-4}}],
+        "error_bars": "none"
+    }));
+    let answer = answer(&base, &asked);
+    let case = &answer.cases[1];
+    assert_eq!(case.ending, "finished", "{:?}", case.reason);
+    let mut edited = serde_json::to_value(&base.scene.document).unwrap();
+    for (pointer, value) in &case.edits {
+        *edited.pointer_mut(pointer).unwrap_or_else(|| panic!("{pointer}")) = value.clone();
+    }
+    edited["solver"] = json!({"error_bars": "none"});
+    let edited = loaded(&edited);
+    assert!((edited.bodies[0].mass_kg - 0.012).abs() < 1e-12);
+    let result = run_scene(RunRequest {
+        scene: &edited.scene,
+        document_json: b"{}",
+        recording: None,
+        also: None,
+        threads: 1,
+        interrupt: &|| None,
+        progress: &mut |_| {},
+    })
+    .unwrap();
+    for (quantity, number) in &case.numbers {
+        assert_eq!(Some(number.value), quantity.of(&result.summary), "{quantity}");
+    }
+    // It strikes the new place as squarely as it struck the old one.
+    assert!(value(case, Quantity::PeakForceN) > 0.5 * value(&answer.cases[0], Quantity::PeakForceN));
+}
+
+#[test]
+fn around_a_round_limb_nothing_changes_but_the_place() {
+    let mut scene = limb();
+    scene["bodies"][1]["mesh"]["generator"]["semi_axis_x_m"] = json!(0.03);
+    let base = loaded(&scene);
+    let asked = question(json!({
+        "parameters": [{"name": "around", "change": {"kind": "impact_around_deg"}}],
+        "cases": [{"set": {"around": 0}}, {"set": {"around": 75}}, {"set": {"around": 180}}],
+        "error_bars": "none"
+    }));
+    let answer = answer(&base, &asked);
+    for quantity in [Quantity::PeakForceN, Quantity::AbsorbedEnergyJ, Quantity::ImpulseNS] {
+        let [base, same, turned, opposite] = [0, 1, 2, 3].map(|index| value(&answer.cases[index], quantity));
+        assert_eq!(base, same);
+        assert!((turned / base - 1.0).abs() < 1e-6 && (opposite / base - 1.0).abs() < 1e-6, "{quantity}");
+    }
+}
+
+#[test]
+fn faster_means_more_energy_and_limits_lie_between() {
+    let base = loaded(&limb());
+    let asked = question(json!({
+        "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 30, "high": 90}],
+        "cases": [{"set": {"speed": 30}}, {"set": {"speed": 45}}, {"set": {"speed": 60}}, {"set": {"speed": 75}}],
+        "one_at_a_time": true,
+        "error_bars": "none"
+    }));
+    let mut told = Vec::new();
+    let mut tell = |partial: Partial| {
+        if let Partial::Case { case, of } = partial {
+            told.push((case.index, of));
+        }
+    };
+    let answer = study_what_if(&mut WhatIfRequest {
+        question: &asked,
+        base: &base,
+        source: &NoFiles,
+        budget: &Budget::COMMAND_LINE,
+        threads: 3,
+        cache: &Cache::default(),
+        shares_plans: true,
+        interrupt: &|| None,
+        tell: &mut tell,
+    });
+    assert_eq!(told, (0..7).map(|index| (index, 7)).collect::<Vec<_>>());
+    let energies: Vec<f64> =
+        answer.cases[1..5].iter().map(|case| value(case, Quantity::AbsorbedEnergyJ)).collect();
+    assert!(energies.is_sorted_by(|a, b| a < b), "{energies:?}");
+    assert_eq!(value(&answer.cases[0], Quantity::AbsorbedEnergyJ), energies[2], "60 m/s is the base");
+    let energy = answer.sensitivities.iter().find(|s| s.quantity == Quantity::AbsorbedEnergyJ).unwrap();
+    // Between proportional to the speed and to its third power.
+    assert!(energy.change > 0.0 && energy.rank == 1 && energy.is_monotone);
+    assert!((1.0..3.0).contains(&energy.elasticity.unwrap()), "{energy:?}");
+
+    // A limit between the energies of two cases is reached between their speeds.
+    let limit = 0.5 * (energies[1] + energies[2]);
+    let asked = question(json!({
+        "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 30, "high": 90}],
+        "limits": [
+            {"parameter": "speed", "measure": {"quantity": "absorbed_energy_j"}, "at_most": limit, "tolerance": 0.01},
+            {"parameter": "speed", "measure": {"quantity": "absorbed_energy_j"}, "at_most": 1e9},
+            {"parameter": "speed", "measure": {"quantity": "peak_force_n"}, "at_most": 0}
+        ],
+        "error_bars": "none"
+    }));
+    let limits = self::answer(&base, &asked).limits;
+    let Verdict::KeptUpTo { kept_at, value, broken_at, value_broken } = limits[0].verdict else {
+        panic!("{:?}", limits[0])
+    };
+    assert!(value <= limit && value_broken > limit && broken_at - kept_at <= 0.6 + 1e-9);
+    assert!(45.0 < broken_at && kept_at < 60.0, "{kept_at} {broken_at}");
+    assert!(matches!(limits[1].verdict, Verdict::KeptAtBothEnds { .. }));
+    assert!(matches!(limits[2].verdict, Verdict::BrokenAtBothEnds { .. }));
+}
+
+#[test]
+fn all_that_is_wrong_is_told_at_once() {
+    let base = loaded(&limb());
+    let asked = question(json!({
+        "parameters": [
+            {"name": "speed", "change": {"kind": "speed_m_per_s", "body": "bal"}, "low": 2, "high": 1},
+            {"name": "speed", "change": {"kind": "angle_deg", "about": [0, 0, 0]}, "low": 0, "high": 1},
+            {"name": "fat", "change": {"kind": "stiffness_factor", "body": "arm", "part": "fet"}},
+            {"name": "else", "change": {"kind": "number", "pointer": "/name"}, "low": 0, "high": 1}
+        ],
+        "cases": [{"set": {"sped": 1}}],
+        "one_at_a_time": true,
+        "sample": {"count": 1},
+        "limits": [{"parameter": "x", "measure": {"von_mises_pa_below_depth_m": -1}, "at_most": 1, "tolerance": 9}]
+    }));
+    let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let mut pointers: Vec<&str> = problems.iter().map(|problem| problem.pointer.as_str()).collect();
+    pointers.sort_unstable();
+    let expected = [
+        "/cases/0/set/sped",
+        "/limits/0/measure/von_mises_pa_below_depth_m",
+        "/limits/0/parameter",
+        "/limits/0/tolerance",
+        "/parameters/0/change/body",
+        "/parameters/0/high",
+        "/parameters/1/change/about",
+        "/parameters/1/name",
+        "/parameters/2",
+        "/parameters/2/change/part",
+        "/parameters/3/change/pointer",
+        "/sample/count",
+    ];
+    assert_eq!(pointers, expected);
+    assert!(problems.iter().all(|problem| !problem.remedy.is_empty()), "{problems:#?}");
+
+    // What only the scene can tell, at the end of the range that it is about.
+    let asked = question(json!({
+        "parameters": [{"name": "fat", "change": {"kind": "layer_thickness_m", "layer": "fat"}, "low": 0.004, "high": 0.05}],
+        "one_at_a_time": true
+    }));
+    let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    assert!(problems.iter().all(|problem| problem.pointer == "/parameters/0/high"), "{problems:#?}");
+}
