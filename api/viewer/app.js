@@ -6,12 +6,14 @@ import { comparePage } from "./pages/compare_page.js";
 import { jobPage } from "./pages/job_page.js";
 import { listPage } from "./pages/list_page.js";
 import { submitPage } from "./pages/submit_page.js";
+import { whatIfPage } from "./pages/what_if_page.js";
 
 /** What is behind `#/`: a function that fills `main` and may return one that clears up. */
 const ROUTES = [
   [/^$/, () => listPage()],
   [/^new(?:\/([\w-]+))?$/, (id) => submitPage(id)],
   [/^job\/([\w-]+)$/, (id) => jobPage(id)],
+  [/^what-if\/([\w-]+)$/, (id) => whatIfPage(id)],
   [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],
 ];
 

@@ -236,12 +236,35 @@ def test_two_runs_side_by_side_share_a_camera(page, pictures):
     assert picture_of(second).tobytes() != before.tobytes()
 
 
+def test_what_if_answers_with_a_table(page):
+    page.goto(f"/#/job/{JOBS['slow']}")
+    wait_for_results(page)
+    report = saved(page, page.get_by_role("button", name="Report (HTML)").click).path().read_text()
+    assert "<html" in report and "not a diagnosis" in report.replace("no diagnosis", "not a diagnosis")
+    page.get_by_role("link", name="What if?").click()
+    speed = page.get_by_label("Speed")
+    speed.focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    page.get_by_role("button", name="What if?").click()
+    rows = page.locator("main tbody tr")
+    expect(page.get_by_text("Done:")).to_be_visible()
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_contain_text("as it was")
+    cases = list(csv.DictReader(io.StringIO(saved(page, page.get_by_role("button", name="Cases as CSV").click).path().read_text())))
+    assert float(cases[0]["speed"]) == 60 and float(cases[1]["speed"]) > 60
+    # The base is the job itself, and has its numbers.
+    summary = page.request.get(f"/v1/jobs/{JOBS['slow']}/summary").json()["results"]
+    assert float(cases[0]["peak_force_n"]) == pytest.approx(summary["impacts"][0]["peak_force_n"]["value"], rel=1e-9)
+    assert float(cases[1]["absorbed_energy_j"]) > float(cases[0]["absorbed_energy_j"])
+
+
 UNNAMED = """() => [...document.querySelectorAll("input, select, textarea, button, canvas, svg, img")].filter((e) =>
     !(e.closest("[aria-hidden], .u-wrap, .plot-area") || e.getAttribute("aria-label") || e.labels?.length || e.textContent.trim() || e.hasAttribute("alt")
       || e.hidden)).map((e) => e.outerHTML.slice(0, 200))"""
 
 
-@pytest.mark.parametrize("path", ["#/", "#/new", "#/job/{fast}", "#/compare/{fast}/{slow}"])
+@pytest.mark.parametrize("path", ["#/", "#/new", "#/job/{fast}", "#/compare/{fast}/{slow}", "#/what-if/{fast}"])
 def test_everything_has_a_name_and_fits(page, path):
     for width, height in [(820, 1180), (390, 844)]:
         page.set_viewport_size({"width": width, "height": height})

@@ -6,6 +6,7 @@ import { bytes, number, timeUnit, withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { allNumbers, headlineCards, trustLine, trustPanel } from "../summary.js";
 import { layoutOf } from "../recording/layout.js";
+import { WhatIfAnswer } from "./what_if_answer.js";
 import { stateBadge } from "./list_page.js";
 import { RunPanel } from "./run_panel.js";
 
@@ -51,6 +52,7 @@ class JobPage {
       { class: "tools" },
       html("a", { class: "button", href: `#/new/${id}` }, "Change and run again"),
       html("a", { class: "button", href: `#/compare/${id}` }, "Compare"),
+      html("a", { class: "button", href: `#/what-if/${id}` }, "What if?"),
       button("Delete", () => this.#delete().catch((error) => this.#say(error)), { class: "danger" }),
     );
   }
@@ -94,6 +96,7 @@ class JobPage {
     const isRun = summary?.gates && summary?.error_bars;
     const trust = isRun && trustPanel(summary);
     if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })));
+    else if (summary?.cases) this.#showAnswer(summary);
     else if (summary) this.#body.append(html("pre", { class: "panel" }, JSON.stringify(summary, null, 2)));
     if (job.recording) await this.#showRecording(isRun ? summary : null);
     if (isRun) {
@@ -102,6 +105,13 @@ class JobPage {
         html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
       );
     }
+  }
+
+  /** The answer to a what-if question. */
+  #showAnswer(summary) {
+    const answer = new WhatIfAnswer();
+    answer.takeAll(summary);
+    this.#body.append(html("section", { class: "panel" }, answer.element));
   }
 
   async #showRecording(summary) {
@@ -131,6 +141,9 @@ class JobPage {
         { class: "tools" },
         button(`Recording (MCAP, ${bytes(job.recording.bytes)})`, () => fetched(job.links.recording, `${job.name}.mcap`), { class: "primary" }),
         job.links.summary && button("Summary (JSON)", () => fetched(job.links.summary, `${job.name}-summary.json`)),
+        job.links.summary && button("Report (HTML)", () => fetched(`/v1/jobs/${job.id}/report`, `${job.name}-report.html`)),
+        job.links.summary && button("Bundle (FHIR)", () => fetched(`/v1/jobs/${job.id}/fhir`, `${job.name}-fhir.json`)),
+        job.links.summary && button("Table (CSV)", () => fetched(`/v1/jobs/${job.id}/export.csv`, `${job.name}.csv`)),
         button("Layout for Lichtblick and Foxglove", () => saveFile(`${job.name}-layout.json`, JSON.stringify(layoutOf(recording), null, 2), "application/json")),
         elsewhere("Open in Lichtblick ↗", "https://lichtblick-suite.github.io/lichtblick/"),
         elsewhere("Open in Foxglove ↗", "https://app.foxglove.dev/~/view"),

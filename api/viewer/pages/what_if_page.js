@@ -1,0 +1,97 @@
+// What if it had been faster, elsewhere, with thinner fat? Sliders make cases, the service answers with four numbers each.
+
+import { followEvents, getJson, postJson } from "../api.js";
+import { button, checkbox, html } from "../dom.js";
+import { withUnit } from "../format.js";
+import { Recording } from "../recording/recording.js";
+import { WhatIfAnswer } from "./what_if_answer.js";
+import { parametersOf } from "./what_if_parameters.js";
+
+export async function whatIfPage(id) {
+  const job = await getJson(`/v1/jobs/${id}`);
+  const scene = JSON.parse(await Recording.sceneText(`/v1/jobs/${id}/recording`));
+  const page = new WhatIfPage(job, parametersOf(scene));
+  return { title: `What if: ${job.name}`, element: page.element, leave: () => page.leave() };
+}
+
+class WhatIfPage {
+  #job;
+  #parameters;
+  #values = new Map();
+  #cases = [];
+  #asking = null;
+  #isOneAtATime = false;
+  #ask = button("What if?", () => this.#addCase(), { class: "primary" });
+  #state = html("p", { class: "quiet", "aria-live": "polite" });
+  #answers = html("div");
+
+  constructor(job, parameters) {
+    this.#job = job;
+    this.#parameters = parameters;
+    const sliders = parameters.map((parameter) => this.#slider(parameter));
+    const alone = checkbox("also each by itself, from the low to the high end: what matters most?", false, (isWanted) => (this.#isOneAtATime = isWanted));
+    this.element = html(
+      "div",
+      {},
+      html("div", { class: "title" }, html("h1", {}, "What if?"), html("a", { class: "button", href: `#/job/${job.id}` }, `Back to ${job.name}`)),
+      html("section", { class: "panel" },
+        parameters.length ? html("div", { class: "what-if-sliders" }, sliders) : html("p", {}, "This scene has no projectile and no tissue to vary."),
+        html("div", { class: "tools" }, this.#ask, alone)),
+      html("section", { class: "panel" }, html("h2", {}, "Answers"), this.#state, this.#answers),
+    );
+  }
+
+  leave() {
+    this.#asking?.abort();
+  }
+
+  #slider({ name, label, unit, factor, base, low, high }) {
+    const words = (value) => withUnit(value * factor, unit, 3);
+    const output = html("output", {}, `${words(base)}, as it was`);
+    const input = html("input", {
+      type: "range", min: low, max: high, step: (high - low) / 100, value: base, "aria-valuetext": words(base),
+      oninput: () => {
+        const value = Number(input.value);
+        const isBase = Math.abs(value - base) < (high - low) / 150;
+        if (isBase) this.#values.delete(name);
+        else this.#values.set(name, value);
+        output.textContent = isBase ? `${words(base)}, as it was` : words(value);
+        input.setAttribute("aria-valuetext", output.textContent);
+      },
+    });
+    return html("label", { class: "field" }, html("span", {}, label), input, output);
+  }
+
+  /** Asks for the case of the sliders, with those asked for before: they are known already. */
+  #addCase() {
+    if (this.#values.size) this.#cases.push({ set: Object.fromEntries(this.#values) });
+    if (!this.#cases.length && !this.#isOneAtATime) {
+      this.#state.textContent = "Move a slider first.";
+      return;
+    }
+    this.#answer().catch((error) => {
+      this.#state.textContent = [error.message, ...(error.body?.errors ?? []).map((e) => `${e.pointer}: ${e.message}`)].join(" ");
+      this.#cases.pop();
+      this.#ask.disabled = false;
+    });
+  }
+
+  async #answer() {
+    this.#ask.disabled = true;
+    this.#asking = new AbortController();
+    const varied = this.#parameters.filter(({ name }) => this.#isOneAtATime || this.#cases.some((one) => name in one.set));
+    const parameters = varied.map(({ name, change, low, high }) => ({ name, change, low, high }));
+    const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
+    const job = await postJson("/v1/what-if", question);
+    const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])));
+    this.#answers.replaceChildren(answer.element);
+    this.#state.textContent = "Computing; what was asked before is remembered.";
+    await followEvents(`/v1/jobs/${job.id}/events`, (event) => answer.take(event), this.#asking.signal);
+    const ended = await getJson(`/v1/jobs/${job.id}`);
+    if (ended.state !== "succeeded") throw new Error(`The question ${ended.state}: ${ended.failure?.message ?? ""}`);
+    const whole = await getJson(`/v1/jobs/${job.id}/summary`);
+    answer.takeAll(whole);
+    this.#state.textContent = `Done: ${whole.effort.computed} runs computed, ${whole.effort.from_cache} remembered. ${whole.notice}`;
+    this.#ask.disabled = false;
+  }
+}

@@ -1,0 +1,49 @@
+// What a clinician would change about an impact, as parameters of a what-if question with their sliders' ranges.
+
+/** Spread of the stiffness of a tissue over people, standard deviation over mean: an assumption, and said to be. */
+const STIFFNESS_SPREAD = 0.3;
+
+const norm = (v) => Math.hypot(...v);
+/** An axis across a direction, for turning. */
+const across = (v) => (Math.abs(v[1]) > 0.9 * norm(v) ? [1, 0, 0] : [0, 1, 0]);
+
+/**
+ * The parameters that fit a scene: {name, label, unit, factor, base, low, high, change}; base, low and high are in the unit of
+ * the change, and times `factor` in `unit`.
+ */
+export function parametersOf(scene) {
+  const bodies = scene.bodies ?? [];
+  const projectile = bodies.find((body) => body.role === "projectile" && norm(body.velocity_m_per_s ?? [0]) > 0);
+  const tissue = bodies.find((body) => body.role === "tissue");
+  const limb = bodies.find((body) => body.mesh?.generator?.kind === "limb_segment");
+  const plain = { unit: "", factor: 1 };
+  const found = [];
+  if (projectile) {
+    const velocity = projectile.velocity_m_per_s;
+    const speed = norm(velocity);
+    found.push(
+      { name: "speed", label: "Speed", unit: "m/s", factor: 1, base: speed, low: 0.5 * speed, high: 1.5 * speed, change: { kind: "speed_m_per_s", body: projectile.name } },
+      { name: "angle", label: "Angle of the flight", unit: "°", factor: 1, base: 0, low: -45, high: 45, change: { kind: "angle_deg", body: projectile.name, about: across(velocity) } },
+    );
+  }
+  if (limb && projectile) {
+    const generator = limb.mesh.generator;
+    const around = generator.impact_angle_deg ?? 0;
+    found.push({ name: "place", label: "Place around the limb", unit: "°", factor: 1, base: around, low: around - 30, high: around + 30, change: { kind: "impact_around_deg", body: projectile.name, limb: limb.name } });
+    for (const layer of ["fat", "skin"]) {
+      const thickness = generator[`${layer}_thickness_m`];
+      if (thickness > 0) found.push({ name: `${layer} thickness`, label: `Thickness of the ${layer}`, unit: "mm", factor: 1e3, base: thickness, low: 0.5 * thickness, high: 1.5 * thickness, change: { kind: "layer_thickness_m", layer, limb: limb.name } });
+    }
+  }
+  const friction = scene.contact?.pairs?.[0]?.friction ?? scene.contact?.friction;
+  if (friction > 0) found.push({ ...plain, name: "friction", label: "Friction", base: friction, low: 0, high: 2 * friction, change: { kind: "friction" } });
+  for (const { part } of tissue?.parts ?? []) {
+    found.push({
+      name: `${part} stiffness`,
+      label: `Stiffness of the ${part}, percentile of people (spread ${STIFFNESS_SPREAD} assumed)`,
+      unit: "%", factor: 1, base: 50, low: 5, high: 95,
+      change: { kind: "stiffness_percentile", body: tissue.name, part, coefficient_of_variation: STIFFNESS_SPREAD },
+    });
+  }
+  return found;
+}
