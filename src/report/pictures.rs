@@ -57,7 +57,8 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     let error = peak.pointer("/error/total").and_then(Value::as_f64).unwrap_or_default();
     let at = impact.pointer("/peak_force_time_s/value").and_then(Value::as_f64).unwrap_or_default();
     let (unit, scale) = if value + error >= 2e3 { ("kN", 1e-3) } else { ("N", 1.0) };
-    let top = 1.08 * scale * (value + error).max(force.iter().map(|p| p.1).fold(0.0, f64::max));
+    // Room for the legend above the peak.
+    let top = 1.25 * scale * (value + error).max(force.iter().map(|p| p.1).fold(0.0, f64::max));
     let (time_unit, time_scale) = time_unit(force);
     let mut chart =
         axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;

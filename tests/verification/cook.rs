@@ -65,7 +65,7 @@ fn mean_dilatation_does_not_lock() {
 }
 
 #[test]
-#[ignore = "a minute: the finer meshes of docs/verification.md"]
+#[ignore = "a minute: finer meshes"]
 fn mean_dilatation_does_not_lock_fine() {
     for n in [64, 128] {
         println!("{n}: {:?}", deflections(n));

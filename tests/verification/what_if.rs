@@ -28,7 +28,7 @@ fn limb() -> Value {
              "mesh": {"generator": {"kind": "limb_segment", "semi_axis_x_m": 0.034, "semi_axis_z_m": 0.03, "length_m": 0.1,
                 "bone_semi_axis_x_m": 0.01, "bone_semi_axis_z_m": 0.01, "fat_thickness_m": 0.004, "skin_thickness_m": 0.002,
                 "elements_around": 12, "elements_along": 6, "muscle_elements": 2, "fat_elements": 1, "skin_elements": 1,
-                "grading_around": 4, "grading_along": 3}},
+                "grading_around": 2, "grading_along": 3}},
              "parts": [part("muscle", 1060.0, 2e4), part("fat", 950.0, 1e4), part("skin", 1100.0, 2e5)],
              "fixed": [{"set": "bone"}]}
         ],
@@ -198,9 +198,10 @@ fn faster_means_more_energy_and_limits_lie_between() {
     assert!(energies.is_sorted_by(|a, b| a < b), "{energies:?}");
     assert_eq!(value(&answer.cases[0], Quantity::AbsorbedEnergyJ), energies[2], "60 m/s is the base");
     let energy = answer.sensitivities.iter().find(|s| s.quantity == Quantity::AbsorbedEnergyJ).unwrap();
-    // Between proportional to the speed and to its third power.
+    // The touching area grows with the way and the pressure with the speed: about the third power, whose elasticity over ±50 % is
+    // 3.25; at least proportional, and less than the fourth power's 5.
     assert!(energy.change > 0.0 && energy.rank == 1 && energy.is_monotone);
-    assert!((1.0..3.0).contains(&energy.elasticity.unwrap()), "{energy:?}");
+    assert!((1.0..5.0).contains(&energy.elasticity.unwrap()), "{energy:?}");
 
     // A limit between the energies of two cases is reached between their speeds.
     let limit = 0.5 * (energies[1] + energies[2]);

@@ -9,8 +9,8 @@ use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
 use serde::Serialize;
 
-/// Energy densities of 50 % risk of skin penetration, the weakest and the strongest region [J/m²].
-const PENETRATION_J_PER_M2: [f64; 2] = [23.99e4, 52.74e4];
+/// Energy densities of 50 % risk of skin penetration, the weakest and the strongest region [J/cm²].
+const PENETRATION_J_PER_CM2: [f64; 2] = [23.99, 52.74];
 /// Blunt criterion of 50 % risk of a thoracic injury of AIS 2 or 3 [-].
 const BLUNT_CRITERION: f64 = 0.37;
 /// Viscous criterion of 25 % risk of a thoracic injury of AIS 4 or more [m/s].
@@ -54,7 +54,7 @@ pub(super) fn injury_measures(measures: &Measures, plan: &Plan, results: &Shown)
 /// Kinetic energy over the presented area, before the impact.
 fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasure {
     let value = 1e-4 * onslaught.energy_density();
-    let [weakest, strongest] = PENETRATION_J_PER_M2.map(|x| 1e-4 * x);
+    let [weakest, strongest] = PENETRATION_J_PER_CM2;
     let on_head = person.is_some_and(|person| person.region == Region::Head);
     let verdict = match value {
         x if x < weakest => {

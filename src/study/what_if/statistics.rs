@@ -48,6 +48,10 @@ impl Sensitivity {
         let [low, base, high] = parameter_values;
         let change = values[2] - values[0];
         let per_unit = change / (high - low);
+        // Differences of rounding are none.
+        let rounding = 1e-12 * values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+        let [rise, further] = [values[1] - values[0], values[2] - values[1]]
+            .map(|step| if step.abs() > rounding { step } else { 0.0 });
         let elasticity = (values[1] != 0.0 && base != 0.0).then(|| per_unit * base / values[1]);
         Self {
             quantity,
@@ -57,7 +61,7 @@ impl Sensitivity {
             change,
             per_unit,
             elasticity,
-            is_monotone: (values[1] - values[0]) * (values[2] - values[1]) >= 0.0,
+            is_monotone: rise * further >= 0.0,
             rank: 0,
             exceeds_numerical_error: numerical_error.map(|error| change.abs() > error),
         }
