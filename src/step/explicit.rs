@@ -122,7 +122,6 @@ impl Stepper for ExplicitStepper<'_> {
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase)?;
             self.solve_contact(state, phase)?;
-            self.weigh_prescribed(state, phase);
             self.wake();
             let rate = self.forces.largest_stretch_rate(
                 &self.threads,
@@ -141,6 +140,7 @@ impl Stepper for ExplicitStepper<'_> {
             target = self.step * (0.9 * strain_limit / (self.step * rate)).max(0.1);
             self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
         }
+        self.weigh_prescribed(state, phase);
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
         Ok(())
     }

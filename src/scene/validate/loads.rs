@@ -1,6 +1,7 @@
 //! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
 
 use super::Findings;
+use super::timing::{check_newton_tolerance, check_smallest_step};
 use crate::mesh::Mesh;
 use crate::mesh::surface::{faces_within, skin};
 use crate::scene::document::{
@@ -137,7 +138,7 @@ fn check_preload(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
             .limit(format!("between 1 and {MOST_STEPS}"))
             .remedy("10 is the default")
     });
-    check_tolerance(preload.newton_tolerance, &here, out);
+    check_newton_tolerance(preload.newton_tolerance, "the forces", &here, out);
     let loaded = |body: &BodyDocument| !body.prescribed.is_empty() || !body.face_loads.is_empty();
     out.require(document.gravity_m_per_s2.is_some() || document.bodies.iter().any(loaded), || {
         Problem::error("nothing_to_preload", &here, "there is nothing to load with")
@@ -176,16 +177,8 @@ fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findin
             .limit(format!("<= end_time_s = {}", document.end_time_s))
             .remedy("give a tenth of the run, or less")
     });
-    check_tolerance(*newton_tolerance, &here, out);
-    if let Some(smallest) = smallest_step_s {
-        out.require(*smallest > 0.0 && smallest <= step_s, || {
-            let message = "the smallest step is a part of the step";
-            Problem::error("out_of_range", &here.key("smallest_step_s"), message)
-                .value(*smallest)
-                .limit(format!("> 0 and <= step_s = {step_s}"))
-                .remedy("leave it out for a ten thousandth of the step")
-        });
-    }
+    check_newton_tolerance(*newton_tolerance, "the forces", &here, out);
+    check_smallest_step(*smallest_step_s, *step_s, &here, out);
     out.require(document.settle.is_none(), || {
         let message = "a quasi-static run needs no settling";
         Problem::error("settle_and_quasi_static", &root.key("settle"), message)
@@ -205,16 +198,6 @@ fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findin
         }
     }
     refuse_rigid(document, "quasi-static steps know no rigid bodies", root, out);
-}
-
-fn check_tolerance(tolerance: f64, here: &Pointer, out: &mut Findings) {
-    out.require((1e-13..=1e-3).contains(&tolerance), || {
-        let message = "the tolerance is a share of the forces";
-        Problem::error("out_of_range", &here.key("newton_tolerance"), message)
-            .value(tolerance)
-            .limit(">= 1e-13 and <= 1e-3")
-            .remedy("leave it out for the default")
-    });
 }
 
 fn refuse_rigid(document: &SceneDocument, message: &str, root: &Pointer, out: &mut Findings) {

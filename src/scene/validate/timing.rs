@@ -106,22 +106,31 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     if let Some(xi) = xi {
         check_weight("xi", *xi, here, out);
     }
-    out.require(*newton_tolerance >= 1e-13 && *newton_tolerance <= 1e-3, || {
-        let message = "the tolerance is a share of the impulses of a step";
+    check_newton_tolerance(*newton_tolerance, "the impulses of a step", here, out);
+    check_smallest_step(*smallest_step_s, *step_s, here, out);
+}
+
+/// A tolerance of Newton's iteration, a share of what its residual is measured against.
+pub(super) fn check_newton_tolerance(tolerance: f64, share_of: &str, here: &Pointer, out: &mut Findings) {
+    out.require((1e-13..=1e-3).contains(&tolerance), || {
+        let message = format!("the tolerance is a share of {share_of}");
         Problem::error("out_of_range", &here.key("newton_tolerance"), message)
-            .value(*newton_tolerance)
+            .value(tolerance)
             .limit(">= 1e-13 and <= 1e-3")
             .remedy("1e-8 is the default")
     });
-    if let Some(smallest) = smallest_step_s {
-        out.require(*smallest > 0.0 && smallest <= step_s, || {
-            let message = "the smallest step is a part of the step";
-            Problem::error("out_of_range", &here.key("smallest_step_s"), message)
-                .value(*smallest)
-                .limit(format!("> 0 and <= step_s = {step_s}"))
-                .remedy("leave it out for a ten thousandth of the step")
-        });
-    }
+}
+
+/// The smallest step of steps that are cut where they do not converge.
+pub(super) fn check_smallest_step(smallest: Option<f64>, step: f64, here: &Pointer, out: &mut Findings) {
+    let Some(smallest) = smallest else { return };
+    out.require(smallest > 0.0 && smallest <= step, || {
+        let message = "the smallest step is a part of the step";
+        Problem::error("out_of_range", &here.key("smallest_step_s"), message)
+            .value(smallest)
+            .limit(format!("> 0 and <= step_s = {step}"))
+            .remedy("leave it out for a ten thousandth of the step")
+    });
 }
 
 fn check_step(step: Option<f64>, here: &Pointer, out: &mut Findings) {
