@@ -9,7 +9,7 @@ export function number(value, digits = 4) {
   const size = Math.abs(value);
   if (size < 1e-4 || size >= 1e7) {
     const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
-    return `${mantissa} × 10${superscript(Number(exponent))}`;
+    return `${mantissa.replace("-", "−")} × 10${superscript(Number(exponent))}`;
   }
   const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
   // Digits before the point beyond the significant ones would pretend.
@@ -19,6 +19,20 @@ export function number(value, digits = 4) {
 
 function superscript(exponent) {
   return String(exponent).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+}
+
+/** A number that people set, without zeros that say nothing. */
+export function setting(value) {
+  return String(Number(value.toPrecision(6))).replace("-", "−");
+}
+
+/** Differences below this share of what is compared are of rounding [-]. */
+const ROUNDING = 1e-12;
+
+/** A change with its sign; what comes of rounding is none. `scale` is the largest of the numbers that were compared. */
+export function change(value, scale, digits = 4) {
+  if (Math.abs(value) <= ROUNDING * Math.abs(scale)) return "0";
+  return `${value > 0 ? "+" : ""}${number(value, digits)}`;
 }
 
 /** A number and its unit. */

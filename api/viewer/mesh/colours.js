@@ -13,10 +13,11 @@ const STOPS = {
     "0b3d6b17508228659a3f7bb05b93c37aabd49dc3e2c3dcedf4f4f2f6dfc4f2c79aeaae72de944ecb7a32b2621d944c0f74380a",
 };
 
+/** Fields that are shown. Those that are means live in elements: at a node they are averaged over the elements around it, across layers too. */
 export const FIELDS = {
-  von_mises_pa: { label: "von Mises stress", unit: "kPa", factor: 1e-3, from: 0 },
-  pressure_pa: { label: "pressure (compression positive)", unit: "kPa", factor: 1e-3, from: -1 },
-  principal_strain: { label: "principal strain (Green–Lagrange)", unit: "", factor: 1, from: 0 },
+  von_mises_pa: { label: "von Mises stress", unit: "kPa", factor: 1e-3, from: 0, isMean: true },
+  pressure_pa: { label: "pressure (compression positive)", unit: "kPa", factor: 1e-3, from: -1, isMean: true },
+  principal_strain: { label: "principal strain (Green–Lagrange)", unit: "", factor: 1, from: 0, isMean: true },
   displacement_m: { label: "displacement", unit: "mm", factor: 1e3, from: 0 },
   velocity_m_per_s: { label: "speed", unit: "m/s", factor: 1, from: 0 },
 };
@@ -41,7 +42,7 @@ export function lookupTable(map) {
 export class Legend {
   element = html("figure", { class: "legend" });
 
-  show({ label, unit, factor }, [low, high], map) {
+  show({ label, unit, factor, isMean }, [low, high], map) {
     const bar = html("canvas", { width: 256, height: 1, "aria-hidden": "true" });
     const context = bar.getContext("2d");
     const image = context.createImageData(256, 1);
@@ -50,7 +51,7 @@ export class Legend {
     const ticks = [0, 0.25, 0.5, 0.75, 1].map((share) => html("li", {}, number((low + share * (high - low)) * factor, 3)));
     const words = `${label}${unit ? ` [${unit}]` : " [–]"}`;
     this.element.replaceChildren(
-      html("figcaption", {}, words, html("small", {}, " fixed range; beyond it the end colour")),
+      html("figcaption", {}, words, html("small", {}, ` fixed range; beyond it the end colour${isMean ? "; means at nodes, across layers too" : ""}`)),
       bar,
       html("ol", {}, ticks),
     );

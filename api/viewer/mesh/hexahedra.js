@@ -71,7 +71,7 @@ export function planeSection({ hexes, positions, values, normal, offset }) {
   };
 }
 
-/** Values along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
+/** Values {s, value, element} along the ray origin + s · direction, s in metres, in order: where it crosses the tetrahedra's faces. */
 export function valuesAlong({ hexes, positions, values, origin, direction }) {
   const found = [];
   const point = (node) => [positions[3 * node], positions[3 * node + 1], positions[3 * node + 2]];
@@ -84,13 +84,11 @@ export function valuesAlong({ hexes, positions, values, origin, direction }) {
         if (!hit) continue;
         const [u, v] = hit.barycentric;
         const value = (1 - u - v) * values[hexes[e + a]] + u * values[hexes[e + b]] + v * values[hexes[e + c]];
-        found.push({ s: hit.s, value });
+        found.push({ s: hit.s, value, element: e / 8 });
       }
     }
   }
-  found.sort((a, b) => a.s - b.s);
-  // Each face is seen from both sides.
-  return found.filter((hit, i) => i === 0 || hit.s - found[i - 1].s > 1e-7);
+  return found.sort((a, b) => a.s - b.s);
 }
 
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

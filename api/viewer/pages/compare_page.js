@@ -2,12 +2,13 @@
 
 import { getJson } from "../api.js";
 import { html, select, table } from "../dom.js";
-import { number, timeUnit } from "../format.js";
+import { change, number, timeUnit } from "../format.js";
 import { FIELDS, Legend } from "../mesh/colours.js";
 import { MeshView } from "../mesh/mesh_view.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
 import { Recording } from "../recording/recording.js";
-import { bracketed, errorWords, headline } from "../summary.js";
+import { bracketed, errorWords, hasError, headline } from "../summary/headline.js";
+import { stoppedAt } from "../summary/trust.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, forceWindow } from "./view_settings.js";
 
@@ -45,19 +46,37 @@ async function loadRun(label, id) {
 /** The four numbers of both, and B − A; a difference below the sum of the errors says nothing. */
 function numbersTable([a, b]) {
   const [left, right] = [headline(a.summary), headline(b.summary)];
-  const isWithheld = a.summary.withheld || b.summary.withheld;
-  const rows = left.map(({ label, unit, quantity: p }, i) => {
-    const q = right[i].quantity;
-    const name = `${label} [${unit}]`;
-    if (!p || !q) return [name, p ? bracketed(p) : "–", q ? bracketed(q) : "–", "–"];
-    if (isWithheld) return [name, "withheld", "withheld", "–"];
-    const errors = [p, q].map((x) => (typeof x.error === "object" ? x.error.total : NaN));
-    const difference = q.value - p.value;
-    const isClear = Math.abs(difference) > errors[0] + errors[1];
-    const words = `${difference > 0 ? "+" : ""}${number(difference)} (${number((100 * difference) / p.value, 2)} %)`;
-    return [name, `${bracketed(p)} ${errorWords(p, "")}`, `${bracketed(q)} ${errorWords(q, "")}`, html("span", {}, words, " ", html("span", { class: isClear ? "badge good" : "badge warn" }, isClear ? "beyond the errors" : "within the errors"))];
+  const rows = left.map((p, i) => {
+    const q = right[i];
+    // Depths above different thresholds are different numbers.
+    const isSame = p.label === q.label;
+    const name = `${isSame ? p.label : `${p.label}; ${q.label}`} [${p.unit}]`;
+    const isComparable = isSame && p.quantity && q.quantity && !a.summary.withheld && !b.summary.withheld;
+    return [name, numberCell(a.summary, p), numberCell(b.summary, q), isComparable ? differenceCell(p.quantity, q.quantity) : "–"];
   });
-  return html("section", { class: "panel" }, table("The four numbers with their errors", ["", `A: ${a.job.name}`, `B: ${b.job.name}`, "B − A"], rows));
+  return html("section", { class: "panel" }, table("The four numbers with their errors", ["", runTitle(a), runTitle(b), "B − A"], rows));
+}
+
+function runTitle({ label, job, summary }) {
+  const stopped = stoppedAt(summary);
+  return `${label}: ${job.name}${stopped ? ` (${summary.ending} at ${stopped})` : ""}`;
+}
+
+function numberCell(summary, { quantity }) {
+  if (!quantity) return "–";
+  return summary.withheld ? "withheld" : `${bracketed(quantity)} ${hasError(quantity) ? errorWords(quantity, "") : `(error ${errorWords(quantity, "")})`}`;
+}
+
+function differenceCell(p, q) {
+  const difference = q.value - p.value;
+  const share = p.value === 0 ? "" : ` (${change((100 * difference) / p.value, 100, 2)} %)`;
+  return html("span", {}, `${change(difference, Math.max(Math.abs(p.value), Math.abs(q.value)))}${share} `, verdict(p, q, difference));
+}
+
+function verdict(p, q, difference) {
+  if (!hasError(p) || !hasError(q)) return html("span", { class: "badge" }, "errors unknown");
+  const isClear = Math.abs(difference) > p.error.total + q.error.total;
+  return html("span", { class: isClear ? "badge good" : "badge warn" }, isClear ? "beyond the errors" : "within the errors");
 }
 
 /** Bodies of both whose nodes can be compared one by one. */

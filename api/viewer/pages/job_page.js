@@ -1,13 +1,17 @@
 // One job: its progress while it runs, then its four numbers, its mesh and its plots.
 
-import { ApiProblem, followEvents, getJson, postJson, request } from "../api.js";
+import { followEvents, getJson, request } from "../api.js";
 import { button, html, saveFile } from "../dom.js";
-import { bytes, number, timeUnit, withUnit } from "../format.js";
+import { bytes } from "../format.js";
 import { Recording } from "../recording/recording.js";
-import { allNumbers, headlineCards, trustLine, trustPanel } from "../summary.js";
+import { headlineCards } from "../summary/cards.js";
+import { allNumbers } from "../summary/every_number.js";
+import { injuryCriteria, plainWords } from "../summary/plain_words.js";
+import { trustLine, trustPanel } from "../summary/trust.js";
 import { layoutOf } from "../recording/layout.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { stateBadge } from "./list_page.js";
+import { ProgressPanel } from "./progress.js";
 import { RunPanel } from "./run_panel.js";
 
 const FINAL = ["succeeded", "failed", "cancelled"];
@@ -95,12 +99,13 @@ class JobPage {
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
     const isRun = summary?.gates && summary?.error_bars;
     const trust = isRun && trustPanel(summary);
-    if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })));
+    if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })), plainWords(summary) ?? "");
     else if (summary?.cases) this.#showAnswer(summary);
     else if (summary) this.#body.append(html("pre", { class: "panel" }, JSON.stringify(summary, null, 2)));
     if (job.recording) await this.#showRecording(isRun ? summary : null);
     if (isRun) {
       this.#body.append(
+        injuryCriteria(summary) ?? "",
         trust,
         html("details", { class: "panel" }, html("summary", {}, "Every number"), allNumbers(summary)),
       );
@@ -163,37 +168,4 @@ function failurePanel(failure) {
     failure.remedy && html("p", {}, html("b", {}, "What to do: "), failure.remedy),
     rest.length ? html("p", { class: "quiet" }, rest.map(([key, value]) => `${key}: ${JSON.stringify(value)}`).join(" · ")) : null,
   );
-}
-
-/** The bar, the words and the log of a job that waits or runs. */
-class ProgressPanel {
-  #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
-  #words = html("p", { "aria-live": "polite" });
-  #log = html("ol", { class: "event-log" });
-
-  constructor(job, peek) {
-    this.job = job;
-    this.unit = timeUnit(job.end_time_s);
-    const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#note(e.message)), { class: "danger" });
-    const look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
-    this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} in the queue.` : "Waiting for news.";
-    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, look, cancel), this.#log);
-  }
-
-  #note(words) {
-    this.#log.prepend(html("li", {}, words));
-  }
-
-  take({ event, data }) {
-    if (event !== "progress") {
-      this.#note(event);
-      return;
-    }
-    const { factor, name } = this.unit;
-    this.#bar.value = data.progress;
-    const time = `${withUnit(data.simulated_time_s * factor, name)} of ${withUnit(this.job.end_time_s * factor, name)}`;
-    const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
-    this.#words.textContent = `${data.phase}: step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, ${time}${left}`;
-    this.#note(`${data.phase} · ${Math.round(100 * data.progress)} % · step ${data.step}`);
-  }
 }

@@ -2,7 +2,8 @@
 
 import { getJson } from "../api.js";
 import { button, html, table } from "../dom.js";
-import { bytes, moment, timeUnit, withUnit } from "../format.js";
+import { bytes, moment } from "../format.js";
+import { reached } from "./progress.js";
 
 /** A state as a badge. */
 export function stateBadge(state) {
@@ -58,9 +59,7 @@ async function look(watched) {
 
 /** Where a job stands: its state, how far it is, and the size of what it left. */
 function standing(job) {
-  const unit = timeUnit(job.end_time_s);
-  const reached = `${withUnit(job.simulated_time_s * unit.factor, unit.name)} of ${withUnit(job.end_time_s * unit.factor, unit.name)}`;
-  return [stateBadge(job.state), reached, job.recording ? bytes(job.recording.bytes) : "–"];
+  return [stateBadge(job.state), reached(job), job.recording ? bytes(job.recording.bytes) : "–"];
 }
 
 function welcome() {
@@ -85,5 +84,5 @@ function jobTable(jobs, choose, watched) {
     if (!isOver(job)) watched.set(job.id, show);
     return [html("a", { href: `#/job/${job.id}` }, job.name), cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
-  return table("Jobs, newest first", ["scene", "state", "simulated", "submitted", "recording", "compare"], rows);
+  return table("Jobs, newest first", ["scene", "state", "done", "submitted", "recording", "compare"], rows);
 }

@@ -7,7 +7,7 @@ import { MeshView } from "../mesh/mesh_view.js";
 import { DepthProfile } from "../plots/depth_profile.js";
 import { PatchPanel, flatPatch } from "../plots/patch.js";
 import { contactPlots, energyPlot, mainPair } from "../plots/run_plots.js";
-import { resultsOf } from "../summary.js";
+import { resultsOf } from "../summary/headline.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, forceWindow, resetButton } from "./view_settings.js";
 

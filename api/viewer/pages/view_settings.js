@@ -4,7 +4,7 @@ import { button, checkbox, html, select } from "../dom.js";
 import { niceAbove } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
 import { impactLine } from "../plots/depth_profile.js";
-import { resultsOf } from "../summary.js";
+import { resultsOf } from "../summary/headline.js";
 
 /** Fields that the frames of a recording have. */
 function fieldsOf(recording) {
@@ -143,10 +143,12 @@ export class ViewSettings {
     });
     if (!this.isCut) return [choice];
     const [from, to] = [low[this.cutAxis], high[this.cutAxis]];
-    const output = html("output", {}, `${(this.offset * 1e3).toFixed(1)} mm`);
-    const slider = html("input", { type: "range", min: from, max: to, step: (to - from) / 200, value: this.offset, "aria-label": "Place of the cut", oninput: () => {
+    const words = () => `${(this.offset * 1e3).toFixed(1)} mm`;
+    const output = html("output", {}, words());
+    const slider = html("input", { type: "range", min: from, max: to, step: (to - from) / 200, value: this.offset, "aria-label": "Place of the cut", "aria-valuetext": words(), oninput: () => {
       this.offset = Number(slider.value);
-      output.textContent = `${(this.offset * 1e3).toFixed(1)} mm`;
+      output.textContent = words();
+      slider.setAttribute("aria-valuetext", words());
       this.onChange();
     } });
     return [choice, html("label", { class: "field" }, html("span", {}, "Place of the cut"), html("span", { class: "pair" }, slider, output))];

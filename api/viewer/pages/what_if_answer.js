@@ -2,33 +2,42 @@
 
 import { html, saveFile, button, table } from "../dom.js";
 import { number } from "../format.js";
+import { threshold } from "../summary/headline.js";
+import { effectsTable } from "./what_if_effects.js";
 
-/** The four numbers, by their names on the wire. */
-const NUMBERS = [
-  ["peak_force_n", "peak force [N]"],
-  ["patch_area_mm2", "contact patch [mm²]"],
-  ["stress_depth_mm", "depth of stress [mm]"],
-  ["absorbed_energy_j", "absorbed energy [J]"],
-];
+/** The four numbers, by their names on the wire; the depth is that above a threshold [Pa]. */
+function numbersAbove(pascal) {
+  return [
+    ["peak_force_n", "peak force [N]"],
+    ["patch_area_mm2", "contact patch [mm²]"],
+    ["stress_depth_mm", `depth of stress above ${pascal == null ? "the first threshold of the scene" : threshold(pascal)} [mm]`],
+    ["absorbed_energy_j", "absorbed energy [J]"],
+  ];
+}
 
 /** A number with its error; in brackets when the error is larger. */
 function words(quantity) {
   if (!quantity) return "–";
   const { value, error } = quantity;
   if (error == null) return number(value);
-  return `${error > Math.abs(value) ? `(${number(value)})` : number(value)} ± ${number(error, 2)}`;
+  return `${error > Math.abs(value) ? `(${number(value)})` : number(value)}\u00a0±\u00a0${number(error, 2)}`;
 }
 
 export class WhatIfAnswer {
   element = html("div");
   #known;
+  #numbers;
   #cases = new Map();
   #sensitivities = html("div");
   #count = 0;
 
-  /** `known` describes parameters by name: {label, unit, factor, base}; what is not known is shown as it is. */
-  constructor(known = new Map()) {
+  /**
+   * `known` describes parameters by name: {label, unit, factor, base}; what is not known is shown as it is. `significant` is the
+   * threshold [Pa] that depths are above, if it is known before the answer comes.
+   */
+  constructor(known = new Map(), significant = null) {
     this.#known = known;
+    this.#numbers = numbersAbove(significant);
     this.#show();
   }
 
@@ -48,7 +57,11 @@ export class WhatIfAnswer {
     }
     answer.cases.forEach((one) => this.#cases.set(one.index, one));
     this.#count = answer.cases.length;
-    if (answer.sensitivities.length) this.#sensitivities.replaceChildren(this.#sensitivityTable(answer.sensitivities));
+    if (answer.significant_threshold_pa != null) this.#numbers = numbersAbove(answer.significant_threshold_pa);
+    if (answer.sensitivities.length) {
+      const base = answer.cases[0]?.numbers;
+      this.#sensitivities.replaceChildren(effectsTable(answer.sensitivities, this.#numbers, base, (name) => this.#describe(name)));
+    }
     this.errorBars = answer.error_bars;
     this.#show();
   }
@@ -64,20 +77,20 @@ export class WhatIfAnswer {
     const names = Object.keys(base);
     const heads = names.map((name) => {
       const { label, unit } = this.#describe(name);
-      return `${label.split(",")[0]}${unit ? ` [${unit}]` : ""}`;
+      return `${label.split(",")[0]}${unit && unit !== "-" ? ` [${unit}]` : ""}`;
     });
     const rows = cases.map((one) => {
       const values = names.map((name) => {
         const text = number(one.parameters[name] * this.#describe(name).factor, 3);
         return one.parameters[name] === base[name] ? html("span", { class: "quiet" }, text) : html("b", {}, text);
       });
-      const numbers = NUMBERS.map(([key]) => (one.ending === "finished" ? words(one.numbers[key]) : ""));
+      const numbers = this.#numbers.map(([key]) => (one.ending === "finished" ? words(one.numbers[key]) : ""));
       if (one.ending !== "finished") numbers[0] = `${one.ending}: ${one.reason ?? ""}`;
       return [one.index === 0 ? "as it was" : one.name, ...values, ...numbers];
     });
     const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length} cases; what differs from the base is bold`;
     this.element.replaceChildren(
-      table(caption, ["case", ...heads, ...NUMBERS.map(([, title]) => title)], rows),
+      table(caption, ["case", ...heads, ...this.#numbers.map(([, title]) => title)], rows),
       this.errorBars ? html("p", { class: "quiet" }, `Errors: ${this.errorBars}.`) : "",
       button("CSV", () => this.#saveCsv(cases, names), { "aria-label": "Cases as CSV" }),
       this.#sensitivities,
@@ -86,31 +99,11 @@ export class WhatIfAnswer {
 
   #saveCsv(cases, names) {
     const quoted = (text) => `"${String(text).replaceAll('"', '""')}"`;
-    const head = ["case", "ending", ...names, ...NUMBERS.flatMap(([key]) => [key, `${key}_error`])];
+    const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`])];
     const rows = cases.map((one) => [
       quoted(one.name), one.ending, ...names.map((name) => one.parameters[name]),
-      ...NUMBERS.flatMap(([key]) => [one.numbers[key]?.value ?? "", one.numbers[key]?.error ?? ""]),
+      ...this.#numbers.flatMap(([key]) => [one.numbers[key]?.value ?? "", one.numbers[key]?.error ?? ""]),
     ]);
     saveFile("what-if.csv", `${[head.map(quoted), ...rows].map((row) => row.join(",")).join("\n")}\n`, "text/csv");
-  }
-
-  /** What each parameter changes over its range, the strongest first. */
-  #sensitivityTable(sensitivities) {
-    const shown = sensitivities.filter((s) => NUMBERS.some(([key]) => key === s.quantity));
-    shown.sort((a, b) => NUMBERS.findIndex(([k]) => k === a.quantity) - NUMBERS.findIndex(([k]) => k === b.quantity) || a.rank - b.rank);
-    const rows = shown.map((s) => {
-      const { label, unit, factor } = this.#describe(s.parameter);
-      const [low, , high] = s.parameter_values.map((value) => number(value * factor, 3));
-      const verdict = s.exceeds_numerical_error == null ? "–" : s.exceeds_numerical_error ? "beyond its error" : "within its error";
-      return [
-        NUMBERS.find(([key]) => key === s.quantity)[1],
-        label.split(",")[0],
-        `${low} → ${high} ${unit}`,
-        `${s.change > 0 ? "+" : ""}${number(s.change, 3)}`,
-        s.elasticity == null ? "–" : number(s.elasticity, 2),
-        html("span", { class: s.exceeds_numerical_error ? "badge good" : "badge warn" }, verdict),
-      ];
-    });
-    return html("section", { class: "what-matters" }, html("h2", {}, "What matters most"), table("Change of each number over the range of each parameter by itself, the strongest first", ["number", "parameter", "range", "change", "elasticity", "numerical error"], rows));
   }
 }

@@ -4,19 +4,22 @@ import { followEvents, getJson, postJson } from "../api.js";
 import { button, checkbox, html } from "../dom.js";
 import { withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
+import { significantThreshold } from "../summary/headline.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { parametersOf } from "./what_if_parameters.js";
 
 export async function whatIfPage(id) {
   const job = await getJson(`/v1/jobs/${id}`);
   const scene = JSON.parse(await Recording.sceneText(`/v1/jobs/${id}/recording`));
-  const page = new WhatIfPage(job, parametersOf(scene));
+  const summary = job.links.summary && await getJson(job.links.summary);
+  const page = new WhatIfPage(job, parametersOf(scene), summary && significantThreshold(summary));
   return { title: `What if: ${job.name}`, element: page.element, leave: () => page.leave() };
 }
 
 class WhatIfPage {
   #job;
   #parameters;
+  #threshold;
   #values = new Map();
   #cases = [];
   #asking = null;
@@ -25,8 +28,10 @@ class WhatIfPage {
   #state = html("p", { class: "quiet", "aria-live": "polite" });
   #answers = html("div");
 
-  constructor(job, parameters) {
+  /** `threshold` [Pa] is what depths of stress are above; null where nobody knows yet. */
+  constructor(job, parameters, threshold) {
     this.#job = job;
+    this.#threshold = threshold;
     this.#parameters = parameters;
     const sliders = parameters.map((parameter) => this.#slider(parameter));
     const alone = checkbox("also each by itself, from the low to the high end: what matters most?", false, (isWanted) => (this.#isOneAtATime = isWanted));
@@ -83,7 +88,7 @@ class WhatIfPage {
     const parameters = varied.map(({ name, change, low, high }) => ({ name, change, low, high }));
     const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
     const job = await postJson("/v1/what-if", question);
-    const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])));
+    const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);
     this.#answers.replaceChildren(answer.element);
     this.#state.textContent = "Computing; what was asked before is remembered.";
     await followEvents(`/v1/jobs/${job.id}/events`, (event) => answer.take(event), this.#asking.signal);

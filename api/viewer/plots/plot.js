@@ -20,6 +20,7 @@ export class Plot {
   #options;
   #chart = null;
   #marked = null;
+  #rows;
   #watcher;
 
   /**
@@ -30,7 +31,7 @@ export class Plot {
     this.#options = options;
     const { title, note } = options;
     this.holder = html("div", { class: "plot-area", role: "img", "aria-label": `${title}; the numbers are in the table below` });
-    const rows = html("details", { class: "numbers", ontoggle: () => rows.open && this.#fillTable(rows) }, html("summary", {}, "Table"));
+    this.#rows = html("details", { class: "numbers", ontoggle: () => this.#fillTable() }, html("summary", {}, "Table"));
     this.element = html(
       "figure",
       { class: "plot" },
@@ -43,7 +44,7 @@ export class Plot {
           button("PNG", () => this.#savePicture(), { "aria-label": `${title} as PNG` })),
       ),
       this.holder,
-      rows,
+      this.#rows,
     );
     this.#watcher = new ResizeObserver(() => this.#resize());
     this.#watcher.observe(this.holder);
@@ -58,6 +59,7 @@ export class Plot {
     this.#options.x.values = x;
     curves.forEach((values, i) => (this.#options.curves[i].values = values));
     this.#chart?.setData(this.#data());
+    this.#fillTable();
   }
 
   #data() {
@@ -76,6 +78,7 @@ export class Plot {
     const axis = { font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", stroke: "#33475b", grid: { stroke: "#e3e8ee", width: 1 }, ticks: { stroke: "#c3ccd6" } };
     const named = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
     const shown = (unit) => (_, value) => (value == null ? "–" : `${number(value)}${unit ? ` ${unit}` : ""}`);
+    const nearest = (curve) => (u, value, _, i) => shown(y.unit)(u, i == null || !curve.style?.spanGaps ? value : valueNear(curve.values, i));
     return {
       width,
       height: HEIGHT,
@@ -83,7 +86,7 @@ export class Plot {
       cursor: { ...(group && { sync: { key: group } }), bind: { click: (u, _, next) => (event) => this.#seek(u, event, next) } },
       axes: [
         { ...axis, label: named(x), labelSize: 22, size: 34 },
-        { ...axis, label: named(y), labelSize: 20, size: 58, values: (_, ticks) => ticks.map((t) => plainTick(t)) },
+        { ...axis, label: named(y), labelSize: 20, size: (_, ticks) => widthOf(ticks), values: (_, ticks) => ticks.map((t) => plainTick(t)) },
       ],
       series: [
         { label: x.label, value: shown(x.unit) },
@@ -91,13 +94,14 @@ export class Plot {
           label: curve.label,
           width: curve.width ?? 2,
           points: { show: false },
-          value: shown(y.unit),
+          value: nearest(curve),
           ...lineStyle(i),
           ...curve.style,
         })),
       ],
       legend: { markers: { dash: (_, i) => (i > 0 ? borderStyle({ ...lineStyle(i - 1), ...curves[i - 1].style }.dash) : "solid") } },
-      hooks: { draw: [(u) => this.#drawMarks(u)] },
+      // Without a pointer over the plot its legend reads the place that is marked.
+      hooks: { draw: [(u) => this.#drawMarks(u)], setLegend: [(u) => u.legend.idx == null && this.#readMark(u)], ready: [(u) => this.#readMark(u)] },
     };
   }
 
@@ -107,10 +111,16 @@ export class Plot {
     return next(event);
   }
 
-  /** Marks the time that is shown elsewhere on the page. */
+  /** Marks a place, as the time that is shown elsewhere on the page; the legend reads the values there. */
   mark(x) {
     this.#marked = x;
-    this.#chart?.redraw(false);
+    if (!this.#chart) return;
+    this.#chart.redraw(false);
+    this.#readMark(this.#chart);
+  }
+
+  #readMark(chart) {
+    if (this.#marked != null) chart.setLegend({ idx: chart.valToIdx(this.#marked) }, false);
   }
 
   #drawMarks(chart) {
@@ -144,7 +154,9 @@ export class Plot {
     return `${lines.join("\n")}\n`;
   }
 
-  #fillTable(holder) {
+  /** Fills the table, while it is open. */
+  #fillTable() {
+    if (!this.#rows.open) return;
     const { title, x, y, curves } = this.#options;
     const every = Math.max(1, Math.ceil(x.values.length / MOST_ROWS));
     const rows = [];
@@ -153,7 +165,7 @@ export class Plot {
     }
     const caption = every > 1 ? `${title}: every ${every}th value; the CSV has all` : title;
     const columns = [`${x.label} [${x.unit}]`, ...curves.map((c) => (y.unit ? `${c.label} [${y.unit}]` : c.label))];
-    holder.replaceChildren(holder.firstChild, table(caption, columns, rows));
+    this.#rows.replaceChildren(this.#rows.firstChild, table(caption, columns, rows));
   }
 
   /** The curves with title and legend, on white. */
@@ -196,10 +208,23 @@ function borderStyle(dash) {
   return dash[0] > 4 ? "dashed" : "dotted";
 }
 
+/** The value at a place of a curve that has gaps, or the nearest one that there is. */
+function valueNear(values, at) {
+  for (let away = 0; away < values.length; away++) {
+    const value = values[at - away] ?? values[at + away];
+    if (value != null) return value;
+  }
+  return null;
+}
+
 /** A number at an axis, without zeros behind the point. */
 function plainTick(tick) {
-  const words = number(tick, 4);
-  return words.includes(".") ? words.replace(/\.?0+$/, "") : words;
+  return number(tick, 4).replace(/\.0+(?!\d)|(\.\d*?[1-9])0+(?!\d)/, "$1");
+}
+
+/** Room for the labels of an axis [px]; there are none before the first drawing. */
+function widthOf(labels) {
+  return Math.max(58, 22 + 7 * Math.max(0, ...(labels ?? []).map((label) => label.length)));
 }
 
 function line(context, colour, x0, y0, x1, y1) {

@@ -1,0 +1,27 @@
+// Every number of a summary in one table.
+
+import { table } from "../dom.js";
+import { number } from "../format.js";
+import { bracketed, hasError, resultsOf } from "./headline.js";
+
+/** What the error of a number is made of. */
+const ERROR_PARTS = ["mesh", "step", "contact", "resolution"];
+
+/** Every number of the summary as a table. */
+export function allNumbers(summary) {
+  const rows = [];
+  const walk = (path, value) => {
+    if (value && typeof value === "object" && "value" in value && "error" in value) {
+      const words = path.join(" › ").replaceAll("_", " ");
+      const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k], 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
+      rows.push([words, summary.withheld ? "withheld" : bracketed(value), ...parts]);
+    } else if (value && typeof value === "object") {
+      for (const [key, inner] of Object.entries(value)) {
+        const name = Array.isArray(value) ? inner?.pair ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;
+        walk([...path, name], inner);
+      }
+    }
+  };
+  walk([], resultsOf(summary));
+  return table("Every number, with the parts of its error; units are the ends of the names", ["number", "value", "± error", ...ERROR_PARTS], rows);
+}

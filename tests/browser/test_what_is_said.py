@@ -1,0 +1,155 @@
+"""What the viewer says of runs that went wrong, of numbers without errors, and to those who use no mouse."""
+
+import copy
+import csv
+import io
+import json
+import re
+
+import pytest
+from playwright.sync_api import expect
+
+# What hollow_ball on a thigh needs for all criteria to apply.
+PERSON = {"region": "thorax", "body_mass_kg": 80, "wall_thickness_m": 0.03, "chest_depth_m": 0.23}
+
+
+def post(page, path, document):
+    """Submits, and waits until the job has ended: its events end then."""
+    job = page.request.post(path, data=json.dumps(document), headers={"Content-Type": "application/json"}).json()
+    page.request.get(f"/v1/jobs/{job['id']}/events", headers={"Accept": "text/event-stream"})
+    return page.request.get(f"/v1/jobs/{job['id']}").json()
+
+
+@pytest.fixture(scope="module")
+def jobs(page):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    good = presets["flashball_thigh/scene.json"]
+    good["measures"]["person"] = PERSON
+    broken = copy.deepcopy(good)
+    # Metres an hour are no metres a second.
+    broken["bodies"][0]["velocity_m_per_s"] = [0, 0, -360_000]
+    jobs = {"good": post(page, "/v1/jobs", good), "broken": post(page, "/v1/jobs", {**broken, "name": "too fast"})}
+    speed = {"name": "speed", "low": 50, "high": 100, "change": {"kind": "speed_m_per_s", "body": "flashball"}}
+    angle = {"name": "angle", "low": -45, "high": 45, "change": {"kind": "angle_deg", "body": "flashball", "about": [0, 1, 0]}}
+    jobs["question"] = post(page, "/v1/what-if", {"job": jobs["good"]["id"], "parameters": [speed, angle], "one_at_a_time": True})
+    assert [job["state"] for job in jobs.values()] == ["succeeded", "failed", "succeeded"]
+    yield jobs
+    assert page.watch.errors == []
+
+
+def open_job(page, job):
+    page.goto("/")
+    page.goto(f"/#/job/{job['id']}")
+    expect(page.locator(".plots .u-over").first).to_be_visible()
+
+
+def legend(page, plot):
+    """What the legend of a plot reads, without the names."""
+    return page.locator("figure.plot", has_text=plot).first.locator(".u-legend .u-value").all_inner_texts()
+
+
+def test_a_failed_run_says_why_where_the_gates_stood(page, jobs):
+    for width in (1366, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        open_job(page, jobs["broken"])
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.set_viewport_size({"width": 1440, "height": 1000})
+    line = page.locator(".trust-line")
+    expect(line).to_contain_text("not finished")
+    expect(line).to_contain_text(jobs["broken"]["failure"]["message"])
+    expect(page.locator("main")).not_to_contain_text(re.compile("gates? passed|✓"))
+    # Every number that is shown is said to be unfinished, and none leaves its card.
+    for card in page.get_by_label("The four numbers").get_by_role("article").all():
+        expect(card).to_contain_text(re.compile("where the run ended|ended before it was known|no number of it is a result"))
+        assert card.evaluate("(card) => [...card.querySelectorAll('*')].every((e) => e.getBoundingClientRect().right <= card.getBoundingClientRect().right)")
+
+
+def test_plain_words_and_criteria_are_shown_with_what_they_are_not(page, jobs):
+    open_job(page, jobs["good"])
+    summary = page.request.get(jobs["good"]["links"]["summary"]).json()
+    words = page.get_by_label("In plain words")
+    expect(words.get_by_role("listitem")).to_have_text(summary["plain_words"])
+    expect(words).to_contain_text("no diagnosis")
+    rows = page.locator(".criteria tbody tr")
+    expect(rows).to_have_count(len(summary["injury_measures"]))
+    for row, measure in zip(rows.all(), summary["injury_measures"]):
+        expect(row).to_contain_text(measure["statement"])
+        expect(row).to_contain_text("covers this scene" if measure["applicable"] else "does not apply")
+        expect(row).to_contain_text(measure["source"])
+
+
+def test_cards_name_their_threshold_and_notes_have_errors(page, jobs):
+    force, patch, depth, energy = page.get_by_label("The four numbers").get_by_role("article").all()
+    expect(depth.locator("h2")).to_have_text("Depth of stress above 10 kPa")
+    expect(depth).to_contain_text(re.compile(r"above 100 kPa: .* ± "))
+    for card, note in [(force, "impulse"), (patch, "largest"), (energy, "the projectile lost")]:
+        expect(card.locator("li", has_text=note)).to_contain_text("±")
+
+
+def test_legends_follow_the_keys(page, jobs):
+    page.get_by_label("Simulated time").focus()
+    page.keyboard.press("End")
+    end = legend(page, "Contact force")
+    page.keyboard.press("ArrowLeft")
+    before = legend(page, "Contact force")
+    assert re.match(r"100\.0 µs", end[0]) and re.match(r"75\.00 µs", before[0])
+    assert "–" not in before and before != end
+    # A pointer reads its own place, and leaves the slider's behind.
+    impulse = page.locator("figure.plot", has_text="Impulse")
+    place = impulse.locator(".u-legend .u-value").first
+    impulse.locator(".u-over").hover(position={"x": 20, "y": 20})
+    # The first move may come before the plot knows where the page was scrolled to.
+    impulse.locator(".u-over").hover(position={"x": 60, "y": 40})
+    expect(place).not_to_have_text(before[0])
+    page.mouse.move(0, 0)
+    expect(place).to_have_text(before[0])
+    cut = page.get_by_label("Place of the cut")
+    cut.focus()
+    page.keyboard.press("ArrowRight")
+    expect(cut).to_have_attribute("aria-valuetext", re.compile(r"^-?\d+\.\d mm$"))
+
+
+def test_a_depth_profile_is_of_layers(page, jobs):
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Depth profile as CSV").click()
+    head, *rows = csv.reader(io.StringIO(download.value.path().read_text()))
+    # Skin and fat have no node of their own: all of them are at an interface, in the skin or beside it.
+    assert head == ["depth below the skin [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
+    both = [row for row in rows if row[3] and row[4]]
+    assert len(both) == 1, "one interface of skin and fat"
+    assert both[0][3] == both[0][4]
+    # Depth is measured in the deformed tissue here.
+    assert 0.5 < float(both[0][0]) < 2.5
+    depths = [float(row[0]) for row in rows]
+    assert depths == sorted(set(depths))
+    assert all(float(row[0]) > float(both[0][0]) for row in rows if row[1] or row[2])
+
+
+def test_a_comparison_without_errors_says_so(page, jobs):
+    page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['broken']['id']}")
+    rows = page.locator("tbody").first.locator("tr")
+    expect(rows).to_have_count(4)
+    expect(page.locator("thead").first).to_contain_text("failed at")
+    expect(rows.nth(0)).to_contain_text("errors unknown")
+    expect(page.locator("table").first).not_to_contain_text("within the errors")
+    # A run differs from itself by nothing.
+    page.goto(f"/#/compare/{jobs['good']['id']}/{jobs['good']['id']}")
+    expect(rows.nth(3)).to_contain_text("0 (0 %) within the errors")
+
+
+def test_what_matters_most_ranks_what_rises_and_falls(page, jobs):
+    page.goto("/")
+    row = page.locator("tr", has=page.locator(f'a[href="#/job/{jobs["question"]["id"]}"]'))
+    expect(row).to_contain_text(re.compile(r"\d of \d+ runs"))
+    page.goto(f"/#/job/{jobs['question']['id']}")
+    effects = page.locator(".what-matters tbody tr", has_text="peak force")
+    expect(effects).to_have_count(2)
+    answer = page.request.get(jobs["question"]["links"]["summary"]).json()
+    values = {s["parameter"]: s["values"] for s in answer["sensitivities"] if s["quantity"] == "peak_force_n"}
+    effect = {name: max(three) - min(three) for name, three in values.items()}
+    for shown, name in zip(effects.all(), sorted(effect, key=effect.get, reverse=True)):
+        cells = shown.locator("td").all_inner_texts()
+        assert cells[0] == name
+        assert float(cells[2]) == pytest.approx(effect[name], rel=1e-3)
+    expect(effects.filter(has_text="angle")).to_contain_text("not monotone")
+    expect(page.locator("thead").first).to_contain_text("depth of stress above")
