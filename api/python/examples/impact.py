@@ -34,6 +34,11 @@ for threshold_pa, depth in summary.depths_mm.items():
 print("absorbed energy ", summary.absorbed_energy_j)
 print(*summary.warnings, sep="\n")
 
+# %% The same in plain words, and what published injury criteria say, where they cover the scene.
+print(*summary.plain_words, sep="\n")
+print(*(measure for measure in summary.injury_measures if measure.applicable), sep="\n")
+print(summary.notice)
+
 # %% The recording, as arrays.
 recording = client.recording(job, "impact.mcap")
 forces = recording.forces()

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contuse import Client, InvalidScene, JobFailed, ServiceProblem
+from contuse import Client, InvalidScene, JobFailed, NotMeasured, Recording, RecordingError, ServiceProblem, Summary, Unreachable
 
 ROOT = Path(__file__).resolve().parents[3]
 BINARY = Path(os.environ.get("CONTUSE", ROOT / "target/release/contuse"))
@@ -74,6 +74,32 @@ def test_summary_has_the_four_numbers(client, job):
     assert summary.peak_force_n.unit in str(summary.peak_force_n)
 
 
+def test_summary_speaks_plain_words_and_says_what_criteria_cover(client, job):
+    summary = client.summary(job)
+    assert any("kPa" in sentence for sentence in summary.plain_words)
+    assert "no diagnosis" in summary.notice
+    by_name = {measure.name: measure for measure in summary.injury_measures}
+    # The scene names no person, so nothing is known of a chest.
+    assert not by_name["viscous_criterion"].applicable
+    assert by_name["viscous_criterion"].statement in str(by_name["viscous_criterion"])
+
+
+def test_what_was_not_measured_is_said():
+    summary = Summary({"results": {"impacts": []}})
+    for number in ("peak_force_n", "absorbed_energy_j"):
+        with pytest.raises(NotMeasured):
+            getattr(summary, number)
+
+
+def test_an_address_without_a_service_is_named(monkeypatch):
+    monkeypatch.setattr("contuse.client.REST_S", 0)
+    # No service can listen on port 0.
+    with Client("http://127.0.0.1:0") as nobody:
+        for call in (lambda: nobody.job("x"), lambda: nobody.delete("x"), lambda: nobody.wait("x")):
+            with pytest.raises(Unreachable, match="http://127.0.0.1:0"):
+                call()
+
+
 def test_recording_agrees_with_the_summary(client, job, tmp_path):
     recording = client.recording(job, tmp_path / "run.mcap")
     summary = client.summary(job)
@@ -90,6 +116,28 @@ def test_download_goes_on_where_it_broke_off(client, job, tmp_path):
     whole = client.recording(job, tmp_path / "whole.mcap").path.read_bytes()
     (tmp_path / "parts.mcap.partial").write_bytes(whole[:1000])
     assert client.recording(job, tmp_path / "parts.mcap").path.read_bytes() == whole
+
+
+def test_a_file_that_is_no_whole_recording_is_refused(client, job, tmp_path):
+    whole = client.recording(job, tmp_path / "whole.mcap").path.read_bytes()
+    (tmp_path / "scene.json").write_text("{}")
+    (tmp_path / "broken_off.mcap").write_bytes(whole[: len(whole) // 2])
+    # The footer says where the index is: with that damaged nothing can be read.
+    (tmp_path / "damaged.mcap").write_bytes(whole[:-60] + bytes(52) + whole[-8:])
+    for name, words in [("nothing.mcap", "No such file"), ("scene.json", "no recording"), ("broken_off.mcap", "not whole")]:
+        with pytest.raises(RecordingError, match=f"{name}.*{words}"):
+            Recording(tmp_path / name)
+    with pytest.raises(RecordingError, match="damaged.mcap"):
+        Recording(tmp_path / "damaged.mcap").energy()
+
+
+def test_bodies_and_times_that_are_not_there_are_refused(client, job, tmp_path):
+    recording = client.recording(job, tmp_path / "run.mcap")
+    with pytest.raises(RecordingError, match="'leg'.*'ball', 'block'"):
+        recording.to_pyvista("leg", time_s=0)
+    for time_s in (5, -5, float("nan")):
+        with pytest.raises(RecordingError, match="from 0 to 0.0001 s"):
+            recording.frame("block", time_s)
 
 
 def test_pyvista_sees_the_mesh(client, job, tmp_path):
@@ -119,4 +167,4 @@ def test_example_runs(address, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["impact.py", address])
     runpy.run_path(str(ROOT / "api/python/examples/impact.py"))
     said = capsys.readouterr().out
-    assert "/end_time_s" in said and "absorbed energy" in said and "kPa" in said
+    assert "/end_time_s" in said and "absorbed energy" in said and "kPa" in said and "no diagnosis" in said

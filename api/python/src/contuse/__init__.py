@@ -4,22 +4,26 @@ Research use only: not a medical device, not a diagnosis.
 """
 
 from .client import Client
-from .errors import ContuseError, InvalidScene, JobFailed, ServiceProblem, Withheld
+from .errors import ContuseError, InvalidScene, JobFailed, NotMeasured, RecordingError, ServiceProblem, Unreachable, Withheld
 from .recording import Frame, Recording
-from .wire import Job, Problem, Progress, Quantity, Summary
+from .wire import InjuryMeasure, Job, Problem, Progress, Quantity, Summary
 
 __all__ = [
     "Client",
     "ContuseError",
     "Frame",
+    "InjuryMeasure",
     "InvalidScene",
     "Job",
     "JobFailed",
+    "NotMeasured",
     "Problem",
     "Progress",
     "Quantity",
     "Recording",
+    "RecordingError",
     "ServiceProblem",
     "Summary",
+    "Unreachable",
     "Withheld",
 ]

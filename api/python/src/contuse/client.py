@@ -13,7 +13,7 @@ from typing import Any, Self
 
 import httpx
 
-from .errors import ContuseError, InvalidScene, JobFailed, ServiceProblem
+from .errors import ContuseError, InvalidScene, JobFailed, ServiceProblem, Unreachable
 from .recording import Recording
 from .wire import Job, Problem, Progress, Summary
 
@@ -78,7 +78,11 @@ class Client:
 
     def delete(self, job: Job | str) -> None:
         """Removes a job and its recording."""
-        _checked(self._http.delete(f"/v1/jobs/{_id(job)}"))
+        try:
+            _checked(self._http.delete(f"/v1/jobs/{_id(job)}"))
+        except httpx.TransportError as error:
+            # A second try could find that the first one did it, and call that a problem.
+            raise self._unreachable(error) from error
 
     def summary(self, job: Job | str) -> Summary:
         """The clinical summary of a job that has ended."""
@@ -95,7 +99,9 @@ class Client:
             try:
                 self._download(f"/v1/jobs/{_id(job)}/recording", partial, expected)
                 break
-            except httpx.TransportError:
+            except httpx.TransportError as error:
+                if attempt + 1 == TRIES:
+                    raise self._unreachable(error) from error
                 _rest(attempt)
         digest = hashlib.sha256(partial.read_bytes()).hexdigest()
         if digest != expected["sha256"]:
@@ -136,9 +142,9 @@ class Client:
                         yield event, data
                         if event in ("succeeded", "failed", "cancelled"):
                             return
-            except httpx.TransportError:
+            except httpx.TransportError as error:
                 if attempt + 1 >= TRIES:
-                    raise
+                    raise self._unreachable(error) from error
             _rest(attempt)
             attempt += 1
 
@@ -149,15 +155,20 @@ class Client:
         headers = {"Content-Type": "application/json", **(headers or {})}
         return self._tried(lambda: self._http.post(path, content=body, headers=headers))
 
-    @staticmethod
-    def _tried(send: Callable[[], httpx.Response]) -> httpx.Response:
+    def _tried(self, send: Callable[[], httpx.Response]) -> httpx.Response:
         """Sends again when the connection breaks: every request of this client may be repeated."""
-        for attempt in range(TRIES - 1):
+        attempt = 0
+        while True:
             try:
                 return _checked(send())
-            except httpx.TransportError:
-                _rest(attempt)
-        return _checked(send())
+            except httpx.TransportError as error:
+                if attempt + 1 == TRIES:
+                    raise self._unreachable(error) from error
+            _rest(attempt)
+            attempt += 1
+
+    def _unreachable(self, error: Exception) -> Unreachable:
+        return Unreachable(str(self._http.base_url), error)
 
 
 def _rest(attempt: int) -> None:

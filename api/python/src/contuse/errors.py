@@ -12,6 +12,14 @@ class ContuseError(Exception):
     """The root of the others."""
 
 
+class Unreachable(ContuseError):
+    """No answer came from the address, however often it was asked."""
+
+    def __init__(self, address: str, cause: Exception) -> None:
+        super().__init__(f"no answer from {address}: {cause or type(cause).__name__}. Does the service run there (`contuse serve --listen …`)?")
+        self.address = address
+
+
 class ServiceProblem(ContuseError):
     """An answer of the service that is no success (RFC 9457)."""
 
@@ -40,6 +48,14 @@ class JobFailed(ContuseError):
         failure = job.failure or {}
         super().__init__(f"job {job.id} {job.state}: {failure.get('message', 'without a diagnosis')} {failure.get('remedy', '')}".strip())
         self.job = job
+
+
+class RecordingError(ContuseError):
+    """A file is no whole recording, or it has not what was asked of it."""
+
+
+class NotMeasured(ContuseError):
+    """The summary has no such number: the scene has nothing to measure it on, or the run did not come that far."""
 
 
 class Withheld(ContuseError):

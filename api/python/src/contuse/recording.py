@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
-from mcap.reader import make_reader
+from mcap.exceptions import McapError
+from mcap.reader import McapReader, make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
+
+from .errors import RecordingError
 
 Array = NDArray[Any]
 DTYPES = {"f32": "<f4", "f64": "<f8", "u32": "<u4", "u8": "u1"}
 #: Cells of eight corners in VTK, whose order is that of the recording.
 VTK_HEXAHEDRON = 12
+#: What an MCAP file begins and, when it is whole, ends with.
+MAGIC = b"\x89MCAP0\r\n"
+#: Times of fields are kept to this [s].
+TIME_RESOLUTION_S = 1e-9
 
 
 def unpacked(array: Any) -> Array:
@@ -36,41 +45,59 @@ class Frame:
 
 
 class Recording:
-    """A recording on disk; it is read when something of it is asked for."""
+    """A recording on disk; it is read when something of it is asked for. Raises `RecordingError` for a file that is none, or not whole."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        with self._reader():
+            pass
+
+    @contextmanager
+    def _reader(self) -> Iterator[McapReader]:
+        """A reader of the file, whose errors name it."""
+        try:
+            with open(self.path, "rb") as stream:
+                _check_whole(stream, self.path)
+                yield make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        except OSError as error:
+            raise RecordingError(f"{self.path}: {error.strerror or error}") from error
+        except McapError as error:
+            raise RecordingError(f"{self.path} is damaged: {error}") from error
 
     def messages(self, *topics: str) -> Iterator[tuple[str, Any]]:
         """Topics and decoded messages, in the order of time."""
-        with open(self.path, "rb") as stream:
-            reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        with self._reader() as reader:
             for _, channel, _, message in reader.iter_decoded_messages(topics=topics or None):
                 yield channel.topic, message
 
     @cached_property
     def metadata(self) -> dict[str, str]:
         """What the run was: engine, scene, hashes, factor of time."""
-        with open(self.path, "rb") as stream:
-            records = make_reader(stream).iter_metadata()
-            return {key: value for record in records if record.name == "contuse.run" for key, value in record.metadata.items()}
+        with self._reader() as reader:
+            return {key: value for record in reader.iter_metadata() if record.name == "contuse.run" for key, value in record.metadata.items()}
 
     @cached_property
     def scene(self) -> dict[str, Any]:
         """The scene document that was run."""
-        with open(self.path, "rb") as stream:
-            attachments = {a.name: a.data for a in make_reader(stream).iter_attachments()}
+        with self._reader() as reader:
+            attachments = {a.name: a.data for a in reader.iter_attachments()}
         scene: dict[str, Any] = json.loads(attachments["scene.json"])
         return scene
 
     @cached_property
     def _references(self) -> dict[str, tuple[str, Any]]:
         """Topic name and reference mesh by body."""
-        with open(self.path, "rb") as stream:
-            summary = make_reader(stream).get_summary()
+        with self._reader() as reader:
+            summary = reader.get_summary()
         channels = summary.channels.values() if summary else []
         topics = [channel.topic for channel in channels if channel.topic.startswith("/reference/")]
         return {message.body: (topic.removeprefix("/reference/"), message) for topic, message in self.messages(*topics)} if topics else {}
+
+    def _reference(self, body: str) -> tuple[str, Any]:
+        if body not in self._references:
+            known = ", ".join(map(repr, self._references)) or "none"
+            raise RecordingError(f"{self.path} has no body {body!r} that deforms: it has {known}")
+        return self._references[body]
 
     @property
     def bodies(self) -> list[str]:
@@ -92,7 +119,7 @@ class Recording:
 
     def frames(self, body: str) -> Iterator[Frame]:
         """The states of a body at the field times."""
-        name, _ = self._references[body]
+        name, _ = self._reference(body)
         for _, cloud in self.messages(f"/points/{name}"):
             rows = np.frombuffer(cloud.data, "<f4").reshape(-1, len(cloud.fields))
             columns = {f.name: rows[:, i] for i, f in enumerate(cloud.fields)}
@@ -100,17 +127,20 @@ class Recording:
             yield Frame(time_s, rows[:, :3], {k: v for k, v in columns.items() if k not in "xyz"})
 
     def frame(self, body: str, time_s: float) -> Frame:
-        """The state of a body at the field time that is nearest."""
+        """The state of a body at the field time that is nearest. Raises `RecordingError` for times outside of what was recorded."""
         frames = list(self.frames(body))
         if not frames:
-            raise ValueError(f"the recording has no fields of {body!r}: the scene asked for none")
+            raise RecordingError(f"{self.path} has no fields of {body!r}: the scene asked for none")
+        first, last = frames[0].time_s, frames[-1].time_s
+        if not first - TIME_RESOLUTION_S <= time_s <= last + TIME_RESOLUTION_S:
+            raise RecordingError(f"{self.path} has no fields at {time_s:g} s: they are from {first:g} to {last:g} s")
         return min(frames, key=lambda frame: abs(frame.time_s - time_s))
 
     def to_pyvista(self, body: str, time_s: float) -> Any:
         """The deformed mesh of a body at the nearest field time as a `pyvista.UnstructuredGrid`, with fields and parts."""
         import pyvista
 
-        _, reference = self._references[body]
+        _, reference = self._reference(body)
         hexes = unpacked(reference.hexes).astype(np.int64)
         frame = self.frame(body, time_s)
         cells = np.hstack([np.full((len(hexes), 1), 8), hexes])
@@ -121,3 +151,16 @@ class Recording:
         grid.field_data["parts"] = list(reference.parts)
         grid.field_data["time_s"] = [frame.time_s]
         return grid
+
+
+def _check_whole(stream: BinaryIO, path: Path) -> None:
+    """Looks at both ends of a file, and goes back to its beginning."""
+    first = stream.read(len(MAGIC))
+    size = stream.seek(0, os.SEEK_END)
+    stream.seek(max(0, size - len(MAGIC)))
+    last = stream.read()
+    stream.seek(0)
+    if first != MAGIC:
+        raise RecordingError(f"{path} is no recording (MCAP): it begins with {first!r}")
+    if last != MAGIC:
+        raise RecordingError(f"{path} is not whole: its end is missing. Fetch it again, or wait until its run has ended")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import Withheld
+from .errors import NotMeasured, Withheld
 
 FINAL = frozenset({"succeeded", "failed", "cancelled"})
 
@@ -87,6 +87,28 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class InjuryMeasure:
+    """A published injury criterion: what it says of this run, and whether the experiments behind it cover this scene."""
+
+    name: str
+    title: str
+    value: float | None
+    unit: str
+    applicable: bool
+    statement: str
+    source: str
+    body: dict[str, Any]
+
+    @classmethod
+    def of(cls, body: dict[str, Any]) -> InjuryMeasure:
+        names = ("name", "title", "unit", "applicable", "statement", "source")
+        return cls(**{name: body[name] for name in names}, value=body.get("value"), body=body)
+
+    def __str__(self) -> str:
+        return f"{self.title}: {self.statement} ({self.source})"
+
+
+@dataclass(frozen=True)
 class Summary:
     """The clinical summary. The four numbers are properties; everything else is in `body`."""
 
@@ -103,10 +125,24 @@ class Summary:
     @property
     def impact(self) -> dict[str, Any]:
         """The hardest impact on the tissue, or of all where no tissue is hit."""
-        impacts = self.results["impacts"]
+        results = self.results
+        impacts = results["impacts"]
+        named = results.get("headline", {}).get("impact")
+        if named is not None:
+            return dict(impacts[named])
+        if not impacts:
+            raise NotMeasured("the scene has no contact, so there is no impact")
         on_tissue = [impact for impact in impacts if impact["on_tissue"]]
         hardest: dict[str, Any] = max(on_tissue or impacts, key=lambda impact: impact["peak_force_n"]["value"])
         return hardest
+
+    @property
+    def tissue(self) -> dict[str, Any]:
+        """What became of the tissue; raises `NotMeasured` where the scene has none."""
+        tissue: dict[str, Any] | None = self.results.get("tissue")
+        if tissue is None:
+            raise NotMeasured("the scene has no body of role `tissue`")
+        return tissue
 
     @property
     def peak_force_n(self) -> Quantity:
@@ -118,15 +154,32 @@ class Summary:
 
     @property
     def absorbed_energy_j(self) -> Quantity:
-        return Quantity.of(self.results["tissue"]["absorbed_energy_j"], "J")
+        return Quantity.of(self.tissue["absorbed_energy_j"], "J")
 
     @property
     def depths_mm(self) -> dict[float, Quantity]:
         """Depth of von Mises stress above each threshold [Pa], where the scene has a skin to measure it from."""
-        depths = self.results["tissue"]["significant_stress"]
+        depths = self.tissue["significant_stress"]
         return {depth["threshold_pa"]: Quantity.of(depth["depth_mm"], "mm") for depth in depths if depth.get("depth_mm")}
 
     @property
     def warnings(self) -> list[str]:
         warnings: list[str] = self.body["warnings"]
         return warnings
+
+    @property
+    def plain_words(self) -> list[str]:
+        """The numbers in plain words, with their doubts."""
+        words: list[str] = self.body["plain_words"]
+        return words
+
+    @property
+    def injury_measures(self) -> list[InjuryMeasure]:
+        """Published injury criteria; none of them is a diagnosis."""
+        return [InjuryMeasure.of(measure) for measure in self.body["injury_measures"]]
+
+    @property
+    def notice(self) -> str:
+        """What the results are not."""
+        notice: str = self.body["notice"]
+        return notice
