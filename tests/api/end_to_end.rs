@@ -138,6 +138,8 @@ fn from_a_scene_to_a_recording() {
 
     let bytes = download(client, &format!("{job}/recording"), 50_000);
     assert_eq!(end["recording"]["sha256"], hexadecimal(&Sha256::digest(&bytes)));
+    let named = client.get(&format!("{job}/recording.mcap"));
+    assert_eq!(named.body, bytes, "the same file under a name that players of recordings know");
     assert_eq!(count(&bytes, "/stress/block"), 11, "every hundredth of a millisecond, and the start");
     let steps = end["step"].as_u64().unwrap() as usize;
     assert_eq!(count(&bytes, "/energy"), steps + 1);

@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 import re
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from conftest import Service, open_page
@@ -180,6 +181,11 @@ def test_downloads_are_what_they_say(page, service):
     assert float(profile[0]["depth below the skin [mm]"]) == 0 and len(profile) > 5
     layout = json.loads(saved(page, page.get_by_role("button", name="Layout").click).path().read_text())
     assert "/mesh/thigh" in layout["configById"]["3D!mesh"]["topics"]
+    # What others are told to open is the recording, under a name that they know as one.
+    link = page.get_by_role("link", name="Open in Lichtblick").get_attribute("href")
+    source = parse_qs(urlsplit(link).query)["ds.url"][0]
+    assert source.startswith(service.address) and source.endswith(".mcap")
+    assert hashlib.sha256(page.request.get(source).body()).hexdigest() == job["recording"]["sha256"]
     image = Image.open(saved(page, page.get_by_role("button", name="Energy as PNG").click).path())
     assert colours(image.convert("RGB")) > 5
 

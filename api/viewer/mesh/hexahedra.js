@@ -5,6 +5,16 @@ const FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7,
 const TETRAHEDRA = [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
 const EDGES = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
+/** Corners of the box around points, x, y, z of each [m]. */
+export function boxAround(points) {
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  points.forEach((c, i) => {
+    low[i % 3] = Math.min(low[i % 3], c);
+    high[i % 3] = Math.max(high[i % 3], c);
+  });
+  return { low, high };
+}
+
 /** Faces that belong to one element only: triangles, and the edges of the quadrilaterals, as node indices. */
 export function skinOf(hexes, nodeCount) {
   const faces = new Map();

@@ -1,6 +1,6 @@
 // One job: its progress while it runs, then its four numbers, its mesh and its plots.
 
-import { followEvents, getJson, request } from "../api.js";
+import { address, followEvents, getJson, request } from "../api.js";
 import { button, html, saveFile } from "../dom.js";
 import { bytes } from "../format.js";
 import { Recording } from "../recording/recording.js";
@@ -134,7 +134,8 @@ class JobPage {
   #downloads(recording) {
     const { job } = this;
     const fetched = async (path, name) => saveFile(name, await (await request(path)).blob());
-    const source = encodeURIComponent(new URL(job.links.recording.replace(/^\//, ""), document.baseURI).href);
+    // They know a recording by the end of its name.
+    const source = encodeURIComponent(`${address(job.links.recording)}.mcap`);
     const elsewhere = (words, base) =>
       html("a", { class: "button", target: "_blank", rel: "noreferrer", href: `${base}?ds=remote-file&ds.url=${source}`, title: "Leaves this service: that page then reads the recording from here, if it may reach it" }, words);
     return html(

@@ -3,6 +3,7 @@
 import { button, checkbox, html, select } from "../dom.js";
 import { niceAbove } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
+import { boxAround } from "../mesh/hexahedra.js";
 import { impactLine } from "../plots/depth_profile.js";
 import { resultsOf } from "../summary/headline.js";
 
@@ -31,16 +32,6 @@ export function defaultRange(recordings, field) {
   return [FIELDS[field].from * top, top];
 }
 
-/** Corners of the box around the nodes of a body at the start [m]. */
-function box({ X }) {
-  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-  X.forEach((c, i) => {
-    low[i % 3] = Math.min(low[i % 3], c);
-    high[i % 3] = Math.max(high[i % 3], c);
-  });
-  return { low, high };
-}
-
 export class ViewSettings {
   element = html("fieldset", { class: "settings" }, html("legend", {}, "View"));
   map = "cividis";
@@ -61,7 +52,7 @@ export class ViewSettings {
   /** The cut begins across the longest side of the tissue, through the impact. */
   #setUpCut(recording) {
     if (!recording.tissue) return;
-    this.box = box(recording.tissue);
+    this.box = boxAround(recording.tissue.X);
     const { low, high } = this.box;
     const sizes = low.map((l, k) => (this.line && Math.abs(this.line.direction[k]) > 0.7 ? 0 : high[k] - l));
     this.cutAxis = sizes.indexOf(Math.max(...sizes));

@@ -72,6 +72,8 @@ pub fn router(app: Arc<App>) -> Router {
     let docs: Router<Arc<App>> = SwaggerUi::new("/docs").config(Config::from("/openapi.json")).into();
     let all = calls
         .route("/", get(viewer::page))
+        // Players of recordings know a file by the end of its name, and refuse an address without one.
+        .route("/v1/jobs/{id}/recording.mcap", get(recording::download))
         .route("/viewer/presets.json", get(viewer::presets))
         .route("/viewer/{*path}", get(viewer::file))
         .route("/openapi.json", get(pages::openapi_json))
