@@ -209,7 +209,7 @@ def test_a_rigid_ball_is_shown_too(page, pictures):
     assert picture_of(page.locator(".mesh-view canvas")).tobytes() != with_ball.tobytes()
     page.get_by_label("ball", exact=True).check()
     page.get_by_label("Simulated time").fill("20")
-    page.set_viewport_size({"width": 1440, "height": 1290})
+    page.set_viewport_size({"width": 1440, "height": 1500})
     take(page, pictures, "viewer_impact")
     page.set_viewport_size({"width": 1440, "height": 1000})
 

@@ -74,7 +74,7 @@ def test_plain_words_and_criteria_are_shown_with_what_they_are_not(page, jobs):
     expect(rows).to_have_count(len(summary["injury_measures"]))
     for row, measure in zip(rows.all(), summary["injury_measures"]):
         expect(row).to_contain_text(measure["statement"])
-        expect(row).to_contain_text("covers this scene" if measure["applicable"] else "does not apply")
+        expect(row).to_contain_text("applies" if measure["applicable"] else "does not apply")
         expect(row).to_contain_text(measure["source"])
 
 

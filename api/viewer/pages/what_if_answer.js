@@ -23,6 +23,11 @@ function words(quantity) {
   return `${error > Math.abs(value) ? `(${number(value)})` : number(value)}\u00a0±\u00a0${number(error, 2)}`;
 }
 
+/** What an answer calls a number, with the threshold that it is about. */
+function titleIn({ quantities }, key) {
+  return quantities?.[key] && `${quantities[key].title} [${quantities[key].unit}]`;
+}
+
 export class WhatIfAnswer {
   element = html("div");
   #known;
@@ -57,7 +62,7 @@ export class WhatIfAnswer {
     }
     answer.cases.forEach((one) => this.#cases.set(one.index, one));
     this.#count = answer.cases.length;
-    if (answer.significant_threshold_pa != null) this.#numbers = numbersAbove(answer.significant_threshold_pa);
+    this.#numbers = this.#numbers.map(([key, title]) => [key, titleIn(answer, key) ?? title]);
     if (answer.sensitivities.length) {
       const base = answer.cases[0]?.numbers;
       this.#sensitivities.replaceChildren(effectsTable(answer.sensitivities, this.#numbers, base, (name) => this.#describe(name)));

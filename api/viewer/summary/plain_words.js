@@ -1,7 +1,8 @@
-// The summary in plain words, and the published injury criteria beside it: what each says, and whether it covers this scene.
+// The summary in plain words, and the published injury criteria beside it: what each says, and whether it applies.
 
 import { html, table } from "../dom.js";
 import { number, setting } from "../format.js";
+import { bracketed, errorWords, hasError } from "./headline.js";
 import { stoppedAt } from "./trust.js";
 
 /** The sentences; null where a summary has none. */
@@ -19,13 +20,13 @@ export function plainWords(summary) {
   );
 }
 
-/** The criteria: what each says, whether it covers this scene, and what it is compared with; null where a summary has none. */
+/** The criteria: what each says, whether it says anything here, and what it is compared with; null where a summary has none. */
 export function injuryCriteria({ injury_measures: measures = [], notice }) {
   if (!measures.length) return null;
   const rows = measures.map((measure) => [
     measure.title,
-    measure.value == null ? "–" : `${number(measure.value, 3)}${errorOf(measure)}${unitOf(measure)}`,
-    html("span", { class: measure.applicable ? "badge" : "badge warn" }, measure.applicable ? "covers this scene" : "does not apply"),
+    measure.value == null ? "–" : `${valueOf(measure)}${unitOf(measure)}`,
+    html("span", { class: measure.applicable ? "badge" : "badge warn" }, measure.applicable ? "applies" : "does not apply"),
     measure.statement,
     html("span", {}, measure.meaning, ": ", reference(measure), html("br"), html("small", {}, measure.source)),
   ]);
@@ -35,10 +36,10 @@ export function injuryCriteria({ injury_measures: measures = [], notice }) {
 
 const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");
 
-/** The error of a value, if it comes with one: a number, or the parts of a quantity. */
-function errorOf({ error }) {
-  const total = typeof error === "object" ? error?.total : error;
-  return Number.isFinite(total) ? ` ± ${number(total, 2)}` : "";
+/** A value with its numerical error; one that comes of the scene alone has none. */
+function valueOf({ value, error }) {
+  if (error == null) return number(value, 3);
+  return hasError({ error }) ? `${bracketed({ value, error })} ${errorWords({ error }, "")}` : `${number(value, 3)} (error ${error})`;
 }
 
 function reference(measure) {
