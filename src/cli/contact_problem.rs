@@ -1,6 +1,7 @@
 //! `contuse contact-problem`: solve saved frictional contact problems, and compare solvers on them.
 
 use super::performance_profile::{Timing, profile_picture};
+use super::picture::write_by_name;
 use super::{CliError, Exit};
 use crate::mechanics::contact::problem::ContactProblem;
 use crate::mechanics::contact::solvers::{Method, Options, SolveReport, solve};
@@ -33,8 +34,9 @@ pub struct ContactProblemArgs {
     /// Answer as JSON, with the reactions.
     #[arg(long)]
     pub json: bool,
-    /// Solve by every solver, and draw the performance profile (Dolan & Moré 2002) into this SVG file.
-    #[arg(long, value_name = "SVG", conflicts_with = "json")]
+    /// Solve by every solver, and draw the performance profile (Dolan & Moré 2002): as PNG where the file's name ends so, else as
+    /// SVG.
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub profile: Option<PathBuf>,
 }
 
@@ -175,7 +177,6 @@ fn profile(
         let cpu_s = rows.iter().map(|row| row.cpu_s.filter(|_| row.converged)).collect();
         timings.push(Timing { solver: method.name(), cpu_s });
     }
-    let picture = profile_picture(args.tol, &timings).map_err(CliError::Picture)?;
-    std::fs::write(path, picture)?;
+    write_by_name(path, || profile_picture(args.tol, &timings))?;
     Ok(Exit::Success)
 }

@@ -20,6 +20,7 @@ mod what_if_table;
 mod what_if_words;
 
 mod performance_profile;
+mod picture;
 mod plot;
 
 pub use exit::{CliError, Exit};

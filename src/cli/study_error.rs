@@ -1,5 +1,6 @@
 //! `contuse study error`: error against run time of one scene.
 
+use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit, write_json};
@@ -48,9 +49,9 @@ pub struct ErrorArgs {
     /// Write the runs as CSV.
     #[arg(long)]
     pub csv: Option<PathBuf>,
-    /// Draw error against run time.
-    #[arg(long)]
-    pub svg: Option<PathBuf>,
+    /// Error against run time as a picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }
 
 fn levels(offered: &RangeInclusive<i32>) -> RangedI64ValueParser<i32> {
@@ -113,10 +114,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     if let Some(path) = &args.csv {
         std::fs::write(path, csv(&study))?;
     }
-    if let Some(path) = &args.svg {
-        let svg = chart(&study).map_err(|error| CliError::Other(error.into()))?;
-        std::fs::write(path, svg)?;
-    }
+    args.picture.write(|| chart(&study))?;
     if args.json {
         write_json(&study, out)?;
     } else {

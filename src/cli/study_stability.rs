@@ -1,5 +1,6 @@
 //! `contuse study stability`: the matrix of stiff and extreme cases.
 
+use super::picture::PictureArgs;
 use super::run::watch_for_ctrl_c;
 use super::{CliError, Exit, write_json};
 use crate::step::Interrupt;
@@ -7,7 +8,6 @@ use crate::study::stability::{Cell, StabilityStudy, Stepping, Verdict, cases, pi
 use clap::Args;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal as _, Write};
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 /// Arguments of `contuse study stability`.
@@ -22,9 +22,9 @@ pub struct StabilityArgs {
     /// Answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Draw the matrix as SVG.
-    #[arg(long)]
-    pub svg: Option<PathBuf>,
+    /// The matrix as a picture.
+    #[command(flatten)]
+    pub picture: PictureArgs,
 }
 
 /// Runs the matrix; Markdown by default. Exit code 1 when a cell neither finished nor was diagnosed.
@@ -43,10 +43,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
             }
         },
     );
-    if let Some(path) = &args.svg {
-        let svg = picture(&study).map_err(|error| CliError::Other(error.into()))?;
-        std::fs::write(path, svg)?;
-    }
+    args.picture.write(|| picture(&study))?;
     if args.json {
         write_json(&study, out)?;
     } else {

@@ -5,6 +5,7 @@ pub mod error;
 mod error_bars;
 pub mod leave_out;
 pub mod palette;
+mod png;
 pub mod setting;
 pub mod single;
 pub mod stability;
@@ -12,5 +13,6 @@ mod variant;
 pub mod what_if;
 
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+pub use png::png;
 pub use setting::Setting;
 pub use single::{Phase, Progress, RunError, RunRequest, RunResult, process_cpu_s, run_scene};
