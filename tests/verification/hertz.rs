@@ -8,7 +8,7 @@
 //! With friction and a tangential load Q the contact slips outside of c/a = (1 − Q/(μ P))^(1/3): 0.7937 at Q/(μ P) = 0.5. Sphere and
 //! plane must not couple normal and tangential load, which a rigid plane does not where ν = ½.
 
-use crate::rig::{assert_close, plan_with, run};
+use crate::rig::{assert_at_most, assert_close, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::generate::block::{Block, Cuts};
@@ -123,7 +123,7 @@ fn looks(scene: &Value, mesh: Mesh, share: f64) -> Vec<Look> {
     let plan = plan_with(scene, Some(mesh));
     let mut looks = Vec::new();
     let (outcome, _) = run(&plan, |frame| looks.push(look(frame, &plan, share)));
-    assert!(outcome.balance_error < 1e-6, "{outcome:#?}");
+    assert_at_most(outcome.balance_error, 1e-6, "error of the energy balance");
     assert!(outcome.warnings.is_empty(), "{outcome:#?}");
     looks
 }

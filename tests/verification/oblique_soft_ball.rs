@@ -6,7 +6,7 @@
 //!
 //! R = 15 mm, E = 100 MPa, ρ = 1000 kg/m³, v_n = 1 m/s: δ/R is about 0.017.
 
-use crate::rig::{assert_close, mean_velocity, plan, run};
+use crate::rig::{assert_at_most, assert_close, assert_within, mean_velocity, plan, run};
 use contuse::mechanics::tensor::Vec3;
 use contuse::step::Frame;
 use serde_json::{Value, json};
@@ -91,18 +91,27 @@ fn friction_is_mu_times_the_normal_impulse_while_the_ball_slides() {
         assert!((0.9..1.0).contains(&e), "restitution {e}");
         // One node that slides (n = 4) does so along x; a patch spreads, by some thousandths of the 5 m/s to the sides.
         assert_close(5.0 - seen.v.x, mu * (1.0 + e), spread, "change of the tangential velocity");
-        assert!(seen.v.y.abs() < 1e-12, "{}", seen.v);
+        assert_at_most(seen.v.y, 1e-12, "velocity across [m/s]");
         assert_moments(&seen, 5.0);
     }
 }
 
 /// Reactions explain all of the angular momentum; what is not kept about the contact point is the arm that flattening takes.
 fn assert_moments(seen: &Seen, v_t: f64) {
-    assert!(seen.unexplained.abs() < 1e-12, "{}", seen.unexplained);
+    assert_at_most(
+        seen.unexplained,
+        1e-12,
+        "angular momentum that no reaction explains, of that at the start",
+    );
     // Friction of Δv_t acts at R − δ, and the resultant of the pressure moves ahead or behind by as much.
     let missing = 2.0 * seen.flattening / RADIUS * (v_t - seen.v.x) / v_t;
     assert!((0.01..0.025).contains(&(seen.flattening / RADIUS)));
-    assert!((seen.kept - 1.0).abs() < missing.max(0.002), "{} against ±{missing}", seen.kept);
+    assert_within(
+        seen.kept,
+        1.0,
+        missing.max(0.002),
+        "share of the angular momentum about the contact point",
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What the tests compare, kept for `docs/verification.md`.
 //!
-//! Where `CONTUSE_VERIFICATION_RECORDS` names a folder, every comparison made by [`assert_close`], [`assert_at_most`] and
-//! [`assert_order`] and every picture of [`picture`] is written there, one file a test, and
+//! Where `CONTUSE_VERIFICATION_RECORDS` names a folder, every comparison made by [`assert_close`], [`assert_within`],
+//! [`assert_at_most`] and [`assert_order`] and every picture of [`picture`] is written there, one file a test, and
 //! `cargo run --example verification_report` makes a page of them. So a new case is a new test, and nothing else: its file's first
 //! paragraphs are the case and its source, the words given to the comparisons name the rows.
 
@@ -20,6 +20,13 @@ pub fn assert_close(got: f64, expected: f64, tolerance: f64, what: &str) {
         "{what}: {got} against {expected} (off by {:.3e} of it, tolerance {tolerance:.1e})",
         (got / expected - 1.0).abs()
     );
+}
+
+/// |got − expected| ≤ within, in the number's own unit.
+#[track_caller]
+pub fn assert_within(got: f64, expected: f64, within: f64, what: &str) {
+    record(&json!({"what": what, "exact": expected, "computed": got, "tolerance": within}));
+    assert!((got - expected).abs() <= within, "{what}: {got} against {expected}, not within {within:e}");
 }
 
 /// |error| ≤ most, for what is exactly zero.

@@ -10,7 +10,7 @@ use contuse::step::{
 };
 use serde_json::{Value, json};
 
-pub use crate::record::{assert_at_most, assert_close, assert_order, picture};
+pub use crate::record::{assert_at_most, assert_close, assert_order, assert_within, picture};
 
 /// One mesh in memory, whatever its name, or none.
 pub struct MeshInMemory(pub Option<Mesh>);

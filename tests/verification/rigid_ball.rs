@@ -3,7 +3,7 @@
 //! I = 2/5 m R². Friction takes at most μ times the normal impulse m v_n, and never more than makes it roll: from then on
 //! v_t = ω R = 5/7 of the tangential velocity that it came with.
 
-use crate::rig::{assert_close, both_integrators, plan, run, run_on};
+use crate::rig::{assert_at_most, assert_close, assert_within, both_integrators, plan, run, run_on};
 use contuse::mechanics::tensor::Vec3;
 use contuse::step::{Frame, Interrupt, RunOptions};
 use serde_json::{Value, json};
@@ -51,7 +51,8 @@ fn impact(mu: f64, integrator: &Value) -> (Vec3, Vec3, f64, f64) {
         last = Some((motion(frame), pair.friction_j / mass, pair.impact_j / mass));
     });
     let ((v, spin), friction, lost) = last.unwrap();
-    assert!(v.z.abs() < 1e-9 && v.y.abs() < 1e-12, "{v}");
+    assert_at_most(v.z, 1e-9, "velocity off the plane [m/s]");
+    assert_at_most(v.y, 1e-12, "velocity across [m/s]");
     (v, spin, friction, lost)
 }
 
@@ -102,8 +103,8 @@ fn slides_and_rolls(integrator: &Value) {
     assert_close(v, 15.0 / 7.0, 1e-9, "rolling at 5/7 of its speed");
     // Slip falls by 7/2 μ g a second.
     assert_close(rolls_from.unwrap(), 3.0 / (3.5 * 0.2 * 9.81), 1e-3, "time of the slip");
-    assert!(heights < 1e-12, "it leaves the plane by {heights:e} m");
-    assert!(outcome.balance_error < 1e-9, "{}", outcome.balance_error);
+    assert_at_most(heights, 1e-12, "how far it leaves the plane [m]");
+    assert_at_most(outcome.balance_error, 1e-9, "error of the energy balance");
 }
 
 #[test]
@@ -128,9 +129,9 @@ fn a_fall_is_that_of_the_textbook() {
         let plan = plan(&scene);
         let (outcome, _) = run(&plan, |frame| {
             let fallen = 0.5 * 9.81 * frame.time.powi(2);
-            assert!((frame.position(0).z - (1.0 + RADIUS - fallen)).abs() < 1e-14);
+            assert_within(frame.position(0).z, 1.0 + RADIUS - fallen, 1e-14, "height in free fall [m]");
         });
-        assert!(outcome.balance_error < 1e-13, "{}", outcome.balance_error);
+        assert_at_most(outcome.balance_error, 1e-13, "error of the energy balance in free fall");
     }
 }
 
