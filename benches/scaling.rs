@@ -3,12 +3,13 @@
 //!
 //! `cargo bench --bench scaling`, or with the largest size left out `cargo bench --bench scaling -- 100000`. Each line is
 //! the best of a few runs; times are of the wall clock, so that threads show, and other programs on the machine lengthen
-//! them. A run steps a block of Mooney–Rivlin rubber into a frictionless wall at 20 m/s, without recording.
+//! them. What the machine itself gives two threads is told by two runs of one thread side by side, which share nothing but
+//! it. A run steps a block of Mooney–Rivlin rubber into a frictionless wall at 20 m/s, without recording.
 
-use contuse::plan::compile;
+use contuse::plan::{Plan, compile};
 use contuse::scene::document::Keep;
 use contuse::scene::{Budget, FolderSource, Scene, load};
-use contuse::step::{Ending, RunOptions, run};
+use contuse::step::{Ending, Outcome, RunOptions, run};
 use serde_json::json;
 use std::time::Instant;
 
@@ -33,6 +34,14 @@ fn main() {
             if let Err(error) = measure(counts, steps, runs, threads, keep) {
                 eprintln!("{error}");
             }
+        }
+        match side_by_side(counts, steps, runs) {
+            Ok((alone, together)) => println!(
+                "{} | two runs of one thread side by side: {together:.3} s, one alone: {alone:.3} s; two threads can gain {:.2}",
+                counts.iter().product::<u32>(),
+                2.0 * alone / together
+            ),
+            Err(error) => eprintln!("{error}"),
         }
     }
     if let Some(peak) = peak_memory_kib() {
@@ -61,17 +70,12 @@ fn scene(counts: [u32; 3], steps: u32, keep: bool) -> Result<Scene, String> {
 }
 
 fn measure(counts: [u32; 3], steps: u32, runs: u32, threads: usize, keep: bool) -> Result<(), String> {
-    let scene = scene(counts, steps, keep)?;
-    let plan = compile(&scene).map_err(|e| e.to_string())?;
+    let plan = compile(&scene(counts, steps, keep)?).map_err(|e| e.to_string())?;
     let mut best = f64::INFINITY;
     let mut last = None;
     for _ in 0..runs {
-        let clock = Instant::now();
-        let (outcome, _) = run(&plan, &RunOptions { threads, interrupt: &|| None }, &mut []);
-        best = best.min(clock.elapsed().as_secs_f64());
-        if outcome.ending != Ending::Finished {
-            return Err(format!("{:?}", outcome.ending));
-        }
+        let (seconds, outcome) = timed(&plan, threads)?;
+        best = best.min(seconds);
         last = Some(outcome);
     }
     let Some(outcome) = last else { return Ok(()) };
@@ -87,6 +91,34 @@ fn measure(counts: [u32; 3], steps: u32, runs: u32, threads: usize, keep: bool) 
         plan.report.memory.bytes_per_element,
     );
     Ok(())
+}
+
+fn timed(plan: &Plan, threads: usize) -> Result<(f64, Outcome), String> {
+    let clock = Instant::now();
+    let (outcome, _) = run(plan, &RunOptions { threads, interrupt: &|| None }, &mut []);
+    let seconds = clock.elapsed().as_secs_f64();
+    if outcome.ending == Ending::Finished {
+        Ok((seconds, outcome))
+    } else {
+        Err(format!("{:?}", outcome.ending))
+    }
+}
+
+/// Wall time [s] of a run of one thread alone, and of two such runs at once; each the best of `runs`, taken by turns.
+fn side_by_side(counts: [u32; 3], steps: u32, runs: u32) -> Result<(f64, f64), String> {
+    let plan = compile(&scene(counts, steps, true)?).map_err(|e| e.to_string())?;
+    let (mut alone, mut together) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..runs {
+        alone = alone.min(timed(&plan, 1)?.0);
+        let clock = Instant::now();
+        std::thread::scope(|scope| {
+            let other = scope.spawn(|| timed(&plan, 1).map(drop));
+            let own = timed(&plan, 1).map(drop);
+            own.and(other.join().unwrap_or_else(|_| Err("the other run panicked".into())))
+        })?;
+        together = together.min(clock.elapsed().as_secs_f64());
+    }
+    Ok((alone, together))
 }
 
 /// High-water mark of the resident memory, where the system tells.

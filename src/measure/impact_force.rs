@@ -38,6 +38,8 @@ pub struct ImpactForce {
     history: VecDeque<PairSample>,
     /// Largest |ΔI|/τ.
     pub peak: PeakForce,
+    /// The same of the windows that begin at a sample, and of those that end at one [N].
+    largest: [f64; 2],
     /// Largest force of a single step, with its time [N, s].
     pub peak_step: (f64, f64),
     /// Largest patch so far.
@@ -57,6 +59,7 @@ impl ImpactForce {
             window,
             history: VecDeque::new(),
             peak: PeakForce::default(),
+            largest: [0.0; 2],
             peak_step: (0.0, 0.0),
             largest_patch: ContactPatch::default(),
             contact_span: None,
@@ -108,12 +111,36 @@ impl ImpactForce {
             return;
         }
         let begin = sample.time - self.window;
+        // The impulse is linear between samples, so the largest change is over a window that begins or ends at one.
+        let before = self.history.len().checked_sub(2).map_or(sample, |last| self.history[last]);
+        let begins = |s: &&PairSample| s.time > before.time - self.window && s.time <= begin;
+        let ends = |s: &PairSample| {
+            let share = (s.time + self.window - before.time) / (sample.time - before.time);
+            (before.impulse + (sample.impulse - before.impulse) * share - s.impulse, s.time)
+        };
+        let windows: Vec<(Vec3, f64)> = self.history.iter().filter(begins).map(ends).collect();
+        for (change, begin) in windows {
+            self.compare(change, begin, 0);
+        }
         while self.history.len() > 1 && self.history[1].time <= begin {
             self.history.pop_front();
         }
-        let force = (sample.impulse - self.impulse_at(begin)).norm() / self.window;
+        self.compare(sample.impulse - self.impulse_at(begin), begin, 1);
+    }
+
+    /// What the place of the window among the steps does to the peak force [N]: nothing where steps are short, or the window a whole
+    /// number of them.
+    pub fn placing(&self) -> f64 {
+        (self.largest[0] - self.largest[1]).abs()
+    }
+
+    /// Compares the mean force of the window from `begin` [s], in which the impulse changed so [N s], with the peak; `end` is which
+    /// end of it is at a sample.
+    fn compare(&mut self, change: Vec3, begin: f64, end: usize) {
+        let force = change.norm() / self.window;
+        self.largest[end] = self.largest[end].max(force);
         if force > self.peak.force {
-            let time = sample.time - 0.5 * self.window;
+            let time = begin + 0.5 * self.window;
             self.peak = PeakForce { force, time: time.max(0.0), patch: self.patch_near(time) };
         }
     }
@@ -129,11 +156,12 @@ impl ImpactForce {
         }
     }
 
-    /// Patch of the sample nearest to a time.
+    /// Patch of the sample nearest to a time at which the pair is pressed, if it is in the window.
     fn patch_near(&self, time: f64) -> ContactPatch {
         let distance = |s: &&PairSample| (s.time - time).abs();
         self.history
             .iter()
+            .filter(|s| s.patch.nodes > 0)
             .min_by(|a, b| distance(a).total_cmp(&distance(b)))
             .map(|s| s.patch)
             .unwrap_or_default()
@@ -193,6 +221,22 @@ mod tests {
             "the patch is that of the middle of the window"
         );
         assert!((measure.peak_step.0 - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_window_of_no_whole_number_of_steps_is_found_all_the_same() {
+        // 1 N from 1.0 to 1.6 s, in steps of 0.4 s: the best window of 0.6 s begins at a sample, and none that ends at one is as good.
+        let measure = feed(0.6, 0.4, 4.0, |t| t.clamp(1.2, 1.8) - 1.2);
+        let sampled = |t: f64| {
+            let n = (t / 0.4).floor();
+            let at = |n: f64| (0.4 * n).clamp(1.2, 1.8) - 1.2;
+            at(n) + (at(n + 1.0) - at(n)) * (t / 0.4 - n)
+        };
+        let best = (0..34_000)
+            .map(|i| f64::from(i) * 1e-4)
+            .map(|t| sampled(t + 0.6) - sampled(t))
+            .fold(0.0, f64::max);
+        assert!((measure.peak.force - best / 0.6).abs() < 1e-9, "{} {}", measure.peak.force, best / 0.6);
     }
 
     #[test]

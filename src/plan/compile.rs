@@ -167,12 +167,14 @@ fn complete(
         integrator,
         energy_gate: document.integrator.energy_gate(),
         rounding_energy: 0.0,
+        is_held: !document.planes.is_empty(),
         end_time: document.end_time_s,
         field_times: field_times(scene),
         fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
         report: PlanReport::default(),
     };
+    plan.is_held |= plan.inverse_mass.iter().any(|inverse| inverse.iter().any(|axis| *axis == 0.0));
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     plan

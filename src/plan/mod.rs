@@ -80,6 +80,9 @@ pub struct Plan {
     pub energy_gate: f64,
     /// Energy that rounding alone may stir up [J]: below it nothing is known about the balance.
     pub rounding_energy: f64,
+    /// Whether something stays where it is or moves as it is told: planes, held and driven nodes. Else all bodies may fly along
+    /// together, and nothing is changed by it.
+    pub is_held: bool,
     /// Simulated time to the end [s].
     pub end_time: f64,
     /// Times [s] that the run hits exactly and records fields at, ascending; the first is 0, the last the end.
@@ -184,6 +187,8 @@ pub struct Implicit {
     pub theta: f64,
     /// Weight ξ of the end forces [-], ½ … 1.
     pub xi: f64,
+    /// Whether the mean forces of a step conserve energy and momenta; θ = ξ = ½ then.
+    pub energy_momentum: bool,
     /// Largest residual of the momentum, relative to the impulses of the step [-].
     pub tolerance: f64,
     /// Unknowns in the order of elimination.

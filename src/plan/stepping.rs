@@ -20,7 +20,15 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
                 largest_strain_increment: *largest_strain_increment,
             })
         }
-        IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } => {
+        IntegratorDocument::Implicit {
+            step_s,
+            theta,
+            xi,
+            energy_momentum,
+            newton_tolerance,
+            smallest_step_s,
+            ..
+        } => {
             let unknowns = unknowns(parts)?;
             Integrator::Implicit(Box::new(Implicit {
                 step: *step_s,
@@ -28,6 +36,7 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
                 statics: None,
                 theta: *theta,
                 xi: xi.unwrap_or(*theta),
+                energy_momentum: *energy_momentum,
                 tolerance: *newton_tolerance,
                 systems: SystemSize::new(&unknowns)?,
                 unknowns,
@@ -61,6 +70,7 @@ fn quasi_static(
         statics: Some(Statics::new(&parts.bodies, &parts.blocks, &parts.X, &parts.inverse_mass)),
         theta: 1.0,
         xi: 1.0,
+        energy_momentum: false,
         tolerance,
         systems: SystemSize::new(&unknowns)?,
         unknowns,

@@ -40,6 +40,10 @@ pub enum IntegratorDocument {
         /// Weight ξ of the end forces, 0.5 … 1 [-]; θ by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         xi: Option<f64>,
+        /// Mean forces of the step whose work is the strain energy that it stores, exactly: energy and both momenta are conserved
+        /// at any step, for large motions, too. For θ = ξ = 0.5; each iteration sweeps the elements twice.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        energy_momentum: bool,
         /// Largest residual of the momentum, relative to the impulses of the step [-].
         #[serde(default = "default_newton_tolerance")]
         newton_tolerance: f64,
@@ -133,7 +137,8 @@ impl IntegratorDocument {
     /// Implicit steps of a length [s] with a weight θ [-] and a gate of the energy [-].
     pub fn implicit_with(step_s: f64, theta: f64, energy_gate: f64) -> Self {
         let (newton_tolerance, smallest_step_s) = (default_newton_tolerance(), None);
-        Self::Implicit { step_s, theta, xi: None, newton_tolerance, smallest_step_s, energy_gate }
+        let (xi, energy_momentum) = (None, false);
+        Self::Implicit { step_s, theta, xi, energy_momentum, newton_tolerance, smallest_step_s, energy_gate }
     }
     /// Explicit steps of at most a length [s] with a gate of the energy [-].
     pub fn explicit_with(max_step_s: Option<f64>, energy_gate: f64) -> Self {

@@ -86,8 +86,8 @@ impl FailureCause {
                  `quadratic_ln`), lower the speed, or end the run before this time."
             }
             Self::StepCollapsed => {
-                "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there or \
-                 lower the speed."
+                "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there, lower the \
+                 speed, or try `formulation: \"full\"` there or implicit steps (`integrator.kind`)."
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
@@ -105,8 +105,8 @@ impl FailureCause {
                  with mass it simply accelerates."
             }
             Self::EnergyGate => {
-                "Lower `integrator.safety_factor` (0.5 is a good trial) or, of an implicit run, `integrator.step_s`; or refine the \
-                 mesh where the energy changes most."
+                "Lower `integrator.safety_factor` (0.5 is a good trial) or, of an implicit run, `integrator.step_s`, raise its `theta` \
+                 to 0.6 or set `energy_momentum`; or refine the mesh where the energy changes most."
             }
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."

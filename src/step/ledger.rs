@@ -21,6 +21,9 @@ use serde::Serialize;
 /// A reaction this close to the cone of friction, as a share, is on it: its contact slides.
 const SLIDING: f64 = 1e-9;
 
+/// Rounding of a kinetic energy, as a share of it, is far below this [-].
+const ROUNDING: f64 = 1e-10;
+
 /// Running sums of work, part of the state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
@@ -39,6 +42,8 @@ pub struct Ledger {
     pub pairs: Vec<PairLedger>,
     /// Kinetic + strain energy at the start [J]; set by the first step.
     pub initial: Option<f64>,
+    /// What of it an impact can take: without the motion of the common centre of mass, where nothing holds the bodies [J].
+    pub available: f64,
     /// Largest total strain energy so far [J].
     pub peak_strain: f64,
     /// Σ |work| of external forces so far [J].
@@ -98,7 +103,8 @@ pub struct Energy {
     /// Work of external forces and of the position projection so far [J].
     pub external_work_j: f64,
     /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and not below what
-    /// rounding stirs up [J].
+    /// rounding stirs up [J]. K₀ is without the motion of the common centre of mass where nothing holds the bodies: whoever flies
+    /// along sees the same errors.
     pub scale_j: f64,
     /// |total − initial − external| / scale [-].
     pub balance_error: f64,
@@ -212,6 +218,7 @@ impl Ledger {
             projection,
             pairs,
             initial,
+            available,
             peak_strain,
             absolute_external,
         } = self;
@@ -221,8 +228,8 @@ impl Ledger {
         contact_work.clone_from(&other.contact_work);
         projection.clone_from(&other.projection);
         pairs.clone_from(&other.pairs);
-        (*initial, *peak_strain, *absolute_external) =
-            (other.initial, other.peak_strain, other.absolute_external);
+        (*initial, *available) = (other.initial, other.available);
+        (*peak_strain, *absolute_external) = (other.peak_strain, other.absolute_external);
     }
 
     /// Adds one half of the work of the forces at t_n.
@@ -396,8 +403,7 @@ impl Ledger {
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
         let algorithmic = self.algorithmic.iter().map(|a| a.abs()).sum::<f64>();
         let dissipation = self.viscous.iter().sum::<f64>() + pairs + algorithmic;
-        let started_with = self.initial.unwrap_or(0.0);
-        started_with
+        self.available
             .max(self.peak_strain)
             .max(self.absolute_external)
             .max(dissipation)
@@ -409,7 +415,11 @@ impl Ledger {
         let strain: f64 = work.strain.iter().sum();
         let kinetic: f64 = energy.bodies.iter().map(|b| b.kinetic_j).sum();
         self.peak_strain = self.peak_strain.max(strain);
-        let initial = *self.initial.get_or_insert(kinetic + strain);
+        let initial = *self.initial.get_or_insert_with(|| {
+            let common = if work.plan.is_held { 0.0 } else { common_motion(work.plan, energy) };
+            self.available = (kinetic + strain - common).max(ROUNDING * kinetic);
+            kinetic + strain
+        });
         let viscous: f64 = self.viscous.iter().sum();
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
@@ -435,4 +445,10 @@ fn master_velocity(contact: &Contact, v: &[Vec3]) -> Vec3 {
 /// Law of each pair while settling: nothing slips.
 pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
     vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
+}
+
+/// Kinetic energy of the common centre of mass [J].
+fn common_motion(plan: &Plan, energy: &Energy) -> f64 {
+    let mass: f64 = plan.bodies.iter().map(|body| body.mass).sum();
+    Vec3::from(energy.momentum_kg_m_per_s).norm_squared() / (2.0 * mass)
 }

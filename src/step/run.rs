@@ -7,12 +7,12 @@ use super::ledger::Energy;
 use super::state::State;
 use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{Plan, Settle};
+use crate::plan::{Integrator, Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
-/// Above this share of the energy scale, numerical contact dissipation is warned about.
-const NOTABLE_CONTACT_LOSS: f64 = 0.02;
+/// Above this share of the energy scale, what is dissipated numerically is warned about: by contact, by the time integrator.
+const NOTABLE_LOSS: f64 = 0.02;
 
 /// Why a run is asked to stop before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -342,13 +342,24 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
     let scale = state.ledger.scale(plan);
-    if lost > NOTABLE_CONTACT_LOSS * scale && scale > 0.0 {
+    if lost > NOTABLE_LOSS * scale && scale > 0.0 {
+        let remedy = match plan.integrator {
+            Integrator::Explicit(_) => "a finer mesh at the contact lowers it",
+            Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact lower it",
+        };
         outcome.warnings.push(format!(
-            "Numerical contact dissipation is {:.1} % of the energy scale: a finer mesh at the contact lowers it.",
+            "Numerical contact dissipation is {:.1} % of the energy scale: {remedy}.",
             100.0 * lost / scale
         ));
     }
     let missed: f64 = state.ledger.algorithmic.iter().sum();
+    if !plan.is_static() && missed > NOTABLE_LOSS * scale && scale > 0.0 {
+        outcome.warnings.push(format!(
+            "The time integrator dissipated {:.1} % of the energy scale, which counts as dissipated by the bodies: shorter steps, \
+             `integrator.theta` nearer to 0.5 or `integrator.energy_momentum` lower it.",
+            100.0 * missed / scale
+        ));
+    }
     if plan.is_static() && missed.abs() > plan.energy_gate * scale && scale > 0.0 {
         outcome.warnings.push(format!(
             "The work of loads and reactions, taken from the ends of the load steps, misses {:.1} % of the energy scale: \

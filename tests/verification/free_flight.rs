@@ -79,7 +79,7 @@ fn spin_errors(step: f64) -> (f64, f64, f64) {
 }
 
 /// Centre of mass [m].
-fn center(frame: &contuse::step::Frame) -> Vec3 {
+pub fn center(frame: &contuse::step::Frame) -> Vec3 {
     let plan = frame.plan;
     let weighted = (0..plan.node_count()).map(|a| frame.position(a as u32) * plan.mass[a]);
     weighted.sum::<Vec3>() / plan.bodies[0].mass
@@ -93,8 +93,8 @@ fn a_spinning_block_keeps_its_momenta_and_its_energy() {
         // Internal forces act at x_n, where the momenta are taken: conserved but for the rounding of 10⁴ steps.
         assert_at_most(linear, 1e-13, "relative change of the momentum");
         assert_at_most(angular, 1e-12, "relative change of the angular momentum");
-        // Of the half-step scheme, second order in the step.
-        assert_at_most(energy, 1e-6, "error of the energy balance");
+        // Of the half-step scheme, second order in the step; a share of the energy of the spin alone.
+        assert_at_most(energy, 1e-5, "error of the energy balance");
     }
     assert_order(&[coarse.1, fine.1], 1.9, "energy of a spinning block, in the step");
     assert!((1.9..2.1).contains(&order(coarse.1, fine.1)), "order of the energy {}", order(coarse.1, fine.1));

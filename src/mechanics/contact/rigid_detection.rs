@@ -5,8 +5,8 @@
 //!   followed along its way, by steps of its distance, which cannot jump over the surface; the normal is that of the place
 //!   where it meets it. So nothing tunnels, whatever the speed.
 //! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
-//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move far
-//!   against each other, at the time of their first impact.
+//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move or turn
+//!   far against each other, at the time of their first impact, to which they are followed as nodes are.
 //! - Only nodes of a mesh are seen by a shape: **an edge or corner of a box that is smaller than a face of the mesh enters
 //!   between its nodes**. A finer mesh makes that smaller.
 //!
@@ -14,7 +14,7 @@
 
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
-use super::rigid_manifold::{ManifoldFinder, Touch, first_impact, parry_shape};
+use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::{Contact, ContactPair, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
@@ -26,6 +26,8 @@ pub use super::rigid_manifold::MOST_POINTS;
 const MARCH: usize = 100;
 /// A node this share of the size from the surface has met it.
 const MET: f64 = 1e-9;
+/// Two shapes this share of their reach from each other have met: their distance is found by iteration.
+const MET_SHAPES: f64 = 1e-3;
 
 /// How far from a shape or plane something may be and still be a contact, for a length of a shape or face [m].
 pub fn reach(size: f64) -> f64 {
@@ -197,26 +199,37 @@ impl Finder<'_> {
         let [a_end, b_end] = bodies.map(|body| self.motion.poses_end[body]);
         let [a_step, b_step] = [a_end.centre - a_start.centre, b_end.centre - b_start.centre];
         let near = reach(a.shape.size().min(b.shape.size()));
-        let moved = (a_step - b_step).norm() + turned(a, &a_start, &a_end) + turned(b, &b_start, &b_end);
-        let apart =
-            (a_start.centre - b_start.centre).norm() - a.shape.outer_radius() - b.shape.outer_radius();
+        let [a_turn, b_turn] = [rotation(&a_start, &a_end), rotation(&b_start, &b_end)];
+        let [a_radius, b_radius] = [a.shape.outer_radius(), b.shape.outer_radius()];
+        let moved = (a_step - b_step).norm() + a_turn.norm() * a_radius + b_turn.norm() * b_radius;
+        let apart = (a_start.centre - b_start.centre).norm() - a_radius - b_radius;
         if apart > near + moved {
             return;
         }
         let [a_shape, b_shape] = bodies.map(|body| &shapes[body]);
         touches.clear();
         // Slow bodies as they are at the start: the points that may close within the step.
+        let then = |start: &Pose, end: &Pose, share: f64| Pose {
+            centre: start.centre.lerp(&end.centre, share),
+            orientation: start.orientation.slerp(&end.orientation, share),
+        };
+        let distance = |share: f64| {
+            shape_distance(
+                (a_shape, &then(&a_start, &a_end, share)),
+                (b_shape, &then(&b_start, &b_end, share)),
+            )
+        };
         if moved <= near {
             manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
-        } else if let Some(share) = first_impact((a_shape, &a_start, &a_step), (b_shape, &b_start, &b_step)) {
-            let then = |start: &Pose, end: &Pose| Pose {
-                centre: start.centre.lerp(&end.centre, share),
-                orientation: start.orientation.slerp(&end.orientation, share),
-            };
-            let (a_then, b_then) = (then(&a_start, &a_end), then(&b_start, &b_end));
+        } else if let Some(share) = first_meeting(distance, moved, MET_SHAPES * near) {
+            let (a_then, b_then) = (then(&a_start, &a_end, share), then(&b_start, &b_end, share));
             manifolds.find((a_shape, &a_then), (b_shape, &b_then), near, |touch| {
-                // The gap at the start, and the lever on the slave as it is at the impact.
-                let gap = touch.gap - touch.normal.dot(&(a_step - b_step)) * share;
+                // The gap at the start, from which the points come to where they are, and the lever on the slave as it is at the
+                // impact.
+                let way =
+                    |step: &Vec3, turn: &Vec3, then: &Pose| step + turn.cross(&(touch.point - then.centre));
+                let closed = way(&a_step, &a_turn, &a_then) - way(&b_step, &b_turn, &b_then);
+                let gap = touch.gap - touch.normal.dot(&closed) * share;
                 let point = touch.point + (a_start.centre - a_then.centre);
                 touches.push(Touch { point, gap, ..touch });
             });
@@ -245,9 +258,9 @@ impl Finder<'_> {
     }
 }
 
-/// How far a body's surface moves by its rotation between two poses, at most [m].
-fn turned(body: &RigidBody, start: &Pose, end: &Pose) -> f64 {
-    start.orientation.angle_to(&end.orientation) * body.shape.outer_radius()
+/// The rotation from one pose to another, axis times angle [rad].
+fn rotation(start: &Pose, end: &Pose) -> Vec3 {
+    (end.orientation * start.orientation.inverse()).scaled_axis()
 }
 
 /// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.

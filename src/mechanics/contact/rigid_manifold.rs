@@ -4,8 +4,7 @@ use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::math::{Pose as ParryPose, Rotation as ParryRotation, Vector};
 use parry3d_f64::query::{
-    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, ShapeCastOptions, TrackedContact,
-    cast_shapes,
+    ContactManifold, DefaultQueryDispatcher, PersistentQueryDispatcher, TrackedContact, distance,
 };
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SharedShape};
 
@@ -73,15 +72,9 @@ impl ManifoldFinder {
     }
 }
 
-/// When two shapes first touch that move straight by `a_step` and `b_step` [m]: a share of the step; 0 when they do already.
-pub(super) fn first_impact(
-    (a, at, a_step): (&SharedShape, &Pose, &Vec3),
-    (b, bt, b_step): (&SharedShape, &Pose, &Vec3),
-) -> Option<f64> {
-    let options = ShapeCastOptions { max_time_of_impact: 1.0, ..ShapeCastOptions::default() };
-    let (pa, pb) = (to_parry(at), to_parry(bt));
-    let hit = cast_shapes(&pa, vector(a_step), &*a.0, &pb, vector(b_step), &*b.0, options);
-    hit.ok().flatten().map(|hit| hit.time_of_impact)
+/// Distance of the surfaces of two shapes [m]; 0 where they overlap.
+pub(super) fn shape_distance((a, at): (&SharedShape, &Pose), (b, bt): (&SharedShape, &Pose)) -> f64 {
+    distance(&to_parry(at), &*a.0, &to_parry(bt), &*b.0).map_or(0.0, |found| found.distance)
 }
 
 /// The shape for parry.

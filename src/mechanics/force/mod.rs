@@ -10,6 +10,7 @@ mod activity;
 mod assembly;
 mod block;
 mod chunk;
+mod conserving;
 mod forces;
 mod points;
 mod pressure;

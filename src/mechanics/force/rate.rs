@@ -39,8 +39,9 @@ impl ElementForces {
             let mut witness = Vec3::zeros();
             for (local, node) in chunk.v.iter_mut().zip(block.nodes_of_chunk(chunk.chunk as usize)) {
                 *local = v[*node as usize];
-                low = low.inf(local);
-                high = high.sup(local);
+                // Not `inf` and `sup`: they compare by branches.
+                low = low.zip_map(local, f64::min);
+                high = high.zip_map(local, f64::max);
                 witness += *local;
             }
             // Comparisons lose a NaN, sums keep it.

@@ -31,11 +31,11 @@ impl Threads {
     }
 
     /// Does `work` on every run of `length` items of two arrays of the same length: `work(number, run of a, run of b)`.
-    pub fn for_each_run<T: Send>(
+    pub fn for_each_run<T: Send, U: Send>(
         &self,
         length: usize,
-        (a, b): (&mut [T], &mut [T]),
-        work: impl Fn(usize, &mut [T], &mut [T]) + Send + Sync,
+        (a, b): (&mut [T], &mut [U]),
+        work: impl Fn(usize, &mut [T], &mut [U]) + Send + Sync,
     ) {
         if let Some(pool) = &self.pool {
             let runs = a.par_chunks_mut(length).zip(b.par_chunks_mut(length)).enumerate();

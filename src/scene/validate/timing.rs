@@ -96,8 +96,15 @@ fn check_explicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
 }
 
 fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {
-    let IntegratorDocument::Implicit { step_s, theta, xi, newton_tolerance, smallest_step_s, .. } =
-        integrator
+    let IntegratorDocument::Implicit {
+        step_s,
+        theta,
+        xi,
+        energy_momentum,
+        newton_tolerance,
+        smallest_step_s,
+        ..
+    } = integrator
     else {
         return;
     };
@@ -106,6 +113,14 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     if let Some(xi) = xi {
         check_weight("xi", *xi, here, out);
     }
+    let (name, weight) = if *theta == 0.5 { ("xi", xi.unwrap_or(0.5)) } else { ("theta", *theta) };
+    out.require(!energy_momentum || weight == 0.5, || {
+        let message = "forces that conserve are those of the middle of the step";
+        Problem::error("energy_momentum_weight", &here.key(name), message)
+            .value(weight)
+            .limit("0.5 where `energy_momentum` is true")
+            .remedy("leave `theta` and `xi` out, or `energy_momentum`")
+    });
     check_newton_tolerance(*newton_tolerance, "the impulses of a step", here, out);
     check_smallest_step(*smallest_step_s, *step_s, here, out);
 }

@@ -27,6 +27,8 @@ pub(super) struct Step<'a> {
     pub v: &'a [Vec3],
     /// Internal forces at the start [N].
     pub f_int: &'a [Vec3],
+    /// Strain energies of the chunks at the start [J], where the forces of the step are to conserve.
+    pub energies: &'a [f64],
     /// Forces of loads at the start [N].
     pub f_ext: &'a [Vec3],
     /// Where the loads are at the start and at the end.
@@ -57,6 +59,14 @@ impl Step<'_> {
     }
 }
 
+/// The middle of the step, the forces that conserve there [N], and the strain energies of the chunks at the end [J].
+#[derive(Default)]
+struct Conserving {
+    u: Vec<Vec3>,
+    f_int: Vec<Vec3>,
+    energies: Vec<f64>,
+}
+
 /// One end.
 pub(super) struct Iterate {
     /// v⁺, relative to the flight [m/s].
@@ -67,6 +77,8 @@ pub(super) struct Iterate {
     pub u: Vec<Vec3>,
     /// Internal forces at u⁺ [N].
     pub f_int: Vec<Vec3>,
+    /// What there is of forces that conserve; empty where they need not.
+    conserving: Conserving,
     /// Forces of loads at u⁺ [N].
     pub f_ext: Vec<Vec3>,
     /// `M (v⁺ − v) − h [ξ f⁺ + (1 − ξ) f]` of the unknowns [N s]: what the contacts must give.
@@ -89,6 +101,7 @@ impl Iterate {
             impulse: nodes(),
             u: nodes(),
             f_int: nodes(),
+            conserving: Conserving::default(),
             f_ext: nodes(),
             lack: vec![0.0; unknowns],
             residual: 0.0,
@@ -111,9 +124,42 @@ impl Iterate {
             self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
         }
         self.sweep(step.plan, step.threads, step.state, forces)?;
+        if step.options.energy_momentum {
+            self.conserve(step, forces)?;
+        }
         loads::eval_forces(step.plan, &self.u, step.load_times[1], &mut self.f_ext);
         self.weigh(step);
         Ok(())
+    }
+
+    /// Forces that conserve, after the sweep at u⁺.
+    fn conserve(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
+        let Conserving { u, f_int, energies } = &mut self.conserving;
+        forces.chunk_energies(energies);
+        u.clear();
+        u.extend(step.state.u.iter().zip(&self.u).map(|(before, after)| (before + after) * 0.5));
+        sweep_at(u, step.plan, step.threads, step.state, forces);
+        for (index, block) in step.plan.blocks.iter().enumerate() {
+            check_block(step.plan, block, &forces.totals(index), step.state)?;
+        }
+        let ends = [&step.state.u[..], &self.u[..]];
+        forces.conserve(step.threads, &step.plan.blocks, ends, [step.energies, energies]);
+        f_int.clear();
+        f_int.extend((0..u.len()).map(|node| forces.at_node(&step.plan.assembly, node)));
+        Ok(())
+    }
+
+    /// Where the tangent of the step is: at its end, or in the middle for forces that conserve.
+    pub fn tangent_point(&self, step: &Step) -> &[Vec3] {
+        if step.options.energy_momentum { &self.conserving.u } else { &self.u }
+    }
+
+    /// Internal force of the step on a node [N].
+    fn internal(&self, step: &Step, node: usize) -> Vec3 {
+        if step.options.energy_momentum {
+            return self.conserving.f_int[node];
+        }
+        self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi)
     }
 
     /// Forces and energies at u.
@@ -124,10 +170,7 @@ impl Iterate {
         state: &State,
         forces: &mut ElementForces,
     ) -> Result<(), Failure> {
-        // No step is behind the elements: there is no bulk viscosity.
-        let (dilatation, viscous_pressure) = (&state.dilatation[..], &state.viscous_pressure[..]);
-        let input = SweepInput { u: &self.u, inverse_step: 0.0, dilatation, viscous_pressure };
-        forces.sweep(threads, &plan.blocks, &input);
+        sweep_at(&self.u, plan, threads, state, forces);
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.smallest_j = f64::INFINITY;
@@ -179,7 +222,7 @@ impl Iterate {
     fn lack_at(&self, step: &Step, gravity: &Vec3, node: usize, axis: usize) -> f64 {
         let Step { plan, options, h, .. } = *step;
         let (m, xi) = (plan.inertia(node)[axis], options.xi);
-        let internal = xi * self.f_int[node][axis] + (1.0 - xi) * step.f_int[node][axis];
+        let internal = self.internal(step, node)[axis];
         let external = xi * self.f_ext[node][axis] + (1.0 - xi) * step.f_ext[node][axis];
         let mean = 0.5 * (self.v[node][axis] + step.v[node][axis]);
         let force = plan.mass[node] * gravity[axis] - m * step.damping * mean + external - internal;
@@ -211,8 +254,7 @@ impl Iterate {
             return self.left_by_load_step(step, body) - (self.strain[body] - strain_before);
         }
         for node in nodes.start as usize..nodes.end as usize {
-            let force = self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi);
-            work += force.dot(&(self.v[node] + step.state.v[node]));
+            work += self.internal(step, node).dot(&(self.v[node] + step.state.v[node]));
         }
         0.5 * step.h * work - (self.strain[body] - strain_before)
     }
@@ -222,12 +264,11 @@ impl Iterate {
         if step.options.statics.is_some() {
             return 0.0;
         }
-        let (nodes, xi) = (&step.plan.bodies[body].nodes, step.options.xi);
+        let nodes = &step.plan.bodies[body].nodes;
         let of_body = step.plan.loads.prescribed.iter().filter(|p| nodes.contains(&p.node));
         let work = of_body.map(|p| {
             let (node, axis) = (p.node as usize, p.axis);
-            let force = xi * self.f_int[node][axis] + (1.0 - xi) * step.f_int[node][axis];
-            force * (self.v[node][axis] - step.state.v[node][axis])
+            self.internal(step, node)[axis] * (self.v[node][axis] - step.state.v[node][axis])
         });
         0.5 * step.h * work.sum::<f64>()
     }
@@ -284,6 +325,14 @@ impl Iterate {
         };
         pushed.find(is_most).map(|(body, sum)| (body, sum / step.h))
     }
+}
+
+/// Forces and energies of the elements at u [m].
+fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, state: &State, forces: &mut ElementForces) {
+    // No step is behind the elements: there is no bulk viscosity.
+    let (dilatation, viscous_pressure) = (&state.dilatation[..], &state.viscous_pressure[..]);
+    let input = SweepInput { u, inverse_step: 0.0, dilatation, viscous_pressure };
+    forces.sweep(threads, &plan.blocks, &input);
 }
 
 /// Twice the energy of an impulse [N s, or N m s of a spin] on a node at rest [J].

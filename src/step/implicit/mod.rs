@@ -67,6 +67,8 @@ pub(super) struct ImplicitStepper<'p> {
     system: System<'p>,
     /// At t_n: forces and energies.
     start: Iterate,
+    /// Strain energies of the chunks at t_n [J], where the forces of the step are to conserve.
+    energies: Vec<f64>,
     /// At t_{n+1}.
     newton: Newton,
     contact: Option<ContactStep<'p>>,
@@ -113,6 +115,7 @@ impl<'p> ImplicitStepper<'p> {
             forces,
             system: System::new(plan, options)?,
             start: Iterate::new(plan, unknowns),
+            energies: Vec::new(),
             newton: Newton::new(Iterate::new(plan, unknowns), unknowns),
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
@@ -141,7 +144,8 @@ impl<'p> ImplicitStepper<'p> {
         }
         let load_times = [state.time, state.time + h].map(|time| phase.load_time(time));
         let (v, f_int, f_ext, damping) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..], *damping);
-        let step = Step { plan, options, threads, state, v, f_int, f_ext, load_times, h, damping };
+        let energies = &self.energies[..];
+        let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
         let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase };
         newton.solve(&step, system, &mut touch, forces, interrupt)
     }
@@ -197,8 +201,8 @@ impl<'p> ImplicitStepper<'p> {
         }
         let Self { plan, options, threads, start, damping, step: h, newton, prescribed, .. } = self;
         let (v, f_int, f_ext) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..]);
-        let step =
-            Step { plan, options, threads, state, v, f_int, f_ext, load_times, h: *h, damping: *damping };
+        let (h, damping, energies) = (*h, *damping, &self.energies[..]);
+        let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
         newton.end.prescribed_impulses(&step, prescribed);
         for body in 0..ledger.algorithmic.len() {
             let driven = newton.end.driven_work(&step, body);
@@ -233,6 +237,9 @@ impl Stepper for ImplicitStepper<'_> {
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
+        if self.options.energy_momentum {
+            self.forces.chunk_energies(&mut self.energies);
+        }
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.start.f_ext);
         if self.options.statics.is_some() {
             self.held.clone_from(&state.implicit.held);
@@ -249,6 +256,7 @@ impl Stepper for ImplicitStepper<'_> {
         let aimed = state.implicit.target_step;
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
+        let mut unheld = None;
         loop {
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
@@ -264,8 +272,14 @@ impl Stepper for ImplicitStepper<'_> {
                     target = 0.5 * self.step;
                     was_cut = true;
                     self.cuts.note(state.time, target, &failure);
+                    let is_unheld = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
-                        return Err(failure.into());
+                        // What the whole step lacked says more than what the last part of it did.
+                        let told = if is_unheld { unheld.unwrap_or(failure) } else { failure };
+                        return Err(told.into());
+                    }
+                    if is_unheld {
+                        unheld.get_or_insert(failure);
                     }
                 }
             }

@@ -9,7 +9,7 @@ use super::system::System;
 use crate::mechanics::contact::compliance::{add_impulse, closing_velocity};
 use crate::mechanics::contact::delassus::Delassus;
 use crate::mechanics::contact::problem::{ContactProblem, ProblemError};
-use crate::mechanics::contact::solvers::{self, Options};
+use crate::mechanics::contact::solvers::{self, Options, SolveReport};
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
@@ -152,7 +152,10 @@ impl Newton {
     /// Takes the matrix where the iteration is.
     fn take(&self, step: &Step, system: &mut System) -> Result<(), Failure> {
         let pressures = loads::pressures(step.plan, step.load_times[1]);
-        system.take(&self.end.u, step.h, step.damping, pressures).map(|_| ()).map_err(|e| memory(step, &e))
+        system
+            .take(self.end.tangent_point(step), step.h, step.damping, pressures)
+            .map(|_| ())
+            .map_err(|e| memory(step, &e))
     }
 
     /// The end of a full step, with the contact law solved for it, into `goal`.
@@ -358,10 +361,12 @@ fn solve_contacts(
         None => contact.tolerance(),
     };
     let options = Options { tolerance, ..Options::default() };
+    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
     let report = if unknowns == 1 {
         solvers::solve_frictionless(&W, &q, &mut r, &options)
+    } else if mu.iter().all(|mu| *mu == 0.0) {
+        solve_normal_rows(&W, &q, &mut r, &options)
     } else {
-        let mu = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
         let W = Delassus::dense(contacts.len(), W).map_err(|e| internal(e.into()))?;
         ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, &options))
     };
@@ -373,6 +378,25 @@ fn solve_contacts(
     }
     let is_within = report.converged || report.error_scaled <= contact.tolerance();
     if is_within { Ok(()) } else { contact.accept(report.error_scaled, None) }
+}
+
+/// As if each contact had one unknown, with the same bits: rows (n, t1, t2) of contacts of which none rubs.
+fn solve_normal_rows(
+    W: &[f64],
+    q: &[f64],
+    r: &mut [f64],
+    options: &Options,
+) -> Result<SolveReport, ProblemError> {
+    let rows = q.len();
+    let normal = |values: &[f64]| values.iter().step_by(3).copied().collect::<Vec<f64>>();
+    let W: Vec<f64> = W.chunks_exact(rows).step_by(3).flat_map(normal).collect();
+    let mut pressed = normal(r);
+    let report = solvers::solve_frictionless(&W, &normal(q), &mut pressed, options)?;
+    r.fill(0.0);
+    for (r, pressed) in r.chunks_exact_mut(3).zip(pressed) {
+        r[0] = pressed;
+    }
+    Ok(report)
 }
 
 /// What the law asks of a contact. Without mass nothing is thrown off, and what is inside comes out.
