@@ -4,11 +4,11 @@ use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit, write_json};
-use crate::scene::document::Formulation;
+use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::error::{
-    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Ladder, Quantity, Reference, Row, TARGETS,
+    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Quantity, Reference, Row, TARGETS,
     USUAL_LEVELS, chart, study_error,
 };
 use clap::builder::RangedI64ValueParser;
@@ -37,6 +37,13 @@ pub struct ErrorArgs {
     /// Lengths [s] of implicit steps that are run beside the scene's own stepping.
     #[arg(long, value_delimiter = ',')]
     pub implicit_steps: Vec<f64>,
+    /// Solvers of contact problems (see `contuse contact-problem`) that are run beside the scene's own, on its own mesh: with its own
+    /// stepping and with each of the implicit steps.
+    #[arg(long, value_delimiter = ',', value_parser = contact_solver)]
+    pub contact_solvers: Vec<ContactSolver>,
+    /// Tell the error of the geometry apart: run the next finer mesh on the facets of the scene's own, too.
+    #[arg(long)]
+    pub geometry: bool,
     /// Combine lighter skins and implicit steps with every mesh and formulation, the steps as long as the elements allow.
     #[arg(long)]
     pub combined: bool,
@@ -56,6 +63,11 @@ pub struct ErrorArgs {
 
 fn levels(offered: &RangeInclusive<i32>) -> RangedI64ValueParser<i32> {
     clap::value_parser!(i32).range(i64::from(*offered.start())..=i64::from(*offered.end()))
+}
+
+fn contact_solver(name: &str) -> Result<ContactSolver, String> {
+    ContactSolver::from_name(name)
+        .ok_or_else(|| format!("there are {}", ContactSolver::ALL.map(ContactSolver::name).join(", ")))
 }
 
 /// A formulation, as on the command line.
@@ -94,6 +106,8 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         levels: args.coarsest..=args.finest,
         formulations: &formulations,
         implicit_steps_s: &args.implicit_steps,
+        contact_solvers: &args.contact_solvers,
+        geometry: args.geometry,
         combined: args.combined,
     };
     let cancelled = watch_for_ctrl_c()?;
@@ -166,10 +180,27 @@ fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     for row in study.rows.iter().filter(|row| row.reason.is_some()) {
         writeln!(out, "\n{}: {}", row.name, row.reason.as_deref().unwrap_or_default())?;
     }
+    write_geometry(study, out)?;
     writeln!(out, "\nCheapest setting, the uncertainty of the reference included:")?;
     let mut header = vec![String::new()];
     header.extend(TARGETS.map(|target| format!("for {} %", 100.0 * target)));
     let rows: Vec<Vec<String>> = study.advice.chunks(TARGETS.len()).map(advice_cells).collect();
+    write_table(&header, &rows, out)
+}
+
+fn write_geometry(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
+    if study.geometry.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nGeometry: what facets in place of the true surface do, second order assumed:")?;
+    let header =
+        ["", "change from mesh 0 to mesh +1", "of it by the surface", "error of mesh 0 by its facets"];
+    let cells = |(quantity, Geometry { change, change_by_surface, error }): (&Quantity, &Geometry)| {
+        let changes = [change, change_by_surface].map(|change| format!("{:+.2} %", 100.0 * change));
+        let [change, by_surface] = changes;
+        [quantity.title().0.to_owned(), change, by_surface, format!("{:.2} %", 100.0 * error)]
+    };
+    let rows: Vec<[String; 4]> = study.geometry.iter().map(cells).collect();
     write_table(&header, &rows, out)
 }
 

@@ -5,7 +5,7 @@ use super::{ContactPlan, PlanBody};
 use crate::mechanics::contact::slave_choice::{Slave, choose_slave};
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{ContactPairs, Keep, PlaneDocument, Role, SceneDocument};
+use crate::scene::document::{ContactPairs, ContactSolver, Keep, PlaneDocument, Role, SceneDocument};
 
 /// One side of a pair as the document names it.
 #[derive(Clone, Copy)]
@@ -37,6 +37,7 @@ pub(super) fn compile_contact(
         mesh_pairs: 0,
         pair_bodies: Vec::new(),
         tolerance: document.contact.tolerance,
+        solver: document.solver.contact.map(ContactSolver::method),
     };
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
         asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
@@ -152,7 +153,8 @@ fn add_pair(
         (Side::Plane(_), Side::Plane(_)) => return,
     };
     let surface = surface_of(plan, bodies, slave);
-    let keeps_tangential = document.keeps(Keep::TangentialReactions);
+    // A solver that the scene names has three unknowns a contact, whatever rubs.
+    let keeps_tangential = document.keeps(Keep::TangentialReactions) || plan.solver.is_some();
     let law = if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) };
     plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, law });
     plan.pair_bodies.push((slave, master_body));

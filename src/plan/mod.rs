@@ -28,6 +28,7 @@ pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};
 
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
+use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -143,6 +144,8 @@ pub struct ContactPlan {
     pub pair_bodies: Vec<(usize, Option<usize>)>,
     /// Largest scaled residual of the solver [-].
     pub tolerance: f64,
+    /// The solver of the library that gets `W`, where the scene names one.
+    pub solver: Option<Method>,
 }
 
 /// Settling before the clock starts.

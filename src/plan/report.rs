@@ -172,6 +172,10 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
     kept.extend(statics_in_words(plan));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
+    let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
+    kept.extend(
+        solver.map(|solver| format!("contact problems solved by {}, W formed in every step", solver.name())),
+    );
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_)) && !plan.blocks.is_empty();
     if is_explicit && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
         kept.push(

@@ -16,7 +16,7 @@ pub use super::mesh_document::{
     RotationDocument,
 };
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
-pub use super::solver_document::{ErrorBarsDocument, Keep, SolverDocument};
+pub use super::solver_document::{ContactSolver, ErrorBarsDocument, Keep, SolverDocument};
 
 /// One scene: bodies, what may touch, how long, what to record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -49,6 +49,7 @@ pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::Mesh;
+use crate::mesh::refine::refined;
 use document::{Keep, SceneDocument};
 use std::collections::BTreeMap;
 
@@ -76,6 +77,19 @@ impl Scene {
             if !keep.contains(thing) {
                 keep.push(*thing);
             }
+        }
+    }
+
+    /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a
+    /// generator knows a true surface; document and content hash stay those of the coarser meshes.
+    pub fn split_on_facets(&mut self) {
+        fn eightfold<T: Clone>(of_elements: &[T]) -> Vec<T> {
+            of_elements.iter().flat_map(|of_element| std::iter::repeat_n(of_element.clone(), 8)).collect()
+        }
+        for body in self.bodies.iter_mut().filter(|body| body.rigid.is_none()) {
+            body.mesh = refined(&body.mesh);
+            body.part_entry = eightfold(&body.part_entry);
+            body.axes = eightfold(&body.axes);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What the solver is told besides the physics: which of the things that a plan leaves out it keeps.
 
+use crate::mechanics::contact::solvers::Method;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,6 +14,76 @@ pub struct SolverDocument {
     /// Where the error bars of the summary come from.
     #[serde(default, skip_serializing_if = "ErrorBarsDocument::is_default")]
     pub error_bars: ErrorBarsDocument,
+    /// Which solver of the library (docs/contact-solvers.md) finds the contact reactions. By default explicit steps sweep over the
+    /// nodal velocities (Gauss–Seidel) and form no `W`, and implicit and load steps use `hybrid`. A solver that is named here gets
+    /// `W`, `q` and `μ` of every step: for comparisons, and where the default stops; explicit steps take longer with it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSolver>,
+}
+
+/// A solver of contact problems.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ContactSolver {
+    /// Picks and switches by itself.
+    Hybrid,
+    /// Block Gauss–Seidel with the exact solution of each contact.
+    Nsgs,
+    /// Semismooth Newton on all contacts.
+    Newton,
+    /// Primal-dual interior points on the second-order cones.
+    InteriorPoint,
+    /// Proximal points, each by Gauss–Seidel and Newton.
+    Proximal,
+    /// The fixed point of De Saxcé & Feng.
+    DeSaxce,
+    /// One projection a contact and sweep, with a step of its own.
+    Uzawa,
+    /// Extragradient steps of their own length.
+    Extragradient,
+    /// Projected gradient with Nesterov's momentum and restarts.
+    AcceleratedGradient,
+}
+
+impl ContactSolver {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Hybrid,
+        Self::Nsgs,
+        Self::Newton,
+        Self::InteriorPoint,
+        Self::Proximal,
+        Self::DeSaxce,
+        Self::Uzawa,
+        Self::Extragradient,
+        Self::AcceleratedGradient,
+    ];
+
+    /// That of the library.
+    pub fn method(self) -> Method {
+        match self {
+            Self::Hybrid => Method::Hybrid,
+            Self::Nsgs => Method::Nsgs,
+            Self::Newton => Method::Newton,
+            Self::InteriorPoint => Method::InteriorPoint,
+            Self::Proximal => Method::Proximal,
+            Self::DeSaxce => Method::DeSaxce,
+            Self::Uzawa => Method::Uzawa,
+            Self::Extragradient => Method::Extragradient,
+            Self::AcceleratedGradient => Method::AcceleratedGradient,
+        }
+    }
+
+    /// Its name for people, and on the command line.
+    pub fn name(self) -> &'static str {
+        self.method().name()
+    }
+
+    /// The one of a name, as on the command line.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|solver| solver.name() == name)
+    }
 }
 
 /// Where the error bars of the summary come from.
@@ -105,5 +176,15 @@ mod tests {
             assert_eq!(Keep::from_name(keep.name()), Some(keep));
         }
         assert_eq!(Keep::from_name("quiet"), None);
+    }
+
+    #[test]
+    fn solvers_are_called_as_in_the_library() {
+        for solver in ContactSolver::ALL {
+            assert_eq!(serde_json::to_value(solver).unwrap(), solver.name().replace('-', "_"));
+            assert_eq!(ContactSolver::from_name(solver.name()), Some(solver));
+        }
+        // Where something rubs `frictionless` is the hybrid, and where nothing does the default has one unknown anyway.
+        assert_eq!(ContactSolver::ALL.len() + 1, Method::ALL.len());
     }
 }

@@ -7,9 +7,12 @@ use super::ledger::stuck;
 use super::rigid::RigidStep;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
+use crate::mechanics::contact::problem::ProblemError;
 use crate::mechanics::contact::projection::project_positions;
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
+use crate::mechanics::contact::solvers::{self, Method, SolveReport};
+use crate::mechanics::contact::step_problem::solve_step;
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
@@ -40,6 +43,11 @@ pub(super) struct ContactStep<'p> {
     rigid: Option<RigidContact<'p>>,
     /// Solves that ended above the scene's tolerance: how many, and the largest residual.
     pub unconverged: (u64, f64),
+}
+
+/// What is wrong with the numbers of a step where they make no contact problem.
+pub(super) fn no_problem(error: ProblemError) -> (FailureCause, String) {
+    (FailureCause::NotFinite, format!("There is no contact problem: {error}."))
 }
 
 /// What contact needs where a side is a rigid body.
@@ -104,6 +112,14 @@ impl<'p> ContactStep<'p> {
         self.detect(plan, rigid, x, h, phase, v)?;
         let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
         let laws = if phase.sticks() { &self.stuck } else { &self.laws };
+        if let Some(method) = self.plan.solver {
+            let options =
+                solvers::Options { tolerance: self.plan.tolerance, method, ..solvers::Options::default() };
+            let masses = (&plan.inverse_mass[..], &sides);
+            let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
+            let report = solved.map_err(no_problem)?;
+            return report.map_or(Ok(()), |report| self.accept_report(&report));
+        }
         let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
@@ -159,6 +175,12 @@ impl<'p> ContactStep<'p> {
         contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)
     }
 
+    /// As [`Self::accept`], of a solver of the library.
+    pub fn accept_report(&mut self, report: &SolveReport) -> Result<(), (FailureCause, String)> {
+        let is_within = report.converged || report.error_scaled <= self.plan.tolerance;
+        if is_within { Ok(()) } else { self.accept(report.error_scaled, None) }
+    }
+
     /// Whether a residual above the scene's tolerance is still small enough; then it is counted. `sweeps` that led to it, where
     /// they were counted.
     pub fn accept(&mut self, residual: f64, sweeps: Option<usize>) -> Result<(), (FailureCause, String)> {
@@ -197,6 +219,11 @@ impl<'p> ContactStep<'p> {
     /// Largest scaled residual of a converged solution [-].
     pub fn tolerance(&self) -> f64 {
         self.plan.tolerance
+    }
+
+    /// The solver of the library that the scene names.
+    pub fn named_solver(&self) -> Option<Method> {
+        self.plan.solver
     }
 
     pub fn results(&self) -> (&[Contact], &[Reaction]) {

@@ -94,7 +94,8 @@ impl FailureCause {
                 "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
             }
             Self::ContactNotConverged => {
-                "Raise `contact.tolerance`, lower the friction, or avoid bodies that touch over many redundant nodes."
+                "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies that \
+                 touch over many redundant nodes."
             }
             Self::NewtonNotConverged => {
                 "Lower `integrator.step_s` (a fifth is a good trial), raise `integrator.theta` to 0.6, or refine the mesh at the \

@@ -1,7 +1,8 @@
 //! A setting of the numerics: what a study changes in a scene without changing its question.
 
 use crate::scene::document::{
-    Count, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
+    ContactSolver, Count, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument,
+    SceneDocument,
 };
 use serde::Serialize;
 
@@ -10,6 +11,10 @@ use serde::Serialize;
 pub struct Setting {
     /// Mesh: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
     pub mesh_level: i32,
+    /// The mesh is that of the level below with every element split into eight on its facets: the nodes that are new are not on
+    /// the true surface.
+    #[serde(skip_serializing_if = "is_false")]
+    pub on_facets: bool,
     /// Element formulation of every part; `None` for what the document says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
@@ -21,6 +26,9 @@ pub struct Setting {
     /// Tolerance of the contact solver; `None` for what the document says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_tolerance: Option<f64>,
+    /// Solver of contact problems; `None` for what the document says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_solver: Option<ContactSolver>,
     /// Share of the mass of skin nodes that is moved inwards; `None` for what the document says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_redistribution: Option<f64>,
@@ -30,14 +38,17 @@ impl Setting {
     /// What the document says.
     pub const OWN: Self = Self {
         mesh_level: 0,
+        on_facets: false,
         formulation: None,
         step_divisor: 1.0,
         implicit_step_s: None,
         contact_tolerance: None,
+        contact_solver: None,
         mass_redistribution: None,
     };
 
-    /// The scene computed like this; `None` where it cannot be: a mesh from a file is not made coarser.
+    /// The scene computed like this, with the mesh that is to be split where one is; `None` where it cannot be: a mesh from a file
+    /// is not made coarser.
     pub fn apply(&self, document: &SceneDocument) -> Option<SceneDocument> {
         let mut document = document.clone();
         // The study compares the runs themselves.
@@ -48,7 +59,7 @@ impl Setting {
         for body in &mut document.bodies {
             // A rigid body has no mesh.
             if let Some(mesh) = &mut body.mesh {
-                change_mesh(mesh, self.mesh_level)?;
+                change_mesh(mesh, self.mesh_level - i32::from(self.on_facets))?;
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);
@@ -61,6 +72,7 @@ impl Setting {
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;
         }
+        document.solver.contact = self.contact_solver.or(document.solver.contact);
         if let Some(share) = self.mass_redistribution {
             document.contact.mass_redistribution = share;
         }
@@ -80,15 +92,22 @@ impl Setting {
     pub fn name(&self) -> String {
         let parts = [
             Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
+            self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
             self.implicit_step_s.map(|step| format!("implicit steps of {step:.1e} s")),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
+            self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
             self.mass_redistribution
                 .map(|share| format!("{:.0} % of the skin's mass inwards", 100.0 * share)),
         ];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 fn change_mesh(mesh: &mut MeshDocument, level: i32) -> Option<()> {

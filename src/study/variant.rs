@@ -2,8 +2,8 @@
 
 use super::Setting;
 use super::single::{RunError, RunRequest, RunResult, run_scene};
-use crate::scene::document::SceneDocument;
-use crate::scene::{Budget, MeshSource, Problems, load};
+use crate::scene::document::{Generator, MeshDocument, SceneDocument};
+use crate::scene::{Budget, MeshSource, Problems, Scene, load};
 use crate::step::Interrupt;
 
 /// The scene, and what each of its runs may have.
@@ -27,6 +27,9 @@ pub(super) enum NotRun {
     /// The setting has no mesh.
     #[error("the mesh cannot be made so coarse, or there is none")]
     NoSuchMesh,
+    /// Splitting on the facets is nothing else.
+    #[error("no generator of the scene knows a curved surface")]
+    NoCurvedSurface,
     /// The scene with the setting is refused.
     #[error("{}", .0.first_error().map_or_else(|| .0.to_string(), ToString::to_string))]
     Refused(Problems),
@@ -41,14 +44,19 @@ pub(super) enum NotRun {
 impl Variants<'_> {
     /// Runs the scene with a setting, and no step beyond `longest` [s]. A run that failed is a result.
     pub fn run(&self, setting: &Setting, longest: Option<f64>) -> Result<RunResult, NotRun> {
-        let mut document = setting.apply(self.document).ok_or(NotRun::NoSuchMesh)?;
-        if let Some(longest) = longest {
-            document.integrator.limit_step(longest);
+        if setting.on_facets {
+            if !self.document.bodies.iter().any(|body| body.mesh.as_ref().is_some_and(is_curved)) {
+                return Err(NotRun::NoCurvedSurface);
+            }
+            // As many elements are judged by the budget.
+            self.load(&Setting { on_facets: false, ..*setting }, longest)?;
         }
-        let document_json = serde_json::to_vec(&document)?;
-        let loaded = load(&document_json, self.source, self.budget).map_err(NotRun::Refused)?;
+        let (document_json, mut scene) = self.load(setting, longest)?;
+        if setting.on_facets {
+            scene.split_on_facets();
+        }
         let result = run_scene(RunRequest {
-            scene: &loaded.scene,
+            scene: &scene,
             document_json: &document_json,
             recording: None,
             threads: self.threads,
@@ -58,4 +66,20 @@ impl Variants<'_> {
         });
         Ok(result?)
     }
+
+    /// The document with a setting, and its scene.
+    fn load(&self, setting: &Setting, longest: Option<f64>) -> Result<(Vec<u8>, Scene), NotRun> {
+        let mut document = setting.apply(self.document).ok_or(NotRun::NoSuchMesh)?;
+        if let Some(longest) = longest {
+            document.integrator.limit_step(longest);
+        }
+        let document_json = serde_json::to_vec(&document)?;
+        let loaded = load(&document_json, self.source, self.budget).map_err(NotRun::Refused)?;
+        Ok((document_json, loaded.scene))
+    }
+}
+
+/// Whether a mesh is made by a generator whose nodes lie on a surface that its facets are not.
+fn is_curved(mesh: &MeshDocument) -> bool {
+    matches!(mesh, MeshDocument::Generator(generator) if !matches!(generator, Generator::Block { .. }))
 }

@@ -10,6 +10,7 @@ mod bar_on_wall;
 mod breathing_hollow_ball;
 mod cantilever;
 mod contact_patch;
+mod contact_solvers;
 mod cook;
 mod coulomb_cone;
 mod coverage;

@@ -1,8 +1,10 @@
-//! The contact problem of a step with lumped masses, written out: `W = C M⁻¹ Cᵀ` and q, which the step itself never forms.
+//! The contact problem of a step with lumped masses, written out: `W = C M⁻¹ Cᵀ` and q, which [`super::gauss_seidel`] never forms;
+//! and a step whose reactions a solver of the library finds.
 
 use super::contact_row::{Levers, Row};
 use super::delassus::{Block, Delassus};
 use super::problem::{ContactProblem, ProblemError};
+use super::solvers::{self, Options, SolveReport};
 use super::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -22,10 +24,7 @@ pub fn step_problem(
     h: f64,
     v: &[Vec3],
 ) -> Result<ContactProblem, ProblemError> {
-    let row = |contact: &Contact| {
-        Row::turning(contact, inverse_mass, h, Levers::new(contact, rigid.of_pair(contact.pair), rigid))
-    };
-    let rows: Vec<Row<Levers>> = contacts.iter().map(row).collect();
+    let rows: Vec<Row<Levers>> = contacts.iter().map(|c| row(c, (inverse_mass, rigid), h)).collect();
     let mut free = v.to_vec();
     for (row, reaction) in rows.iter().zip(reactions) {
         row.push(reaction.impulse.map(|p| -p), inverse_mass, &mut free);
@@ -48,6 +47,47 @@ pub fn step_problem(
         })
     });
     ContactProblem::new(Delassus::from_blocks(contacts.len(), blocks)?, q, mu)
+}
+
+/// Finds impulses and end velocities as [`super::gauss_seidel::solve_with_rigid`], by a solver of the library: W is formed, and
+/// memory allocated. Contacts whose both sides are immovable along n get no reaction. `None` where no other is left.
+///
+/// Arguments as of [`step_problem`], but `v` [m/s] are the velocities before the impulses, which are added to it; `reactions` is
+/// resized to the contacts.
+///
+/// # Errors
+/// [`ProblemError`] where a number is not finite.
+pub fn solve_step(
+    contacts: &[Contact],
+    reactions: &mut Vec<Reaction>,
+    laws: &[ContactLaw],
+    masses: (&[Vec3], &RigidSides),
+    h: f64,
+    v: &mut [Vec3],
+    options: &Options,
+) -> Result<Option<SolveReport>, ProblemError> {
+    reactions.clear();
+    reactions.resize(contacts.len(), Reaction::default());
+    let is_movable = |c: &usize| row(&contacts[*c], masses, h).normal.w_nn > 0.0;
+    let movable: Vec<usize> = (0..contacts.len()).filter(is_movable).collect();
+    if movable.is_empty() {
+        return Ok(None);
+    }
+    let chosen: Vec<Contact> = movable.iter().map(|&c| contacts[c].clone()).collect();
+    let problem = step_problem(&chosen, &[], laws, masses, h, v)?;
+    let mut r = vec![0.0; 3 * chosen.len()];
+    let report = solvers::solve(&problem, &mut r, options);
+    for ((&c, contact), impulse) in movable.iter().zip(&chosen).zip(r.chunks_exact(3)) {
+        if impulse.iter().any(|p| *p != 0.0) {
+            reactions[c].impulse.copy_from_slice(impulse);
+            row(contact, masses, h).push(reactions[c].impulse, masses.0, v);
+        }
+    }
+    Ok(Some(report))
+}
+
+fn row(contact: &Contact, (inverse_mass, rigid): (&[Vec3], &RigidSides), h: f64) -> Row<Levers> {
+    Row::turning(contact, inverse_mass, h, Levers::new(contact, rigid.of_pair(contact.pair), rigid))
 }
 
 /// `T_c A T_dᵀ`.

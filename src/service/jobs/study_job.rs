@@ -4,7 +4,7 @@ use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
 use super::simulator::{Simulator, invalid_scene};
 use super::{JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::scene::Problem;
-use crate::scene::document::Formulation;
+use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::problem::Pointer;
 use crate::service::meshes::MeshShelf;
 use crate::study::Setting;
@@ -49,6 +49,12 @@ pub struct ErrorStudyDocument {
     /// Lengths of implicit steps beside the scene's own stepping [s].
     #[serde(default)]
     implicit_steps_s: Vec<f64>,
+    /// Solvers of contact problems beside the scene's own, with its own stepping and with each of those steps.
+    #[serde(default)]
+    contact_solvers: Vec<ContactSolver>,
+    /// Whether the error of the geometry is told apart, by a run of the next finer mesh on the facets of the scene's own.
+    #[serde(default)]
+    geometry: bool,
     /// Whether lighter skins and implicit steps are combined with every mesh and formulation.
     #[serde(default)]
     combined: bool,
@@ -135,8 +141,21 @@ fn check_error(
     study: &ErrorStudyDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let ErrorStudyDocument { scene, coarsest, finest, formulations, implicit_steps_s, exact, .. } = study;
-    let lists = [("formulations", formulations.len()), ("implicit_steps_s", implicit_steps_s.len())];
+    let ErrorStudyDocument {
+        scene,
+        coarsest,
+        finest,
+        formulations,
+        implicit_steps_s,
+        contact_solvers,
+        exact,
+        ..
+    } = study;
+    let lists = [
+        ("formulations", formulations.len()),
+        ("implicit_steps_s", implicit_steps_s.len()),
+        ("contact_solvers", contact_solvers.len()),
+    ];
     let long = lists.into_iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, n));
     let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
     let bad_steps = bad_steps.take(MOST_ENTRIES).map(|(index, step)| bad_step(index, *step));
@@ -225,6 +244,8 @@ pub(super) fn run(
                 finest,
                 formulations,
                 implicit_steps_s,
+                contact_solvers,
+                geometry,
                 combined,
                 exact,
             } = study;
@@ -232,6 +253,8 @@ pub(super) fn run(
                 levels: coarsest..=finest,
                 formulations: &formulations,
                 implicit_steps_s: &implicit_steps_s,
+                contact_solvers: &contact_solvers,
+                geometry,
                 combined,
             };
             let loaded = simulator.load(scene.to_string().as_bytes(), order.meshes);

@@ -15,7 +15,7 @@ use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Prescribed;
-use crate::step::contact::ContactStep;
+use crate::step::contact::{ContactStep, no_problem};
 use crate::step::failure::{Failure, FailureCause, Stop};
 use crate::step::integrator::Phase;
 use crate::step::loads;
@@ -354,30 +354,29 @@ fn solve_contacts(
     let closing = |c: &Contact| closing(step, c, sides, v_free).into_iter().take(unknowns);
     let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
-    let internal = |e: ProblemError| (FailureCause::NotFinite, format!("There is no contact problem: {e}."));
     // Without mass the free motion is long where contact alone holds a body, and what the law misses is a share of it.
     let tolerance = match step.options.statics {
         Some(_) => contact.tolerance().min(STATIC_CONTACT * step.options.tolerance).max(TIGHTEST_CONTACT),
         None => contact.tolerance(),
     };
-    let options = Options { tolerance, ..Options::default() };
+    let named = contact.named_solver();
+    let options = Options { tolerance, method: named.unwrap_or_default(), ..Options::default() };
     let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
     let report = if unknowns == 1 {
         solvers::solve_frictionless(&W, &q, &mut r, &options)
-    } else if mu.iter().all(|mu| *mu == 0.0) {
+    } else if named.is_none() && mu.iter().all(|mu| *mu == 0.0) {
         solve_normal_rows(&W, &q, &mut r, &options)
     } else {
-        let W = Delassus::dense(contacts.len(), W).map_err(|e| internal(e.into()))?;
+        let W = Delassus::dense(contacts.len(), W).map_err(|e| no_problem(e.into()))?;
         ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, &options))
     };
-    let report = report.map_err(internal)?;
+    let report = report.map_err(no_problem)?;
     let (_, reactions) = contact.problem();
     for (reaction, r) in reactions.iter_mut().zip(r.chunks_exact(unknowns)) {
         *reaction = Reaction::default();
         reaction.impulse[..unknowns].copy_from_slice(r);
     }
-    let is_within = report.converged || report.error_scaled <= contact.tolerance();
-    if is_within { Ok(()) } else { contact.accept(report.error_scaled, None) }
+    contact.accept_report(&report)
 }
 
 /// As if each contact had one unknown, with the same bits: rows (n, t1, t2) of contacts of which none rubs.

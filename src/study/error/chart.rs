@@ -38,7 +38,12 @@ pub fn chart(study: &ErrorStudy) -> Result<String, String> {
 /// What a group of settings has in common: one colour, one line of the legend.
 fn family(row: &Row) -> String {
     let setting = &row.setting;
+    if let Some(solver) = setting.contact_solver {
+        let steps = if setting.implicit_step_s.is_some() { ", implicit steps" } else { "" };
+        return format!("contact by {}{steps}", solver.name());
+    }
     let change = match () {
+        () if setting.on_facets => "meshes on the facets",
         () if setting.step_divisor > 1.0 => "smaller steps",
         () if setting.contact_tolerance.is_some() => "contact tolerance",
         () if setting.implicit_step_s.is_some() => "implicit steps",
@@ -91,12 +96,20 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
         }
     }
     for (i, name) in families.into_iter().enumerate() {
-        let colour = COLOURS[i % COLOURS.len()];
+        let style = COLOURS[i % COLOURS.len()].filled();
         let of_family = study.rows.iter().filter(|row| family(row) == name).filter_map(point);
-        chart
-            .draw_series(of_family.map(|p| Circle::new(p, 4, colour.filled())))?
-            .label(name)
-            .legend(move |(x, y)| Circle::new((x + 8, y), 4, colour.filled()));
+        // Colours come round again as triangles.
+        if i < COLOURS.len() {
+            chart
+                .draw_series(of_family.map(|p| Circle::new(p, 4, style)))?
+                .label(name)
+                .legend(move |(x, y)| Circle::new((x + 8, y), 4, style));
+        } else {
+            chart
+                .draw_series(of_family.map(|p| TriangleMarker::new(p, 5, style)))?
+                .label(name)
+                .legend(move |(x, y)| TriangleMarker::new((x + 8, y), 5, style));
+        }
     }
     chart
         .configure_series_labels()

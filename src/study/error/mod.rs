@@ -6,10 +6,12 @@
 
 mod chart;
 mod front;
+mod geometry;
 pub mod quantity;
 
 pub use chart::chart;
 pub use front::{Advice, TARGETS};
+pub use geometry::Geometry;
 pub use quantity::Quantity;
 
 use super::Setting;
@@ -17,7 +19,7 @@ use super::single::{ending_name, is_stop};
 use super::variant::Variants;
 pub use crate::measure::convergence::Reference;
 use crate::measure::convergence::extrapolate;
-use crate::scene::document::{Formulation, SceneDocument};
+use crate::scene::document::{ContactSolver, Formulation, SceneDocument};
 use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
 use serde::Serialize;
@@ -99,6 +101,9 @@ pub struct ErrorStudy {
     pub references: BTreeMap<Quantity, Reference>,
     /// The runs, in the order of the ladder.
     pub rows: Vec<Row>,
+    /// What of the change from the scene's own mesh to the next finer one is the surface's; empty where it was not asked for.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub geometry: BTreeMap<Quantity, Geometry>,
     /// For each quantity and target the cheapest setting that reaches it.
     pub advice: Vec<Advice>,
     /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
@@ -115,14 +120,18 @@ pub struct Ladder<'a> {
     pub formulations: &'a [Formulation],
     /// Implicit steps on the scene's own mesh beside its own stepping [s].
     pub implicit_steps_s: &'a [f64],
+    /// Solvers of contact problems on the scene's own mesh, with its own stepping and with each of those steps.
+    pub contact_solvers: &'a [ContactSolver],
+    /// Whether the next finer mesh is also run with its new nodes on the facets, which tells what the true surface does.
+    pub geometry: bool,
     /// Whether integrators and redistributed mass are combined with every mesh and formulation; otherwise they are tried on the
     /// scene's own mesh.
     pub combined: bool,
 }
 
 impl Ladder<'_> {
-    /// Meshes for each formulation, then time steps, tolerances, masses and implicit steps on the scene's own mesh; then, where
-    /// they are asked for, their combinations.
+    /// Meshes for each formulation, then time steps, tolerances, masses, implicit steps and contact solvers on the scene's own
+    /// mesh; then, where they are asked for, combinations.
     pub fn settings(&self) -> Vec<Setting> {
         let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
         let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
@@ -131,7 +140,12 @@ impl Ladder<'_> {
         let implicit =
             self.implicit_steps_s.iter().map(|h| Setting { implicit_step_s: Some(*h), ..Setting::OWN });
         let mut settings = self.meshes();
-        settings.extend(steps.into_iter().chain(tolerances).chain(masses).chain(implicit));
+        settings.extend(self.geometry.then_some(geometry::ON_FACETS));
+        settings.extend(steps.into_iter().chain(tolerances).chain(masses).chain(implicit.clone()));
+        for solver in self.contact_solvers {
+            let steppings = std::iter::once(Setting::OWN).chain(implicit.clone());
+            settings.extend(steppings.map(|s| Setting { contact_solver: Some(*solver), ..s }));
+        }
         if self.combined {
             for setting in self.meshes().into_iter().flat_map(|mesh| self.combinations(mesh)) {
                 if !settings.contains(&setting) {
@@ -181,11 +195,13 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
         row.errors = errors(&row.values, &references);
     }
     let advice = front::advice(&rows, &references);
+    let geometry = geometry::geometry(&rows);
     ErrorStudy {
         scene: request.document.name.clone(),
         threads: request.threads,
         references,
         rows,
+        geometry,
         advice,
         stopped,
     }

@@ -53,6 +53,11 @@ fn every_problem_of_a_study_has_its_place() {
         (json!({"kind": "horoscope"}), "/kind"),
         (json!({"kind": "error", "scene": scene(), "finest": "very"}), "/finest"),
         (json!({"kind": "error", "scene": scene(), "implicit_steps_s": [1e-3, "x"]}), "/implicit_steps_s/1"),
+        (
+            json!({"kind": "error", "scene": scene(), "contact_solvers": ["nsgs", "lemke"]}),
+            "/contact_solvers/1",
+        ),
+        (json!({"kind": "error", "scene": scene(), "geometry": "round"}), "/geometry"),
         (json!({"kind": "stability", "implicit": [-1]}), "/implicit/0"),
         (json!({"kind": "stability", "shorter": true}), "/shorter"),
     ] {
