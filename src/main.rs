@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         Err(error) if error.is_broken_pipe() => Exit::Success.into(),
         Err(error) => {
             let exit = error.exit();
-            let _ = writeln!(io::stderr(), "contuse: {:#}", anyhow::Error::from(error));
+            let _ = writeln!(io::stderr(), "contuse: {}", error.in_full());
             exit.into()
         }
     }

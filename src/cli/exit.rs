@@ -34,6 +34,14 @@ pub enum CliError {
     /// Output could not be written.
     #[error("cannot write the output")]
     Output(#[from] io::Error),
+    /// An output file could not be written.
+    #[error("cannot write {path}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// An input file could not be read.
     #[error("cannot read {path}")]
     Input {
@@ -68,15 +76,42 @@ impl CliError {
     /// The exit code that belongs to it.
     pub fn exit(&self) -> Exit {
         match self {
-            Self::Output(_) | Self::Picture(_) | Self::Other(_) => Exit::Unexpected,
+            Self::Output(_) | Self::File { .. } | Self::Picture(_) | Self::Other(_) => Exit::Unexpected,
             Self::Material { source: MaterialError::NotConverged { .. }, .. } => Exit::RunFailed,
             Self::Input { .. } | Self::Invalid(_) | Self::Usage(_) | Self::Material { .. } => {
                 Exit::InvalidInput
             }
         }
     }
+    /// The message with the reasons behind it, each told once.
+    pub fn in_full(&self) -> String {
+        let mut text = self.to_string();
+        let mut cause = std::error::Error::source(self);
+        while let Some(reason) = cause {
+            let told = reason.to_string();
+            if !text.contains(&told) {
+                text = format!("{text}: {told}");
+            }
+            cause = reason.source();
+        }
+        text
+    }
     /// Whether the reader of the output has gone.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_is_told_once() {
+        let source = || io::Error::other("the disk is full");
+        let silent = CliError::File { path: "a.csv".into(), source: source() };
+        assert_eq!(silent.in_full(), "cannot write a.csv: the disk is full");
+        let told = crate::report::ReadError::File { path: "a.mcap".into(), source: source() };
+        assert_eq!(CliError::Other(Box::new(told)).in_full(), "cannot read a.mcap: the disk is full");
     }
 }

@@ -4,6 +4,7 @@ pub mod contact_problem;
 mod exit;
 pub mod keep;
 pub mod material;
+mod output_file;
 pub mod plan;
 pub mod report;
 pub mod run;

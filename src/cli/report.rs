@@ -1,12 +1,13 @@
 //! `contuse report` and `contuse export`: what is handed out of a recorded run.
 
+use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
 use crate::report::{RecordedRun, csv, fhir, html};
 use crate::step::Interrupt;
 use crate::study::{RunRequest, run_scene};
 use clap::Args;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -43,16 +44,18 @@ pub struct ExportArgs {
 /// # Errors
 /// What is wrong with the scene or the recording, or why the page cannot be written.
 pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    check_writable(&args.output, "--output (-o)")?;
     let is_scene = args.input.extension().is_some_and(|extension| extension == "json");
     let run = if is_scene { run_for_report(args)? } else { read(&args.input)? };
     let page = html::page(&run).map_err(CliError::Picture)?;
-    std::fs::write(&args.output, page)?;
+    write_file(&args.output, |file| file.write_all(page.as_bytes()))?;
     writeln!(out, "{}", args.output.display())?;
     Ok(Exit::Success)
 }
 
 /// Runs a scene into a recording that is read back and removed.
 fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
+    refuse_summary(&args.input)?;
     let (document_json, loaded) = read_scene(&args.input)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let recording = std::env::temp_dir().join(format!("contuse-report-{}.mcap", std::process::id()));
@@ -72,6 +75,19 @@ fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
     run
 }
 
+/// A summary is no scene: what it says it says already.
+fn refuse_summary(path: &Path) -> Result<(), CliError> {
+    let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
+    let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap_or_default();
+    if document.get("engine_version").is_some() && document.get("bodies").is_none() {
+        return Err(CliError::Usage(format!(
+            "{} is the summary of a run, not a scene: report on the recording of that run (.mcap)",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
 fn read(path: &Path) -> Result<RecordedRun, CliError> {
     RecordedRun::read(path).map_err(|error| CliError::Usage(error.to_string()))
 }
@@ -81,17 +97,17 @@ fn read(path: &Path) -> Result<RecordedRun, CliError> {
 /// # Errors
 /// What is wrong with the recording, or why a file cannot be written.
 pub fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    args.fhir.iter().try_for_each(|path| check_writable(path, "--fhir"))?;
+    args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
     let run = read(&args.recording)?;
     if let Some(path) = &args.fhir {
         let bundle = fhir::bundle(&run, &now());
         let text = serde_json::to_string_pretty(&bundle).map_err(|error| CliError::Other(Box::new(error)))?;
-        std::fs::write(path, text + "\n")?;
+        write_file(path, |file| writeln!(file, "{text}"))?;
         writeln!(out, "{}", path.display())?;
     }
     if let Some(path) = &args.csv {
-        let mut file = BufWriter::new(std::fs::File::create(path)?);
-        csv::write(&run, &mut file)?;
-        file.flush()?;
+        write_file(path, |file| csv::write(&run, file))?;
         writeln!(out, "{}", path.display())?;
     }
     Ok(Exit::Success)

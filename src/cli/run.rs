@@ -1,6 +1,7 @@
 //! `contuse run`: run a scene and record it.
 
 use super::keep::KeepArgs;
+use super::output_file::check_writable;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
 use crate::record::{ContactProblemRecorder, partial_path};
@@ -37,7 +38,7 @@ pub struct RunArgs {
     #[arg(short, long)]
     pub quiet: bool,
     /// Stop after so many seconds of wall time.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub deadline_s: Option<f64>,
     /// Leave out the cheaper runs that give the numbers their error bars.
     #[arg(long)]
@@ -98,8 +99,9 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
 /// When to stop.
 pub(super) fn deadline(seconds: Option<f64>) -> Result<Option<Instant>, CliError> {
     let Some(seconds) = seconds else { return Ok(None) };
-    let duration = Duration::try_from_secs_f64(seconds)
-        .map_err(|error| CliError::Usage(format!("--deadline-s {seconds}: {error}")))?;
+    let duration = Duration::try_from_secs_f64(seconds).map_err(|error| {
+        CliError::Usage(format!("--deadline-s {seconds}: {error}; give seconds from now on, such as 60"))
+    })?;
     Ok(Instant::now().checked_add(duration))
 }
 
@@ -138,7 +140,7 @@ fn check_output(path: &Path) -> Result<(), CliError> {
             folder.display()
         )));
     }
-    Ok(())
+    check_writable(&partial_path(path), "--output (-o)")
 }
 
 /// Whether a file is an MCAP file, by its first bytes: the only thing that a run may overwrite.

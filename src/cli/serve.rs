@@ -4,7 +4,7 @@ use super::{CliError, Exit};
 use crate::scene::Budget;
 use crate::service::config::{ServiceConfig, Tokens};
 use crate::service::jobs::simulator::Simulator;
-use crate::service::{Service, http};
+use crate::service::{Service, ServiceError, http};
 use clap::Args;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
@@ -18,7 +18,7 @@ use tokio::sync::watch;
 #[derive(Args, Clone, Debug)]
 pub struct ServeArgs {
     /// Address to listen on; port 0 takes a free one. The address taken is printed on standard output.
-    #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080")]
+    #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080", value_parser = address)]
     listen: SocketAddr,
     /// Folder of jobs, meshes and recordings.
     #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
@@ -134,13 +134,24 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
     runtime.block_on(async {
         let signals = count_signals()?;
-        let service = Service::start(config, engine).await.map_err(|e| CliError::Other(Box::new(e)))?;
+        let service = Service::start(config, engine).await.map_err(not_started)?;
         // With port 0 nobody knows otherwise where it listens.
         writeln!(out, "listening on http://{}", service.address())?;
         out.flush()?;
         service.run_until(signalled(signals.clone(), 1), signalled(signals, 2)).await;
         Ok(Exit::Success)
     })
+}
+
+/// Why the service did not start, with what to do where the address is the reason.
+fn not_started(error: ServiceError) -> CliError {
+    let text = CliError::Other(Box::new(error)).in_full();
+    let remedy = if text.contains("cannot listen") {
+        "; choose another address with --listen, such as 127.0.0.1:8081, or port 0 for a free one"
+    } else {
+        ""
+    };
+    CliError::Other(format!("{text}{remedy}").into())
 }
 
 /// Counts SIGTERM and SIGINT from here on.
@@ -211,6 +222,12 @@ fn ask(address: &str) -> io::Result<String> {
     Ok(answer.lines().next().unwrap_or_default().to_owned())
 }
 
+/// An address with its port; names are looked up.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
+    found.ok_or_else(|| "give host and port, such as 127.0.0.1:8080 or localhost:8080".into())
+}
+
 /// A number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
 fn size(text: &str) -> Result<u64, String> {
     let (digits, shift) = match text.as_bytes().last() {
@@ -226,6 +243,12 @@ fn size(text: &str) -> Result<u64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_address_has_a_port() {
+        assert_eq!(address("127.0.0.1:0").map(|a| a.port()), Ok(0));
+        assert!(address("localhost").unwrap_err().contains("localhost:8080"));
+    }
 
     #[test]
     fn sizes_have_suffixes() {

@@ -26,10 +26,10 @@ pub struct ErrorArgs {
     /// The scene document; its mesh files and `expected.json` lie beside it.
     pub scene: PathBuf,
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
-    #[arg(long, default_value_t = *USUAL_LEVELS.start(), allow_hyphen_values = true, value_parser = levels(&COARSEST))]
+    #[arg(long, default_value_t = *USUAL_LEVELS.start(), allow_negative_numbers = true, value_parser = levels(&COARSEST))]
     pub coarsest: i32,
     /// Finest mesh: each level splits every element into eight, and takes sixteen times as long.
-    #[arg(long, default_value_t = *USUAL_LEVELS.end(), value_parser = levels(&FINEST))]
+    #[arg(long, default_value_t = *USUAL_LEVELS.end(), allow_negative_numbers = true, value_parser = levels(&FINEST))]
     pub finest: i32,
     /// Formulations whose meshes are run beside those of the scene's own.
     #[arg(long, value_delimiter = ',')]

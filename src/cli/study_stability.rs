@@ -33,9 +33,10 @@ pub struct StabilityArgs {
 /// When a file cannot be written.
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
+    let (cases, steppings) = (cases(args.short), Stepping::with_implicit(&args.implicit));
     let study = study_stability(
-        &cases(args.short),
-        &Stepping::with_implicit(&args.implicit),
+        &cases,
+        &steppings,
         &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
         &mut |cell| {
             if io::stderr().is_terminal() {
@@ -47,7 +48,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     if args.json {
         write_json(&study, out)?;
     } else {
-        out.write_all(markdown(&study).as_bytes())?;
+        out.write_all(markdown(&study, cases.len() * steppings.len()).as_bytes())?;
     }
     Ok(match () {
         () if study.stopped.is_some() => Exit::Cancelled,
@@ -56,9 +57,18 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     })
 }
 
-/// The matrix for people: what finished, then why the rest did not.
-fn markdown(study: &StabilityStudy) -> String {
-    let mut text = format!(
+/// The matrix for people: what finished, then why the rest did not. `asked` is how many cells it has when it is whole.
+fn markdown(study: &StabilityStudy, asked: usize) -> String {
+    let mut text = String::new();
+    if let Some(why) = &study.stopped {
+        let missing = asked - study.cells.len();
+        let _ = writeln!(
+            text,
+            "STOPPED ({why}): the last cell is incomplete, and {missing} of {asked} cells are missing.\n"
+        );
+    }
+    let _ = write!(
+        text,
         "{} cells; of {} that could happen {} finish within their gates ({:.0} %); {} without a diagnosis\n\n",
         study.cells.len(),
         study.physical,
@@ -74,10 +84,9 @@ fn markdown(study: &StabilityStudy) -> String {
     }
     text += "\n## What did not finish\n\n";
     for cell in study.cells.iter().filter(|cell| cell.verdict != Verdict::Finished) {
-        let reason = cell.reason.as_deref().unwrap_or("no reason");
-        let remedy = cell.remedy.as_deref().unwrap_or("none");
-        let _ =
-            writeln!(text, "- {} {}, {}: {reason} Remedy: {remedy}", cell.axis, cell.value, cell.stepping);
+        let reason = cell.reason.as_deref().unwrap_or("it was stopped by hand.");
+        let remedy = cell.remedy.as_ref().map(|remedy| format!(" Remedy: {remedy}")).unwrap_or_default();
+        let _ = writeln!(text, "- {} {}, {}: {reason}{remedy}", cell.axis, cell.value, cell.stepping);
     }
     text
 }
@@ -100,4 +109,21 @@ fn line(cell: &Cell) -> String {
         cell.steps,
         cell.wall_s
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_that_was_stopped_says_what_is_missing() {
+        let cases = cases(true);
+        let steppings = Stepping::with_implicit(&[]);
+        let stop = || Some(Interrupt::Cancel);
+        let study = study_stability(&cases, &steppings, &stop, &mut |_| {});
+        let text = markdown(&study, cases.len() * steppings.len());
+        let missing = format!("{} of {} cells are missing", cases.len() - 1, cases.len());
+        assert!(text.starts_with("STOPPED (cancelled)") && text.contains(&missing), "{text}");
+        assert!(text.contains("it was stopped by hand.") && !text.contains("Remedy: none"), "{text}");
+    }
 }

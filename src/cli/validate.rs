@@ -45,7 +45,7 @@ pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliErr
             let e = &loaded.estimate;
             writeln!(
                 out,
-                "estimate: {} elements, {} nodes, about {} steps, {} MB of memory, {} frames",
+                "estimate: {} elements, {} nodes, at least {} steps, {} MB of memory, {} frames",
                 e.elements,
                 e.nodes,
                 e.steps,

@@ -1,5 +1,6 @@
 //! `contuse what-if`: a base scene, what varies, and what comes of it.
 
+use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, deadline, read_scene, watch_for_ctrl_c};
 use super::what_if_table::{write_answer, write_case_line, write_csv};
 use super::what_if_words::{case, limit, parameter};
@@ -62,7 +63,7 @@ pub struct WhatIfArgs {
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     /// Stop after so many seconds of wall time.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub deadline_s: Option<f64>,
     /// Answer as JSON, one event a line as they come, the whole answer last.
     #[arg(long)]
@@ -98,6 +99,7 @@ pub enum ErrorName {
 /// What is wrong with the scene, the question or the flags.
 pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let question = question(args)?;
+    args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
     let (_, base) = read_scene(&args.scene)?;
     base.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let folder = args.scene.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -131,14 +133,15 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
         },
     });
     written?;
-    if let Some(path) = &args.csv {
-        write_csv(&answer, &mut std::io::BufWriter::new(std::fs::File::create(path)?))?;
-    }
     if args.json {
         let text = serde_json::to_value(&answer).map_err(|error| CliError::Other(Box::new(error)))?;
         writeln!(out, "{}", serde_json::json!({"event": "answer", "answer": text}))?;
     } else {
         write_answer(&answer, out)?;
+    }
+    if let Some(path) = &args.csv {
+        out.flush()?;
+        write_file(path, |file| write_csv(&answer, file))?;
     }
     Ok(exit_of(&answer))
 }

@@ -11,6 +11,9 @@ use std::io::{self, Write};
 const SHOWN: [Quantity; 4] =
     [Quantity::PeakForceN, Quantity::PatchAreaMm2, Quantity::StressDepthMm, Quantity::AbsorbedEnergyJ];
 
+/// Said of a change that the mesh does not resolve.
+const BELOW_ERROR: &str = "smaller than the numerical error of the number itself";
+
 /// Cases of the answer beyond which the table has only the first.
 const MOST_ROWS: usize = 40;
 
@@ -18,7 +21,7 @@ const MOST_ROWS: usize = 40;
 pub(super) fn write_case_line(case: &CaseAnswer, of: usize, out: &mut dyn Write) -> io::Result<()> {
     let number = |q: Quantity| {
         let (title, unit) = q.title();
-        case.numbers.get(&q).map(|n| format!("{title} {} {unit}", rounded(n.value)))
+        case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n)))
     };
     let numbers: Vec<String> = SHOWN.into_iter().filter_map(number).collect();
     let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
@@ -29,9 +32,14 @@ pub(super) fn write_case_line(case: &CaseAnswer, of: usize, out: &mut dyn Write)
 pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\n{}: {} case(s)\n", answer.scene, answer.cases.len())?;
     let mut header = vec!["case".to_owned()];
-    header.extend(SHOWN.map(|q| format!("{} [{}]", q.title().0, q.title().1)));
+    header.extend(SHOWN.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
     write_table(&header, &rows, out)?;
+    let is_unresolved =
+        |case: &CaseAnswer| SHOWN.iter().any(|q| case.numbers.get(q).is_some_and(Number::is_unresolved));
+    if answer.cases.iter().any(is_unresolved) {
+        writeln!(out, "(in brackets: smaller than its numerical error, not resolved by the mesh)")?;
+    }
     if answer.cases.len() > MOST_ROWS {
         writeln!(out, "… and {} more: --csv or --json has them all", answer.cases.len() - MOST_ROWS)?;
     }
@@ -58,8 +66,16 @@ fn cells(case: &CaseAnswer) -> Vec<String> {
     std::iter::once(case.name.clone()).chain(SHOWN.map(number)).collect()
 }
 
+/// "depth of stress above 10 kPa [mm]".
+fn title(answer: &Answer, quantity: Quantity) -> String {
+    let (title, unit) = answer.title(quantity);
+    format!("{title} [{unit}]")
+}
+
+/// A number that is smaller than its error stands in brackets.
 fn with_error(number: &Number) -> String {
     let value = rounded(number.value);
+    let value = if number.is_unresolved() { format!("({value})") } else { value };
     number.error.map_or(value.clone(), |error| format!("{value} ± {}", two_digits(error)))
 }
 
@@ -67,36 +83,41 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     if answer.sensitivities.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nOne at a time, from the low to the high end, the largest first:")?;
-    let header = ["number", "rank", "parameter", "range", "change", "per unit", "elasticity", ""];
-    let unit = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
+    writeln!(out, "\nOne at a time, low end, base and high end, the largest difference first:")?;
+    let header = [
+        "number",
+        "rank",
+        "parameter",
+        "range",
+        "difference",
+        "from end to end",
+        "per unit",
+        "elasticity",
+        "",
+    ];
+    let unit_of = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
     let shown = answer.sensitivities.iter().filter(|s| SHOWN.contains(&s.quantity));
-    let rows: Vec<[String; 8]> = shown
+    let rows: Vec<[String; 9]> = shown
         .map(|s| {
-            let remark = match (s.exceeds_numerical_error, s.is_monotone) {
-                (_, false) => "not monotone",
-                (Some(false), _) => "smaller than the numerical error of the number itself",
-                _ => "",
-            };
+            let (title, unit) = answer.title(s.quantity);
+            let mut remarks = Vec::new();
+            remarks.extend((!s.is_monotone).then_some("not monotone"));
+            remarks.extend((s.exceeds_numerical_error == Some(false)).then_some(BELOW_ERROR));
             [
-                s.quantity.title().0.to_owned(),
+                title.to_owned(),
                 s.rank.to_string(),
                 s.parameter.clone(),
                 format!(
                     "{} … {} {}",
                     rounded(s.parameter_values[0]),
                     rounded(s.parameter_values[2]),
-                    unit(&s.parameter)
+                    unit_of(&s.parameter)
                 ),
-                format!(
-                    "{}{} {}",
-                    if s.change > 0.0 { "+" } else { "" },
-                    rounded(s.change),
-                    s.quantity.title().1
-                ),
+                format!("{} {unit}", rounded(s.span)),
+                format!("{}{} {unit}", if s.change > 0.0 { "+" } else { "" }, rounded(s.change)),
                 rounded(s.per_unit),
                 s.elasticity.map_or_else(|| "-".into(), rounded),
-                remark.into(),
+                remarks.join(", "),
             ]
         })
         .collect();
@@ -106,16 +127,27 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
 fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     if !answer.spread.is_empty() {
         writeln!(out, "\nSpread over the sample:")?;
-        let header = ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)"];
+        let header =
+            ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)", ""];
         let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
-        let rows: Vec<[String; 8]> = shown
+        let rows: Vec<[String; 9]> = shown
             .map(|s| {
                 let with = answer.correlations.iter().filter(|c| c.quantity == s.quantity);
                 let with: Vec<String> = with.map(|c| format!("{} {:+.2}", c.parameter, c.spearman)).collect();
                 let [mean, deviation, p5, median, p95] =
                     [s.mean, s.standard_deviation, s.p5, s.median, s.p95].map(rounded);
-                let title = format!("{} [{}]", s.quantity.title().0, s.quantity.title().1);
-                [title, s.count.to_string(), mean, deviation, p5, median, p95, with.join(", ")]
+                let title = title(answer, s.quantity);
+                [
+                    title,
+                    s.count.to_string(),
+                    mean,
+                    deviation,
+                    p5,
+                    median,
+                    p95,
+                    with.join(", "),
+                    remark(answer, s.quantity),
+                ]
             })
             .collect();
         write_table(&header, &rows, out)?;
@@ -125,7 +157,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
             out,
             "\nSobol indices: the share of the variance, with the interval of 90 % of the bootstrap samples:"
         )?;
-        let rows: Vec<[String; 4]> = answer
+        let rows: Vec<[String; 5]> = answer
             .sobol_indices
             .iter()
             .filter(|s| SHOWN.contains(&s.quantity))
@@ -133,12 +165,21 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
                 let interval = |x: f64, [low, high]: [f64; 2]| format!("{x:.2} ({low:.2} … {high:.2})");
                 let (first, total) =
                     (interval(s.first, s.first_interval), interval(s.total, s.total_interval));
-                [s.quantity.title().0.to_owned(), s.parameter.clone(), first, total]
+                let remark =
+                    if s.is_settled { remark(answer, s.quantity) } else { "too few points to tell".into() };
+                [answer.title(s.quantity).0.to_owned(), s.parameter.clone(), first, total, remark]
             })
             .collect();
-        write_table(&["number", "parameter", "first order", "total"], &rows, out)?;
+        write_table(&["number", "parameter", "first order", "total", ""], &rows, out)?;
     }
     Ok(())
+}
+
+/// What is to be said of the spread of a number.
+fn remark(answer: &Answer, quantity: Quantity) -> String {
+    let spread = answer.spread.iter().find(|s| s.quantity == quantity);
+    let is_below = spread.is_some_and(|s| s.exceeds_numerical_error == Some(false));
+    if is_below { BELOW_ERROR.into() } else { String::new() }
 }
 
 /// "speed: von Mises stress from 10 mm on stays at or below 30000 Pa up to 93.2 m/s (…)".
@@ -154,12 +195,13 @@ fn in_words(answer: &LimitAnswer) -> String {
     let head = format!("{name}: the {number} stays at or below {limit} {measured}");
     let bracket = |word: &str, kept: f64, value: f64, broken: f64, value_broken: f64| {
         format!(
-            "{head} {word} {} {unit} ({} {measured} there, {} {measured} at {} {unit}; {} runs, numerical error not estimated)",
+            "{head} {word} {} {unit} ({} {measured} there, {} {measured} at {} {unit}; {} runs; {})",
             rounded(kept),
             rounded(value),
             rounded(value_broken),
             rounded(broken),
-            answer.runs
+            answer.runs,
+            error_in_words(answer)
         )
     };
     match &answer.verdict {
@@ -183,6 +225,28 @@ fn in_words(answer: &LimitAnswer) -> String {
             format!("{name}: no answer, since there is no number at {} {unit}: {reason}", rounded(*at))
         }
     }
+}
+
+/// What the numerical error of the number makes of the limit.
+fn error_in_words(answer: &LimitAnswer) -> String {
+    let Some(error) = answer.relative_error else { return "numerical error not estimated".into() };
+    let at = |verdict: &Option<Verdict>| match verdict {
+        Some(Verdict::KeptUpTo { kept_at, .. } | Verdict::KeptFrom { kept_at, .. }) => {
+            format!("{} {}", rounded(*kept_at), answer.unit)
+        }
+        Some(Verdict::KeptAtBothEnds { .. }) => "kept in all of the range".into(),
+        Some(Verdict::BrokenAtBothEnds { .. }) => "broken in all of the range".into(),
+        Some(Verdict::NoNumber { .. }) | None => "no answer".into(),
+    };
+    let percent = format!("± {} %", two_digits(100.0 * error));
+    if error >= 1.0 {
+        return format!("NOT RESOLVED: the number has a numerical error of {percent}");
+    }
+    format!(
+        "with the numerical error of {percent}: {} if the number is larger by it, {} if it is smaller",
+        at(&answer.if_larger),
+        at(&answer.if_smaller)
+    )
 }
 
 /// One line a case: parameters, edits left out, and every number with its error.

@@ -17,6 +17,8 @@ pub struct Deflection {
     pub position: Vec3,
     /// Largest product of the largest deflection at a time and its rate, d ḋ, so far [m²/s].
     pub largest_rate: f64,
+    /// When [s].
+    pub largest_rate_time: f64,
     /// Time [s] and largest ‖u‖ [m] of the latest step.
     latest: Option<(f64, f64)>,
 }
@@ -46,7 +48,9 @@ impl Deflection {
         {
             // d ḋ = (d²)˙ / 2 over the step.
             let product = 0.5 * (now * now - before * before) / (frame.time - time);
-            self.largest_rate = self.largest_rate.max(product);
+            if product > self.largest_rate {
+                (self.largest_rate, self.largest_rate_time) = (product, frame.time);
+            }
         }
         self.latest = Some((frame.time, now));
     }

@@ -56,6 +56,8 @@ pub struct Measures {
     pub step: u64,
     /// Ends of the model that send waves back; `None` when none is known.
     pub artificial_ends: Option<ArtificialEnds>,
+    /// What validation warned of.
+    pub scene_warnings: Vec<String>,
     /// Where the numbers' error bars come from.
     pub error_bars: ErrorBars,
     /// The final summary, once the run has ended.
@@ -72,6 +74,12 @@ impl Measures {
     #[must_use]
     pub fn with_artificial_ends(self, artificial_ends: Option<ArtificialEnds>) -> Self {
         Self { artificial_ends, ..self }
+    }
+
+    /// Says in the summary too what validation warned of.
+    #[must_use]
+    pub fn with_scene_warnings(self, scene_warnings: Vec<String>) -> Self {
+        Self { scene_warnings, ..self }
     }
 
     /// Gives the numbers error bars.
@@ -98,7 +106,12 @@ impl Measures {
                     let position =
                         |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
                     let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
-                    stress.accumulate(block.body, among_all, points, position);
+                    let body = &frame.plan.bodies[block.body];
+                    let nodes = |lane: usize| {
+                        let element = block.elements[slots.start + lane] - body.elements.start;
+                        body.hexes[element as usize].map(|node| frame.plan.X[node as usize])
+                    };
+                    stress.accumulate(block.body, among_all, points, position, nodes);
                 }
                 if let Some(fields) = fields {
                     fields.accumulate(&block.elements[slots], points);
@@ -129,6 +142,7 @@ impl Recorder for Measures {
             deflection: Deflection::new(plan),
             fields: Fields::new(plan),
             artificial_ends: self.artificial_ends.take(),
+            scene_warnings: std::mem::take(&mut self.scene_warnings),
             error_bars: std::mem::take(&mut self.error_bars),
             ..Self::default()
         };

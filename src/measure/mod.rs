@@ -11,6 +11,7 @@ pub mod contact_patch;
 pub mod convergence;
 pub mod deflection;
 pub mod depth_profile;
+pub mod element_depth;
 mod face_shape;
 pub mod fields;
 pub mod hourglass_energy;

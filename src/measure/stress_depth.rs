@@ -3,6 +3,7 @@
 //! Evaluated at the field times and at the end, not at every step: a peak between two field times is not seen, so ask for
 //! field times that are close enough to each other.
 
+use super::element_depth::{ElementDepths, Place};
 use crate::mechanics::element::POINTS;
 use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
@@ -18,6 +19,8 @@ pub struct Exceedance {
     pub threshold: f64,
     /// Largest reference distance to the skin of a quadrature point above the threshold, at any field time so far [m].
     pub depth: f64,
+    /// From there to the next deeper point, which is not above [m]: what the depth is known to.
+    pub depth_gap: f64,
     /// When it was reached [s].
     pub depth_time: f64,
     /// Reference volume above the threshold at the latest field time [m³].
@@ -31,7 +34,7 @@ pub struct Exceedance {
 /// What of one part exceeds a threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// Least and largest reference depth of its quadrature points above the threshold, at any field time so far [m].
+    /// Least and largest reference depth of its elements with points above the threshold, at any field time so far [m].
     pub depth: [f64; 2],
     /// Its reference volume above the threshold at the latest field time [m³].
     pub volume: f64,
@@ -88,13 +91,12 @@ impl Peak {
 
 /// Accumulates over the quadrature points of the tissue.
 pub struct StressDepth {
-    /// Distance to the skin; without a skin there is no depth.
-    skin: Option<DepthField>,
+    /// Distances to the skin; without a skin there is no depth.
+    depths: Option<ElementDepths>,
     /// The tissue's bodies.
     bodies: Vec<usize>,
-    /// Depth of the quadrature points, 8 a slot, NaN until somebody needs it; empty without a skin.
-    depth: Vec<f64>,
-    time: f64,
+    /// The latest field time [s].
+    pub time: f64,
     /// Names of the tissue's parts.
     pub parts: Vec<String>,
     /// For each slot the index of its part; empty when there is none.
@@ -145,8 +147,7 @@ impl StressDepth {
         let exceedances =
             thresholds.iter().map(|&threshold| Exceedance { threshold, ..Exceedance::default() });
         Self {
-            depth: vec![f64::NAN; if skin.is_some() { POINTS * slots } else { 0 }],
-            skin,
+            depths: skin.map(|skin| ElementDepths::new(skin, slots)),
             bodies,
             time: 0.0,
             parts: Vec::new(),
@@ -163,7 +164,7 @@ impl StressDepth {
 
     /// Whether depth can be told.
     pub fn has_skin(&self) -> bool {
-        self.skin.is_some()
+        self.depths.is_some()
     }
 
     /// Begins a sweep over all points at a time [s].
@@ -178,55 +179,57 @@ impl StressDepth {
     }
 
     /// Takes in the quadrature points of a batch of elements of a body, with their slots among all slots, and
-    /// where they are: `position(lane, index in the element)`. Elements that have not moved need not be told of.
+    /// where they are: `position(lane, index in the element)` and `nodes(lane)`. Elements that have not moved need not be told of.
     pub fn accumulate(
         &mut self,
         body: usize,
         slots: Range<usize>,
         points: &PointBatch,
         position: impl Fn(usize, usize) -> Vec3,
+        nodes: impl Fn(usize) -> [Vec3; 8],
     ) {
         if !self.bodies.contains(&body) {
             return;
         }
         let lowest = self.exceedances.first().map_or(f64::INFINITY, |e| e.threshold);
         for (lane, slot) in slots.enumerate() {
+            let place = Place { point: &|q| position(lane, q), nodes: &|| nodes(lane) };
             for q in 0..POINTS {
                 let (stress, at) = (points.von_mises[q][lane], || position(lane, q));
                 self.von_mises.raise(stress, at, self.time);
                 self.principal_strain.raise(points.principal_strain[q][lane], at, self.time);
                 self.energy_density.raise(points.psi[q][lane], at, self.time);
-                if stress > lowest {
-                    self.accumulate_exceedance(stress, points.volume[q][lane], POINTS * slot + q, at);
-                }
                 let volume = points.volume[q][lane];
+                if stress > lowest {
+                    self.accumulate_exceedance((stress, volume), (slot, q), &place);
+                }
                 accumulate_dose(&mut self.energy_doses, points.psi[q][lane], volume);
                 accumulate_dose(&mut self.strain_doses, points.principal_strain[q][lane], volume);
             }
         }
     }
 
-    /// Takes in one point above the lowest threshold; `index` is its place among all points.
-    fn accumulate_exceedance(&mut self, stress: f64, volume: f64, index: usize, at: impl Fn() -> Vec3) {
-        let depth = match &self.skin {
-            Some(skin) => {
-                let depth = &mut self.depth[index];
-                if depth.is_nan() {
-                    *depth = skin.depth(&at());
-                }
-                *depth
-            }
-            None => 0.0,
-        };
-        let part = self.part_of.get(index / POINTS).map(|part| *part as usize);
+    /// Takes in one point above the lowest threshold.
+    fn accumulate_exceedance(
+        &mut self,
+        (stress, volume): (f64, f64),
+        (slot, q): (usize, usize),
+        place: &Place,
+    ) {
+        let part = self.part_of.get(slot).map(|part| *part as usize);
+        let (mut depth, mut edges) = (0.0, [0.0; 2]);
+        if let Some(depths) = &mut self.depths {
+            (depth, edges) = (depths.point(slot, q, place), depths.edges(slot, place));
+        }
         for exceedance in self.exceedances.iter_mut().take_while(|e| stress > e.threshold) {
             exceedance.volume += volume;
             if let Some(layer) = part.and_then(|part| exceedance.layers.get_mut(part)) {
                 layer.volume += volume;
-                layer.depth = [layer.depth[0].min(depth), layer.depth[1].max(depth)];
+                layer.depth = [layer.depth[0].min(edges[0]), layer.depth[1].max(edges[1])];
             }
-            if depth > exceedance.depth {
+            if let Some(depths) = self.depths.as_mut().filter(|_| depth > exceedance.depth) {
                 (exceedance.depth, exceedance.depth_time) = (depth, self.time);
+                exceedance.depth_gap = depths.gap_below(slot, depth, place);
             }
         }
     }
@@ -279,7 +282,9 @@ mod tests {
         for q in 0..POINTS {
             (points.volume[q][0], points.von_mises[q][0], points.psi[q][0]) = (0.25, stress, stress);
         }
-        measure.accumulate(body, slot..slot + 1, &points, |_, _| Vec3::new(0.5, 0.5, z));
+        let corner = |i: usize| Vec3::new(0.5, 0.5, z - if i < 4 { 0.05 } else { -0.05 });
+        let nodes = |_| std::array::from_fn(corner);
+        measure.accumulate(body, slot..slot + 1, &points, |_, _| Vec3::new(0.5, 0.5, z), nodes);
     }
 
     #[test]
@@ -300,9 +305,42 @@ mod tests {
         let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
         assert!((low.depth - 0.3).abs() < 1e-12 && low.depth_time == 1.0);
         assert!((high.depth - 0.1).abs() < 1e-12);
+        // Elements from 0.05 above to 0.05 below their points: the next point is in a neighbour, as far again.
+        assert!((low.depth_gap - 0.1).abs() < 1e-12 && (high.depth_gap - 0.1).abs() < 1e-12);
         assert_eq!((low.volume, low.largest_volume, high.volume, high.largest_volume), (2.0, 4.0, 0.0, 2.0));
         assert_eq!((measure.von_mises.value, measure.von_mises.time), (7.0, 1.0));
         assert_eq!(measure.energy_density.value, 7.0);
+    }
+
+    #[test]
+    fn a_depth_is_known_to_the_next_point_below() {
+        // A cube from 0 to 1 below the skin; Gauss points at 0.211 and 0.789.
+        let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0), Vec3::y()];
+        let skin = DepthField::new(&[[0, 1, 2, 3]], &corners).unwrap();
+        let [upper, lower] = [-1.0, 1.0].map(|side: f64| 0.5 + side * 0.5 / 3.0_f64.sqrt());
+        let mut measure = StressDepth::of(Some(skin), vec![0], 1, &[1.0, 5.0]);
+        measure.exceedances.iter_mut().for_each(|e| e.layers = vec![Layer::NOTHING]);
+        measure.part_of = vec![0];
+        let mut points = PointBatch::default();
+        for q in 0..POINTS {
+            (points.volume[q][0], points.von_mises[q][0]) = (0.125, if q < 4 { 9.0 } else { 2.0 });
+        }
+        let height = |is_upper: bool| if is_upper { -upper } else { -lower };
+        measure.begin(0.0);
+        measure.accumulate(
+            0,
+            0..1,
+            &points,
+            |_, q| Vec3::new(0.5, 0.5, height(q < 4)),
+            |_| std::array::from_fn(|i| corners[i % 4] - Vec3::z() * f64::from(u8::from(i < 4))),
+        );
+        measure.end();
+        let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
+        // Above 5 only the upper points are, above 1 the lower ones too: from there it is as far to a neighbour's.
+        assert!((high.depth - upper).abs() < 1e-12 && (high.depth_gap - (lower - upper)).abs() < 1e-12);
+        assert!((low.depth - lower).abs() < 1e-12 && (low.depth_gap - 2.0 * upper).abs() < 1e-12);
+        // Layers are told by the edges of their elements.
+        assert!(high.layers[0].depth.iter().zip([0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::RecordedRun;
 use std::io::{self, Write};
 
-/// One line a recorded time: each pair's force over the window of the summary and patch area, then the energies.
+/// What is to be known of the table, in lines that begin with `#`; then one line a recorded time: each pair's force over the window of the summary and patch area, then the energies.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -23,6 +23,7 @@ pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     for (name, line) in [("absorbed by the tissue [J]", &run.absorbed), ("total [J]", &run.total)] {
         columns.push((name.to_owned(), line.iter().map(|(_, e)| *e).collect()));
     }
+    remarks(run, out)?;
     let header: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
     writeln!(out, "time [s],{}", header.join(","))?;
     for (row, (time, _)) in run.total.iter().enumerate() {
@@ -35,8 +36,30 @@ pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
+/// That it is for research only, how the run ended, and why its results are withheld if they are.
+fn remarks(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
+    let summary = &run.summary;
+    let mut remark = |text: &str| writeln!(out, "# {}", text.replace(['\n', '\r'], " "));
+    if let Some(notice) = summary["notice"].as_str() {
+        remark(notice)?;
+    }
+    let text = |pointer: &str| summary.pointer(pointer).and_then(|value| value.as_str()).unwrap_or_default();
+    if summary["ending"] != "finished" {
+        remark(&format!(
+            "The run did not come to its end: {}. {}",
+            text("/ending"),
+            text("/failure/message")
+        ))?;
+    }
+    if summary.get("withheld").is_some() {
+        remark(&format!("The results are withheld, these lines are none: {}.", text("/withheld/reason")))?;
+    }
+    Ok(())
+}
+
 /// Window of the peak force [s], as the summary says.
 pub(super) fn force_window(run: &RecordedRun) -> f64 {
-    let told = super::headline_impact(&run.summary).and_then(|impact| impact["force_window_s"].as_f64());
+    let told = super::headline_impact(super::values(&run.summary))
+        .and_then(|impact| impact["force_window_s"].as_f64());
     told.filter(|window| *window > 0.0).unwrap_or(5e-6)
 }

@@ -2,7 +2,8 @@
 //!
 //! Codes are of an own code system: none of LOINC's is about a simulated impact, and none is invented. Units are UCUM.
 
-use super::{RecordedRun, Shown, headline_impact};
+use super::{RecordedRun, Shown, headline_impact, values};
+use crate::measure::summary::{number, rounded};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -25,10 +26,16 @@ pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
     let version = run.summary["engine_version"].as_str().unwrap_or("unknown").to_owned();
     let url = |name: &str| format!("urn:uuid:{}", name_based_uuid(&[&hash, &version, name]));
     let device = url("device");
-    let observations: Vec<(String, Value)> = observed(&run.summary)
+    let mut observations: Vec<(String, Value)> = observed(&run.summary)
         .iter()
         .map(|observed| (url(&observed.code), observation(observed, &run.summary, &device)))
         .collect();
+    let criteria = run.summary["injury_measures"].as_array().into_iter().flatten();
+    observations.extend(criteria.map(|criterion| {
+        let name = url(criterion["name"].as_str().unwrap_or_default());
+        (name, injury_criterion(criterion, &run.summary, &device))
+    }));
+    observations.extend(plain_words(&run.summary, &device).map(|resource| (url("plain-words"), resource)));
     let targets: Vec<Value> = observations.iter().map(|(url, _)| json!({"reference": url})).collect();
     let mut entries = vec![json!({"fullUrl": device, "resource": device_resource(&version, run)})];
     entries.push(json!({"fullUrl": url("provenance"), "resource": {
@@ -70,16 +77,14 @@ fn device_resource(version: &str, run: &RecordedRun) -> Value {
 /// Everything of a summary that is an observation, in a fixed order.
 fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     // Numbers that are withheld are told as absent, with the reason.
-    let values =
-        if summary.get("results").is_some() { &summary["results"] } else { &summary["withheld"]["values"] };
+    let values = values(summary);
     let mut all = Vec::new();
     let mut add = |code: &str, text: &str, unit: &'static str, quantity: Option<&'a Value>| {
         if let Some(quantity) = quantity.filter(|quantity| quantity["value"].is_number()) {
             all.push(Observed { code: code.to_owned(), text: text.to_owned(), unit, quantity });
         }
     };
-    let impacts = values["impacts"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let impact = headline_impact(summary).or_else(|| impacts.first());
+    let impact = headline_impact(values);
     for (code, text, unit, name) in [
         ("peak-force", "Peak impact force", "N", "peak_force_n"),
         ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
@@ -130,34 +135,85 @@ fn quantity(value: f64, unit: &str) -> Value {
     json!({"value": value, "unit": unit, "system": UCUM, "code": unit})
 }
 
-fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
+/// An observation without its value.
+fn without_value(code: &Value, summary: &Value, device: &str) -> Value {
     let is_whole = summary["ending"] == "finished";
-    let mut resource = json!({
+    json!({
         "resourceType": "Observation",
         "status": if is_whole { "final" } else { "preliminary" },
-        "code": coded(&observed.code, &observed.text),
+        "code": code,
         "device": {"reference": device},
         "method": {"text": "Finite elements with contact, computed on a model; not measured on a person"},
         "note": [{"text": summary["notice"].as_str().unwrap_or_default()}]
-    });
+    })
+}
+
+fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
+    let mut resource = without_value(&coded(&observed.code, &observed.text), summary, device);
     let withheld = summary.pointer("/withheld/reason").and_then(Value::as_str);
     match (withheld, Shown::of(observed.quantity)) {
-        (None, Some(shown)) => {
-            resource["valueQuantity"] = quantity(shown.value, observed.unit);
-            let error = coded("numerical-error", "Estimated numerical error, half width");
-            resource["component"] = json!([match shown.error {
-                Some(half_width) =>
-                    json!({"code": error, "valueQuantity": quantity(half_width, observed.unit)}),
-                None =>
-                    json!({"code": error, "dataAbsentReason": absent("not-performed", "The error was not estimated")}),
-            }]);
-        }
+        (None, Some(shown)) => set_value(&mut resource, shown, observed.unit),
         (reason, _) => {
             let text = reason.unwrap_or("There is no such number");
             resource["dataAbsentReason"] = absent("error", text);
         }
     }
     resource
+}
+
+/// The value with its error; where the error leaves nothing of it there is none, but the reason.
+fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
+    let error = coded("numerical-error", "Estimated numerical error, half width");
+    match shown.error {
+        Some(half_width) if shown.is_unresolved => {
+            let text = format!(
+                "Not resolved by the mesh: about {} {unit}, with a numerical error of ± {} {unit}",
+                number(shown.value),
+                rounded(half_width)
+            );
+            resource["dataAbsentReason"] = absent("error", &text);
+        }
+        _ => resource["valueQuantity"] = quantity(shown.value, unit),
+    }
+    resource["component"] = json!([match shown.error {
+        Some(half_width) => json!({"code": error, "valueQuantity": quantity(half_width, unit)}),
+        None =>
+            json!({"code": error, "dataAbsentReason": absent("not-performed", "The error was not estimated")}),
+    }]);
+}
+
+/// A published injury criterion: what it says, what it is compared with, by whom.
+fn injury_criterion(criterion: &Value, summary: &Value, device: &str) -> Value {
+    let text = |name: &str| criterion[name].as_str().unwrap_or_default();
+    let mut resource = without_value(&coded(&text("name").replace('_', "-"), text("title")), summary, device);
+    let unit = match text("unit") {
+        "J/cm²" => "J/cm2",
+        "-" => "1",
+        unit => unit,
+    };
+    match Shown::of(criterion) {
+        Some(shown) if criterion["applicable"] == true && criterion.get("error").is_some() => {
+            set_value(&mut resource, shown, unit);
+        }
+        Some(shown) if criterion["applicable"] == true => {
+            resource["valueQuantity"] = quantity(shown.value, unit);
+        }
+        _ => resource["dataAbsentReason"] = absent("not-applicable", text("statement")),
+    }
+    if let Some(notes) = resource["note"].as_array_mut() {
+        notes.push(json!({"text": text("statement")}));
+        notes.push(json!({"text": format!("Compared with: {}. {}", text("meaning"), text("source"))}));
+    }
+    resource
+}
+
+/// The summary in plain words.
+fn plain_words(summary: &Value, device: &str) -> Option<Value> {
+    let words: Vec<&str> = summary["plain_words"].as_array()?.iter().filter_map(Value::as_str).collect();
+    let mut resource =
+        without_value(&coded("plain-words", "The simulated impact in plain words"), summary, device);
+    resource["valueString"] = words.join(" ").into();
+    (!words.is_empty()).then_some(resource)
 }
 
 fn absent(code: &str, text: &str) -> Value {
@@ -185,4 +241,47 @@ fn name_based_uuid(parts: &[&str]) -> String {
         let _ = write!(text, "{byte:02x}");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quantity_of(value: f64, error: f64, resolved: bool) -> Value {
+        json!({"value": value, "error": {"total": error, "resolved": resolved}, "gate": "passed"})
+    }
+
+    fn entries(summary: Value) -> Vec<Value> {
+        let run = RecordedRun { summary, ..RecordedRun::default() };
+        let bundle = bundle(&run, "2026-01-01T00:00:00Z");
+        bundle["entry"].as_array().unwrap().iter().map(|entry| entry["resource"].clone()).collect()
+    }
+
+    fn named<'a>(entries: &'a [Value], code: &str) -> &'a Value {
+        entries.iter().find(|e| e.pointer("/code/coding/0/code") == Some(&json!(code))).unwrap()
+    }
+
+    #[test]
+    fn what_is_not_resolved_is_no_plain_value() {
+        let impact = json!({
+            "peak_force_n": quantity_of(2729.5, 5270.0, false), "impulse_n_s": quantity_of(0.2, 0.01, true)
+        });
+        let criterion = |name: &str, applicable: bool| {
+            json!({"name": name, "title": name, "value": 0.5, "unit": "m/s", "applicable": applicable,
+                "statement": "says so", "meaning": "25 % risk", "source": "Somebody"})
+        };
+        let entries = entries(json!({
+            "ending": "finished", "notice": "research", "plain_words": ["One.", "Two."],
+            "results": {"impacts": [impact], "headline": {"impact": 0}},
+            "injury_measures": [criterion("viscous_criterion", false), criterion("blunt_criterion", true)]
+        }));
+        let force = named(&entries, "peak-force");
+        assert!(force.get("valueQuantity").is_none(), "{force}");
+        assert!(force["dataAbsentReason"]["text"].as_str().unwrap().contains("± 5300 N"), "{force}");
+        assert_eq!(force["component"][0]["valueQuantity"]["value"], 5270.0);
+        assert_eq!(named(&entries, "impulse")["valueQuantity"]["value"], 0.2);
+        assert_eq!(named(&entries, "plain-words")["valueString"], "One. Two.");
+        assert_eq!(named(&entries, "viscous-criterion")["dataAbsentReason"]["text"], "says so");
+        assert_eq!(named(&entries, "blunt-criterion")["valueQuantity"]["value"], 0.5);
+    }
 }

@@ -1,7 +1,7 @@
 //! The report as one page of HTML: self-contained, printable.
 
 use super::pictures::pictures;
-use super::{RecordedRun, Shown, headline_impact};
+use super::{RecordedRun, Shown, headline_impact, headline_stress};
 use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -83,30 +83,28 @@ fn header(out: &mut String, run: &RecordedRun) {
 
 /// The four numbers.
 fn cards(out: &mut String, summary: &Value) {
-    let impact = headline_impact(summary);
-    let tissue = &summary["results"]["tissue"];
-    let depth = tissue["significant_stress"].as_array().and_then(|all| {
-        let reached = |s: &&Value| s["depth_mm"]["value"].as_f64().is_some_and(|d| d > 0.0);
-        all.iter().rfind(reached).or(all.first())
-    });
-    let threshold = depth.and_then(|s| s["threshold_pa"].as_f64()).map_or_else(String::new, number_of_kpa);
+    let results = &summary["results"];
+    let (impact, depth) = (headline_impact(results), headline_stress(results));
+    let threshold = depth.and_then(|s| s["threshold_pa"].as_f64());
+    let depth_title = threshold
+        .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
     let all = [
         ("Peak impact force".to_owned(), impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
         ("Contact patch".into(), impact.and_then(|i| Shown::of(&i["patch_area_mm2"])), "mm²"),
-        (format!("Depth of stress above {threshold}"), depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
-        ("Absorbed energy".into(), Shown::of(&tissue["absorbed_energy_j"]), "J"),
+        (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
+        ("Absorbed energy".into(), Shown::of(&results["tissue"]["absorbed_energy_j"]), "J"),
     ];
     out.push_str("<section class=\"cards\">\n");
     for (title, shown, unit) in all {
         let (value, error) = match shown {
-            Some(Shown { value, error: Some(error) }) => {
+            Some(Shown { value, error: Some(error), .. }) => {
                 (number(value), format!("± {} {unit}", rounded(error)))
             }
-            Some(Shown { value, error: None }) => (number(value), "error not estimated".into()),
+            Some(Shown { value, error: None, .. }) => (number(value), "error not estimated".into()),
             None => ("–".into(), "no number".into()),
         };
         // A number that is smaller than its error is not shown as a plain one.
-        let doubtful = shown.is_some_and(|s| s.error.is_some_and(|error| error >= s.value.abs()));
+        let doubtful = shown.is_some_and(|s| s.is_unresolved);
         let class = if doubtful { " doubtful" } else { "" };
         push(
             out,
@@ -152,12 +150,12 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     out.push_str("</tbody></table></section>\n");
 }
 
+/// A number that is smaller than its error stands in brackets.
 fn with_error(quantity: &Value) -> String {
-    match Shown::of(quantity) {
-        Some(Shown { value, error: Some(error) }) => format!("{} ± {}", number(value), rounded(error)),
-        Some(Shown { value, error: None }) => number(value),
-        None => "–".into(),
-    }
+    let Some(Shown { value, error, is_unresolved }) = Shown::of(quantity) else { return "–".into() };
+    let value = if is_unresolved { format!("({})", number(value)) } else { number(value) };
+    let verdict = if is_unresolved { ", not resolved" } else { "" };
+    error.map_or_else(|| value.clone(), |error| format!("{value} ± {}{verdict}", rounded(error)))
 }
 
 fn stress_table(out: &mut String, summary: &Value) {
@@ -166,7 +164,9 @@ fn stress_table(out: &mut String, summary: &Value) {
     for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
         let threshold = number_of_kpa(stress["threshold_pa"].as_f64().unwrap_or_default());
         let layers = stress["layers"].as_array().into_iter().flatten().map(|layer| {
-            let depth = |index: usize| layer["depth_mm"][index].as_f64().map_or_else(String::new, number);
+            let depth = |index: usize| {
+                layer["depth_mm"][index].as_f64().map_or_else(String::new, |depth| format!("{depth:.1}"))
+            };
             format!("{} {}–{} mm", escaped(layer["part"].as_str().unwrap_or_default()), depth(0), depth(1))
         });
         rows.push(vec![
@@ -191,14 +191,13 @@ fn stress_table(out: &mut String, summary: &Value) {
 
 fn criteria_table(out: &mut String, summary: &Value) {
     let of = |criterion: &Value| {
-        let value = criterion["value"].as_f64().map_or_else(|| "–".into(), number);
         let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
-        vec![
-            text("title"),
-            format!("{value} {}", text("unit")),
-            text("statement"),
-            format!("{}. {}", text("meaning"), text("source")),
-        ]
+        let unit = if criterion["unit"] == "-" { String::new() } else { format!(" {}", text("unit")) };
+        let value = match criterion["value"].as_f64() {
+            Some(_) => format!("{}{unit}", with_error(criterion)),
+            None => "–".into(),
+        };
+        vec![text("title"), value, text("statement"), format!("{}. {}", text("meaning"), text("source"))]
     };
     let rows: Vec<Vec<String>> =
         summary["injury_measures"].as_array().into_iter().flatten().map(of).collect();

@@ -19,21 +19,36 @@ pub struct Shown {
     pub value: f64,
     /// Its numerical error, where it was estimated.
     pub error: Option<f64>,
+    /// Whether the error was estimated to leave nothing of the number: then it is no plain one.
+    pub is_unresolved: bool,
 }
 
 impl Shown {
     /// Of a quantity of a summary; `None` where there is none.
     pub fn of(quantity: &Value) -> Option<Self> {
+        let value = quantity.get("value").and_then(Value::as_f64)?;
         let error = quantity.pointer("/error/total").and_then(Value::as_f64);
-        quantity.get("value").and_then(Value::as_f64).map(|value| Self { value, error })
+        Some(Self {
+            value,
+            error,
+            is_unresolved: quantity.pointer("/error/resolved") == Some(&Value::Bool(false)),
+        })
     }
 }
 
-/// The contact of a summary that its headline is about: on the tissue if any is, with the largest peak force.
-pub fn headline_impact(summary: &Value) -> Option<&Value> {
-    let impacts = summary.pointer("/results/impacts")?.as_array()?;
-    let on_tissue = |impact: &Value| impact["on_tissue"] == true;
-    let any = impacts.iter().any(on_tissue);
-    let force = |impact: &Value| impact.pointer("/peak_force_n/value").and_then(Value::as_f64).unwrap_or(0.0);
-    impacts.iter().filter(|impact| on_tissue(impact) == any).max_by(|a, b| force(a).total_cmp(&force(b)))
+/// What a run computed, whether or not it may be shown as results.
+pub fn values(summary: &Value) -> &Value {
+    if summary.get("results").is_some() { &summary["results"] } else { &summary["withheld"]["values"] }
+}
+
+/// The contact that the headline of a run's values is about.
+pub fn headline_impact(values: &Value) -> Option<&Value> {
+    let index = values.pointer("/headline/impact")?.as_u64()?;
+    values["impacts"].get(usize::try_from(index).ok()?)
+}
+
+/// The threshold of stress that the headline of a run's values is about, with depth and volume.
+pub fn headline_stress(values: &Value) -> Option<&Value> {
+    let index = values.pointer("/headline/significant_stress")?.as_u64()?;
+    values["tissue"]["significant_stress"].get(usize::try_from(index).ok()?)
 }

@@ -31,7 +31,7 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
         all.push(Picture { title, svg });
         Ok::<(), String>(())
     };
-    let impact = headline_impact(&run.summary);
+    let impact = headline_impact(&run.summary["results"]);
     let pair = impact.and_then(|impact| run.pairs.get(impact["pair"].as_str()?));
     if let (Some(impact), Some(pair)) = (impact, pair) {
         let force = pair.windowed_force(super::csv::force_window(run));

@@ -65,8 +65,9 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
             let Parts { content_hash, choice, bodies, mesh_files, .. } = parts;
+            let warnings = problems.iter().map(ToString::to_string).collect();
             Ok(Loaded {
-                scene: Scene { document, choice, bodies, content_hash, mesh_files },
+                scene: Scene { document, choice, bodies, warnings, content_hash, mesh_files },
                 warnings: problems,
                 estimate: parts.estimate,
                 bodies: parts.summaries,
@@ -120,6 +121,7 @@ pub fn with_motion(
         document: document.clone(),
         choice: scene.choice.clone(),
         bodies: scene.bodies.clone(),
+        warnings: scene.warnings.clone(),
         mesh_files: scene.mesh_files.clone(),
     }))
 }

@@ -62,6 +62,8 @@ pub struct Scene {
     pub choice: Option<IntegratorChoice>,
     /// One for each body of the document.
     pub bodies: Vec<SceneBody>,
+    /// What validation warned of.
+    pub warnings: Vec<String>,
     /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.
     pub content_hash: String,
     /// SHA-256 of each mesh file, by its name in the document.

@@ -197,11 +197,29 @@ pub fn nearest_name<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
         .map(|(_, name)| name)
 }
 
+/// Words that people use, and what they are called here.
+const OTHER_WORDS: [(&str, &str); 12] = [
+    ("path", "name"),
+    ("file", "name"),
+    ("filename", "name"),
+    ("chest", "thorax"),
+    ("torso", "thorax"),
+    ("belly", "abdomen"),
+    ("stomach", "abdomen"),
+    ("thigh", "limb"),
+    ("leg", "limb"),
+    ("arm", "limb"),
+    ("neck", "head"),
+    ("face", "head"),
+];
+
 /// "did you mean …?" when there is a near name, else the list of the known ones.
 pub fn suggest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 12;
     let known: Vec<&str> = known.into_iter().collect();
-    match nearest_name(wrong, known.iter().copied()) {
+    let other =
+        OTHER_WORDS.iter().find(|(word, name)| wrong.eq_ignore_ascii_case(word) && known.contains(name));
+    match other.map(|(_, name)| *name).or_else(|| nearest_name(wrong, known.iter().copied())) {
         Some(name) => format!("did you mean {name:?}?"),
         None if known.is_empty() => "there is none".into(),
         None if known.len() > MOST => format!("known are {}, …", known[..MOST].join(", ")),

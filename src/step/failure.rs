@@ -117,7 +117,9 @@ impl FailureCause {
                  the mesh, or shorten the run."
             }
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
-            Self::RecordingFailed => "Free some disk space or record less (fewer fields, a larger interval).",
+            Self::RecordingFailed => {
+                "Free some disk space, record less (fewer fields, a larger interval), or record to a folder that may be written to."
+            }
         }
     }
 }

@@ -136,7 +136,9 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
 
 /// What is measured in every run of a scene.
 pub(super) fn measures_of(scene: &Scene, plan: &Plan) -> Measures {
-    Measures::new().with_artificial_ends(ArtificialEnds::of(scene, plan))
+    Measures::new()
+        .with_artificial_ends(ArtificialEnds::of(scene, plan))
+        .with_scene_warnings(scene.warnings.clone())
 }
 
 /// Runs a plan without recording it.

@@ -9,7 +9,7 @@ import sys
 
 from fhir.resources.R4B.bundle import Bundle
 
-UCUM = {"N", "N.s", "s", "mm", "mm2", "mm3", "J", "Pa", "1", "J/m3"}
+UCUM = {"N", "N.s", "s", "mm", "mm2", "mm3", "J", "Pa", "1", "J/m3", "J/cm2", "m/s"}
 
 
 def check(path: str) -> list[str]:
@@ -33,7 +33,8 @@ def check(path: str) -> list[str]:
         code = resource["code"]["coding"][0]
         assert code["system"] == "urn:contuse:observation", "no codes of other systems"
         assert resource["device"]["reference"] in urls
-        assert ("valueQuantity" in resource) != ("dataAbsentReason" in resource)
+        values = {"valueQuantity", "valueString", "dataAbsentReason"} & resource.keys()
+        assert len(values) == 1, values
         quantities = [resource.get("valueQuantity"), *(c.get("valueQuantity") for c in resource.get("component", []))]
         for quantity in filter(None, quantities):
             assert quantity["system"] == "http://unitsofmeasure.org" and quantity["code"] in UCUM, quantity

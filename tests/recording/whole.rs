@@ -64,6 +64,13 @@ fn failed_with_a_diagnosis() {
     let contents = read(&path);
     assert_eq!((&contents.ending["ending"][..], &contents.ending["complete"][..]), ("failed", "false"));
     assert!(contents.ending["why"].contains(&failure.message));
+
+    // It is said to be a part of the impact, which was looked at to its last step.
+    let tissue = result.summary.values().tissue.as_ref().unwrap();
+    assert!((tissue.looked_at_until_s - result.outcome.time_s).abs() < 1e-15);
+    assert!(tissue.peak_von_mises_pa.is_some());
+    let words = result.summary.plain_words.join("\n");
+    assert!(words.starts_with("The run failed") && words.contains("not of the whole impact"), "{words}");
 }
 
 #[test]
@@ -77,6 +84,10 @@ fn a_failed_gate_withholds_the_numbers() {
     let json: serde_json::Value = serde_json::from_str(&result.summary.to_json().unwrap()).unwrap();
     assert!(json.get("results").is_none() && json["withheld"]["reason"].is_string());
     assert_eq!(json["withheld"]["values"]["impacts"][0]["peak_force_n"]["gate"], "failed");
+    assert!(!json["withheld"]["reason"].as_str().unwrap().ends_with('.'), "sentences end it");
+    let gates = json["gates"].as_array().unwrap();
+    assert_eq!(gates.len(), 4);
+    assert!(gates.iter().any(|gate| gate["result"] == "failed"), "{gates:?}");
     assert_eq!(json["ending"], "failed");
     read(&path);
 }

@@ -6,11 +6,41 @@
 //! order of the mesh be *observed*.
 
 use super::super::convergence::{Reference, assumed_error, assumed_step_error, extrapolate};
-use super::{ErrorEstimate, Quantity, Results};
+use super::Results;
+use super::listed::Listed;
 use serde::Serialize;
 
 /// What sums of many numbers are known to, as a share of them [-].
 const ROUNDING: f64 = 1e-12;
+
+/// What is known of a number's numerical error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum ErrorEstimate {
+    /// Nobody looked.
+    #[serde(rename = "not estimated")]
+    NotEstimated,
+    /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
+    #[serde(rename = "not estimated: the three meshes show no order of convergence")]
+    NoOrder,
+    /// So much.
+    #[serde(untagged)]
+    Estimated(Estimate),
+}
+
+impl ErrorEstimate {
+    /// Of the number times a factor that is exact.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Estimated(estimate) => Self::Estimated(estimate.scaled(factor)),
+            other => other.clone(),
+        }
+    }
+    /// Whether the number was estimated to be off by as much as itself.
+    pub fn is_unresolved(&self) -> bool {
+        matches!(self, Self::Estimated(estimate) if !estimate.resolved)
+    }
+}
 
 /// A number's numerical error, in the number's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -23,13 +53,24 @@ pub struct Estimate {
     pub step: f64,
     /// Of the contact solver's tolerance.
     pub contact: f64,
-    /// What cannot be told apart: a time within its steps, a sum within its rounding.
+    /// What cannot be told apart: a time within its steps, a depth within two quadrature points, a sum within its rounding.
     pub resolution: f64,
     /// Observed order of convergence of the mesh; absent where the first is assumed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<f64>,
-    /// Whether the number is larger than its error.
+    /// Whether the number is larger than its error, or both are zero. A peak at a point never is on two meshes, which cannot tell
+    /// whether it converges.
     pub resolved: bool,
+}
+
+impl Estimate {
+    /// Of the number times a factor that is exact.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let [total, mesh, step, contact, resolution] =
+            [self.total, self.mesh, self.step, self.contact, self.resolution].map(|e| factor * e);
+        Self { total, mesh, step, contact, resolution, ..*self }
+    }
 }
 
 /// A cheaper run.
@@ -76,19 +117,19 @@ impl Results {
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
         let of = |run: &Cheaper| {
             let mut results = run.results.clone();
-            results.quantities_mut().iter().map(|(quantity, _)| quantity.value).collect::<Vec<_>>()
+            results.list_mut().iter().map(|listed| listed.quantity.value).collect::<Vec<_>>()
         };
         let [coarse, small_steps, loose] = [&runs.coarse, &runs.small_steps, &runs.loose_contact].map(of);
         let coarser = runs.coarser.as_ref().map(of);
         let steps = (runs.coarse.steps, runs.small_steps.steps);
         let own_step = time_s / own_steps as f64;
-        let mut quantities = self.quantities_mut();
-        let count = quantities.len();
+        let mut all_listed = self.list_mut();
+        let count = all_listed.len();
         let mut all = [&coarse, &small_steps, &loose].into_iter().chain(&coarser);
         if all.any(|values| values.len() != count) {
             return;
         }
-        for (i, (quantity, whole_steps)) in quantities.iter_mut().enumerate() {
+        for (i, Listed { quantity, steps_known, spacing, is_peak }) in all_listed.iter_mut().enumerate() {
             let coarser = coarser.as_ref().map(|values| values[i]);
             let Some((mesh, order)) = runs.mesh_error(coarser, coarse[i], quantity.value) else {
                 quantity.error = ErrorEstimate::NoOrder;
@@ -97,67 +138,23 @@ impl Results {
             let step = assumed_step_error(own_steps, steps, (coarse[i], small_steps[i]));
             // The tolerance is loosened far more than twofold: the difference itself is the bound.
             let contact = (loose[i] - coarse[i]).abs();
-            let resolution = f64::from(*whole_steps) * own_step + ROUNDING * quantity.value.abs();
+            let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
-                let resolved = total < quantity.value.abs();
+                // A peak at a point may grow with every mesh: two of them cannot tell.
+                let may_converge = !*is_peak || runs.coarser.is_some();
+                let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
                 let estimate = Estimate { total, mesh, step, contact, resolution, order, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
             }
         }
-    }
-
-    /// Every number, in a fixed order, and how many steps it is only known to: a time begins or ends within a step, and a
-    /// duration does both.
-    fn quantities_mut(&mut self) -> Vec<(&mut Quantity, u8)> {
-        let (mut all, mut times) = (Vec::new(), Vec::new());
-        for i in &mut self.impacts {
-            times.extend([(&mut i.peak_force_time_s, 1), (&mut i.contact_duration_s, 2)]);
-            all.extend([
-                &mut i.peak_force_n,
-                &mut i.impulse_n_s,
-                &mut i.patch_area_mm2,
-                &mut i.patch_long_axis_mm,
-                &mut i.patch_short_axis_mm,
-                &mut i.largest_patch_area_mm2,
-                &mut i.friction_dissipation_j,
-                &mut i.numerical_contact_dissipation_j,
-            ]);
-        }
-        if let Some(t) = &mut self.tissue {
-            times.push((&mut t.peak_absorbed_energy_time_s, 1));
-            all.extend([
-                &mut t.absorbed_energy_j,
-                &mut t.absorbed_energy_by_work_j,
-                &mut t.peak_absorbed_energy_j,
-                &mut t.peak_von_mises_pa.quantity,
-                &mut t.peak_principal_strain.quantity,
-                &mut t.peak_strain_energy_density_j_per_m3.quantity,
-                &mut t.deflection_mm.quantity,
-            ]);
-            all.extend(&mut t.projectile_loss_j);
-            for split in [&mut t.absorbed_split, &mut t.peak_absorbed_split] {
-                all.extend([
-                    &mut split.strain_j,
-                    &mut split.kinetic_j,
-                    &mut split.recoverable_j,
-                    &mut split.dissipated_j,
-                ]);
-            }
-            for stress in &mut t.significant_stress {
-                all.extend([&mut stress.volume_mm3, &mut stress.volume_at_end_mm3]);
-                all.extend(&mut stress.depth_mm);
-            }
-            all.extend(t.dose_volumes.iter_mut().map(|dose| &mut dose.volume_mm3));
-        }
-        all.into_iter().map(|quantity| (quantity, 0)).chain(times).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::summary::{GateResult, Impact};
+    use crate::measure::summary::{GateResult, Headline, Impact, Quantity};
 
     fn results(value: f64) -> Results {
         let quantity = || Quantity { value, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
@@ -173,7 +170,7 @@ mod tests {
             impulse_on: "b".into(),
             impulse_vector_n_s: [0.0; 3],
             contact_duration_s: quantity(),
-            contact_span_s: None,
+            contact_span_s: Some([0.0, 1.0]),
             contact_ended: true,
             patch_area_mm2: quantity(),
             patch_long_axis_mm: quantity(),
@@ -183,7 +180,7 @@ mod tests {
             friction_dissipation_j: quantity(),
             numerical_contact_dissipation_j: quantity(),
         };
-        Results { impacts: vec![impact], tissue: None }
+        Results { impacts: vec![impact], tissue: None, headline: Headline::default() }
     }
 
     fn cheaper(value: f64, steps: u64) -> Cheaper {
@@ -241,6 +238,20 @@ mod tests {
         own = results(10.25);
         own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(10.0)), 200, 1.0);
         assert_eq!(own.impacts[0].impulse_n_s.error, ErrorEstimate::NoOrder);
+    }
+
+    #[test]
+    fn nothing_at_all_is_resolved() {
+        let mut own = results(0.0);
+        own.impacts[0].contact_span_s = None;
+        own.estimate_errors(&runs([0.0; 3], None), 200, 1.0);
+        let [force, duration] =
+            [&own.impacts[0].peak_force_n, &own.impacts[0].contact_duration_s].map(estimate);
+        assert!(force.resolved && force.total == 0.0, "{force:?}");
+        assert!(
+            duration.resolved && duration.total == 0.0,
+            "what never touched has no first step: {duration:?}"
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
-use crate::step::{FailureCause, Outcome};
+use crate::step::{Energy, FailureCause, Outcome};
 
 /// Share of the energy scale above which numerical contact dissipation is warned about.
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
@@ -40,23 +40,32 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     }
 }
 
-/// The gates of a run.
-pub(super) fn gates(numerics: &Numerics, plan: &Plan) -> Vec<Gate> {
+/// The gates of a run, by its ledger; those of energy have the limit of the scene. They are those that end a run, so that none
+/// of a run that they ended says that it was passed.
+pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static: bool) -> Vec<Gate> {
     let gate = |name, meaning, value: f64, limit: f64| {
         // Written so that NaN fails.
         let result = if value <= limit { GateResult::Passed } else { GateResult::Failed };
         Gate { name, meaning, value, limit, result }
     };
-    let limit = plan.energy_gate;
-    let creation = -numerics.numerical_contact_dissipation_share;
+    // NaN passes through, a dissipation counts as nothing created.
+    let created =
+        |lost: f64| if lost > 0.0 || energy.scale_j == 0.0 { 0.0 } else { -lost / energy.scale_j + 0.0 };
+    // A load step without mass has no integrator that could create energy.
+    let algorithmic = if is_static { 0.0 } else { energy.algorithmic_j() };
     vec![
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
         gate(
             "contact_creates_no_energy",
             "energy created by contact over the energy scale",
-            // NaN passes through, a dissipation counts as nothing created.
-            if creation < 0.0 { 0.0 } else { creation + 0.0 },
+            created(energy.numerical_contact_j().min(energy.impact_j())),
             CONTACT_CREATION_LIMIT,
+        ),
+        gate(
+            "integrator_creates_no_energy",
+            "energy created by the time integrator over the energy scale",
+            created(algorithmic),
+            limit,
         ),
         gate(
             "absorbed_energy_agreement",
@@ -72,7 +81,7 @@ pub(super) fn withholding_reason(gates: &[Gate], state: &RunState) -> Option<Str
     if let RunState::Failed { failure } = state
         && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)
     {
-        return Some(failure.message.clone());
+        return Some(failure.message.trim_end_matches('.').to_owned());
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
     Some(format!(
@@ -89,6 +98,14 @@ pub(super) fn own_warnings(
     has_ended: bool,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    let window = plan.measures.force_window;
+    let is_touched = measures.pairs.iter().any(|pair| pair.force.contact_span.is_some());
+    if has_ended && is_touched && measures.time < window {
+        warnings.push(format!(
+            "The run ended after {:.3e} s, before the {window:.3e} s that the force is averaged over: it saw no peak force.",
+            measures.time
+        ));
+    }
     let share = numerics.numerical_contact_dissipation_share;
     // At the end the stepper itself says so.
     if share > CONTACT_DISSIPATION_WARNING && !has_ended {
@@ -177,4 +194,24 @@ fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
     let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
     let place = pair.force.first_contact.filter(|_| pair.on_tissue)?;
     Some(ends.earliest_return(place, first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::BodyEnergy;
+
+    #[test]
+    fn energy_that_the_integrator_creates_fails_a_gate() {
+        let failed = |algorithmic_j: f64, is_static: bool| {
+            let body = BodyEnergy { algorithmic_j, ..BodyEnergy::default() };
+            let energy = Energy { scale_j: 1.0, bodies: vec![body], ..Energy::default() };
+            let gates = gates(&energy, &Numerics::default(), 0.01, is_static);
+            let failed = gates.iter().filter(|gate| gate.result == GateResult::Failed);
+            failed.map(|gate| gate.name).collect::<Vec<_>>()
+        };
+        assert_eq!(failed(-0.5154, false), ["integrator_creates_no_energy"]);
+        assert_eq!(failed(f64::NAN, false), ["integrator_creates_no_energy"]);
+        assert!(failed(0.5, false).is_empty() && failed(-0.5, true).is_empty());
+    }
 }

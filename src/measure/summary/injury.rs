@@ -3,7 +3,7 @@
 //! A criterion is a fit to some experiments. Outside of what they covered it is told to be not applicable, with the reason.
 
 use super::super::measures::Measures;
-use super::Shown;
+use super::{ErrorEstimate, Quantity, RunState, Shown, rounded};
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
@@ -26,13 +26,16 @@ pub struct InjuryMeasure {
     /// Its value; absent where the scene does not say enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
+    /// Its numerical error, in its unit; absent where it comes of the scene alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<ErrorEstimate>,
     /// Unit of the value.
     pub unit: &'static str,
     /// What it is compared with; one number twice, or a range.
     pub reference: [f64; 2],
     /// What the reference means.
     pub meaning: &'static str,
-    /// Whether the experiments behind it cover this scene.
+    /// Whether it says something here: the experiments behind it cover this scene, and the run tells enough.
     pub applicable: bool,
     /// What it says here, or why it says nothing.
     pub statement: String,
@@ -41,12 +44,20 @@ pub struct InjuryMeasure {
 }
 
 /// All criteria; none where the scene has no projectile, or no tissue. What comes of the run itself is withheld with its results.
-pub(super) fn injury_measures(measures: &Measures, plan: &Plan, results: &Shown) -> Vec<InjuryMeasure> {
+pub(super) fn injury_measures(
+    measures: &Measures,
+    plan: &Plan,
+    state: &RunState,
+    results: &Shown,
+) -> Vec<InjuryMeasure> {
     let Some(onslaught) = Onslaught::new(plan) else { return Vec::new() };
     let person = plan.measures.person.as_ref();
     let mut all = vec![penetration(&onslaught, person), blunt(&onslaught, person)];
-    if matches!(results, Shown::Results(_)) {
-        all.push(viscous(measures, person));
+    if let Shown::Results(results) = results
+        && let Some(tissue) = &results.tissue
+    {
+        let response = &tissue.viscous_response_m2_per_s;
+        all.push(viscous(response, unfinished(measures, state), person));
     }
     all
 }
@@ -69,6 +80,7 @@ fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> Injury
         name: "skin_penetration_energy_density",
         title: "energy density (skin penetration)",
         value: Some(value),
+        error: None,
         unit: "J/cm²",
         reference: [weakest, strongest],
         meaning: "50 % risk of skin penetration by a 12-gauge fin-stabilised rubber projectile, weakest and strongest region of trunk \
@@ -89,6 +101,7 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
         name: "blunt_criterion",
         title: "blunt criterion",
         value: None,
+        error: None,
         unit: "-",
         reference: [BLUNT_CRITERION; 2],
         meaning: "50 % risk of an injury of the chest of AIS 2 or 3 by a blunt projectile",
@@ -118,14 +131,32 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
     }
 }
 
-/// VC = max V C, C the deflection over the depth of the chest, V its rate.
-fn viscous(measures: &Measures, person: Option<&PersonDocument>) -> InjuryMeasure {
-    let depth = person.and_then(|person| person.chest_depth_m);
-    let value = depth.map(|depth| measures.deflection.largest_rate / depth);
+/// What a run lacks for its largest response to be that of the impact; `None` when the impact is over.
+fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
+    let mut on_tissue = measures.pairs.iter().filter(|pair| pair.on_tissue);
+    match state {
+        RunState::Running => Some("the run goes on"),
+        RunState::Failed { .. } => Some("the run failed before its end"),
+        RunState::Cancelled => Some("the run was stopped before its end"),
+        RunState::Finished if on_tissue.any(|pair| pair.force.is_touching()) => Some("contact has not ended"),
+        RunState::Finished if measures.deflection.largest_rate_time >= measures.time => {
+            Some("it is largest at the end of the run")
+        }
+        RunState::Finished => None,
+    }
+}
+
+/// VC = max V C, C the deflection over the depth of the chest, V its rate; `response` is max d ḋ [m²/s] with its error.
+fn viscous(
+    response: &Quantity,
+    unfinished: Option<&'static str>,
+    person: Option<&PersonDocument>,
+) -> InjuryMeasure {
     let measure = InjuryMeasure {
         name: "viscous_criterion",
         title: "viscous criterion",
-        value,
+        value: None,
+        error: None,
         unit: "m/s",
         reference: [VISCOUS_CRITERION_M_PER_S; 2],
         meaning: "25 % risk of an injury of the chest of AIS 4 or more, frontal impact",
@@ -135,19 +166,105 @@ fn viscous(measures: &Measures, person: Option<&PersonDocument>) -> InjuryMeasur
     };
     let refused =
         |reason: &str| InjuryMeasure { statement: format!("not applicable: {reason}"), ..measure.clone() };
-    match (person.map(|person| person.region), value) {
-        (None, _) => refused("the scene does not say where the person is hit (`measures.person`)"),
-        (Some(region), _) if region != Region::Thorax => refused("the limit is that of the chest"),
-        (_, None) => refused("it needs `measures.person.chest_depth_m`"),
-        (_, Some(value)) => {
-            let side = if value > VISCOUS_CRITERION_M_PER_S { "above" } else { "at or below" };
-            InjuryMeasure {
-                applicable: true,
-                statement: format!(
-                    "{value:.3} m/s is {side} the 25 % risk of AIS 4 or more ({VISCOUS_CRITERION_M_PER_S} m/s)"
-                ),
-                ..measure
-            }
+    let Some(person) = person else {
+        return refused("the scene does not say where the person is hit (`measures.person`)");
+    };
+    if person.region != Region::Thorax {
+        return refused("the limit is that of the chest");
+    }
+    let Some(depth) = person.chest_depth_m else {
+        return refused("it needs `measures.person.chest_depth_m`");
+    };
+    let error = response.error.scaled(1.0 / depth);
+    let (applicable, statement) = verdict(response.value / depth, &error, unfinished);
+    InjuryMeasure {
+        value: Some(response.value / depth),
+        error: Some(error),
+        applicable,
+        statement,
+        ..measure
+    }
+}
+
+/// Whether the viscous criterion may be compared with its limit, and what comes of it.
+fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool, String) {
+    const LIMIT: f64 = VISCOUS_CRITERION_M_PER_S;
+    let risk = format!("the 25 % risk of AIS 4 or more ({LIMIT} m/s)");
+    let (half_width, told) = match error {
+        ErrorEstimate::Estimated(e) => (e.total, format!("{value:.3} m/s (± {})", rounded(e.total))),
+        _ => (0.0, format!("{value:.3} m/s (error not estimated)")),
+    };
+    // It only grows: what is above stays above.
+    if value - half_width > LIMIT {
+        let so_far = unfinished.map_or_else(String::new, |why| format!("; at least, since {why}"));
+        return (true, format!("{told} is above {risk}{so_far}"));
+    }
+    if let Some(why) = unfinished {
+        return (false, format!("not applicable: the impact is not over ({why}); at least {told} so far"));
+    }
+    if value + half_width > LIMIT {
+        return (false, format!("not decided: {told} reaches from below to above {risk}"));
+    }
+    (true, format!("{told} is at or below {risk}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Estimate, GateResult};
+    use super::*;
+
+    const CHEST: PersonDocument = PersonDocument {
+        region: Region::Thorax,
+        body_mass_kg: None,
+        wall_thickness_m: None,
+        chest_depth_m: Some(0.2),
+    };
+
+    /// Of a response of 0.2 m times the value, with an error of 0.2 m times the half width.
+    fn said(value: f64, half_width: Option<f64>, unfinished: Option<&'static str>) -> InjuryMeasure {
+        let estimate = |total: f64| Estimate {
+            total,
+            mesh: total,
+            step: 0.0,
+            contact: 0.0,
+            resolution: 0.0,
+            order: None,
+            resolved: true,
+        };
+        let error =
+            half_width.map_or(ErrorEstimate::NotEstimated, |e| ErrorEstimate::Estimated(estimate(0.2 * e)));
+        viscous(&Quantity { value: 0.2 * value, error, gate: GateResult::Passed }, unfinished, Some(&CHEST))
+    }
+
+    #[test]
+    fn an_impact_that_is_not_over_is_not_below_a_limit() {
+        let going_on = said(0.488, None, Some("contact has not ended"));
+        assert!(
+            !going_on.applicable && going_on.statement.contains("at least 0.488 m/s"),
+            "{}",
+            going_on.statement
+        );
+        assert!(
+            going_on.statement.starts_with("not applicable: the impact is not over (contact has not ended)")
+        );
+        // What is above already stays so.
+        let above = said(6.185, Some(0.5), Some("contact has not ended"));
+        assert!(above.applicable && above.statement.contains("is above"), "{}", above.statement);
+    }
+
+    #[test]
+    fn a_response_is_compared_with_its_error() {
+        let below = said(0.5, Some(0.3), None);
+        assert!(
+            below.applicable && below.statement.contains("0.500 m/s (± 0.30) is at or below"),
+            "{}",
+            below.statement
+        );
+        assert!(matches!(&below.error, Some(ErrorEstimate::Estimated(e)) if (e.total - 0.3).abs() < 1e-12));
+        for (value, error) in [(0.5, 3.2), (1.3, 0.4)] {
+            let open = said(value, Some(error), None);
+            assert!(!open.applicable && open.statement.starts_with("not decided"), "{}", open.statement);
         }
+        assert!(said(0.5, None, None).statement.contains("error not estimated"));
     }
 }

@@ -3,41 +3,32 @@
 //! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
 
 mod error_bars;
+mod from_measures;
 mod gates;
 mod injury;
+mod listed;
 mod results;
 mod table;
 mod words;
 
-pub use error_bars::{Cheaper, CheaperRuns, Estimate};
+pub use error_bars::{Cheaper, CheaperRuns, ErrorEstimate, Estimate};
 pub use injury::InjuryMeasure;
-pub use results::{DoseVolume, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue};
+pub use results::{
+    DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
+};
 pub use table::{number, render_table, rounded};
 
 use super::measures::Measures;
 use crate::plan::Plan;
 use crate::step::{Ending, Failure, Outcome};
+use from_measures::{Mint, results};
 use gates::{gates, numerics, own_warnings, withholding_reason};
 use injury::injury_measures;
-use results::{Mint, results};
 use serde::Serialize;
 use words::plain_words;
 
 /// Said with every answer.
 pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
-/// What is known of a number's numerical error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub enum ErrorEstimate {
-    /// Nobody looked.
-    #[serde(rename = "not estimated")]
-    NotEstimated,
-    /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
-    #[serde(rename = "not estimated: the three meshes show no order of convergence")]
-    NoOrder,
-    /// So much.
-    #[serde(untagged)]
-    Estimated(Estimate),
-}
 
 /// Whether the run passed its gates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -174,7 +165,7 @@ pub enum Shown {
 }
 
 /// How good the computation was.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Numerics {
     /// Smallest Jacobian J at any time [-]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,14 +213,14 @@ impl Summary {
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
         let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
-        let gates = gates(&numerics, plan);
+        let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
         let mut reason = withholding_reason(&gates, &state);
         let verdict =
             |reason: &Option<String>| if reason.is_some() { GateResult::Failed } else { GateResult::Passed };
-        let mut values = results(measures, plan, Mint(verdict(&reason)));
+        let mut values = results(measures, plan, &state, Mint(verdict(&reason)));
         if reason.is_none() && !values.is_finite() {
             reason = Some("a result is infinite or not a number".to_owned());
-            values = results(measures, plan, Mint(GateResult::Failed));
+            values = results(measures, plan, &state, Mint(GateResult::Failed));
         }
         let mut error_bars = measures.error_bars.to_string();
         if let ErrorBars::From(runs) = &measures.error_bars {
@@ -241,13 +232,15 @@ impl Summary {
                 _ => error_bars = "not estimated: the run has not come to its end".into(),
             }
         }
-        let mut warnings = outcome.map(|o| o.warnings.clone()).unwrap_or_default();
+        let mut warnings = measures.scene_warnings.clone();
+        warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(
             own_warnings(measures, plan, &numerics, outcome.is_some())
                 .into_iter()
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
+        let time_s = outcome.map_or(measures.time, |o| o.time_s);
         let results = match reason {
             None => Shown::Results(values),
             Some(reason) => Shown::Withheld { reason, values },
@@ -256,12 +249,12 @@ impl Summary {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
             scene: plan.name.clone(),
-            state,
-            time_s: outcome.map_or(measures.time, |o| o.time_s),
+            time_s,
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            plain_words: plain_words(&results),
-            injury_measures: injury_measures(measures, plan, &results),
+            plain_words: plain_words(&results, &state, time_s),
+            injury_measures: injury_measures(measures, plan, &state, &results),
+            state,
             results,
             numerics,
             gates,

@@ -1,10 +1,6 @@
-//! The numbers of the summary, made from the measures.
+//! The numbers of the summary.
 
-use super::super::absorbed_energy::Absorbed;
-use super::super::measures::{Measures, PairMeasures};
-use super::super::stress_depth::{Dose, Exceedance, Peak, StressDepth};
-use super::{ErrorEstimate, GateResult, Quantity};
-use crate::plan::Plan;
+use super::Quantity;
 use serde::Serialize;
 
 /// The numbers.
@@ -15,6 +11,19 @@ pub struct Results {
     /// The tissue; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<Tissue>,
+    /// Which of them stand for all.
+    pub headline: Headline,
+}
+
+/// Which numbers stand for all where only some are shown: the same everywhere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Headline {
+    /// Index of the contact in `impacts`: with the largest peak force of those on the tissue, of all where none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impact: Option<usize>,
+    /// Index in the tissue's `significant_stress`: the first threshold of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub significant_stress: Option<usize>,
 }
 
 /// What one contact pair did.
@@ -83,19 +92,28 @@ pub struct Tissue {
     /// Strain + kinetic energy lost by the projectile [J]; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub projectile_loss_j: Option<Quantity>,
+    /// The latest time at which stresses and strains were looked at [s]. What follows is of the times until then, and absent
+    /// where a run that did not come to its end was looked at at its start only.
+    pub looked_at_until_s: f64,
     /// Depth and volume of significant stress, one for each threshold.
     pub significant_stress: Vec<SignificantStress>,
     /// Volumes in which the measures of the scene exceed its thresholds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dose_volumes: Vec<DoseVolume>,
     /// Largest von Mises stress at a quadrature point at a field time [Pa].
-    pub peak_von_mises_pa: Located,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_von_mises_pa: Option<Located>,
     /// Largest principal Green–Lagrange strain [-].
-    pub peak_principal_strain: Located,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_principal_strain: Option<Located>,
     /// Largest strain energy density [J/m³].
-    pub peak_strain_energy_density_j_per_m3: Located,
-    /// Largest displacement of a node of the skin [mm].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_strain_energy_density_j_per_m3: Option<Located>,
+    /// Largest displacement of a node of the skin, of all steps [mm].
     pub deflection_mm: Located,
+    /// Largest product of the skin's largest deflection and its rate, of all steps [m²/s]: over the depth of the chest it is the
+    /// viscous criterion.
+    pub viscous_response_m2_per_s: Quantity,
 }
 
 /// Parts of the absorbed energy.
@@ -131,6 +149,9 @@ pub struct SignificantStress {
     /// Largest depth below the skin, in the reference configuration [mm]; absent when the tissue has no skin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<Quantity>,
+    /// From there to the next deeper quadrature point, which is not above the threshold [mm]: part of the depth's error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub depth_gap_mm: Option<f64>,
     /// When [s].
     pub depth_time_s: f64,
     /// Largest reference volume above the threshold at any field time [mm³].
@@ -146,7 +167,8 @@ pub struct SignificantStress {
 pub struct StressedLayer {
     /// Name of the part.
     pub part: String,
-    /// Least and largest depth below the skin at which it does, at any field time [mm]; absent when the tissue has no skin.
+    /// From which to which depth below the skin its elements reach that do in some point, at any field time [mm]; absent when the
+    /// tissue has no skin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub depth_mm: Option<[f64; 2]>,
     /// Its largest volume above the threshold at any field time [mm³].
@@ -164,21 +186,6 @@ pub struct DoseVolume {
     pub volume_mm3: Quantity,
 }
 
-/// Makes quantities that share one verdict.
-#[derive(Clone, Copy)]
-pub(super) struct Mint(pub GateResult);
-
-impl Mint {
-    fn quantity(self, value: f64) -> Quantity {
-        // −0 would be printed as such.
-        Quantity { value: value + 0.0, error: ErrorEstimate::NotEstimated, gate: self.0 }
-    }
-    fn located(self, scale: f64, peak: &Peak) -> Located {
-        let position_m = peak.position.into();
-        Located { quantity: self.quantity(scale * peak.value), position_m, time_s: peak.time }
-    }
-}
-
 impl Results {
     /// Whether the headline numbers are finite (NaN poisons sums, so they stand for the others).
     pub(super) fn is_finite(&self) -> bool {
@@ -187,102 +194,9 @@ impl Results {
             .iter()
             .flat_map(|i| [i.peak_force_n.value, i.impulse_n_s.value, i.patch_area_mm2.value]);
         let tissue = self.tissue.iter().flat_map(|t| {
-            [t.absorbed_energy_j.value, t.absorbed_energy_by_work_j.value, t.peak_von_mises_pa.quantity.value]
+            let von_mises = t.peak_von_mises_pa.as_ref().map_or(0.0, |peak| peak.quantity.value);
+            [t.absorbed_energy_j.value, t.absorbed_energy_by_work_j.value, von_mises]
         });
         impacts.chain(tissue).all(f64::is_finite)
     }
-}
-
-/// The numbers.
-pub(super) fn results(measures: &Measures, plan: &Plan, mint: Mint) -> Results {
-    let impacts =
-        measures.pairs.iter().enumerate().map(|(index, pair)| impact(measures, plan, index, pair, mint));
-    Results { impacts: impacts.collect(), tissue: tissue(measures, mint) }
-}
-
-fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, mint: Mint) -> Impact {
-    let (force, now) = (&pair.force, pair.force.now());
-    let patch = &force.peak.patch;
-    let ledger = measures.energy.pairs.get(index).copied().unwrap_or_default();
-    Impact {
-        pair: pair.name.clone(),
-        between: pair.between.clone(),
-        on_tissue: pair.on_tissue,
-        peak_force_n: mint.quantity(force.peak.force),
-        peak_force_time_s: mint.quantity(force.peak.time),
-        force_window_s: plan.measures.force_window,
-        peak_step_force_n: mint.quantity(force.peak_step.0),
-        impulse_n_s: mint.quantity(now.impulse.norm()),
-        impulse_on: pair.between[pair.told_for].clone(),
-        impulse_vector_n_s: if pair.told_for == 0 { now.impulse } else { -now.impulse }.into(),
-        contact_duration_s: mint.quantity(force.contact_time),
-        contact_span_s: force.contact_span,
-        contact_ended: !force.is_touching(),
-        patch_area_mm2: mint.quantity(1e6 * patch.area),
-        patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),
-        patch_short_axis_mm: mint.quantity(1e3 * patch.axes[1]),
-        largest_patch_area_mm2: mint.quantity(1e6 * force.largest_patch.area),
-        nodes_across_patch: [patch.nodes_across, force.largest_patch.nodes_across],
-        friction_dissipation_j: mint.quantity(ledger.friction_j),
-        numerical_contact_dissipation_j: mint.quantity(ledger.numerical_j),
-    }
-}
-
-/// The parts that exceed a threshold, from the skin inwards.
-fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
-    let mut found: Vec<_> =
-        stress.parts.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.largest_volume > 0.0).collect();
-    found.sort_by(|a, b| a.1.depth[0].total_cmp(&b.1.depth[0]));
-    let of = |(part, layer): (&String, &crate::measure::stress_depth::Layer)| StressedLayer {
-        part: part.clone(),
-        depth_mm: stress.has_skin().then(|| layer.depth.map(|depth| 1e3 * depth)),
-        volume_mm3: 1e9 * layer.largest_volume,
-    };
-    found.into_iter().map(of).collect()
-}
-
-fn tissue(measures: &Measures, mint: Mint) -> Option<Tissue> {
-    let (absorbed, stress) = (measures.absorbed.as_ref()?, measures.stress.as_ref()?);
-    let split = |a: &Absorbed| Split {
-        strain_j: mint.quantity(a.strain),
-        kinetic_j: mint.quantity(a.kinetic),
-        recoverable_j: mint.quantity(a.recoverable()),
-        dissipated_j: mint.quantity(a.dissipated),
-    };
-    let significant = stress.exceedances.iter().map(|e| SignificantStress {
-        threshold_pa: e.threshold,
-        depth_mm: stress.has_skin().then(|| mint.quantity(1e3 * e.depth)),
-        depth_time_s: e.depth_time,
-        volume_mm3: mint.quantity(1e9 * e.largest_volume),
-        volume_at_end_mm3: mint.quantity(1e9 * e.volume),
-        layers: stressed_layers(stress, e),
-    });
-    let doses = |measure: &'static str, doses: &[Dose]| {
-        let of = |dose: &Dose| DoseVolume {
-            measure,
-            threshold: dose.threshold,
-            volume_mm3: mint.quantity(1e9 * dose.largest_volume),
-        };
-        doses.iter().map(of).collect::<Vec<_>>()
-    };
-    let mut dose_volumes = doses("strain_energy_density_j_per_m3", &stress.energy_doses);
-    dose_volumes.extend(doses("principal_strain", &stress.strain_doses));
-    let d = &measures.deflection;
-    let deflection = Peak { value: d.largest, position: d.position, time: d.time };
-    Some(Tissue {
-        absorbed_energy_j: mint.quantity(absorbed.now.by_state()),
-        absorbed_energy_by_work_j: mint.quantity(absorbed.now.work),
-        absorbed_split: split(&absorbed.now),
-        peak_absorbed_energy_j: mint.quantity(absorbed.peak.by_state()),
-        peak_absorbed_energy_time_s: mint.quantity(absorbed.peak.time),
-        peak_absorbed_split: split(&absorbed.peak),
-        contact_ended: !measures.pairs.iter().any(|p| p.on_tissue && p.force.is_touching()),
-        projectile_loss_j: absorbed.has_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
-        significant_stress: significant.collect(),
-        dose_volumes,
-        peak_von_mises_pa: mint.located(1.0, &stress.von_mises),
-        peak_principal_strain: mint.located(1.0, &stress.principal_strain),
-        peak_strain_energy_density_j_per_m3: mint.located(1.0, &stress.energy_density),
-        deflection_mm: mint.located(1e3, &deflection),
-    })
 }

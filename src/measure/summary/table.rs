@@ -88,6 +88,12 @@ impl Table {
     fn quantity(&mut self, name: &str, quantity: &Quantity, unit: &str) {
         self.row(name, &plain(quantity, 1.0, unit), &error_of(quantity, 1.0, unit));
     }
+    fn peak(&mut self, name: &str, located: Option<&Located>, scale: f64, unit: &str) {
+        match located {
+            Some(located) => self.located(name, located, scale, unit),
+            None => self.row(name, "-", "not looked at after the start"),
+        }
+    }
     fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
         let error = error_of(&located.quantity, scale, unit);
         let remark = format!("at {}, {error}", seconds(located.time_s));
@@ -150,14 +156,10 @@ impl Table {
             };
             self.quantity(&format!("volume of {measure}"), &dose.volume_mm3, "mm³");
         }
-        self.located("peak von Mises stress", &tissue.peak_von_mises_pa, 1e-3, "kPa");
-        self.located("peak principal strain", &tissue.peak_principal_strain, 1.0, "");
-        self.located(
-            "peak strain energy density",
-            &tissue.peak_strain_energy_density_j_per_m3,
-            1e-3,
-            "kJ/m³",
-        );
+        self.peak("peak von Mises stress", tissue.peak_von_mises_pa.as_ref(), 1e-3, "kPa");
+        self.peak("peak principal strain", tissue.peak_principal_strain.as_ref(), 1.0, "");
+        let density = tissue.peak_strain_energy_density_j_per_m3.as_ref();
+        self.peak("peak strain energy density", density, 1e-3, "kJ/m³");
         self.located("deflection of the skin", &tissue.deflection_mm, 1.0, "mm");
     }
 
@@ -167,8 +169,8 @@ impl Table {
         }
         self.heading("Injury criteria");
         for criterion in criteria {
-            let value =
-                criterion.value.map_or_else(|| "-".into(), |v| format!("{} {}", number(v), criterion.unit));
+            let unit = if criterion.unit == "-" { String::new() } else { format!(" {}", criterion.unit) };
+            let value = criterion.value.map_or_else(|| "-".into(), |v| format!("{}{unit}", number(v)));
             self.row(criterion.title, &value, &criterion.statement);
         }
     }
@@ -183,10 +185,7 @@ impl Table {
 /// The number with its unit; one that is smaller than its error is not shown as a plain number.
 fn plain(quantity: &Quantity, scale: f64, unit: &str) -> String {
     let value = number(scale * quantity.value);
-    match &quantity.error {
-        ErrorEstimate::Estimated(error) if !error.resolved => format!("({value}) {unit}"),
-        _ => format!("{value} {unit}"),
-    }
+    if quantity.error.is_unresolved() { format!("({value}) {unit}") } else { format!("{value} {unit}") }
 }
 
 /// "± 200 N (mesh 150, step 45, contact 5)".
@@ -198,10 +197,14 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
+    // Rounding is not worth a word, the distance of points is.
+    let is_notable = error.resolution > 0.01 * error.total;
+    let points =
+        if is_notable { format!(", points {}", rounded(scale * error.resolution)) } else { String::new() };
     let order = error.order.map(|order| format!(" of order {order:.1}")).unwrap_or_default();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}{points}){verdict}")
 }
 
 /// Two significant digits: an error is not known better.

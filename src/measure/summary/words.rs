@@ -1,18 +1,32 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::table::{number, seconds};
-use super::{ErrorEstimate, Quantity, Results, Shown};
+use super::table::{number, rounded, seconds};
+use super::{ErrorEstimate, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue};
 
-/// What the numbers say, for people who read no tables.
-pub(super) fn plain_words(results: &Shown) -> Vec<String> {
+/// What the numbers of a run that is at a time [s] say, for people who read no tables.
+pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, .. } => return vec![format!("No result can be given: {reason}.")],
     };
     let mut words = Vec::new();
+    let until = |what: &str| {
+        format!(
+            "{what} {} after the start: the numbers are of the time until then, not of the whole impact.",
+            seconds(time)
+        )
+    };
+    match state {
+        RunState::Finished => {}
+        RunState::Running => words.push(until("The run has come to")),
+        RunState::Cancelled => words.push(until("The run was stopped")),
+        RunState::Failed { .. } => words.push(until("The run failed")),
+    }
     contact(results, &mut words);
-    stress(results, &mut words);
-    energy(results, &mut words);
+    if let Some(tissue) = &results.tissue {
+        stress(tissue, *state == RunState::Finished, &mut words);
+        energy(tissue, &mut words);
+    }
     words
 }
 
@@ -23,10 +37,10 @@ fn value(quantity: &Quantity, unit: &str) -> String {
             format!("{} {unit} (error not estimated)", number(quantity.value))
         }
         ErrorEstimate::Estimated(error) if error.resolved => {
-            format!("{} {unit} (± {})", number(quantity.value), number(error.total))
+            format!("{} {unit} (± {})", number(quantity.value), rounded(error.total))
         }
         ErrorEstimate::Estimated(_) => {
-            format!("about {} {unit} (its numerical error is larger than itself)", number(quantity.value))
+            format!("about {} {unit} (its numerical error is larger than itself)", rounded(quantity.value))
         }
     }
 }
@@ -47,30 +61,56 @@ fn contact(results: &Results, words: &mut Vec<String>) {
     }
 }
 
-fn stress(results: &Results, words: &mut Vec<String>) {
-    let Some(tissue) = &results.tissue else { return };
+fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
+    let until = seconds(tissue.looked_at_until_s);
+    if !has_finished && tissue.significant_stress.is_empty() {
+        words.push(format!("The stresses were not looked at after {until}: nothing can be said of them."));
+    }
+    let so_far =
+        if has_finished { String::new() } else { format!(" up to {until}, when it was last looked at") };
     for stress in &tissue.significant_stress {
         let threshold = number(1e-3 * stress.threshold_pa);
         if stress.layers.is_empty() {
-            words.push(format!("No tissue saw more than {threshold} kPa (von Mises stress)."));
+            words.push(format!("No tissue saw more than {threshold} kPa (von Mises stress){so_far}."));
+            continue;
         }
-        words.extend(stress.layers.iter().map(|layer| {
-            let volume = number(layer.volume_mm3);
-            match layer.depth_mm {
-                Some([from, to]) => format!(
-                    "The {} between {} and {} mm under the skin saw more than {threshold} kPa (von Mises stress), {volume} mm³ of it.",
-                    layer.part,
-                    number(from),
-                    number(to)
-                ),
-                None => format!("{volume} mm³ of the {} saw more than {threshold} kPa (von Mises stress).", layer.part),
-            }
-        }));
+        words.extend(stress.layers.iter().map(|layer| in_layer(layer, stress, &threshold)));
+        words.push(reach(stress, &threshold));
     }
 }
 
-fn energy(results: &Results, words: &mut Vec<String>) {
-    let Some(tissue) = &results.tissue else { return };
+/// What of one part saw more than the threshold.
+fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) -> String {
+    let volume = layer.volume_mm3;
+    let volume = if stress.volume_mm3.error.is_unresolved() {
+        format!("about {}", rounded(volume))
+    } else {
+        number(volume)
+    };
+    let part = &layer.part;
+    match layer.depth_mm {
+        Some([from, to]) => format!(
+            "The {part} between {from:.1} and {to:.1} mm under the skin saw more than {threshold} kPa (von Mises stress), {volume} mm³ of \
+             it."
+        ),
+        None => format!("{volume} mm³ of the {part} saw more than {threshold} kPa (von Mises stress)."),
+    }
+}
+
+/// How well it is known how much tissue saw more than the threshold.
+fn reach(stress: &SignificantStress, threshold: &str) -> String {
+    let volume = value(&stress.volume_mm3, "mm³");
+    match &stress.depth_mm {
+        Some(depth) => format!(
+            "All in all the stress of {threshold} kPa reaches {} deep, in a volume of {volume}; layers are told by the edges of their \
+             elements.",
+            value(depth, "mm")
+        ),
+        None => format!("All in all the stress of {threshold} kPa is exceeded in a volume of {volume}."),
+    }
+}
+
+fn energy(tissue: &Tissue, words: &mut Vec<String>) {
     let absorbed = value(&tissue.absorbed_energy_j, "J");
     let of_loss = tissue
         .projectile_loss_j
@@ -79,4 +119,57 @@ fn energy(results: &Results, words: &mut Vec<String>) {
     let end =
         if tissue.contact_ended { "" } else { " Contact had not ended: these are not the final numbers." };
     words.push(format!("When the run ended the tissue had taken up {absorbed}{of_loss}.{end}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tissue(looked_at_until_s: f64, stresses: &[f64]) -> Tissue {
+        use super::super::{GateResult, Located, Split};
+        let zero = || Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        let split =
+            || Split { strain_j: zero(), kinetic_j: zero(), recoverable_j: zero(), dissipated_j: zero() };
+        Tissue {
+            absorbed_energy_j: zero(),
+            absorbed_energy_by_work_j: zero(),
+            absorbed_split: split(),
+            peak_absorbed_energy_j: zero(),
+            peak_absorbed_energy_time_s: zero(),
+            peak_absorbed_split: split(),
+            contact_ended: true,
+            projectile_loss_j: None,
+            looked_at_until_s,
+            significant_stress: stresses
+                .iter()
+                .map(|&threshold_pa| SignificantStress {
+                    threshold_pa,
+                    depth_mm: None,
+                    depth_gap_mm: None,
+                    depth_time_s: 0.0,
+                    volume_mm3: zero(),
+                    volume_at_end_mm3: zero(),
+                    layers: Vec::new(),
+                })
+                .collect(),
+            dose_volumes: Vec::new(),
+            peak_von_mises_pa: None,
+            peak_principal_strain: None,
+            peak_strain_energy_density_j_per_m3: None,
+            deflection_mm: Located { quantity: zero(), position_m: [0.0; 3], time_s: 0.0 },
+            viscous_response_m2_per_s: zero(),
+        }
+    }
+
+    #[test]
+    fn nothing_is_denied_that_was_not_looked_at() {
+        let said = |until: f64, stresses: &[f64], has_finished: bool| {
+            let mut words = Vec::new();
+            stress(&tissue(until, stresses), has_finished, &mut words);
+            words.join(" ")
+        };
+        assert_eq!(said(1e-4, &[1e4], true), "No tissue saw more than 10.00 kPa (von Mises stress).");
+        assert!(said(0.0, &[], false).contains("nothing can be said"));
+        assert!(said(5e-5, &[1e4], false).contains("up to 50.00 µs, when it was last looked at"));
+    }
 }

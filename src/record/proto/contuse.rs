@@ -290,6 +290,29 @@ pub struct Summary {
     /// All of the summary.
     #[prost(string, tag = "11")]
     pub json: String,
+    /// Error of the peak force [N]; absent, as those below, where none was estimated.
+    #[prost(message, optional, tag = "12")]
+    pub peak_force_error: Option<NumberError>,
+    /// Error of the impulse [N s].
+    #[prost(message, optional, tag = "13")]
+    pub impulse_error: Option<NumberError>,
+    /// Error of the patch area [m²].
+    #[prost(message, optional, tag = "14")]
+    pub patch_area_error: Option<NumberError>,
+    /// Error of the absorbed energy [J].
+    #[prost(message, optional, tag = "15")]
+    pub absorbed_energy_error: Option<NumberError>,
+}
+
+/// Estimated numerical error of a number, in its unit.
+#[derive(Clone, Copy, PartialEq, prost::Message)]
+pub struct NumberError {
+    /// Half width of the error bar.
+    #[prost(double, tag = "1")]
+    pub half_width: f64,
+    /// Whether the error leaves something of the number: if not, it is no result.
+    #[prost(bool, tag = "2")]
+    pub resolved: bool,
 }
 
 /// Depth and volume of significant stress at one threshold of the von Mises stress, the largest so far.
@@ -304,4 +327,10 @@ pub struct DepthAbove {
     /// Volume [m³].
     #[prost(double, tag = "3")]
     pub volume_m3: f64,
+    /// Error of the depth [m]; absent, as that below, where none was estimated.
+    #[prost(message, optional, tag = "4")]
+    pub depth_error: Option<NumberError>,
+    /// Error of the volume [m³].
+    #[prost(message, optional, tag = "5")]
+    pub volume_error: Option<NumberError>,
 }

@@ -2,8 +2,8 @@
 //! of it.
 
 use super::contuse::{
-    BodyEnergy, ContactForces, DepthAbove, Energy, PackedArray, PairEnergy, PairForces, ReferenceMesh,
-    RigidPose, Stress, Summary,
+    BodyEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy, PairForces,
+    ReferenceMesh, RigidPose, Stress, Summary,
 };
 use super::foxglove::{
     Color, KeyValuePair, Level, Log, NumericType, PackedElementField, Point3, PointCloud, Pose, Quaternion,
@@ -155,19 +155,6 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         orientation: Some(Quaternion { x: 0.1, y: 0.1, z: 0.1, w: 1.0 }),
         role: "other".into(),
     };
-    let summary = Summary {
-        time_s: 1.0,
-        step: 1,
-        withheld: true,
-        peak_force_n: 1.0,
-        impulse_n_s: 1.0,
-        patch_area_m2: 1.0,
-        absorbed_energy_j: 1.0,
-        balance_error: 1.0,
-        numerical_contact_dissipation_j: 1.0,
-        depths: vec![DepthAbove { threshold_pa: 1.0, depth_m: 1.0, volume_m3: 1.0 }],
-        json: "{}".into(),
-    };
     vec![
         (
             "contuse.v1.ContactForces",
@@ -177,8 +164,36 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         ("contuse.v1.Stress", stress.encode_to_vec()),
         ("contuse.v1.ReferenceMesh", reference.encode_to_vec()),
         ("contuse.v1.RigidPose", pose.encode_to_vec()),
-        ("contuse.v1.Summary", summary.encode_to_vec()),
+        ("contuse.v1.Summary", summary().encode_to_vec()),
     ]
+}
+
+fn summary() -> Summary {
+    let error = Some(NumberError { half_width: 1.0, resolved: true });
+    let depth = DepthAbove {
+        threshold_pa: 1.0,
+        depth_m: 1.0,
+        volume_m3: 1.0,
+        depth_error: error,
+        volume_error: error,
+    };
+    Summary {
+        time_s: 1.0,
+        step: 1,
+        withheld: true,
+        peak_force_n: 1.0,
+        impulse_n_s: 1.0,
+        patch_area_m2: 1.0,
+        absorbed_energy_j: 1.0,
+        balance_error: 1.0,
+        numerical_contact_dissipation_j: 1.0,
+        depths: vec![depth],
+        json: "{}".into(),
+        peak_force_error: error,
+        impulse_error: error,
+        patch_area_error: error,
+        absorbed_energy_error: error,
+    }
 }
 
 fn foxglove_examples() -> Vec<(&'static str, Vec<u8>)> {

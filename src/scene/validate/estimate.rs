@@ -29,7 +29,7 @@ pub struct Estimate {
     /// Shortest time in which a wave crosses an element [s]; the stable step is about that, and shorter where the run
     /// compresses elements.
     pub shortest_crossing_s: f64,
-    /// Steps to the end at that step, about.
+    /// Steps to the end at that step: at least so many, more where elements are compressed.
     pub steps: u64,
     /// Bytes of plan and state, about.
     pub memory_bytes: u64,
@@ -100,6 +100,7 @@ pub fn check(
         recording_bytes: recording_bytes(document, nodes, elements, steps, frames),
     };
     check_budget(document, integrator.is_implicit(), &estimate, budget, out);
+    check_steps(steps, budget, out);
     let longest = crossings.iter().map(|c| c[1]).fold(0.0, f64::max);
     check_end_time(document.end_time_s, longest, out);
     estimate
@@ -215,6 +216,21 @@ fn check_budget(
         budget.recording_bytes,
         "record fewer fields, fewer frames, or contact and energy less often",
     );
+}
+
+/// Steps beyond which a run is told to be long: hours, as a rule.
+const MANY_STEPS: u64 = 1_000_000;
+
+/// A run of very many steps is probably not meant.
+fn check_steps(steps: u64, budget: &Budget, out: &mut Findings) {
+    // Beyond the budget there is an error already.
+    out.require(steps <= MANY_STEPS || steps > budget.steps, || {
+        let place = Pointer::root().key("end_time_s");
+        Problem::warning("many_steps", &place, format!("the run takes at least {:.1} million steps", 1e-6 * steps as f64))
+            .value(steps)
+            .limit(format!("usually at most {MANY_STEPS}"))
+            .remedy("give the end time in seconds: impacts last about 1e-4 to 1e-2 s; or let steps be longer (larger smallest elements)")
+    });
 }
 
 /// An end time out of all proportion to the time in which a wave crosses a body is probably in another unit.

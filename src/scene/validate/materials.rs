@@ -217,9 +217,9 @@ fn check_ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
     out.require(K / G > ZERO_POISSON * (1.0 - 1e-9), || {
         let poisson = (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G);
         Problem::warning("negative_poisson", place, format!("Poisson's ratio is negative ({poisson:.3})"))
-            .value(K / G)
-            .limit("K/G >= 2/3")
-            .remedy("raise the bulk modulus; soft tissue is nearly incompressible")
+            .value(K)
+            .limit(format!("at least two thirds of the shear modulus of {G:.4e} Pa"))
+            .remedy("give the bulk modulus in Pa (water has 2.2e9); soft tissue is nearly incompressible")
     });
     out.require(K / G <= STIFF_RATIO, || {
         Problem::warning(

@@ -4,6 +4,8 @@ use super::Findings;
 use crate::scene::document::{MeasuresDocument, Role, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 
+/// Stresses that are asked for in soft tissue [Pa]; below, kPa were probably meant.
+const USUAL_STRESS: [f64; 2] = [100.0, 1e9];
 /// Most thresholds of one kind; each is one more number at every quadrature point.
 const MAX_THRESHOLDS: usize = 32;
 
@@ -21,6 +23,17 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         ("principal_strain_thresholds", &measures.principal_strain_thresholds, "30 % is 0.3"),
     ] {
         check_thresholds(&here.key(name), thresholds, remedy, out);
+        if name == "stress_thresholds_pa" {
+            for (i, &threshold) in thresholds.iter().enumerate().filter(|(_, threshold)| **threshold > 0.0) {
+                out.usual(
+                    &here.key(name).index(i),
+                    "the threshold of stress",
+                    threshold,
+                    USUAL_STRESS,
+                    remedy,
+                );
+            }
+        }
     }
     let remedy = "5e-6 s is the default";
     out.positive(&here.key("force_window_s"), "the window", measures.force_window_s, remedy);

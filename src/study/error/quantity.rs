@@ -85,8 +85,10 @@ impl Quantity {
             Self::ImpulseNS => impact.map(|i| &i.impulse_n_s),
             Self::PatchAreaMm2 => impact.map(|i| &i.patch_area_mm2),
             Self::AbsorbedEnergyJ => tissue.map(|t| &t.absorbed_energy_j),
-            Self::StressDepthMm => tissue.and_then(|t| t.significant_stress.first()?.depth_mm.as_ref()),
-            Self::PrincipalStrain => tissue.map(|t| &t.peak_principal_strain.quantity),
+            Self::StressDepthMm => tissue.and_then(|t| {
+                t.significant_stress.get(results.headline.significant_stress?)?.depth_mm.as_ref()
+            }),
+            Self::PrincipalStrain => tissue.and_then(|t| Some(&t.peak_principal_strain.as_ref()?.quantity)),
             Self::DeflectionMm => tissue.map(|t| &t.deflection_mm.quantity),
         }
     }

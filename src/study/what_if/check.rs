@@ -93,7 +93,8 @@ fn amounts(question: &WhatIfDocument, out: &mut Findings) {
             .value(0)
             .limit("at least one parameter")
             .remedy(
-                "say what varies, such as {\"name\": \"speed\", \"change\": {\"kind\": \"speed_m_per_s\"}}",
+                "say what varies: on the command line `--vary speed=80..120`, in a question \
+                 {\"name\": \"speed\", \"change\": {\"kind\": \"speed_m_per_s\"}, \"low\": 80, \"high\": 120}",
             )
     });
     let runs = count(question);
@@ -172,6 +173,13 @@ fn check_change(
     use super::document::Change;
     match &parameter.change {
         Change::Angle { about, .. } => out.direction(&here.key("about"), "the axis", *about),
+        Change::Speed { .. } => {
+            let place = here.key("kind");
+            for value in values_of(question, parameter) {
+                let remedy = "a speed is the length of the velocity: turn its direction round in the scene";
+                out.not_negative(&place, &format!("the speed {:?}", parameter.name), value, remedy);
+            }
+        }
         Change::Offset { along, .. } => out.direction(&here.key("along"), "the direction", *along),
         Change::StiffnessPercentile { coefficient_of_variation: variation, .. } => {
             out.positive(
@@ -180,9 +188,7 @@ fn check_change(
                 *variation,
                 "0.3 is thirty per cent",
             );
-            let asked = question.cases.iter().filter_map(|case| case.set.get(&parameter.name).copied());
-            let ends = parameter.range().into_iter().flatten();
-            for value in ends.chain(asked) {
+            for value in values_of(question, parameter) {
                 out.require(value > 0.0 && value < 100.0, || {
                     Problem::error("out_of_range", here, "a percentile is out of its range")
                         .value(value)
@@ -193,6 +199,15 @@ fn check_change(
         }
         _ => {}
     }
+}
+
+/// Every value that a question gives a parameter by hand.
+fn values_of<'a>(
+    question: &'a WhatIfDocument,
+    parameter: &'a ParameterDocument,
+) -> impl Iterator<Item = f64> + use<'a> {
+    let asked = question.cases.iter().filter_map(|case| case.set.get(&parameter.name).copied());
+    parameter.range().into_iter().flatten().chain(asked)
 }
 
 fn check_names(question: &WhatIfDocument, out: &mut Findings) {
@@ -319,10 +334,15 @@ fn try_cases(
             Ok(scene) => check_document(&scene, budget).0,
         };
         let what = format!("in the case {:?}", case.name);
-        out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| {
-            let value = p.value.clone();
-            placed(p, &here, &what, value)
-        }));
+        let mut told: Vec<Problem> = Vec::new();
+        for problem in found.into_iter().filter(Problem::is_error) {
+            // One value may stand in several places of the scene: it is wrong once.
+            if told.iter().all(|t| (&t.code, &t.value) != (&problem.code, &problem.value)) {
+                let value = problem.value.clone();
+                told.push(placed(problem, &here, &what, value));
+            }
+        }
+        out.0.extend(told);
     }
 }
 

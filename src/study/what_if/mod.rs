@@ -12,6 +12,7 @@ mod cache;
 mod cases;
 pub mod change;
 mod check;
+mod composer;
 pub mod distribution;
 pub mod document;
 pub mod limit;
@@ -19,7 +20,7 @@ mod runner;
 pub mod sampling;
 pub mod statistics;
 
-pub use answer::{Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial};
+pub use answer::{Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer};
 pub use cache::{Cache, Numbers};
 pub use cases::{Case, Matrix, Origin, cases, count};
 pub use check::check;
@@ -28,8 +29,8 @@ pub use document::WhatIfDocument;
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, Loaded, MeshSource};
 use crate::step::Interrupt;
-use answer::Composer;
 use change::BaseFacts;
+use composer::Composer;
 use document::ErrorSource;
 use runner::{Runner, Task};
 

@@ -22,6 +22,8 @@ pub struct Sensitivity {
     pub values: [f64; 3],
     /// From the low to the high end.
     pub change: f64,
+    /// The largest difference of the three: more than |change| where the number goes up and down.
+    pub span: f64,
     /// `change` over the range of the parameter: per unit.
     pub per_unit: f64,
     /// Relative change of the number over relative change of the parameter, over the range [-]; absent where one is 0 in the base.
@@ -29,9 +31,9 @@ pub struct Sensitivity {
     pub elasticity: Option<f64>,
     /// Whether the base lies between the two ends.
     pub is_monotone: bool,
-    /// 1 for the parameter with the largest |change| of this number.
+    /// 1 for the parameter with the largest span of this number.
     pub rank: usize,
-    /// Whether |change| is larger than the number's numerical error in the base; absent where that is not known.
+    /// Whether the span is larger than the number's numerical error in the base; absent where that is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exceeds_numerical_error: Option<bool>,
 }
@@ -52,6 +54,9 @@ impl Sensitivity {
         let rounding = 1e-12 * values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
         let [rise, further] = [values[1] - values[0], values[2] - values[1]]
             .map(|step| if step.abs() > rounding { step } else { 0.0 });
+        let [least, greatest] =
+            values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+        let span = greatest - least;
         let elasticity = (values[1] != 0.0 && base != 0.0).then(|| per_unit * base / values[1]);
         Self {
             quantity,
@@ -59,11 +64,12 @@ impl Sensitivity {
             parameter_values,
             values,
             change,
+            span,
             per_unit,
             elasticity,
             is_monotone: rise * further >= 0.0,
             rank: 0,
-            exceeds_numerical_error: numerical_error.map(|error| change.abs() > error),
+            exceeds_numerical_error: numerical_error.map(|error| span > error),
         }
     }
 }
@@ -106,11 +112,14 @@ pub struct Spread {
     pub p95: f64,
     /// Greatest.
     pub greatest: f64,
+    /// Whether 90 % of the sample lie further apart than the number's numerical error in the base; absent where that is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exceeds_numerical_error: Option<bool>,
 }
 
 impl Spread {
-    /// Of two values or more.
-    pub fn new(quantity: Quantity, values: &[f64]) -> Option<Self> {
+    /// Of two values or more, and the numerical error of one.
+    pub fn new(quantity: Quantity, values: &[f64], numerical_error: Option<f64>) -> Option<Self> {
         if values.len() < 2 {
             return None;
         }
@@ -130,6 +139,7 @@ impl Spread {
             median,
             p95,
             greatest,
+            exceeds_numerical_error: numerical_error.map(|error| p95 - p5 > error),
         })
     }
 }
@@ -192,6 +202,8 @@ pub struct SobolIndex {
     pub total: f64,
     /// 90 % of the bootstrap samples lie here.
     pub total_interval: [f64; 2],
+    /// Whether there were points enough: both lie between 0 and 1, in intervals that are narrower than a half.
+    pub is_settled: bool,
     /// 1 for the parameter with the largest total index.
     pub rank: usize,
 }
@@ -205,6 +217,11 @@ pub struct SobolRow {
     pub b: f64,
     /// f(A_B^(i)), one a parameter.
     pub mixed: Vec<f64>,
+}
+
+/// Whether an index with the two ends of its interval is one that a share can be read from.
+pub fn is_settled([index, low, high]: [f64; 3]) -> bool {
+    (-0.05..=1.05).contains(&index) && high - low <= 0.5
 }
 
 /// First and total index of every parameter, with their bootstrap intervals; `None` where the number does not vary.
@@ -298,13 +315,35 @@ mod tests {
     }
 
     #[test]
+    fn what_goes_up_and_down_ranks_by_how_far() {
+        let of = |name: &str, values: [f64; 3]| {
+            Sensitivity::new(Quantity::PeakForceN, name, [-45.0, 0.0, 45.0], values, Some(20.0))
+        };
+        let mut all = [of("speed", [2500.0, 2730.0, 2900.0]), of("angle", [1303.0, 2730.0, 1287.0])];
+        rank(&mut all, |s| (s.quantity, s.span), |s| &mut s.rank);
+        let [speed, angle] = all;
+        assert_eq!((speed.rank, angle.rank), (2, 1));
+        assert!((angle.change + 16.0).abs() < 1e-9 && (angle.span - 1443.0).abs() < 1e-9);
+        assert_eq!((angle.is_monotone, angle.exceeds_numerical_error), (false, Some(true)));
+    }
+
+    #[test]
+    fn indices_of_too_few_points_are_not_settled() {
+        assert!(is_settled([0.4, 0.3, 0.5]) && is_settled([-0.01, -0.05, 0.02]));
+        assert!(
+            !is_settled([1.08, 0.9, 1.2]) && !is_settled([-0.09, -0.1, 0.0]) && !is_settled([0.5, 0.1, 0.9])
+        );
+    }
+
+    #[test]
     fn ranks_and_percentiles() {
         assert_eq!(spearman(&[1.0, 2.0, 3.0, 4.0], &[1.0, 8.0, 27.0, 64.0]), Some(1.0));
         assert_eq!(spearman(&[1.0, 2.0, 3.0], &[5.0, 5.0, 5.0]), None);
         // By hand: ranks 1, 0, 3½, 3½, 2 about their mean, 5½ / √(10 · 9½).
         let rho = spearman(&[1.0, 2.0, 3.0, 4.0, 5.0], &[2.0, 1.0, 4.0, 4.0, 3.0]).unwrap();
         assert!((rho - 5.5 / 95.0_f64.sqrt()).abs() < 1e-15, "{rho}");
-        let spread = Spread::new(Quantity::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0]).unwrap();
+        let spread = Spread::new(Quantity::PeakForceN, &[4.0, 1.0, 3.0, 2.0, 5.0], Some(3.7)).unwrap();
+        assert_eq!(spread.exceeds_numerical_error, Some(false), "3.6 apart");
         let told = [spread.least, spread.median, spread.greatest, spread.mean];
         assert!(told.iter().zip([1.0, 3.0, 5.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15));
         assert!((spread.p5 - 1.2).abs() < 1e-12 && (spread.p95 - 4.8).abs() < 1e-12);

@@ -1,0 +1,62 @@
+//! How deep the tissue's quadrature points and elements lie below its skin, each found when somebody needs it.
+
+use crate::mechanics::element::POINTS;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::distance::DepthField;
+
+/// Points whose depths differ by less than this share of their element's extent lie in one level.
+const ONE_LEVEL: f64 = 0.1;
+
+/// Where an element is, in the reference configuration [m].
+pub struct Place<'a> {
+    /// Position of a quadrature point.
+    pub point: &'a dyn Fn(usize) -> Vec3,
+    /// Positions of the nodes.
+    pub nodes: &'a dyn Fn() -> [Vec3; 8],
+}
+
+/// Reference depths, remembered.
+pub struct ElementDepths {
+    skin: DepthField,
+    /// Of the quadrature points, [`POINTS`] a slot [m]; NaN until somebody needs it.
+    points: Vec<f64>,
+    /// Least and largest of the nodes of each slot's element [m]; NaN until somebody needs it.
+    edges: Vec<[f64; 2]>,
+}
+
+impl ElementDepths {
+    /// Below a skin, of so many slots of elements.
+    pub fn new(skin: DepthField, slots: usize) -> Self {
+        Self { skin, points: vec![f64::NAN; POINTS * slots], edges: vec![[f64::NAN; 2]; slots] }
+    }
+
+    /// Of a quadrature point of the element in a slot [m].
+    pub fn point(&mut self, slot: usize, q: usize, place: &Place) -> f64 {
+        let known = &mut self.points[POINTS * slot + q];
+        if known.is_nan() {
+            *known = self.skin.depth(&(place.point)(q));
+        }
+        *known
+    }
+
+    /// Of the nodes of the element in a slot, the least and the largest [m].
+    pub fn edges(&mut self, slot: usize, place: &Place) -> [f64; 2] {
+        let known = &mut self.edges[slot];
+        if known[0].is_nan() {
+            let depths = (place.nodes)().map(|X| self.skin.depth(&X));
+            *known =
+                depths.iter().fold([f64::INFINITY, 0.0], |[least, most], d| [least.min(*d), most.max(*d)]);
+        }
+        *known
+    }
+
+    /// From a quadrature point of that element at a depth [m] down to the next one [m]: in the element, or, of its lowest points,
+    /// in a neighbour of the same size.
+    pub fn gap_below(&mut self, slot: usize, depth: f64, place: &Place) -> f64 {
+        let [top, bottom] = self.edges(slot, place);
+        let same_level = depth + ONE_LEVEL * (bottom - top);
+        let below = (0..POINTS).map(|q| self.point(slot, q, place)).filter(|other| *other > same_level);
+        let next = below.fold(f64::INFINITY, f64::min);
+        if next.is_finite() { next - depth } else { 2.0 * (bottom - depth).max(0.0) }
+    }
+}

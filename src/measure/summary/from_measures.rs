@@ -1,0 +1,151 @@
+//! The numbers of the summary, made from the measures.
+
+use super::super::absorbed_energy::Absorbed;
+use super::super::measures::{Measures, PairMeasures};
+use super::super::stress_depth::{Dose, Exceedance, Layer, Peak, StressDepth};
+use super::results::{
+    DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
+};
+use super::{ErrorEstimate, GateResult, Quantity, RunState};
+use crate::plan::Plan;
+
+/// Makes quantities that share one verdict.
+#[derive(Clone, Copy)]
+pub(super) struct Mint(pub GateResult);
+
+impl Mint {
+    fn quantity(self, value: f64) -> Quantity {
+        // −0 would be printed as such.
+        Quantity { value: value + 0.0, error: ErrorEstimate::NotEstimated, gate: self.0 }
+    }
+    fn located(self, scale: f64, peak: &Peak) -> Located {
+        let position_m = peak.position.into();
+        Located { quantity: self.quantity(scale * peak.value), position_m, time_s: peak.time }
+    }
+}
+
+/// The numbers.
+pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
+    let impacts: Vec<Impact> = measures
+        .pairs
+        .iter()
+        .enumerate()
+        .map(|(index, pair)| impact(measures, plan, index, pair, mint))
+        .collect();
+    let tissue = tissue(measures, state, mint);
+    let headline = Headline {
+        impact: headline_impact(&impacts),
+        significant_stress: tissue.as_ref().and_then(|t| (!t.significant_stress.is_empty()).then_some(0)),
+    };
+    Results { impacts, tissue, headline }
+}
+
+fn headline_impact(impacts: &[Impact]) -> Option<usize> {
+    let any_on_tissue = impacts.iter().any(|impact| impact.on_tissue);
+    let candidates = impacts.iter().enumerate().filter(|(_, impact)| impact.on_tissue == any_on_tissue);
+    let force = |impact: &Impact| impact.peak_force_n.value;
+    candidates.max_by(|(_, a), (_, b)| force(a).total_cmp(&force(b))).map(|(index, _)| index)
+}
+
+fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, mint: Mint) -> Impact {
+    let (force, now) = (&pair.force, pair.force.now());
+    let patch = &force.peak.patch;
+    let ledger = measures.energy.pairs.get(index).copied().unwrap_or_default();
+    Impact {
+        pair: pair.name.clone(),
+        between: pair.between.clone(),
+        on_tissue: pair.on_tissue,
+        peak_force_n: mint.quantity(force.peak.force),
+        peak_force_time_s: mint.quantity(force.peak.time),
+        force_window_s: plan.measures.force_window,
+        peak_step_force_n: mint.quantity(force.peak_step.0),
+        impulse_n_s: mint.quantity(now.impulse.norm()),
+        impulse_on: pair.between[pair.told_for].clone(),
+        impulse_vector_n_s: if pair.told_for == 0 { now.impulse } else { -now.impulse }.into(),
+        contact_duration_s: mint.quantity(force.contact_time),
+        contact_span_s: force.contact_span,
+        contact_ended: !force.is_touching(),
+        patch_area_mm2: mint.quantity(1e6 * patch.area),
+        patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),
+        patch_short_axis_mm: mint.quantity(1e3 * patch.axes[1]),
+        largest_patch_area_mm2: mint.quantity(1e6 * force.largest_patch.area),
+        nodes_across_patch: [patch.nodes_across, force.largest_patch.nodes_across],
+        friction_dissipation_j: mint.quantity(ledger.friction_j),
+        numerical_contact_dissipation_j: mint.quantity(ledger.numerical_j),
+    }
+}
+
+/// The parts that exceed a threshold, from the skin inwards.
+fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
+    let mut found: Vec<_> =
+        stress.parts.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.largest_volume > 0.0).collect();
+    found.sort_by(|a, b| a.1.depth[0].total_cmp(&b.1.depth[0]));
+    let of = |(part, layer): (&String, &Layer)| StressedLayer {
+        part: part.clone(),
+        depth_mm: stress.has_skin().then(|| layer.depth.map(|depth| 1e3 * depth)),
+        volume_mm3: 1e9 * layer.largest_volume,
+    };
+    found.into_iter().map(of).collect()
+}
+
+fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
+    let (absorbed, stress) = (measures.absorbed.as_ref()?, measures.stress.as_ref()?);
+    let split = |a: &Absorbed| Split {
+        strain_j: mint.quantity(a.strain),
+        kinetic_j: mint.quantity(a.kinetic),
+        recoverable_j: mint.quantity(a.recoverable()),
+        dissipated_j: mint.quantity(a.dissipated),
+    };
+    // Zeros of the start would read as if nothing had happened.
+    let is_looked_at = *state == RunState::Finished || stress.time > 0.0;
+    let peak = |peak: &Peak| is_looked_at.then(|| mint.located(1.0, peak));
+    let d = &measures.deflection;
+    let deflection = Peak { value: d.largest, position: d.position, time: d.time };
+    Some(Tissue {
+        absorbed_energy_j: mint.quantity(absorbed.now.by_state()),
+        absorbed_energy_by_work_j: mint.quantity(absorbed.now.work),
+        absorbed_split: split(&absorbed.now),
+        peak_absorbed_energy_j: mint.quantity(absorbed.peak.by_state()),
+        peak_absorbed_energy_time_s: mint.quantity(absorbed.peak.time),
+        peak_absorbed_split: split(&absorbed.peak),
+        contact_ended: !measures.pairs.iter().any(|p| p.on_tissue && p.force.is_touching()),
+        projectile_loss_j: absorbed.has_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
+        looked_at_until_s: stress.time,
+        significant_stress: if is_looked_at { significant_stress(stress, mint) } else { Vec::new() },
+        dose_volumes: if is_looked_at { dose_volumes(stress, mint) } else { Vec::new() },
+        peak_von_mises_pa: peak(&stress.von_mises),
+        peak_principal_strain: peak(&stress.principal_strain),
+        peak_strain_energy_density_j_per_m3: peak(&stress.energy_density),
+        deflection_mm: mint.located(1e3, &deflection),
+        viscous_response_m2_per_s: mint.quantity(d.largest_rate),
+    })
+}
+
+fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress> {
+    let of = |e: &Exceedance| SignificantStress {
+        threshold_pa: e.threshold,
+        depth_mm: stress.has_skin().then(|| mint.quantity(1e3 * e.depth)),
+        depth_gap_mm: stress.has_skin().then_some(1e3 * e.depth_gap),
+        depth_time_s: e.depth_time,
+        volume_mm3: mint.quantity(1e9 * e.largest_volume),
+        volume_at_end_mm3: mint.quantity(1e9 * e.volume),
+        layers: stressed_layers(stress, e),
+    };
+    stress.exceedances.iter().map(of).collect()
+}
+
+fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {
+    let doses = [
+        ("strain_energy_density_j_per_m3", &stress.energy_doses),
+        ("principal_strain", &stress.strain_doses),
+    ];
+    let of = |(measure, doses): (&'static str, &Vec<Dose>)| {
+        let of = |dose: &Dose| DoseVolume {
+            measure,
+            threshold: dose.threshold,
+            volume_mm3: mint.quantity(1e9 * dose.largest_volume),
+        };
+        doses.iter().map(of).collect::<Vec<_>>()
+    };
+    doses.into_iter().flat_map(of).collect()
+}

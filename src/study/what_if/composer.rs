@@ -1,0 +1,327 @@
+//! Composes the answer case by case, with what the cases say together at the end.
+
+use super::super::error::Quantity;
+use super::answer::{
+    Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer,
+};
+use super::cache::Numbers;
+use super::cases::{Case, Matrix, Origin};
+use super::change::BaseFacts;
+use super::document::{ErrorSource, LimitDocument, LimitMeasure, WhatIfDocument};
+use super::limit::find_limit;
+use super::runner::{Answered, Memory, Runner, Task};
+use super::statistics::{
+    Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_settled, rank, sobol_indices, spearman,
+};
+use crate::measure::summary::{NOTICE, number};
+use crate::scene::document::SceneDocument;
+use crate::step::Interrupt;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Makes the answer.
+pub(super) struct Composer<'a> {
+    question: &'a WhatIfDocument,
+    base: &'a SceneDocument,
+    facts: &'a BaseFacts,
+    count: usize,
+    parameters: Vec<ParameterAnswer>,
+    relative_errors: BTreeMap<Quantity, f64>,
+    cases: Vec<CaseAnswer>,
+    limits: Vec<LimitAnswer>,
+    started: Instant,
+    effort: Effort,
+}
+
+impl<'a> Composer<'a> {
+    pub fn new(
+        question: &'a WhatIfDocument,
+        base: &'a SceneDocument,
+        facts: &'a BaseFacts,
+        count: usize,
+    ) -> Self {
+        let parameters = question.parameters.iter().map(|parameter| ParameterAnswer {
+            name: parameter.name.clone(),
+            unit: parameter.change.unit(),
+            // The question was checked: every change fits the base.
+            base_value: parameter.change.value_in(base, facts).unwrap_or(f64::NAN),
+            range: parameter.range(),
+        });
+        Self {
+            question,
+            base,
+            facts,
+            count,
+            parameters: parameters.collect(),
+            relative_errors: BTreeMap::new(),
+            cases: Vec::new(),
+            limits: Vec::new(),
+            started: Instant::now(),
+            effort: Effort { threads: 0, computed: 0, from_cache: 0, first_answer_s: 0.0, wall_s: 0.0 },
+        }
+    }
+
+    fn note(&mut self, answered: &Answered) {
+        *(if answered.from_cache { &mut self.effort.from_cache } else { &mut self.effort.computed }) += 1;
+    }
+
+    /// Takes in the error bars of the base: they are those of all cases, also of those that are there.
+    pub fn take_errors(&mut self, answered: &Answered, tell: &mut dyn FnMut(Partial)) {
+        self.note(answered);
+        let Numbers { values, errors, .. } = &answered.numbers;
+        let relative = |(quantity, error): (&Quantity, &f64)| {
+            let value = values.get(quantity).filter(|value| **value != 0.0)?;
+            Some((*quantity, (error / value).abs()))
+        };
+        self.relative_errors = errors.iter().filter_map(relative).collect();
+        for case in &mut self.cases {
+            for (quantity, number) in &mut case.numbers {
+                number.error = relative_error(&self.relative_errors, *quantity, number.value);
+            }
+        }
+        tell(Partial::ErrorBars { relative_errors: &self.relative_errors });
+    }
+
+    /// Takes in a case.
+    pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
+        self.note(&answered);
+        if self.cases.is_empty() {
+            self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
+        }
+        let Numbers { ending, reason, steps, values, errors, .. } = answered.numbers;
+        let number = |(quantity, value): (Quantity, f64)| {
+            let own = errors.get(&quantity).copied();
+            let error = own.or_else(|| relative_error(&self.relative_errors, quantity, value));
+            (quantity, Number { value, error })
+        };
+        let of_parameter = |(index, parameter): (usize, &ParameterAnswer)| {
+            (parameter.name.clone(), case.values.get(&index).copied().unwrap_or(parameter.base_value))
+        };
+        let answer = CaseAnswer {
+            index: self.cases.len(),
+            name: case.name.clone(),
+            origin: case.origin.clone(),
+            parameters: self.parameters.iter().enumerate().map(of_parameter).collect(),
+            edits: case.edits(self.question, self.base, self.facts),
+            ending,
+            reason,
+            steps,
+            numbers: values.into_iter().map(number).collect(),
+        };
+        tell(Partial::Case { of: self.count, case: &answer });
+        self.cases.push(answer);
+    }
+
+    /// Looks for a limit on the model itself.
+    pub fn take_limit(
+        &mut self,
+        limit: &LimitDocument,
+        runner: &Runner,
+        threads: usize,
+        tell: &mut dyn FnMut(Partial),
+    ) {
+        let Some(index) = self.question.parameters.iter().position(|p| p.name == limit.parameter) else {
+            return;
+        };
+        let Some(range) = self.question.parameters[index].range() else { return };
+        let relative_error_of_base = self.relative_error_of(limit.measure);
+        let (mut memory, mut runs) = (Memory::default(), 0);
+        let mut find = |at_most: f64| {
+            find_limit(range, at_most, limit.tolerance, &mut |value| {
+                let values = BTreeMap::from([(index, value)]);
+                let case = Case { name: String::new(), origin: Origin::Case, values };
+                let answered = runner.answer(&Task { case: &case, with_errors: false }, threads, &mut memory);
+                let answered = answered.ok_or("it was stopped")?;
+                runs += 1;
+                self.note(&answered);
+                number_of(limit.measure, &answered.numbers, &runner.depths)
+            })
+        };
+        let verdict = find(limit.at_most);
+        let relative_error = relative_error_of_base;
+        let resolved = relative_error.filter(|error| *error < 1.0);
+        let if_larger = resolved.map(|error| find(limit.at_most / (1.0 + error)));
+        let if_smaller = resolved.map(|error| find(limit.at_most / (1.0 - error)));
+        let answer = LimitAnswer {
+            parameter: limit.parameter.clone(),
+            unit: self.parameters[index].unit,
+            measure: limit.measure,
+            at_most: limit.at_most,
+            verdict,
+            relative_error,
+            if_larger,
+            if_smaller,
+            runs,
+        };
+        tell(Partial::Limit(&answer));
+        self.limits.push(answer);
+    }
+
+    /// The relative error of a number of the base [-], where it is known.
+    fn relative_error_of(&self, measure: LimitMeasure) -> Option<f64> {
+        let LimitMeasure::Quantity(quantity) = measure else { return None };
+        let number = self.cases.first()?.numbers.get(&quantity)?;
+        number.error.map(|error| if error > 0.0 { error / number.value.abs() } else { 0.0 })
+    }
+
+    /// What the numbers are called in this scene.
+    fn quantities(&self) -> BTreeMap<Quantity, QuantityAnswer> {
+        let of = |quantity: Quantity| {
+            let (title, unit) = quantity.title();
+            let threshold = self.base.measures.stress_thresholds_pa.first();
+            let title = match (quantity, threshold) {
+                (Quantity::StressDepthMm, Some(threshold)) => {
+                    format!("{title} above {} kPa", number(1e-3 * threshold))
+                }
+                _ => title.to_owned(),
+            };
+            (quantity, QuantityAnswer { title, unit })
+        };
+        Quantity::ALL.into_iter().map(of).collect()
+    }
+
+    /// The whole answer.
+    pub fn finish(self, interrupt: Option<Interrupt>, threads: usize) -> Answer {
+        let (spread, correlations) = self.spread();
+        Answer {
+            notice: NOTICE,
+            engine_version: env!("CARGO_PKG_VERSION"),
+            scene: self.base.name.clone(),
+            quantities: self.quantities(),
+            error_bars: self.error_bars_in_words(),
+            sensitivities: self.sensitivities(),
+            spread,
+            correlations,
+            sobol_indices: self.sobol_indices(),
+            parameters: self.parameters,
+            cases: self.cases,
+            limits: self.limits,
+            stopped: interrupt.map(|interrupt| match interrupt {
+                Interrupt::Cancel => "cancelled",
+                Interrupt::Deadline => "deadline",
+            }),
+            effort: Effort { threads, wall_s: self.started.elapsed().as_secs_f64(), ..self.effort },
+        }
+    }
+
+    fn error_bars_in_words(&self) -> String {
+        match self.question.error_bars {
+            ErrorSource::None => "not estimated: nobody asked for error bars".into(),
+            ErrorSource::Full => "of each case, from runs of it on a coarser mesh: two levels, first order assumed, factor of safety 3".into(),
+            ErrorSource::Base if self.relative_errors.is_empty() => "not estimated: the base has no error bars".into(),
+            ErrorSource::Base => "the relative errors of the base, taken over to every case: from runs of the base on a coarser mesh \
+                 (two levels, first order assumed, factor of safety 3)"
+                .into(),
+        }
+    }
+
+    fn sensitivities(&self) -> Vec<Sensitivity> {
+        let Some(base) = self.cases.first() else { return Vec::new() };
+        let mut all = Vec::new();
+        for (index, parameter) in self.parameters.iter().enumerate() {
+            let end = |high: bool| {
+                let wanted = Origin::OneAtATime { parameter: index, is_high: high };
+                self.cases.iter().find(|case| case.origin == wanted)
+            };
+            let (Some(low), Some(high)) = (end(false), end(true)) else { continue };
+            for (quantity, number) in &base.numbers {
+                let value = |case: &CaseAnswer| case.numbers.get(quantity).map(|number| number.value);
+                let (Some(at_low), Some(at_high)) = (value(low), value(high)) else { continue };
+                let at = |case: &CaseAnswer| case.parameters[&parameter.name];
+                all.push(Sensitivity::new(
+                    *quantity,
+                    &parameter.name,
+                    [at(low), parameter.base_value, at(high)],
+                    [at_low, number.value, at_high],
+                    number.error,
+                ));
+            }
+        }
+        rank(&mut all, |s| (s.quantity, s.span), |s| &mut s.rank);
+        all.sort_by_key(|s| (s.quantity, s.rank));
+        all
+    }
+
+    /// Cases of the sample itself, in their order.
+    fn sample(&self) -> impl Iterator<Item = &CaseAnswer> {
+        self.cases.iter().filter(|case| matches!(case.origin, Origin::Sample { matrix: Matrix::A, .. }))
+    }
+
+    fn spread(&self) -> (Vec<Spread>, Vec<Correlation>) {
+        let (mut spread, mut correlations) = (Vec::new(), Vec::new());
+        for quantity in Quantity::ALL {
+            let given: Vec<(&CaseAnswer, f64)> =
+                self.sample().filter_map(|case| Some((case, case.numbers.get(&quantity)?.value))).collect();
+            let values: Vec<f64> = given.iter().map(|(_, value)| *value).collect();
+            let error = self.cases.first().and_then(|base| base.numbers.get(&quantity)?.error);
+            spread.extend(Spread::new(quantity, &values, error));
+            for parameter in &self.parameters {
+                let at: Vec<f64> = given.iter().map(|(case, _)| case.parameters[&parameter.name]).collect();
+                let correlation = spearman(&at, &values).map(|spearman| Correlation {
+                    quantity,
+                    parameter: parameter.name.clone(),
+                    spearman,
+                    rank: 0,
+                });
+                correlations.extend(correlation);
+            }
+        }
+        rank(&mut correlations, |c| (c.quantity, c.spearman), |c| &mut c.rank);
+        correlations.sort_by_key(|c| (c.quantity, c.rank));
+        (spread, correlations)
+    }
+
+    fn sobol_indices(&self) -> Vec<SobolIndex> {
+        let Some(sample) = self.question.sample.filter(|sample| sample.indices) else { return Vec::new() };
+        let mut all = Vec::new();
+        for quantity in Quantity::ALL {
+            let rows: Vec<SobolRow> =
+                (0..sample.count as usize).filter_map(|row| self.sobol_row(row, quantity)).collect();
+            let indices = sobol_indices(&rows, sample.seed).unwrap_or_default();
+            all.extend(self.parameters.iter().zip(indices).map(|(parameter, (first, total))| SobolIndex {
+                quantity,
+                parameter: parameter.name.clone(),
+                first: first[0],
+                first_interval: [first[1], first[2]],
+                total: total[0],
+                total_interval: [total[1], total[2]],
+                is_settled: [first, total].into_iter().all(is_settled),
+                rank: 0,
+            }));
+        }
+        rank(&mut all, |s| (s.quantity, s.total), |s| &mut s.rank);
+        all.sort_by_key(|s| (s.quantity, s.rank));
+        all
+    }
+
+    /// A row all of whose runs gave the number.
+    fn sobol_row(&self, row: usize, quantity: Quantity) -> Option<SobolRow> {
+        let width = self.parameters.len() + 2;
+        let first = self.cases.iter().position(|case| matches!(case.origin, Origin::Sample { .. }))?;
+        let of = |column: usize| {
+            let case = self.cases.get(first + row * width + column)?;
+            case.numbers.get(&quantity).map(|number| number.value)
+        };
+        let mixed = (2..width).map(of).collect::<Option<Vec<f64>>>()?;
+        Some(SobolRow { a: of(0)?, b: of(1)?, mixed })
+    }
+}
+
+fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value: f64) -> Option<f64> {
+    relative.get(&quantity).map(|share| share * value.abs())
+}
+
+/// The number that has a limit.
+fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result<f64, String> {
+    let found = match measure {
+        LimitMeasure::Quantity(quantity) => numbers.values.get(&quantity),
+        LimitMeasure::VonMisesPaBelowDepthM(depth) => {
+            let layer = depths.iter().position(|known| known.total_cmp(&depth).is_eq());
+            layer.and_then(|layer| numbers.von_mises_below_pa.get(layer))
+        }
+    };
+    found.copied().ok_or_else(|| {
+        let reason = numbers.reason.clone().unwrap_or_else(|| "the scene has no such number".into());
+        format!("{}: {reason}", numbers.ending)
+    })
+}
