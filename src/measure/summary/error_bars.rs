@@ -165,6 +165,7 @@ mod tests {
             peak_force_n: quantity(),
             peak_force_time_s: quantity(),
             force_window_s: 5e-6,
+            peak_force_placing_n: 0.0,
             peak_step_force_n: quantity(),
             impulse_n_s: quantity(),
             impulse_on: "b".into(),

@@ -58,6 +58,7 @@ fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, m
         peak_force_n: mint.quantity(force.peak.force),
         peak_force_time_s: mint.quantity(force.peak.time),
         force_window_s: plan.measures.force_window,
+        peak_force_placing_n: force.placing(),
         peak_step_force_n: mint.quantity(force.peak_step.0),
         impulse_n_s: mint.quantity(now.impulse.norm()),
         impulse_on: pair.between[pair.told_for].clone(),

@@ -7,7 +7,8 @@ pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
     /// Steps that a time is only known to: it begins or ends within one, a duration does both.
     pub steps_known: u8,
-    /// What a place is only known to, in the unit of the number: the distance of the points that were looked at.
+    /// What it is only known to besides, in the unit of the number: a place to the distance of the points that were looked at, a
+    /// peak of the force to where its window lies among the steps, an absorbed energy to what contact lost numerically.
     pub spacing: f64,
     /// Whether it is the largest value of a field at a point: such a one may grow with every mesh.
     pub is_peak: bool,
@@ -32,14 +33,16 @@ impl Results {
     /// Every number, in a fixed order.
     pub(super) fn list_mut(&mut self) -> Vec<Listed<'_>> {
         let mut all = Vec::new();
+        let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
+        let lost: f64 = on_tissue.map(|i| i.numerical_contact_dissipation_j.value.abs()).sum();
         for i in &mut self.impacts {
+            all.push(Listed::place(&mut i.peak_force_n, Some(i.peak_force_placing_n)));
             let touched = u8::from(i.contact_span_s.is_some());
             all.extend([
                 Listed::time(&mut i.peak_force_time_s, touched),
                 Listed::time(&mut i.contact_duration_s, 2 * touched),
             ]);
             let sums = [
-                &mut i.peak_force_n,
                 &mut i.impulse_n_s,
                 &mut i.patch_area_mm2,
                 &mut i.patch_long_axis_mm,
@@ -52,13 +55,10 @@ impl Results {
         }
         let Some(t) = &mut self.tissue else { return all };
         all.push(Listed::time(&mut t.peak_absorbed_energy_time_s, 1));
-        let sums = [
-            &mut t.absorbed_energy_j,
-            &mut t.absorbed_energy_by_work_j,
-            &mut t.peak_absorbed_energy_j,
-            &mut t.deflection_mm.quantity,
-            &mut t.viscous_response_m2_per_s,
-        ];
+        let absorbed =
+            [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
+        all.extend(absorbed.map(|energy| Listed::place(energy, Some(lost))));
+        let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.into_iter().chain(&mut t.projectile_loss_j).map(Listed::sum));
         let peaks = [
             &mut t.peak_von_mises_pa,

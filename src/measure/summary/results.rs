@@ -41,6 +41,8 @@ pub struct Impact {
     pub peak_force_time_s: Quantity,
     /// The window τ [s].
     pub force_window_s: f64,
+    /// What the place of the window among the steps does to the peak force, part of its error [N].
+    pub peak_force_placing_n: f64,
     /// Largest force of a single step [N]: not a converged quantity.
     pub peak_step_force_n: Quantity,
     /// Norm of the impulse so far [N s].

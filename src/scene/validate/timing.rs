@@ -113,8 +113,9 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     if let Some(xi) = xi {
         check_weight("xi", *xi, here, out);
     }
-    let (name, weight) = if *theta == 0.5 { ("xi", xi.unwrap_or(0.5)) } else { ("theta", *theta) };
-    out.require(!energy_momentum || weight == 0.5, || {
+    let is_middle = |weight: f64| (weight - 0.5).abs() < f64::EPSILON;
+    let (name, weight) = if is_middle(*theta) { ("xi", xi.unwrap_or(0.5)) } else { ("theta", *theta) };
+    out.require(!energy_momentum || is_middle(weight), || {
         let message = "forces that conserve are those of the middle of the step";
         Problem::error("energy_momentum_weight", &here.key(name), message)
             .value(weight)
