@@ -116,7 +116,8 @@ pub(super) fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
 /// The scene's name as a file name in the current folder.
 fn default_output(name: &str) -> PathBuf {
     let plain = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
-    let stem: String = name.chars().map(plain).collect();
+    // Systems have limits on the length of a file's name.
+    let stem: String = name.chars().map(plain).take(60).collect();
     let stem = stem.trim_matches(['.', ' ']);
     PathBuf::from(format!("{}.mcap", if stem.is_empty() { "recording" } else { stem }))
 }

@@ -132,7 +132,7 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
     let engine = Arc::new(Simulator::new(&config));
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
-    runtime.block_on(async {
+    let served = runtime.block_on(async {
         let signals = count_signals()?;
         let service = Service::start(config, engine).await.map_err(not_started)?;
         // With port 0 nobody knows otherwise where it listens.
@@ -140,7 +140,10 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         out.flush()?;
         service.run_until(signalled(signals.clone(), 1), signalled(signals, 2)).await;
         Ok(Exit::Success)
-    })
+    });
+    // Threads that could not be waited for end with the process.
+    runtime.shutdown_background();
+    served
 }
 
 /// Why the service did not start, with what to do where the address is the reason.

@@ -1,6 +1,7 @@
 //! What-if answers for people, and as CSV.
 
 use super::plan::write_table;
+use crate::report::csv::text_cell;
 use crate::study::error::Quantity;
 use crate::study::what_if::document::LimitMeasure;
 use crate::study::what_if::limit::Verdict;
@@ -251,13 +252,12 @@ fn error_in_words(answer: &LimitAnswer) -> String {
 
 /// One line a case: parameters, edits left out, and every number with its error.
 pub(super) fn write_csv(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
-    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut header = vec!["case".to_owned(), "ending".into(), "steps".into()];
-    header.extend(answer.parameters.iter().map(|p| quoted(&format!("{} [{}]", p.name, p.unit))));
+    header.extend(answer.parameters.iter().map(|p| text_cell(&format!("{} [{}]", p.name, p.unit))));
     header.extend(Quantity::ALL.into_iter().flat_map(|q| [q.to_string(), format!("{q}_error")]));
     writeln!(out, "{}", header.join(","))?;
     for case in &answer.cases {
-        let mut line = vec![quoted(&case.name), case.ending.clone(), case.steps.to_string()];
+        let mut line = vec![text_cell(&case.name), case.ending.clone(), case.steps.to_string()];
         line.extend(answer.parameters.iter().map(|p| case.parameters[&p.name].to_string()));
         for quantity in Quantity::ALL {
             let number = case.numbers.get(&quantity);

@@ -7,6 +7,7 @@ pub mod distance;
 pub mod error;
 pub mod generate;
 pub mod hexahedron;
+pub mod names;
 pub mod quality;
 pub mod read;
 pub mod refine;

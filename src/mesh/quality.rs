@@ -140,6 +140,15 @@ pub fn quality(mesh: &Mesh) -> Option<Quality> {
     Some(out)
 }
 
+/// The first element, counted from 0, whose edges or volume leave the range of `f64`; its quality is no number.
+pub fn first_beyond_range(mesh: &Mesh) -> Option<usize> {
+    (0..mesh.hexes.len()).find(|&e| {
+        let ElementQuality { volume_m3, max_edge_m, gauss_scaled_jacobian, .. } =
+            element_quality(&mesh.corners(e));
+        ![volume_m3, max_edge_m, gauss_scaled_jacobian].iter().all(|number| number.is_finite())
+    })
+}
+
 /// Nodes that no element names.
 fn unused_nodes(mesh: &Mesh) -> Offenders {
     let mut used = vec![false; mesh.nodes.len()];
@@ -208,6 +217,19 @@ mod tests {
         assert_eq!(quality.folded_corners, Offenders { count: 1, first: vec![2] });
         assert!(quality.max_aspect_ratio.is_infinite());
         assert_eq!(quality.coincident_nodes.count, 1);
+    }
+
+    #[test]
+    fn an_element_that_is_too_large_for_numbers_is_named() {
+        let mut mesh = block();
+        assert_eq!(first_beyond_range(&mesh), None);
+        let top = mesh.hexes[2][6] as usize;
+        for far in [1e308, 1e200] {
+            mesh.nodes[top] = Vec3::repeat(far);
+            assert_eq!(first_beyond_range(&mesh), Some(2), "{far}");
+        }
+        mesh.nodes.iter_mut().for_each(|x| *x = Vec3::zeros());
+        assert_eq!(first_beyond_range(&mesh), None, "flat, which is told by its Jacobian");
     }
 
     #[test]

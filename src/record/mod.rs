@@ -2,7 +2,7 @@
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
 //! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
-//! [`salvage`] makes a readable file of what a killed writer left. [`contact_problems`] keeps the contact problems of a run. [`on_own_thread`] keeps any recorder out of the way of the steps.
+//! [`reader`] reads one back, however damaged, and [`salvage`] makes a readable file of what a killed writer left. [`contact_problems`] keeps the contact problems of a run. [`on_own_thread`] keeps any recorder out of the way of the steps.
 
 pub mod colour;
 pub mod contact;
@@ -19,6 +19,7 @@ mod partial_file;
 pub mod point_cloud;
 pub mod pose;
 pub mod proto;
+pub mod reader;
 pub mod reference;
 pub mod salvage;
 pub mod scene_update;

@@ -5,13 +5,13 @@
 
 use super::RecordError;
 use super::mcap::{ENDING_METADATA, ending_metadata};
+use super::reader::for_each_record;
 use super::writer::{partial_path, seal, write_options};
 use ::mcap::records::Record;
-use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use ::mcap::{Attachment, McapError, Writer, parse_record};
+use ::mcap::{Attachment, McapError, Writer};
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read};
+use std::io::BufWriter;
 use std::path::Path;
 
 /// What was saved.
@@ -64,31 +64,20 @@ fn copy_whole_records(
 }
 
 fn copy_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result<Salvaged, RecordError> {
-    let at = |path: &Path| {
-        let path = path.to_owned();
-        move |source| RecordError::File { path, source }
-    };
-    let mut input = BufReader::new(File::open(source).map_err(at(source))?);
     let partial = partial_path(target);
-    let output = BufWriter::new(File::create(&partial).map_err(at(&partial))?);
+    let output =
+        BufWriter::new(File::create(&partial).map_err(|source| RecordError::File { path: partial, source })?);
     let mut copy = Copy { writer: write_options().create(output)?, salvaged: Salvaged::default() };
-    // A chunk whose checksum is wrong is the end of what is good, and is not begun.
-    let options = LinearReaderOptions::default().with_prevalidate_chunk_crcs(true);
-    let mut reader = LinearReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(size)) => {
-                let read = input.read(reader.insert(size)).map_err(at(source))?;
-                reader.notify_read(read);
-            }
-            Ok(LinearReadEvent::Record { data, opcode }) => copy.take(parse_record(opcode, data)?)?,
-            Err(error) => {
-                if matches!(error, McapError::BadMagic) {
-                    return Err(error.into());
-                }
-                break;
-            }
-        }
+    // Where the file breaks off is the end of what is good; one that does not begin as a recording has nothing of it.
+    let mut has_begun = false;
+    let broken_off = for_each_record(source, |record| {
+        has_begun = true;
+        copy.take(record)
+    })?;
+    if let Some(McapError::BadMagic) = broken_off
+        && !has_begun
+    {
+        return Err(McapError::BadMagic.into());
     }
     let Salvaged { time_s, .. } = copy.salvaged;
     let metadata = ending_metadata(false, ending, why, time_s, 0);

@@ -8,7 +8,6 @@ use std::io::{self, Write};
 /// # Errors
 /// When it cannot be written.
 pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
-    let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let window = force_window(run);
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     for (name, pair) in &run.pairs {
@@ -24,7 +23,7 @@ pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
         columns.push((name.to_owned(), line.iter().map(|(_, e)| *e).collect()));
     }
     remarks(run, out)?;
-    let header: Vec<String> = columns.iter().map(|(name, _)| quoted(name)).collect();
+    let header: Vec<String> = columns.iter().map(|(name, _)| text_cell(name)).collect();
     writeln!(out, "time [s],{}", header.join(","))?;
     for (row, (time, _)) in run.total.iter().enumerate() {
         let cells: Vec<String> = columns
@@ -57,9 +56,28 @@ fn remarks(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
+/// A text in quotes. Where a spreadsheet would read a formula, an apostrophe before it says that it is a text.
+pub fn text_cell(text: &str) -> String {
+    let mark = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
+    format!("\"{mark}{}\"", text.replace('"', "\"\""))
+}
+
 /// Window of the peak force [s], as the summary says.
 pub(super) fn force_window(run: &RecordedRun) -> f64 {
     let told = super::headline_impact(super::values(&run.summary))
         .and_then(|impact| impact["force_window_s"].as_f64());
     told.filter(|window| *window > 0.0).unwrap_or(5e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_no_formulas() {
+        assert_eq!(text_cell("ball \"A\""), "\"ball \"\"A\"\"\"");
+        for text in ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1"] {
+            assert_eq!(text_cell(text), format!("\"'{text}\""));
+        }
+    }
 }

@@ -1,28 +1,21 @@
 //! A recording, read back: the summary, and force and energy over time. One chunk is in memory at a time.
 
+use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
+use crate::record::reader::for_each_record;
 use ::mcap::McapError;
-use ::mcap::parse_record;
 use ::mcap::records::Record;
-use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use prost::Message as _;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// Why a recording cannot be reported on.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file cannot be read.
-    #[error("cannot read {path}: {source}")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    #[error("cannot read {0}")]
+    File(#[from] RecordError),
     /// It is no MCAP file, or a broken one.
     #[error("{path} is no readable recording: {source}")]
     Mcap {
@@ -97,21 +90,13 @@ impl RecordedRun {
     /// # Errors
     /// When the file cannot be read, or has no summary.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let at = |source| ReadError::File { path: path.to_owned(), source };
-        let broken = |source| ReadError::Mcap { path: path.to_owned(), source };
-        let mut input = BufReader::new(File::open(path).map_err(at)?);
-        let mut reader = LinearReader::new_with_options(LinearReaderOptions::default());
         let (mut run, mut topics) = (Self::default(), BTreeMap::new());
-        while let Some(event) = reader.next_event() {
-            match event.map_err(broken)? {
-                LinearReadEvent::ReadRequest(size) => {
-                    let read = input.read(reader.insert(size)).map_err(at)?;
-                    reader.notify_read(read);
-                }
-                LinearReadEvent::Record { data, opcode } => {
-                    run.take(parse_record(opcode, data).map_err(broken)?, &mut topics);
-                }
-            }
+        let broken_off = for_each_record(path, |record| {
+            run.take(record, &mut topics);
+            Ok(())
+        })?;
+        if let Some(source) = broken_off {
+            return Err(ReadError::Mcap { path: path.to_owned(), source });
         }
         if run.summary.is_null() { Err(ReadError::NoSummary { path: path.to_owned() }) } else { Ok(run) }
     }

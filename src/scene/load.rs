@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::build::{Builder, body_axes, rigid_body};
-use super::document::{IntegratorDocument, SceneDocument};
+use super::document::{BodyDocument, IntegratorDocument, SceneDocument};
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
@@ -124,6 +124,40 @@ pub fn with_motion(
         warnings: scene.warnings.clone(),
         mesh_files: scene.mesh_files.clone(),
     }))
+}
+
+/// The problems of a document whose bodies have the meshes of a loaded scene, without making those again; `None` where a mesh, its
+/// place or a part of it is another.
+pub fn check_on_meshes_of(scene: &Scene, document: &SceneDocument, budget: &Budget) -> Option<Vec<Problem>> {
+    let known = &scene.document.bodies;
+    let has_same_mesh = |(a, b): (&BodyDocument, &BodyDocument)| {
+        let parts = |body: &BodyDocument| -> Vec<_> {
+            body.parts
+                .iter()
+                .map(|p| (p.part.clone(), p.fibre_frame.clone(), p.material.family_count()))
+                .collect()
+        };
+        (&a.rigid, &a.mesh, &a.placement, &a.sets) == (&b.rigid, &b.mesh, &b.placement, &b.sets)
+            && (&a.initial_deformation, &a.fixed, &a.prescribed)
+                == (&b.initial_deformation, &b.fixed, &b.prescribed)
+            && a.face_loads == b.face_loads
+            && parts(a) == parts(b)
+    };
+    let is_same = known.len() == document.bodies.len()
+        && scene.document.planes == document.planes
+        && known.iter().zip(&document.bodies).all(has_same_mesh);
+    if !is_same {
+        return None;
+    }
+    let mut out = check_document(document, budget);
+    if !out.0.iter().any(Problem::is_error) {
+        let mut bodies = scene.bodies.clone();
+        for (body, written) in bodies.iter_mut().zip(&document.bodies) {
+            body.materials = written.parts.iter().map(|p| p.material.to_material()).collect::<Option<_>>()?;
+        }
+        estimate::check(document, &document.integrator, &bodies, budget, &mut out);
+    }
+    Some(out.0)
 }
 
 /// What a document becomes.

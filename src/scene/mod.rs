@@ -41,7 +41,7 @@ pub mod validate;
 
 pub use budget::Budget;
 pub use integrator_choice::{IntegratorChoice, SteppingEstimate};
-pub use load::{Loaded, load, load_file, with_motion};
+pub use load::{Loaded, check_on_meshes_of, load, load_file, with_motion};
 pub use problem::{Problem, Problems, Severity};
 pub use schema::scene_schema;
 pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};

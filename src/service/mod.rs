@@ -17,7 +17,7 @@ pub mod server;
 mod stall;
 
 use config::ServiceConfig;
-use http::App;
+use http::{App, Judges};
 use jobs::JobsError;
 use jobs::engine::Engine;
 use jobs::queue::Queue;
@@ -27,8 +27,8 @@ use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
 
 /// Scenes and meshes judged at the same time for each worker; each may hold a mesh in memory.
 const JUDGES_PER_WORKER: usize = 2;
@@ -52,6 +52,9 @@ pub enum ServiceError {
     Workers(std::io::Error),
 }
 
+/// How long runs may take to stop when they were told to; a step that takes longer is given up.
+const LAST_CALL: Duration = Duration::from_secs(5);
+
 /// A service that listens.
 pub struct Service {
     app: Arc<App>,
@@ -73,7 +76,7 @@ impl Service {
         let metrics = Arc::new(Metrics::default());
         let queue = Arc::new(Queue::open(Arc::clone(&config), engine, Arc::clone(&metrics)).await?);
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
-        let judges = Semaphore::new(JUDGES_PER_WORKER * config.workers.max(1));
+        let judges = Judges::new(JUDGES_PER_WORKER * config.workers.max(1));
         let app = Arc::new(App { queue, config, metrics, judges });
         Ok(Self { app, listener, address, workers })
     }
@@ -107,7 +110,10 @@ impl Service {
         if !is_early {
             tracing::info!("putting running jobs back into the queue");
             queue.interrupt_all();
-            let _ = joined.await;
+            if tokio::time::timeout(LAST_CALL, joined).await.is_err() {
+                // Its row says "running": the next start puts it back.
+                tracing::warn!("a run did not stop in time and is left behind");
+            }
         }
         let _ = serving.await;
         queue.store.close().await;

@@ -195,7 +195,8 @@ impl<'p> ContactStep<'p> {
             "The contact solver stopped at a residual of {residual:.2e}{after} (limit {LARGEST_RESIDUAL:.0e}, {} contacts).",
             self.contacts.len()
         );
-        Err((FailureCause::ContactNotConverged, message))
+        let is_number = residual.is_finite();
+        Err((if is_number { FailureCause::ContactNotConverged } else { FailureCause::NotFinite }, message))
     }
 
     /// Contacts and the room for their reactions.

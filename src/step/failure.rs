@@ -31,6 +31,8 @@ pub enum FailureCause {
     NotFinite,
     /// The wall-clock budget ran out.
     Deadline,
+    /// The run took more steps, or recorded more, than it was estimated to and may.
+    Budget,
     /// The recording could not be written.
     RecordingFailed,
     /// The machine or the engine failed, not the scene.
@@ -115,6 +117,10 @@ impl FailureCause {
             Self::Deadline => {
                 "Allow more wall-clock time, do without error bars (`--no-error-bars`, or `solver.error_bars` = \"none\"), coarsen \
                  the mesh, or shorten the run."
+            }
+            Self::Budget => {
+                "End the run before this time, record less, or enlarge the elements that set the step at the end; or run it where the \
+                 budget is larger."
             }
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => {

@@ -21,6 +21,16 @@ pub enum Interrupt {
     Cancel,
     /// The wall-clock budget ran out.
     Deadline,
+    /// It has taken as many steps as it may.
+    Steps {
+        /// How many that are.
+        most: u64,
+    },
+    /// Its recording has as many bytes as it may have.
+    RecordingBytes {
+        /// How many that are.
+        most: u64,
+    },
 }
 
 /// Asks whether to stop.
@@ -292,6 +302,15 @@ fn interrupted(interrupt: Interrupt, state: &State) -> Result<Ending, Failure> {
         Interrupt::Deadline => {
             let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
             Err(Failure::new(state, FailureCause::Deadline, message))
+        }
+        Interrupt::Steps { most } => {
+            let message = format!("The budget of {most} steps was spent at t = {:.4e} s.", state.time);
+            Err(Failure::new(state, FailureCause::Budget, message))
+        }
+        Interrupt::RecordingBytes { most } => {
+            let message =
+                format!("The budget of {most} bytes of recording was spent at t = {:.4e} s.", state.time);
+            Err(Failure::new(state, FailureCause::Budget, message))
         }
     }
 }

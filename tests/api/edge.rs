@@ -126,3 +126,26 @@ fn rubbish_does_not_hurt() {
     }
     assert_eq!(server.client().get("/healthz").status, 200);
 }
+
+#[test]
+fn those_who_hang_up_leave_no_room_to_others() {
+    let server = Server::start();
+    let client = server.client();
+    let mut scene = quick();
+    scene["check_ms"] = serde_json::json!(100);
+    let body = scene.to_string();
+    let request = format!(
+        "POST /v1/jobs/validate HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+        client.address,
+        body.len()
+    );
+    for _ in 0..10 {
+        let stream = client.raw(request.as_bytes());
+        std::thread::sleep(Duration::from_millis(20));
+        drop(stream);
+    }
+    assert_eq!(client.post_json("/v1/jobs/validate", &scene).status, 200);
+    // Two for the one worker, however the requests ended.
+    let [_, most] = *engine::SLOW_CHECKS.lock().unwrap();
+    assert!((1..=2).contains(&most), "{most} at the same time");
+}

@@ -2,6 +2,7 @@
 
 use super::{read, record, scene};
 use contuse::record::{partial_path, reindex_incomplete, snapshot};
+use contuse::report::RecordedRun;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -68,6 +69,47 @@ fn a_damaged_chunk_is_the_end_of_what_is_good() {
     let all: usize = read(&folder.path().join("run.mcap")).topics.values().map(Vec::len).sum();
     assert!(salvaged.messages > 0 && salvaged.messages < all as u64);
     read(&folder.path().join("killed.mcap"));
+}
+
+#[test]
+fn lengths_that_are_not_there_are_the_end_of_what_is_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = partial_bytes(folder.path(), 35);
+    let good = salvage(folder.path(), &bytes).unwrap();
+    let record = |opcode: u8, length: u64| [&[opcode][..], &length.to_le_bytes(), &[0; 100]].concat();
+    // A chunk of zstd that claims to unpack to a petabyte: times, size, checksum, compression, packed size.
+    let zstd =
+        [&[0; 16][..], &(1_u64 << 50).to_le_bytes(), &[1, 2, 3, 4, 4, 0, 0, 0], b"zstd", &[1; 8]].concat();
+    let chunk = [&[6][..], &u64::MAX.to_le_bytes(), &zstd].concat();
+    let tails =
+        [record(6, 1 << 52), record(6, 1 << 63), record(9, 1 << 62), record(9, 30), chunk, vec![6; 5000]];
+    for tail in tails {
+        let salvaged = salvage(folder.path(), &[&bytes[..], &tail].concat()).unwrap();
+        assert_eq!(salvaged, good);
+        read(&folder.path().join("killed.mcap"));
+    }
+}
+
+#[test]
+fn a_mutated_recording_is_told_and_stops_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    record(&scene(&[]), &path, 1, &|_| None);
+    RecordedRun::read(&path).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let mut random = 1_u64;
+    for _ in 0..200 {
+        let mut bytes = whole.clone();
+        for _ in 0..4 {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let at = (random >> 33) as usize % bytes.len();
+            bytes[at] = (random >> 25) as u8;
+        }
+        // Either answer is good: no panic, and no allocation of what the bytes claim.
+        let _ = salvage(folder.path(), &bytes);
+        std::fs::write(&path, &bytes).unwrap();
+        let _ = RecordedRun::read(&path);
+    }
 }
 
 #[test]

@@ -103,7 +103,9 @@ export class WhatIfAnswer {
   }
 
   #saveCsv(cases, names) {
-    const quoted = (text) => `"${String(text).replaceAll('"', '""')}"`;
+    // An apostrophe keeps spreadsheets from reading a name as a formula.
+    const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
+    const quoted = (text) => `"${plain(String(text)).replaceAll('"', '""')}"`;
     const head = ["case", "ending", ...names, ...this.#numbers.flatMap(([key]) => [key, `${key}_error`])];
     const rows = cases.map((one) => [
       quoted(one.name), one.ending, ...names.map((name) => one.parameters[name]),

@@ -147,7 +147,9 @@ export class Plot {
   /** The values as comma-separated text, with units in the names of the columns. */
   csv() {
     const { x, y, curves } = this.#options;
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    // An apostrophe keeps spreadsheets from reading a name as a formula.
+    const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${plain(text).replaceAll('"', '""')}"` : plain(text));
     const named = (label, unit) => quoted(unit ? `${label} [${unit}]` : label);
     const lines = [[named(x.label, x.unit), ...curves.map((c) => named(c.label, y.unit))].join(",")];
     x.values.forEach((at, i) => lines.push([at, ...curves.map((c) => c.values[i] ?? "")].join(",")));

@@ -2,6 +2,7 @@
 
 use super::cursor::{Numbers, place_of};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::names::{MOST_NAMES, fault, shortened};
 use crate::mesh::{Mesh, MeshError};
 use std::collections::{BTreeMap, HashMap};
 
@@ -87,6 +88,7 @@ impl Assembly {
         if self.hexes.is_empty() {
             return Err(MeshError::Empty);
         }
+        check_names(self.parts.iter().chain(self.node_sets.keys()))?;
         let resolve = |tag: u64, offset: usize| {
             self.index.get(&tag).copied().ok_or_else(|| MeshError::Malformed {
                 place: place_of(bytes, offset, numbers),
@@ -113,6 +115,34 @@ impl Assembly {
         note_what_is_dropped(&mut mesh);
         Ok(mesh)
     }
+}
+
+/// Refuses too many names, and texts that are none.
+fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), MeshError> {
+    for (index, name) in names.enumerate() {
+        within_names(index + 1)?;
+        if let Some(limit) = fault(name) {
+            return Err(MeshError::Unsupported {
+                what: format!("the name {:?} of a part or a node set", shortened(name)),
+                remedy: format!("names have {limit}"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses more names than a mesh may have.
+///
+/// # Errors
+/// `Unsupported` beyond the limit.
+pub(super) fn within_names(count: usize) -> Result<(), MeshError> {
+    if count <= MOST_NAMES {
+        return Ok(());
+    }
+    Err(MeshError::Unsupported {
+        what: format!("more than {MOST_NAMES} parts and sets"),
+        remedy: "leave out those that are not needed".into(),
+    })
 }
 
 /// Leaves out nodes without elements, and says which sets went with them.

@@ -7,6 +7,9 @@ use crate::scene::document::{
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
 
+/// Larger than any density [kg/m³]: osmium has 22 600.
+pub const MOST_DENSITY: f64 = 1e6;
+
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
@@ -40,6 +43,7 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
 fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let density = here.key("density_kg_per_m3");
     out.positive(&density, "a density", part.density_kg_per_m3, "tissue and rubber have about 1000 kg/m³");
+    out.at_most(&density, "the density", part.density_kg_per_m3, MOST_DENSITY, "give it in kg/m³");
     if part.density_kg_per_m3 > 0.0 {
         let remedy = "give it in kg/m³: water has 1000, steel 7850";
         out.usual(&density, "the density", part.density_kg_per_m3, [100.0, 25_000.0], remedy);

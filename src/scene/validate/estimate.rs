@@ -3,7 +3,7 @@
 use super::Findings;
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::hexahedron::{CORNERS, EDGES};
+use crate::mesh::hexahedron::{CORNERS, EDGES, FACES, volume_m3};
 use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
@@ -110,9 +110,17 @@ pub fn check(
 fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
     let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
+    // Elements are crossed as they are at the start, not as they were at rest.
+    let start =
+        |X: Vec3| written.initial_deformation.as_ref().map_or(X, |deformation| deformation.position(&X));
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
-        shortest = shortest.min(crossing_length(&body.mesh.corners(element)) / speeds[entry as usize]);
+        let corners = body.mesh.corners(element).map(start);
+        let mut length = crossing_length(&corners);
+        if written.initial_deformation.is_some() {
+            length = length.min(thickness(&corners));
+        }
+        shortest = shortest.min(length / speeds[entry as usize]);
     }
     let size = body.mesh.bounding_box().map_or(0.0, |[low, high]| (high - low).min());
     let fastest = speeds.iter().copied().fold(0.0, f64::max);
@@ -129,6 +137,15 @@ fn crossing_length(corners: &[Vec3; 8]) -> f64 {
         shortest[direction] = shortest[direction].min((corners[a] - corners[b]).norm());
     }
     1.0 / shortest.iter().map(|L| L.powi(-2)).sum::<f64>().sqrt()
+}
+
+/// Volume over the largest face [m]: what is left of an element that a deformation crushes without shortening its edges.
+fn thickness(corners: &[Vec3; 8]) -> f64 {
+    let area = |face: [usize; 4]| {
+        let [a, b, c, d] = face.map(|i| corners[i]);
+        0.5 * (c - a).cross(&(d - b)).norm()
+    };
+    volume_m3(corners) / FACES.map(area).into_iter().fold(0.0, f64::max)
 }
 
 /// A number as a count, rounded up: what is too large becomes the largest, what is negative or no number becomes 0.

@@ -35,6 +35,15 @@ impl Findings {
                 .remedy(remedy)
         });
     }
+    /// `value` must not be more than anything has: beyond that numbers leave their range before the run says so.
+    pub fn at_most(&mut self, pointer: &Pointer, what: &str, value: f64, most: f64, remedy: &str) {
+        self.require(!(value.abs() > most), || {
+            Problem::error("out_of_range", pointer, format!("{what} is more than anything has"))
+                .value(value)
+                .limit(format!("at most {most:e}"))
+                .remedy(remedy)
+        });
+    }
     /// `value` must lie between two limits, both included.
     pub fn between(
         &mut self,

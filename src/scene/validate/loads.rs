@@ -1,11 +1,12 @@
 //! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
 
 use super::Findings;
+use super::materials::MOST_MODULUS;
 use super::timing::{check_newton_tolerance, check_smallest_step};
 use crate::mesh::Mesh;
 use crate::mesh::surface::{faces_within, skin};
 use crate::scene::document::{
-    BodyDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
+    BodyDocument, FaceLoadDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
 };
 use crate::scene::problem::{Pointer, Problem, suggest};
 use std::collections::BTreeMap;
@@ -31,6 +32,14 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
             check_prescribed(document, body, prescribed, (&here, k), out);
         }
         for (k, load) in body.face_loads.iter().enumerate() {
+            let (member, loads) = match load {
+                FaceLoadDocument::Pressure { pressure_pa, .. } => ("pressure_pa", vec![*pressure_pa]),
+                FaceLoadDocument::Traction { traction_pa, .. } => ("traction_pa", traction_pa.to_vec()),
+            };
+            for value in loads {
+                let place = here.key("face_loads").index(k).key(member);
+                out.at_most(&place, "the load", value, MOST_MODULUS, "give it in Pa");
+            }
             if let Some(ramp) = load.ramp() {
                 check_ramp(ramp, &here.key("face_loads").index(k).key("ramp"), out);
             }

@@ -8,6 +8,12 @@ use crate::scene::problem::{Pointer, Problem};
 /// A modulus outside this range [Pa] is probably in another unit.
 const USUAL_MODULUS: [f64; 2] = [1.0, 1e13];
 
+/// Larger than any modulus [Pa]: diamond has 1e12.
+pub const MOST_MODULUS: f64 = 1e15;
+
+/// Larger than any fibre exponent [-].
+const MOST_EXPONENT: f64 = 1e6;
+
 /// Stretches that an impact reaches: a law that loses stability between them is refused.
 const REACHED_STRETCH: [f64; 2] = [0.5, 2.0];
 
@@ -30,6 +36,7 @@ pub fn check(material: &MaterialDocument, here: &Pointer, out: &mut Findings) {
         }
         MaterialDocument::CoupledNeoHookean { mu_pa, lambda_pa } => {
             modulus(&here.key("mu_pa"), "the shear modulus", *mu_pa, out);
+            out.at_most(&here.key("lambda_pa"), "λ", *lambda_pa, MOST_MODULUS, "give it in Pa");
             let K = lambda_pa + 2.0 / 3.0 * mu_pa;
             out.require(K > 0.0, || {
                 let message =
@@ -67,6 +74,7 @@ fn modulus(place: &Pointer, what: &str, value: f64, out: &mut Findings) {
         value,
         "moduli of soft tissue are about 1e3 to 1e6 Pa, of rubber 1e5 to 1e7 Pa",
     );
+    out.at_most(place, what, value, MOST_MODULUS, "give it in Pa");
     if value > 0.0 {
         out.usual(place, what, value, USUAL_MODULUS, "give it in Pa");
     }
@@ -91,6 +99,7 @@ fn check_mooney_rivlin(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
     }
     for (name, value, other, sense) in [("c10_pa", c10, c01, "stretched"), ("c01_pa", c01, c10, "compressed")]
     {
+        out.at_most(&here.key(name), "the modulus", value, MOST_MODULUS, "give it in Pa");
         out.usual(
             &here.key(name),
             "the modulus",
@@ -123,6 +132,8 @@ fn check_mooney_rivlin(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
 
 fn check_fibre_stiffness(k1: f64, k2: f64, kappa: f64, here: &Pointer, out: &mut Findings) {
     let k1_place = here.key("k1_pa");
+    out.at_most(&k1_place, "the fibre stiffness k1", k1, MOST_MODULUS, "give it in Pa");
+    out.at_most(&here.key("k2"), "the fibre exponent k2", k2, MOST_EXPONENT, "arteries have 1 to 1000");
     out.not_negative(
         &k1_place,
         "the fibre stiffness k1",

@@ -1,10 +1,26 @@
 //! Names: present, unique, and not too many.
 
 use super::Findings;
+use crate::mesh::names::{fault, shortened};
 use crate::scene::budget::Budget;
 use crate::scene::document::SceneDocument;
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeMap;
+
+/// Characters of the longest description.
+const LONGEST_DESCRIPTION: usize = 10_000;
+
+/// A name goes into tables, logs and messages.
+fn check_one(name: &str, here: &Pointer, out: &mut Findings) {
+    if let Some(limit) = fault(name) {
+        out.push(
+            Problem::error("bad_name", here, "a name is too long, or holds what cannot be seen")
+                .value(shortened(name))
+                .limit(limit)
+                .remedy("use a few letters and digits, '_' and '-'"),
+        );
+    }
+}
 
 /// Checks the names of bodies and planes (which contact pairs share), and their number.
 pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
@@ -23,6 +39,20 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
             .remedy("leave out what cannot be hit")
     });
 
+    check_one(&document.name, &Pointer::root().key("name"), out);
+    let length = document.description.chars().count();
+    out.require(length <= LONGEST_DESCRIPTION, || {
+        Problem::error("too_long", &Pointer::root().key("description"), "the description is very long")
+            .value(length)
+            .limit(format!("at most {LONGEST_DESCRIPTION} characters"))
+            .remedy("keep long texts beside the scene")
+    });
+    for (i, body) in document.bodies.iter().enumerate() {
+        for (k, set) in body.sets.iter().enumerate() {
+            check_one(&set.name, &bodies.index(i).key("sets").index(k).key("name"), out);
+        }
+    }
+
     let mut first_use: BTreeMap<&str, Pointer> = BTreeMap::new();
     let planes = Pointer::root().key("planes");
     let named_bodies =
@@ -36,10 +66,11 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
                 .limit("at least one letter")
                 .remedy("give a name; contact pairs and results use it")
         });
-        out.require(name.chars().all(|c| !c.is_control() && c != '/'), || {
-            Problem::error("bad_name", &pointer, "a name holds a slash or a control character")
-                .value(name.as_str())
-                .limit("no '/' and no control characters: names become topics of the recording")
+        check_one(name, &pointer, out);
+        out.require(!name.contains('/'), || {
+            Problem::error("bad_name", &pointer, "a name holds a slash")
+                .value(shortened(name))
+                .limit("no '/': names become topics of the recording")
                 .remedy("use letters, digits, '_' and '-'")
         });
         if let Some(before) = first_use.get(name.as_str()) {

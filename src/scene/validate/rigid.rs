@@ -1,6 +1,7 @@
 //! A rigid body: shape, mass, inertia, and that nothing of a mesh is asked of it.
 
 use super::Findings;
+use super::bodies::MOST_DENSITY;
 use crate::scene::document::{BodyDocument, RigidDocument, Role, ShapeDocument};
 use crate::scene::problem::{Pointer, Problem};
 
@@ -8,6 +9,8 @@ use crate::scene::problem::{Pointer, Problem};
 const USUAL_SIZE: [f64; 2] = [1e-4, 5.0];
 /// Usual densities, from cork to gold [kg/m³].
 const USUAL_DENSITY: [f64; 2] = [100.0, 25_000.0];
+/// Larger than any mass that hits anybody [kg]: a great ship.
+const MOST_MASS: f64 = 1e9;
 /// A moment of inertia may exceed the sum of the others by this share: rounding of what was written.
 const ROUNDING: f64 = 1e-6;
 
@@ -98,11 +101,13 @@ fn check_mass(rigid: &RigidDocument, here: &Pointer, out: &mut Findings) {
     });
     if let Some(mass) = rigid.mass_kg {
         out.positive(&here.key("mass_kg"), "the mass", mass, "give it in kg: 10 g is 0.01");
+        out.at_most(&here.key("mass_kg"), "the mass", mass, MOST_MASS, "give it in kg: 10 g is 0.01");
     }
     if let Some(density) = rigid.density_kg_per_m3 {
         let place = here.key("density_kg_per_m3");
         let remedy = "give it in kg/m³: water has 1000, steel 7850";
         out.positive(&place, "the density", density, remedy);
+        out.at_most(&place, "the density", density, MOST_DENSITY, remedy);
         if density > 0.0 {
             out.usual(&place, "the density", density, USUAL_DENSITY, remedy);
         }

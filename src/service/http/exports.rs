@@ -18,6 +18,7 @@ use std::sync::Arc;
         (status = 200, description = "The page", body = String, content_type = "text/html"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn report(
@@ -39,6 +40,7 @@ pub async fn report(
         (status = 200, description = "The bundle", body = serde_json::Value, content_type = "application/fhir+json"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn bundle(
@@ -58,6 +60,7 @@ pub async fn bundle(
         (status = 200, description = "The table", body = String, content_type = "text/csv"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 410, description = "Its recording was removed from the disk, or damaged", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn table(
@@ -85,13 +88,14 @@ async fn recorded(
     if row.recording.is_none() {
         return Err(Problem::never(what, row.state));
     }
-    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
     let path = app.queue.folder.recording(id);
-    let read = tokio::task::spawn_blocking(move || RecordedRun::read(&path)).await;
-    match read.map_err(|e| Problem::internal(&e))? {
+    match app.judges.call(move || RecordedRun::read(&path)).await? {
         Ok(run) => Ok((run, row)),
         // Of a run that lost its worker, or of another engine.
         Err(ReadError::NoSummary { .. }) => Err(Problem::never(what, row.state)),
-        Err(error) => Err(Problem::internal(&error)),
+        Err(error) => {
+            tracing::error!(job = %id, %error, "a recording cannot be read");
+            Err(Problem::recording_lost())
+        }
     }
 }

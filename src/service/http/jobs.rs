@@ -284,18 +284,14 @@ pub async fn plan(
     Ok(Json(preview.plan))
 }
 
-/// Judges a scene on a thread that may compute, so that the others go on answering. Only so many at a time: each may
-/// hold a mesh in memory.
+/// Judges a scene, with the meshes of its owner at hand.
 async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     judgement: impl FnOnce(&MeshShelf) -> Result<T, Vec<SceneProblem>> + Send + 'static,
 ) -> Result<T, Problem> {
-    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
     let shelf = app.queue.shelf(owner);
-    let judged =
-        tokio::task::spawn_blocking(move || judgement(&shelf)).await.map_err(|e| Problem::internal(&e))?;
-    judged.map_err(Problem::invalid_scene)
+    app.judges.call(move || judgement(&shelf)).await?.map_err(Problem::invalid_scene)
 }
 
 /// The answer to a submission.

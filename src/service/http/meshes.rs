@@ -62,11 +62,10 @@ pub async fn upload(
         .await
         .map_err(|_| Problem::too_slow())??;
 
-    // Read and judged on a thread that may compute; only so many at a time, each holds a mesh in memory.
-    let _permit = app.judges.acquire().await.map_err(|e| Problem::internal(&e))?;
+    // Only so many at a time: each holds a mesh in memory.
     let (engine, path) = (Arc::clone(&app.queue.engine), upload.path.clone());
-    let inspecting = tokio::task::spawn_blocking(move || engine.inspect_mesh(&path, parameters.format));
-    let (format, report) = inspecting.await.map_err(|e| Problem::internal(&e))??;
+    let inspected = app.judges.call(move || engine.inspect_mesh(&path, parameters.format)).await?;
+    let (format, report) = inspected?;
 
     let kept = mesh_file(&app.queue.folder.meshes(), &upload.id, format);
     std::fs::rename(&upload.path, &kept).map_err(|e| JobsError::file(&kept, e))?;

@@ -5,6 +5,7 @@ mod events;
 mod exports;
 mod extract;
 mod jobs;
+mod judges;
 mod meshes;
 mod openapi;
 mod pages;
@@ -16,6 +17,7 @@ mod viewer;
 mod what_if;
 mod wire;
 
+pub use judges::Judges;
 pub use openapi::text as openapi_text;
 
 use super::config::ServiceConfig;
@@ -24,7 +26,6 @@ use super::metrics::Metrics;
 use axum::Router;
 use axum::routing::get;
 use std::sync::Arc;
-use tokio::sync::Semaphore;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
@@ -38,8 +39,8 @@ pub struct App {
     pub config: Arc<ServiceConfig>,
     /// Counters.
     pub metrics: Arc<Metrics>,
-    /// Scenes and meshes that may be judged at the same time.
-    pub judges: Semaphore,
+    /// Who judges scenes and meshes.
+    pub judges: Judges,
 }
 
 /// The calls that the contract names.

@@ -19,14 +19,20 @@ pub async fn healthz() -> &'static str {
 #[utoipa::path(get, path = "/readyz", tag = "service", operation_id = "readyz",
     responses(
         (status = 200, description = "It takes work", body = String, content_type = "text/plain"),
-        (status = 503, description = "It shuts down, or its store does not answer", body = ProblemBody, content_type = "application/problem+json")))]
+        (status = 503, description = "It shuts down, or its disk takes nothing", body = ProblemBody, content_type = "application/problem+json")))]
 pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    app.queue.store.ping().await.map_err(|error| {
-        tracing::error!(%error, "the store does not answer");
-        Problem::unavailable("The job store does not answer.")
+    let queue = Arc::clone(&app.queue);
+    let written = tokio::task::spawn_blocking(move || queue.folder.try_write()).await;
+    let written = match written.map_err(|e| Problem::internal(&e))? {
+        Ok(()) => app.queue.store.try_write().await,
+        Err(error) => Err(error),
+    };
+    written.map_err(|error| {
+        tracing::error!(%error, "nothing can be written");
+        Problem::unavailable("The storage of the service takes nothing.")
     })?;
     Ok("ok\n")
 }

@@ -207,6 +207,14 @@ impl Problem {
             .remedy("The job says why at /v1/jobs/{id}.")
     }
 
+    /// The recording that the job left is not on the disk any more, or not the whole of it.
+    pub fn recording_lost() -> Self {
+        let detail = "The recording of this job was removed or damaged in the data folder of the service.";
+        Self::new(StatusCode::GONE, "recording-lost", "Recording lost", detail).remedy(
+            "Its summary is still at /v1/jobs/{id}/summary; submit the scene again for a new recording.",
+        )
+    }
+
     /// The snapshot is not kept any more.
     pub fn snapshot_gone() -> Self {
         let detail = "This snapshot is not kept: only the last few are, and only while the job runs.";
@@ -242,6 +250,15 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("5"))
     }
 
+    /// The disk of the service has no room.
+    fn storage_full(error: &JobsError) -> Self {
+        tracing::error!(%error, "no room is left");
+        let detail = "The service has no room left to keep this.";
+        Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
+            .remedy("Delete jobs that are not needed any more; or ask the operator for room, and try again later.")
+            .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
+    }
+
     /// A fault of the service. What it was is in the log, under the name that the answer carries.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         let instance = uuid::Uuid::new_v4().urn().to_string();
@@ -257,6 +274,11 @@ impl From<JobsError> for Problem {
     fn from(error: JobsError) -> Self {
         match error {
             JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
+            full if full.is_storage_full() => Self::storage_full(&full),
+            passing if passing.is_passing() => {
+                tracing::error!(error = %passing, "the store does not answer");
+                Self::unavailable("The storage of the service does not answer.")
+            }
             other => Self::internal(&other),
         }
     }

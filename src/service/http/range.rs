@@ -1,6 +1,6 @@
 //! Conditional and range requests of one immutable file (RFC 9110 §13, §14).
 
-use axum::http::{HeaderMap, HeaderName, header};
+use axum::http::{HeaderMap, HeaderName, Method, header};
 
 /// What a client wants of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +23,8 @@ pub enum Wanted {
 }
 
 /// What is wanted of a file of `length` bytes with a strong `etag` (with its quotes). Preconditions come first, in the
-/// order of RFC 9110 §13.2.2. The file has no date: conditions on dates are not met.
-pub fn wanted(headers: &HeaderMap, etag: &str, length: u64) -> Wanted {
+/// order of RFC 9110 §13.2.2. The file has no date: conditions on dates are not met. Only of a GET a part can be wanted (§14.2).
+pub fn wanted(method: &Method, headers: &HeaderMap, etag: &str, length: u64) -> Wanted {
     if let Some(tags) = text(headers, &header::IF_MATCH)
         && !tags_of(tags).any(|tag| tag == "*" || tag == etag)
     {
@@ -35,7 +35,9 @@ pub fn wanted(headers: &HeaderMap, etag: &str, length: u64) -> Wanted {
     {
         return Wanted::NotModified;
     }
-    let Some(range) = text(headers, &header::RANGE) else { return Wanted::Whole };
+    let Some(range) = text(headers, &header::RANGE).filter(|_| *method == Method::GET) else {
+        return Wanted::Whole;
+    };
     // A weak tag, a date, or the tag of another file: the client's parts would not fit together.
     if headers.contains_key(header::IF_RANGE) && text(headers, &header::IF_RANGE) != Some(etag) {
         return Wanted::Whole;
@@ -97,7 +99,7 @@ mod tests {
 
     fn ask(pairs: &[(HeaderName, &str)]) -> Wanted {
         let headers = pairs.iter().map(|(name, value)| (name.clone(), value.parse().unwrap())).collect();
-        wanted(&headers, "\"abc\"", 1000)
+        wanted(&Method::GET, &headers, "\"abc\"", 1000)
     }
     fn range(text: &str) -> Wanted {
         ask(&[(header::RANGE, text)])
@@ -118,8 +120,12 @@ mod tests {
         for text in ["bytes=1000-", "bytes=1000-1001", "bytes=-0", "bytes=99999999999999999999999-"] {
             assert_eq!(range(text), Wanted::Unsatisfiable, "{text}");
         }
-        let empty =
-            wanted(&[(header::RANGE, "bytes=0-".parse().unwrap())].into_iter().collect(), "\"abc\"", 0);
+        let empty = wanted(
+            &Method::GET,
+            &[(header::RANGE, "bytes=0-".parse().unwrap())].into_iter().collect(),
+            "\"abc\"",
+            0,
+        );
         assert_eq!(empty, Wanted::Unsatisfiable);
     }
 
@@ -137,6 +143,12 @@ mod tests {
         ] {
             assert_eq!(range(text), Wanted::Whole, "{text}");
         }
+    }
+
+    #[test]
+    fn of_the_head_there_is_no_part() {
+        let headers = [(header::RANGE, "bytes=0-1".parse().unwrap())].into_iter().collect();
+        assert_eq!(wanted(&Method::HEAD, &headers, "\"abc\"", 1000), Wanted::Whole);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use base64::prelude::BASE64_STANDARD;
 use futures::Stream;
 use serde::Deserialize;
 use std::io::SeekFrom;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
@@ -58,7 +58,7 @@ pub struct RecordingParameters {
         (status = 304, description = "The client has it"),
         (status = 404, description = "No such job, or it left no recording", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "Nothing is recorded yet", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 410, description = "The snapshot is not kept any more", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 410, description = "The snapshot is not kept any more, or the recording was removed from the disk", body = ProblemBody, content_type = "application/problem+json"),
         (status = 412, description = "It is another file than the client has", body = ProblemBody, content_type = "application/problem+json"),
         (status = 416, description = "No byte of the range exists", body = ProblemBody, content_type = "application/problem+json"),
     )
@@ -140,17 +140,17 @@ async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendabl
 async fn send(file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
     let bytes = file.digest.bytes;
     let etag = format!("\"{}\"", file.digest.sha256);
-    let mut response = match wanted(headers, &etag, bytes) {
+    let mut response = match wanted(method, headers, &etag, bytes) {
         Wanted::NotModified => StatusCode::NOT_MODIFIED.into_response(),
         Wanted::PreconditionFailed => return Err(Problem::precondition_failed()),
         Wanted::Unsatisfiable => return Err(Problem::range_not_satisfiable(bytes)),
         Wanted::Whole => {
-            let body = body(&file.path, 0, bytes, method).await?;
+            let body = body(file, 0, bytes, method).await?;
             (StatusCode::OK, [(header::CONTENT_LENGTH, bytes)], body).into_response()
         }
         Wanted::Part { first, last } => {
             let length = last - first + 1;
-            let body = body(&file.path, first, length, method).await?;
+            let body = body(file, first, length, method).await?;
             let content_range = format!("bytes {first}-{last}/{bytes}");
             let part = [(header::CONTENT_LENGTH, length.to_string()), (header::CONTENT_RANGE, content_range)];
             (StatusCode::PARTIAL_CONTENT, part, body).into_response()
@@ -200,23 +200,25 @@ fn file_name(scene: &str) -> String {
 }
 
 /// `length` bytes of a file from `first` on; nothing when only the head is asked for.
-async fn body(path: &Path, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
-    if *method == Method::HEAD {
-        return Ok(Body::empty());
-    }
+async fn body(file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
     let opened = async {
-        let mut file = File::open(path).await?;
-        file.seek(SeekFrom::Start(first)).await?;
-        Ok(file)
+        let mut opened = File::open(&file.path).await?;
+        let bytes = opened.metadata().await?.len();
+        opened.seek(SeekFrom::Start(first)).await?;
+        Ok((opened, bytes))
     };
     match opened.await {
-        Ok(file) => Ok(Body::from_stream(pieces(file, length))),
-        // Deleted between the look into the store and here.
-        Err(error) if std::io::Error::kind(&error) == std::io::ErrorKind::NotFound => {
-            Err(Problem::no_such_job())
-        }
-        Err(error) => Err(JobsError::file(path, error).into()),
+        Ok((_, bytes)) if bytes != file.digest.bytes => Err(lost(file)),
+        Ok(_) if *method == Method::HEAD => Ok(Body::empty()),
+        Ok((opened, _)) => Ok(Body::from_stream(pieces(opened, length))),
+        Err(error) if std::io::Error::kind(&error) == std::io::ErrorKind::NotFound => Err(lost(file)),
+        Err(error) => Err(JobsError::file(&file.path, error).into()),
     }
+}
+
+/// What is not there, or not as it was kept: a snapshot went with its run, a recording somebody removed.
+fn lost(file: &Sendable) -> Problem {
+    if file.snapshot.is_some() { Problem::snapshot_gone() } else { Problem::recording_lost() }
 }
 
 /// The next `left` bytes of a file, in pieces. A file that is deleted meanwhile can still be read to its end.

@@ -88,8 +88,8 @@ pub struct BodyPreview {
     pub min_scaled_jacobian: f64,
     /// The element where that is.
     pub worst_element: u32,
-    /// Largest ratio of longest to shortest edge in one element [-].
-    pub max_aspect_ratio: f64,
+    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
+    pub max_aspect_ratio: Option<f64>,
     /// Shortest edge [m].
     pub min_edge_m: f64,
     /// Its parts.

@@ -1,5 +1,6 @@
 //! What can go wrong with jobs.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 /// Why a job could not be kept, found or run.
@@ -44,7 +45,33 @@ pub enum JobsError {
     },
 }
 
+/// SQLite's code for a disk without room (SQLITE_FULL), in the lower byte of a code with details.
+const SQLITE_FULL: u32 = 13;
+/// SQLite's code for a disk that fails (SQLITE_IOERR).
+const SQLITE_IOERR: u32 = 10;
+
 impl JobsError {
+    /// Whether the disk had no room.
+    pub fn is_storage_full(&self) -> bool {
+        match self {
+            Self::Store(_) => self.sqlite_code() == Some(SQLITE_FULL),
+            Self::File { source, .. } => {
+                matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether the disk failed, or the store had too much to do: later it may be otherwise.
+    pub fn is_passing(&self) -> bool {
+        matches!(self, Self::Store(sqlx::Error::PoolTimedOut)) || self.sqlite_code() == Some(SQLITE_IOERR)
+    }
+
+    fn sqlite_code(&self) -> Option<u32> {
+        let Self::Store(sqlx::Error::Database(error)) = self else { return None };
+        error.code()?.parse::<u32>().ok().map(|code| code & 0xff)
+    }
+
     /// An error about a file.
     pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::File { path: path.into(), source }

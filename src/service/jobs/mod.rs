@@ -15,6 +15,7 @@ pub mod queue;
 pub mod recordings;
 pub mod simulator;
 pub mod snapshots;
+mod spending;
 pub mod store;
 pub mod study_job;
 pub mod what_if_job;
@@ -147,6 +148,8 @@ pub enum JobFailureCause {
     NotFinite,
     /// The wall-clock budget ran out.
     Deadline,
+    /// It took more steps, or recorded more, than it was estimated to and may.
+    Budget,
     /// The process that ran it was lost, more often than a job may lose one.
     WorkerLost,
     /// The recording could not be written.

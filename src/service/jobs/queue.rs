@@ -136,7 +136,19 @@ impl Queue {
     /// # Errors
     /// When the store or the files fail.
     pub async fn delete(&self, owner: &str, id: JobId) -> Result<bool, JobsError> {
-        match self.store.hide(owner, id).await? {
+        let hidden = match self.store.hide(owner, id).await {
+            // What fills the disk is what shall go: the note of it finds room after that.
+            Err(error) if error.is_storage_full() => {
+                let job = self.store.job(owner, id).await?;
+                if job.is_none_or(|job| !job.state.is_final()) {
+                    return Err(error);
+                }
+                self.folder.remove_recordings(id)?;
+                self.store.hide(owner, id).await?
+            }
+            other => other?,
+        };
+        match hidden {
             DeleteAnswer::Unknown => return Ok(false),
             DeleteAnswer::Running { seq } => {
                 self.stop(id, StopReason::Cancel);

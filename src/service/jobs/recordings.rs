@@ -90,6 +90,16 @@ impl DataFolder {
         Ok(())
     }
 
+    /// Whether the disk takes what is written: a small file is written and removed.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub fn try_write(&self) -> Result<(), JobsError> {
+        let file = self.uploads().join(format!("try-{}", JobId::new_v4()));
+        let written = std::fs::write(&file, vec![0; 64 << 10]).map_err(|e| JobsError::file(&file, e));
+        remove(&file).and(written)
+    }
+
     /// Size and digest of the recording of a run that has ended. `None` when the run left none.
     ///
     /// # Errors

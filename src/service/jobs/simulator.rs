@@ -4,11 +4,12 @@ use super::engine::{
     BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
     SceneProblem,
 };
+use super::spending::Spending;
 use super::study_job::{self, StudyDocument};
 use super::what_if_job::{self, SharedResults};
 use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::mesh::Mesh;
-use crate::mesh::quality::quality;
+use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::{self, read_mesh};
 use crate::plan::compile;
 use crate::record::{reindex_incomplete, snapshot};
@@ -156,7 +157,9 @@ impl Engine for Simulator {
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
         let estimated_steps = loaded.estimate.steps;
         let mut reached = RunProgress::loading();
+        let spending = Spending::new(&self.budget, order.recording);
         let mut progress = |p: study::Progress| {
+            spending.note(p.step);
             reached = RunProgress {
                 phase: Phase::from(p.phase),
                 progress: p.fraction,
@@ -173,7 +176,7 @@ impl Engine for Simulator {
             recording: Some(order.recording),
             also: None,
             threads: order.threads,
-            interrupt: &|| order.control.interrupt(),
+            interrupt: &|| order.control.interrupt().or_else(|| spending.interrupt()),
             progress: &mut progress,
         });
         let result = result.map_err(|error| {
@@ -215,6 +218,11 @@ impl Engine for Simulator {
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
         let mesh = read_mesh(&bytes, format.into()).map_err(|error| refusal(error.to_string()))?;
+        if let Some(element) = first_beyond_range(&mesh) {
+            return Err(refusal(format!(
+                "element {element} has no size that can be computed: scale its coordinates"
+            )));
+        }
         let report = report(&mesh).ok_or_else(|| refusal("the mesh has no nodes".into()))?;
         Ok((format, report))
     }
@@ -299,7 +307,7 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
             negative_elements: quality.negative.count as u64,
             first_negative_elements: quality.negative.first,
             folded_elements: quality.folded_corners.count as u64,
-            max_aspect_ratio: quality.max_aspect_ratio,
+            max_aspect_ratio: Some(quality.max_aspect_ratio).filter(|ratio| ratio.is_finite()),
             coincident_nodes: quality.coincident_nodes.count as u64,
             min_edge: quality.min_edge_m,
             max_edge: quality.max_edge_m,
@@ -343,7 +351,7 @@ impl From<&BodySummary> for BodyPreview {
             bounding_box_m: body.bounding_box_m,
             min_scaled_jacobian: body.min_scaled_jacobian,
             worst_element: body.worst_element,
-            max_aspect_ratio: body.max_aspect_ratio,
+            max_aspect_ratio: Some(body.max_aspect_ratio).filter(|ratio| ratio.is_finite()),
             min_edge_m: body.min_edge_m,
             parts: body.parts.iter().map(part).collect(),
             notes: body.notes.clone(),
@@ -394,6 +402,7 @@ impl From<Failure> for JobFailure {
             FailureCause::EnergyGate => JobFailureCause::EnergyGate,
             FailureCause::NotFinite => JobFailureCause::NotFinite,
             FailureCause::Deadline => JobFailureCause::Deadline,
+            FailureCause::Budget => JobFailureCause::Budget,
             FailureCause::RecordingFailed => JobFailureCause::RecordingFailed,
             FailureCause::Internal => JobFailureCause::Internal,
         };

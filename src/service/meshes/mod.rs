@@ -67,8 +67,8 @@ pub struct MeshQualityReport {
     pub first_negative_elements: Vec<u32>,
     /// Elements that are sound inside but folded at a corner: they can run, with poor accuracy.
     pub folded_elements: u64,
-    /// Largest ratio of longest to shortest edge in one element [-].
-    pub max_aspect_ratio: f64,
+    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
+    pub max_aspect_ratio: Option<f64>,
     /// Nodes at exactly the position of an earlier one.
     pub coincident_nodes: u64,
     /// Shortest edge, in the unit of the file.

@@ -447,6 +447,10 @@ fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Fail
         );
         return Failure::new(step.state, FailureCause::NothingHolds, message);
     }
+    if !end.residual.is_finite() {
+        let message = format!("In a step of {:.3e} s what the balance lacks is no number.", step.h);
+        return Failure::new(step.state, FailureCause::NotFinite, message);
+    }
     if step.options.statics.is_some() {
         let message = format!(
             "A load step of {:.3e} s did not converge: the equilibrium lacks {:.1e} of the forces (limit {:.0e}) after {iterations} \

@@ -4,9 +4,10 @@ use super::cases::{Case, Origin, cases, count};
 use super::change::{BaseFacts, Misfit};
 use super::document::{Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
 use super::sampling::MOST_SOBOL_DIMENSIONS;
+use crate::mesh::names::{fault, shortened};
 use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::validate::{Findings, check_document};
-use crate::scene::{Budget, Loaded, MeshSource, load};
+use crate::scene::{Budget, Loaded, MeshSource, check_on_meshes_of, load};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of one question.
@@ -60,6 +61,11 @@ fn problem_of(misfit: &Misfit, here: &Pointer) -> Problem {
         .value(misfit.value.clone())
         .limit(misfit.limit.clone())
         .remedy(misfit.remedy.clone())
+}
+
+/// A value that does not fit the scene: its place is that of the value, and not a member of the change.
+fn misplaced(misfit: &Misfit, here: &Pointer) -> Problem {
+    Problem { pointer: here.as_str().to_owned(), ..problem_of(misfit, here) }
 }
 
 fn amounts(question: &WhatIfDocument, out: &mut Findings) {
@@ -210,13 +216,26 @@ fn values_of<'a>(
     parameter.range().into_iter().flatten().chain(asked)
 }
 
+/// A name goes into tables and messages.
+fn check_one(name: &str, here: &Pointer, out: &mut Findings) {
+    if let Some(limit) = fault(name) {
+        out.push(
+            Problem::error("bad_name", here, "a name is too long, or holds what cannot be seen")
+                .value(shortened(name))
+                .limit(limit)
+                .remedy("use a few letters and digits"),
+        );
+    }
+}
+
 fn check_names(question: &WhatIfDocument, out: &mut Findings) {
     let mut seen = BTreeSet::new();
     for (index, parameter) in question.parameters.iter().enumerate() {
         let here = Pointer::root().key("parameters").index(index).key("name");
+        check_one(&parameter.name, &here, out);
         out.require(!parameter.name.is_empty() && seen.insert(&parameter.name), || {
             Problem::error("bad_name", &here, "the name is empty, or that of an earlier parameter")
-                .value(parameter.name.as_str())
+                .value(shortened(&parameter.name))
                 .limit("a name of its own")
                 .remedy("name it after what it changes")
         });
@@ -226,7 +245,9 @@ fn check_names(question: &WhatIfDocument, out: &mut Findings) {
 fn check_cases(question: &WhatIfDocument, out: &mut Findings) {
     let names = || question.parameters.iter().map(|parameter| parameter.name.as_str());
     for (index, case) in question.cases.iter().enumerate() {
-        let here = Pointer::root().key("cases").index(index).key("set");
+        let here = Pointer::root().key("cases").index(index);
+        check_one(case.name.as_deref().unwrap_or_default(), &here.key("name"), out);
+        let here = here.key("set");
         for (name, value) in &case.set {
             out.require(names().any(|known| known == name), || unknown(&here.key(name), name, names()));
             out.require(value.is_finite(), || {
@@ -306,11 +327,15 @@ fn try_ends(
             let values = BTreeMap::from([(index, value)]);
             let case = Case { name: String::new(), origin: Origin::Base, values };
             let found = match case.scene(question, &base.scene.document, facts) {
-                Err((_, misfit)) => vec![problem_of(&misfit, &here)],
-                Ok(scene) => {
+                Err((_, misfit)) => {
+                    out.push(misplaced(&misfit, &here));
+                    continue;
+                }
+                // Most changes leave the meshes as they are, which are what takes long to make and to judge.
+                Ok(scene) => check_on_meshes_of(&base.scene, &scene, budget).unwrap_or_else(|| {
                     let json = serde_json::to_vec(&scene).unwrap_or_default();
                     load(&json, source, budget).err().map_or_else(Vec::new, |problems| problems.0)
-                }
+                }),
             };
             let what = format!("with {:?} = {value}", parameter.name);
             out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| placed(p, &here, &what, value)));
@@ -330,7 +355,10 @@ fn try_cases(
     for (index, case) in by_hand {
         let here = Pointer::root().key("cases").index(index);
         let found = match case.scene(question, &base.scene.document, facts) {
-            Err((_, misfit)) => vec![problem_of(&misfit, &here)],
+            Err((_, misfit)) => {
+                out.push(misplaced(&misfit, &here));
+                continue;
+            }
             Ok(scene) => check_document(&scene, budget).0,
         };
         let what = format!("in the case {:?}", case.name);

@@ -199,6 +199,7 @@ impl<'a> Composer<'a> {
             stopped: interrupt.map(|interrupt| match interrupt {
                 Interrupt::Cancel => "cancelled",
                 Interrupt::Deadline => "deadline",
+                Interrupt::Steps { .. } | Interrupt::RecordingBytes { .. } => "budget",
             }),
             effort: Effort { threads, wall_s: self.started.elapsed().as_secs_f64(), ..self.effort },
         }

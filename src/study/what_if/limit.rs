@@ -72,17 +72,18 @@ fn search(
     tolerance: f64,
     number: &mut dyn FnMut(f64) -> Result<f64, String>,
 ) -> Result<Verdict, (f64, String)> {
-    let mut excess = |x: f64| number(x).map(|value| value - at_most).map_err(|reason| (x, reason));
-    let (at_low, at_high) = (excess(low)?, excess(high)?);
-    let values = [at_low + at_most, at_high + at_most];
-    let rises = match [at_low <= 0.0, at_high <= 0.0] {
+    let mut number = |x: f64| number(x).map_err(|reason| (x, reason));
+    // The numbers are kept as they are: taken back from their excess they would lose digits, all of them beside a far limit.
+    let values = [number(low)?, number(high)?];
+    let rises = match values.map(|value| value <= at_most) {
         [true, true] => return Ok(Verdict::KeptAtBothEnds { values }),
         [false, false] => return Ok(Verdict::BrokenAtBothEnds { values }),
         [kept_at_low, _] => kept_at_low,
     };
     // Brackets the sign change of g, which rises: g(a) ≤ 0 < g(b).
     let sign = if rises { 1.0 } else { -1.0 };
-    let (mut a, mut b, mut at_a, mut at_b) = (low, high, sign * at_low, sign * at_high);
+    let excess = |value: f64| sign * (value - at_most);
+    let [(mut a, mut value_a), (mut b, mut value_b)] = [(low, values[0]), (high, values[1])];
     let half = 0.5 * tolerance * (high - low);
     let most = ((high - low) / (2.0 * half)).log2().ceil() as i32 + 1;
     for done in 0..=most {
@@ -91,22 +92,22 @@ fn search(
         }
         let middle = 0.5 * (a + b);
         let reach = half * 2_f64.powi(most - done) - 0.5 * (b - a);
+        let (at_a, at_b) = (excess(value_a), excess(value_b));
         let secant = (at_b * a - at_a * b) / (at_b - at_a);
         let towards = (middle - secant).signum();
         let truncation = TRUNCATION / (high - low) * (b - a).powi(2);
         let truncated =
             if truncation <= (middle - secant).abs() { secant + towards * truncation } else { middle };
         let x = if (truncated - middle).abs() <= reach { truncated } else { middle - towards * reach };
-        let at_x = sign * excess(x)?;
-        let (end, at_end) =
-            if at_x <= 0.0 && sign > 0.0 || at_x < 0.0 { (&mut a, &mut at_a) } else { (&mut b, &mut at_b) };
-        (*end, *at_end) = (x, at_x);
+        let value = number(x)?;
+        let is_kept = value <= at_most;
+        let (end, at_end) = if is_kept == rises { (&mut a, &mut value_a) } else { (&mut b, &mut value_b) };
+        (*end, *at_end) = (x, value);
     }
-    let value = |g: f64| sign * g + at_most;
     Ok(if rises {
-        Verdict::KeptUpTo { kept_at: a, value: value(at_a), broken_at: b, value_broken: value(at_b) }
+        Verdict::KeptUpTo { kept_at: a, value: value_a, broken_at: b, value_broken: value_b }
     } else {
-        Verdict::KeptFrom { kept_at: b, value: value(at_b), broken_at: a, value_broken: value(at_a) }
+        Verdict::KeptFrom { kept_at: b, value: value_b, broken_at: a, value_broken: value_a }
     })
 }
 
@@ -140,6 +141,8 @@ mod tests {
             find_limit([0.0, 1.0], 9.0, 1e-3, &mut |x| Ok(x)),
             Verdict::KeptAtBothEnds { values: [0.0, 1.0] }
         );
+        let verdict = find_limit([1.0, 2.0], 1e19, 1e-3, &mut |x| Ok(273.16 * x));
+        assert_eq!(verdict, Verdict::KeptAtBothEnds { values: [273.16, 546.32] });
         let verdict = find_limit([0.0, 1.0], -9.0, 1e-3, &mut |x| Ok(x));
         assert_eq!(verdict, Verdict::BrokenAtBothEnds { values: [0.0, 1.0] });
         let verdict = find_limit([0.0, 1.0], 0.5, 1e-3, &mut |_| Err("no".into()));

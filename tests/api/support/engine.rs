@@ -13,9 +13,24 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use std::sync::Mutex;
 use std::time::Duration;
 
 pub struct ScriptedEngine;
+
+/// Slow checks at the moment, and the most that there were at the same time.
+pub static SLOW_CHECKS: Mutex<[usize; 2]> = Mutex::new([0; 2]);
+
+/// Checks for a while.
+fn check_slowly(ms: u64) {
+    {
+        let mut checks = SLOW_CHECKS.lock().unwrap();
+        checks[0] += 1;
+        checks[1] = checks[1].max(checks[0]);
+    }
+    std::thread::sleep(Duration::from_millis(ms));
+    SLOW_CHECKS.lock().unwrap()[0] -= 1;
+}
 
 #[derive(Deserialize)]
 struct Script {
@@ -61,7 +76,7 @@ fn report() -> MeshReport {
         negative_elements: 0,
         first_negative_elements: vec![],
         folded_elements: 0,
-        max_aspect_ratio: 1.0,
+        max_aspect_ratio: Some(1.0),
         coincident_nodes: 0,
         min_edge: 1.0,
         max_edge: 1.0,
@@ -83,6 +98,9 @@ impl Engine for ScriptedEngine {
     fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
         let document: Value = serde_json::from_slice(scene).unwrap();
         assert!(document["panic_in_check"] != true, "as the script says");
+        if let Some(ms) = document["check_ms"].as_u64() {
+            check_slowly(ms);
+        }
         let mut problems = Vec::new();
         for (key, is_good) in [
             ("name", document["name"].is_string()),
@@ -129,7 +147,7 @@ impl Engine for ScriptedEngine {
             bounding_box_m: [[0.0; 3], [1.0; 3]],
             min_scaled_jacobian: 1.0,
             worst_element: 0,
-            max_aspect_ratio: 1.0,
+            max_aspect_ratio: Some(1.0),
             min_edge_m: 1.0,
             parts: vec![],
             notes: vec![],
@@ -167,7 +185,7 @@ impl Engine for ScriptedEngine {
             match order.control.interrupt() {
                 Some(Interrupt::Cancel) => ending = RunEnding::Stopped,
                 Some(Interrupt::Deadline) => ending = RunEnding::Failed(failure(JobFailureCause::Deadline)),
-                None => {}
+                _ => {}
             }
             if order.control.reason().is_some() {
                 break;

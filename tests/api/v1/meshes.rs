@@ -51,3 +51,26 @@ fn unknown_meshes_are_not_found() {
     }
     problem(&server.client().get("/v1/meshes"), 405, "method-not-allowed");
 }
+
+#[test]
+fn a_mesh_is_judged_before_it_is_kept() {
+    let server = Server::simulating();
+    let client = server.client();
+    let cube = |top: &str, far: &str| {
+        let level = |z: &str, first: u32| {
+            let corners = [("0", "0"), ("1", "0"), (far, "1"), ("0", "1")];
+            let line = |(i, (x, y)): (u32, (&str, &str))| format!("{}, {x}, {y}, {z}\n", first + i);
+            (0..).zip(corners).map(line).collect::<String>()
+        };
+        let nodes = level("0", 1) + &level(top, 5);
+        format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D8, ELSET=cube\n1, 1, 2, 3, 4, 5, 6, 7, 8\n")
+    };
+    let flat = upload(&client, "", cube("0", "1").as_bytes());
+    assert_eq!(flat.status, 201, "{flat:?}");
+    let quality = &flat.json()["quality"];
+    assert_eq!((&quality["max_aspect_ratio"], &quality["negative_elements"]), (&json!(null), &json!(1)));
+    assert_eq!(client.get(flat.header("location").unwrap()).json(), flat.json());
+    let huge = problem(&upload(&client, "", cube("1", "1e308").as_bytes()), 422, "invalid-mesh");
+    assert!(huge["detail"].as_str().unwrap().contains("element 0"), "{huge}");
+    assert_eq!(upload(&client, "", cube("1e-300", "1e-300").as_bytes()).status, 201);
+}

@@ -9,7 +9,7 @@ mod lines;
 mod resolve;
 mod sets;
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, within_names};
 use super::cursor::{Numbers as Encoding, place_of};
 use crate::mesh::{Mesh, MeshError};
 use lines::{Keyword, Line, Lines};
@@ -87,13 +87,13 @@ impl<'a> Reader<'a> {
             bytes,
             assembly: Assembly::default(),
             block: Block::Skipped,
-            node_sets: Sets::default(),
-            element_sets: Sets::default(),
+            node_sets: Sets::of_file(bytes.len()),
+            element_sets: Sets::of_file(bytes.len()),
             elements: HashMap::new(),
             card_set_of: Vec::new(),
             card_sets: Vec::new(),
             card_set_index: HashMap::new(),
-            facets: Sets::default(),
+            facets: Sets::of_file(bytes.len()),
             surfaces: BTreeMap::new(),
             sections: Vec::new(),
             skipped: BTreeMap::new(),
@@ -168,7 +168,7 @@ impl<'a> Reader<'a> {
         };
         let set = keyword.value("ELSET").map(str::to_owned);
         if let Some(name) = &set {
-            self.element_sets.touch(name);
+            self.element_sets.touch(name)?;
         }
         let hex_suffix = kind.strip_prefix("C3D8");
         if hex_suffix.is_some_and(|suffix| suffix.chars().all(|c| "RHIS".contains(c))) {
@@ -201,7 +201,7 @@ impl<'a> Reader<'a> {
             return Err(self.refuse(offset, "a node set made from an element set", "list its nodes"));
         }
         let sets = if of_nodes { &mut self.node_sets } else { &mut self.element_sets };
-        sets.touch(&name);
+        sets.touch(&name)?;
         Ok(Block::Set { name, of_nodes, generate: keyword.has("GENERATE") })
     }
 
@@ -212,6 +212,7 @@ impl<'a> Reader<'a> {
         match keyword.value("TYPE").map(str::to_ascii_uppercase).as_deref() {
             None | Some("ELEMENT") => {
                 self.surfaces.entry(name.clone()).or_default();
+                within_names(self.surfaces.len())?;
                 Ok(Block::Surface { name })
             }
             Some(other) => {

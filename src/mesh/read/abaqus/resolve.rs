@@ -1,7 +1,7 @@
 //! When all lines are read: which part each hexahedron belongs to, and which nodes each set holds.
 
 use super::Reader;
-use super::sets::{Numbers, within_limit};
+use super::sets::{Numbers, most_entries, within_limit};
 use crate::mesh::MeshError;
 use crate::mesh::hexahedron::FACES;
 use crate::mesh::read::assembly::NodeTag;
@@ -96,13 +96,13 @@ impl Reader<'_> {
             let name = free_name(&self.assembly.node_sets, name, "elements");
             self.assembly.node_sets.insert(name, set);
         }
-        let mut entries = 0_u64;
+        let (mut entries, most) = (0_u64, most_entries(self.bytes.len()));
         for (name, faces) in std::mem::take(&mut self.surfaces) {
             let mut set = Vec::new();
             for (element, side, offset) in faces {
                 let ranges = self.elements_named(&element, offset)?;
                 entries = ranges.iter().fold(entries, |sum, range| sum.saturating_add(range.count()));
-                within_limit(entries)?;
+                within_limit(entries, most)?;
                 for (hex, _) in self.hexes_in(&ranges)? {
                     let nodes = self.assembly.hex(hex);
                     set.extend(FACES[side].map(|i| NodeTag { tag: nodes[i], offset }));

@@ -18,7 +18,8 @@ pub use submit::{NewJob, Submitted};
 
 use super::JobsError;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Sqlite, SqlitePool, Transaction};
+use sqlx::{Connection as _, Sqlite, SqlitePool, Transaction};
+use std::future::ready;
 use std::path::Path;
 use std::time::Duration;
 
@@ -57,6 +58,8 @@ impl Store {
         let pool = SqlitePoolOptions::new()
             .max_connections(8)
             .acquire_timeout(Duration::from_secs(10))
+            // SQLite itself ends a transaction that a full disk breaks, and the pool would count it as open for ever.
+            .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
             .connect_with(options)
             .await?;
         sqlx::migrate!("src/service/jobs/migrations").run(&pool).await?;
@@ -68,13 +71,15 @@ impl Store {
         self.pool.close().await;
     }
 
-    /// Whether the store answers.
+    /// Whether the store takes what is written: something that it holds is written again.
     ///
     /// # Errors
     /// When it does not.
-    pub async fn ping(&self) -> Result<(), JobsError> {
-        sqlx::query("SELECT 1").execute(&self.pool).await?;
-        Ok(())
+    pub async fn try_write(&self) -> Result<(), JobsError> {
+        let mut transaction = self.begin().await?;
+        // A number in the head of the file that nothing else uses.
+        sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
+        Ok(transaction.commit().await?)
     }
 
     /// A transaction that holds the right to write from its start: one that reads first and writes later could be

@@ -124,3 +124,30 @@ async fn synchronous_is_full_and_the_journal_is_written_ahead() {
         sqlx::query_as("PRAGMA journal_mode").fetch_one(&mut *connection).await.unwrap();
     assert_eq!((synchronous, journal.as_str()), (2, "wal"));
 }
+
+#[tokio::test]
+async fn a_full_disk_is_told_and_forgotten_when_there_is_room() {
+    let (_dir, store) = store().await;
+    submitted(&store, "a").await;
+    // Every connection of the pool gets as many pages as there are: the next one finds the disk full, and SQLite itself ends the
+    // transaction.
+    set_everywhere(&store, "PRAGMA max_page_count = 1").await;
+    let large = NewJob { scene: vec![b' '; 1 << 20], ..new("large") };
+    let error = store.submit(&large, 10).await.unwrap_err();
+    assert!(error.is_storage_full(), "{error}");
+    // On the connections that it happened to, or on fresh ones in their place.
+    set_everywhere(&store, "PRAGMA max_page_count = 1000000").await;
+    assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
+    store.try_write().await.unwrap();
+    assert_eq!(store.claim().await.unwrap().unwrap().seq, 1);
+}
+
+/// Sets something on all connections that the pool may have.
+async fn set_everywhere(store: &Store, pragma: &'static str) {
+    let mut all = Vec::new();
+    for _ in 0..8 {
+        let mut connection = store.pool.acquire().await.unwrap();
+        sqlx::query(pragma).execute(&mut *connection).await.unwrap();
+        all.push(connection);
+    }
+}
