@@ -112,7 +112,8 @@ mod tests {
         let source = || io::Error::other("the disk is full");
         let silent = CliError::File { path: "a.csv".into(), source: source() };
         assert_eq!(silent.in_full(), "cannot write a.csv: the disk is full");
-        let told = crate::report::ReadError::File(RecordError::File { path: "a.mcap".into(), source: source() });
+        let told =
+            crate::report::ReadError::File(RecordError::File { path: "a.mcap".into(), source: source() });
         assert_eq!(CliError::Other(Box::new(told)).in_full(), "cannot read a.mcap: the disk is full");
     }
 }
