@@ -39,13 +39,14 @@ impl Desk {
     fn path(&self, name: &str) -> String {
         self.0.path().join(name).to_str().unwrap().to_owned()
     }
-    /// What a command says of an input that it refuses.
-    fn refusal(&self, args: &[&str]) -> String {
-        let output = run(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", text(&output.stderr));
-        assert!(output.stdout.is_empty(), "{args:?}: {}", text(&output.stdout));
-        text(&output.stderr).to_owned()
-    }
+}
+
+/// What a command says of an input that it refuses.
+fn refusal(args: &[&str]) -> String {
+    let output = run(args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {}", text(&output.stderr));
+    assert!(output.stdout.is_empty(), "{args:?}: {}", text(&output.stdout));
+    text(&output.stderr).to_owned()
 }
 
 #[test]
@@ -58,7 +59,7 @@ fn outputs_are_checked_before_the_run() {
         (vec!["report", &scene, "-o", &nowhere], "--output"),
         (vec!["export", &scene, "--fhir", &nowhere], "--fhir"),
     ] {
-        let said = desk.refusal(&args);
+        let said = refusal(&args);
         assert!(
             said.contains(flag) && said.contains("a.out") && said.contains("there is no folder"),
             "{said}"
@@ -66,7 +67,7 @@ fn outputs_are_checked_before_the_run() {
     }
     // A folder in which not even root may make a file.
     #[cfg(target_os = "linux")]
-    assert!(desk.refusal(&["run", &scene, "-o", "/proc/a.mcap"]).contains("folder that you may write to"));
+    assert!(refusal(&["run", &scene, "-o", "/proc/a.mcap"]).contains("folder that you may write to"));
 }
 
 #[test]
@@ -75,13 +76,13 @@ fn a_case_is_checked_as_a_range_is() {
     scene["bodies"][0]["role"] = json!("projectile");
     let desk = Desk::with(&scene);
     let scene = desk.path("scene.json");
-    let said = desk.refusal(&["what-if", &scene, "--case", "speed=-100"]);
+    let said = refusal(&["what-if", &scene, "--case", "speed=-100"]);
     assert!(said.contains("must not be negative"), "{said}");
-    let said = desk.refusal(&["what-if", &scene, "--limit", "speed:peak_force_n<=2000"]);
+    let said = refusal(&["what-if", &scene, "--limit", "speed:peak_force_n<=2000"]);
     assert!(said.contains("--vary speed=80..120"), "{said}");
-    let said = desk.refusal(&["what-if", &scene, "--case", "friction=-1"]);
+    let said = refusal(&["what-if", &scene, "--case", "friction=-1"]);
     assert_eq!(said.matches("in the case").count(), 1, "told once: {said}");
-    let said = desk.refusal(&["what-if", &scene, "--case", "speed=1", "--deadline-s", "-1"]);
+    let said = refusal(&["what-if", &scene, "--case", "speed=1", "--deadline-s", "-1"]);
     assert!(said.contains("give seconds from now on"), "{said}");
 }
 
@@ -111,9 +112,9 @@ fn what_validation_warns_of_is_in_the_summary() {
     }
     // A summary is no scene.
     std::fs::write(desk.path("summary.json"), &output.stdout).unwrap();
-    let said = desk.refusal(&["report", &desk.path("summary.json"), "-o", &desk.path("a.html")]);
+    let said = refusal(&["report", &desk.path("summary.json"), "-o", &desk.path("a.html")]);
     assert!(said.contains("is the summary of a run"), "{said}");
-    let said = desk.refusal(&["report", &desk.path("nothing.mcap"), "-o", &desk.path("a.html")]);
+    let said = refusal(&["report", &desk.path("nothing.mcap"), "-o", &desk.path("a.html")]);
     assert!(said.contains("No such file"), "{said}");
 }
 

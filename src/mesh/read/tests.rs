@@ -279,14 +279,15 @@ fn cube_with(cards: &str) -> Result<Mesh, MeshError> {
 fn sets_of_sets_cost_no_more_than_the_file() {
     // Each holds the one before twice, or that and the one before it: 2⁶⁰ entries if all were written out.
     let chain = |members: &dyn Fn(u32) -> String| -> String {
-        let sets: String = (1..60).map(|i| format!("*NSET, NSET=S{i}\n{}\n", members(i))).collect();
+        let sets =
+            (1..60).map(|i| format!("*NSET, NSET=S{i}\n{}\n", members(i))).collect::<Vec<_>>().concat();
         format!("*NSET, NSET=S0\n1, 2\n{sets}")
     };
     let twice = cube_with(&chain(&|i| format!("S{}, S{}", i - 1, i - 1))).unwrap();
     assert_eq!(twice.node_sets["S59"], [0, 1]);
     let both = cube_with(&chain(&|i| format!("S{}, S{}", i - 1, i.saturating_sub(2))));
     assert!(matches!(both, Err(MeshError::Unsupported { .. })), "{both:?}");
-    let many: String = (0..10_001).map(|i| format!("*NSET, NSET=N{i}\n1\n")).collect();
+    let many = (0..10_001).map(|i| format!("*NSET, NSET=N{i}\n1\n")).collect::<Vec<_>>().concat();
     assert!(matches!(cube_with(&many), Err(MeshError::Unsupported { .. })));
 }
 
