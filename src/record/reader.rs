@@ -1,7 +1,7 @@
 //! Reading a recording record by record, however damaged it is.
 //!
 //! A torn or mutated file claims lengths that it does not have. Nothing is allocated by such a claim: the file is read in pieces,
-//! and a chunk that says it unpacks to more than [`LARGEST_UNPACKED`] is the end of what is good.
+//! and a chunk that says it unpacks to more than `LARGEST_UNPACKED` is the end of what is good.
 
 use super::RecordError;
 use ::mcap::records::{Record, op};
