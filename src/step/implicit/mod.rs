@@ -24,6 +24,7 @@
 //!
 //! [`Statics`]: crate::plan::Statics
 
+mod contact_law;
 mod iterate;
 mod newton;
 mod system;
