@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 const LONGEST_DESCRIPTION: usize = 10_000;
 
 /// A name goes into tables, logs and messages.
-fn check_one(name: &str, here: &Pointer, out: &mut Findings) {
+pub fn check_name(name: &str, here: &Pointer, out: &mut Findings) {
     if let Some(limit) = fault(name) {
         out.push(
             Problem::error("bad_name", here, "a name is too long, or holds what cannot be seen")
@@ -39,7 +39,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
             .remedy("leave out what cannot be hit")
     });
 
-    check_one(&document.name, &Pointer::root().key("name"), out);
+    check_name(&document.name, &Pointer::root().key("name"), out);
     let length = document.description.chars().count();
     out.require(length <= LONGEST_DESCRIPTION, || {
         Problem::error("too_long", &Pointer::root().key("description"), "the description is very long")
@@ -49,7 +49,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     });
     for (i, body) in document.bodies.iter().enumerate() {
         for (k, set) in body.sets.iter().enumerate() {
-            check_one(&set.name, &bodies.index(i).key("sets").index(k).key("name"), out);
+            check_name(&set.name, &bodies.index(i).key("sets").index(k).key("name"), out);
         }
     }
 
@@ -66,7 +66,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
                 .limit("at least one letter")
                 .remedy("give a name; contact pairs and results use it")
         });
-        check_one(name, &pointer, out);
+        check_name(name, &pointer, out);
         out.require(!name.contains('/'), || {
             Problem::error("bad_name", &pointer, "a name holds a slash")
                 .value(shortened(name))

@@ -4,8 +4,9 @@ use super::cases::{Case, Origin, cases, count};
 use super::change::{BaseFacts, Misfit};
 use super::document::{Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
 use super::sampling::MOST_SOBOL_DIMENSIONS;
-use crate::mesh::names::{fault, shortened};
+use crate::mesh::names::shortened;
 use crate::scene::problem::{Pointer, Problem, suggest};
+use crate::scene::validate::names::check_name;
 use crate::scene::validate::{Findings, check_document};
 use crate::scene::{Budget, Loaded, MeshSource, check_on_meshes_of, load};
 use std::collections::{BTreeMap, BTreeSet};
@@ -216,23 +217,11 @@ fn values_of<'a>(
     parameter.range().into_iter().flatten().chain(asked)
 }
 
-/// A name goes into tables and messages.
-fn check_one(name: &str, here: &Pointer, out: &mut Findings) {
-    if let Some(limit) = fault(name) {
-        out.push(
-            Problem::error("bad_name", here, "a name is too long, or holds what cannot be seen")
-                .value(shortened(name))
-                .limit(limit)
-                .remedy("use a few letters and digits"),
-        );
-    }
-}
-
 fn check_names(question: &WhatIfDocument, out: &mut Findings) {
     let mut seen = BTreeSet::new();
     for (index, parameter) in question.parameters.iter().enumerate() {
         let here = Pointer::root().key("parameters").index(index).key("name");
-        check_one(&parameter.name, &here, out);
+        check_name(&parameter.name, &here, out);
         out.require(!parameter.name.is_empty() && seen.insert(&parameter.name), || {
             Problem::error("bad_name", &here, "the name is empty, or that of an earlier parameter")
                 .value(shortened(&parameter.name))
@@ -246,7 +235,7 @@ fn check_cases(question: &WhatIfDocument, out: &mut Findings) {
     let names = || question.parameters.iter().map(|parameter| parameter.name.as_str());
     for (index, case) in question.cases.iter().enumerate() {
         let here = Pointer::root().key("cases").index(index);
-        check_one(case.name.as_deref().unwrap_or_default(), &here.key("name"), out);
+        check_name(case.name.as_deref().unwrap_or_default(), &here.key("name"), out);
         let here = here.key("set");
         for (name, value) in &case.set {
             out.require(names().any(|known| known == name), || unknown(&here.key(name), name, names()));
