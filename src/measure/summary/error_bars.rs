@@ -129,12 +129,15 @@ impl Results {
         if all.any(|values| values.len() != count) {
             return;
         }
-        for (i, Listed { quantity, steps_known, spacing, is_peak }) in all_listed.iter_mut().enumerate() {
+        for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
+            all_listed.iter_mut().enumerate()
+        {
             let coarser = coarser.as_ref().map(|values| values[i]);
             let Some((mesh, order)) = runs.mesh_error(coarser, coarse[i], quantity.value) else {
                 quantity.error = ErrorEstimate::NoOrder;
                 continue;
             };
+            let mesh = mesh.max(*missing);
             let step = assumed_step_error(own_steps, steps, (coarse[i], small_steps[i]));
             // The tolerance is loosened far more than twofold: the difference itself is the bound.
             let contact = (loose[i] - coarse[i]).abs();

@@ -8,15 +8,18 @@ pub(super) struct Listed<'a> {
     /// Steps that a time is only known to: it begins or ends within one, a duration does both.
     pub steps_known: u8,
     /// What it is only known to besides, in the unit of the number: a place to the distance of the points that were looked at, a
-    /// peak of the force to where its window lies among the steps, an absorbed energy to what contact lost numerically.
+    /// peak of the force to where its window lies among the steps.
     pub spacing: f64,
+    /// What is known to be missing, in the unit of the number: of an absorbed energy what contact lost numerically. The mesh's error
+    /// should say as much, and is no less.
+    pub missing: f64,
     /// Whether it is the largest value of a field at a point: such a one may grow with every mesh.
     pub is_peak: bool,
 }
 
 impl<'a> Listed<'a> {
     fn sum(quantity: &'a mut Quantity) -> Self {
-        Self { quantity, steps_known: 0, spacing: 0.0, is_peak: false }
+        Self { quantity, steps_known: 0, spacing: 0.0, missing: 0.0, is_peak: false }
     }
     fn time(quantity: &'a mut Quantity, steps_known: u8) -> Self {
         Self { steps_known, ..Self::sum(quantity) }
@@ -57,7 +60,7 @@ impl Results {
         all.push(Listed::time(&mut t.peak_absorbed_energy_time_s, 1));
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
-        all.extend(absorbed.map(|energy| Listed::place(energy, Some(lost))));
+        all.extend(absorbed.map(|energy| Listed { missing: lost, ..Listed::sum(energy) }));
         let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.into_iter().chain(&mut t.projectile_loss_j).map(Listed::sum));
         let peaks = [

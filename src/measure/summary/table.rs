@@ -199,8 +199,11 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
     // Rounding is not worth a word, the distance of points is.
     let is_notable = error.resolution > 0.01 * error.total;
-    let points =
-        if is_notable { format!(", points {}", rounded(scale * error.resolution)) } else { String::new() };
+    let points = if is_notable {
+        format!(", resolution {}", rounded(scale * error.resolution))
+    } else {
+        String::new()
+    };
     let order = error.order.map(|order| format!(" of order {order:.1}")).unwrap_or_default();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
