@@ -58,17 +58,24 @@ fn named(name: &str) -> Result<ParameterDocument, String> {
         "skin" => Change::LayerThickness { layer: Layer::Skin, limb: None },
         "friction" => Change::Friction { between: None },
         pointer if pointer.starts_with('/') => Change::Number { pointer: pointer.into() },
+        "over:x" => over_the_skin([1.0, 0.0, 0.0]),
+        "over:y" => over_the_skin([0.0, 1.0, 0.0]),
+        "over:z" => over_the_skin([0.0, 0.0, 1.0]),
         other => match other.strip_prefix("stiffness:").and_then(|place| place.split_once('/')) {
             Some((body, part)) => Change::StiffnessFactor { body: body.into(), part: part.into() },
             None => {
                 return Err(format!(
-                    "there is no parameter {name:?}; there are speed, mass, around, along, fat, skin, friction, \
-                     stiffness:BODY/PART, and JSON pointers such as /end_time_s"
+                    "there is no parameter {name:?}; there are speed, mass, around, along, over:x, over:y, over:z, fat, skin, \
+                     friction, stiffness:BODY/PART, and JSON pointers such as /end_time_s"
                 ));
             }
         },
     };
     Ok(ParameterDocument { name: name.into(), change, low: None, high: None, distribution: None })
+}
+
+fn over_the_skin(along: [f64; 3]) -> Change {
+    Change::ImpactOffset { body: None, target: None, along }
 }
 
 #[cfg(test)]
@@ -82,6 +89,8 @@ mod tests {
             (speed.change, speed.low, speed.high),
             (Change::Speed { body: None }, Some(80.0), Some(120.0))
         );
+        let over = parameter("over:y=-0.01..0.02").unwrap();
+        assert_eq!((over.change, over.low), (over_the_skin([0.0, 1.0, 0.0]), Some(-0.01)));
         let (parameters, case) = case("fat=0.01,stiffness:thigh/fat=1.5").unwrap();
         assert_eq!(
             parameters[1].change,

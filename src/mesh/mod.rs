@@ -1,7 +1,8 @@
 //! Meshes: read, write, generate, surface, quality.
 //!
 //! A [`Mesh`] is plain data in metres. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
-//! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin.
+//! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin,
+//! and `triangulated_skin` with `walk` where a ray meets it and where one gets to over it.
 
 pub mod distance;
 pub mod error;
@@ -12,6 +13,8 @@ pub mod quality;
 pub mod read;
 pub mod refine;
 pub mod surface;
+pub mod triangulated_skin;
+pub mod walk;
 pub mod write;
 
 pub use error::{MeshError, ParameterProblem, Place};

@@ -3,7 +3,7 @@
 use super::{MeasurePlan, PlanBody};
 use crate::scene::Scene;
 use crate::scene::document::Role;
-use std::collections::BTreeSet;
+use crate::scene::exposed_faces::exposed_faces;
 
 /// Field frames of a run that asks for none in particular.
 const DEFAULT_FIELD_FRAMES: u32 = 50;
@@ -43,18 +43,10 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
     };
     let mut skin = Vec::new();
     for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue) {
-        let mesh = &scene.bodies[b].mesh;
-        let set_nodes = |name: &str| -> BTreeSet<u32> {
-            mesh.node_sets.get(name).into_iter().flatten().map(|node| node + body.nodes.start).collect()
-        };
-        let held: BTreeSet<u32> =
-            scene.document.bodies[b].fixed.iter().flat_map(|fixed| set_nodes(&fixed.set)).collect();
-        let asked = document.skin_set.as_deref().map(set_nodes);
-        let is_skin = |face: &&[u32; 4]| match &asked {
-            Some(set) => face.iter().all(|node| set.contains(node)),
-            None => !face.iter().all(|node| held.contains(node)),
-        };
-        skin.extend(body.skin.faces.iter().filter(is_skin));
+        let first = body.nodes.start;
+        let faces: Vec<[u32; 4]> = body.skin.faces.iter().map(|face| face.map(|node| node - first)).collect();
+        let exposed = exposed_faces(&scene.document, b, &scene.bodies[b].mesh, &faces);
+        skin.extend(exposed.into_iter().map(|face| face.map(|node| node + first)));
     }
     MeasurePlan {
         stress_thresholds: ascending(&document.stress_thresholds_pa),

@@ -1,7 +1,14 @@
 //! The deformation that a body starts from.
 
-use super::document::InitialDeformation;
+use super::document::{BodyDocument, InitialDeformation};
 use crate::mechanics::tensor::{Mat3, Vec3};
+
+impl BodyDocument {
+    /// Where a point X [m] of its placed mesh is at the start [m].
+    pub fn start_position(&self, X: &Vec3) -> Vec3 {
+        self.initial_deformation.as_ref().map_or(*X, |deformation| deformation.position(X))
+    }
+}
 
 impl InitialDeformation {
     /// Where a point X [m] of the body at rest is at the start [m].

@@ -16,6 +16,7 @@ mod choice;
 pub mod cost;
 mod deformation;
 pub mod document;
+pub mod exposed_faces;
 pub mod frames;
 pub mod integrator_choice;
 pub mod integrator_document;

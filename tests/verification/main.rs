@@ -19,6 +19,7 @@ mod error_study;
 mod free_flight;
 mod hertz;
 mod hertz_impact;
+mod impact_offset;
 mod implicit;
 mod incline;
 mod ledger;

@@ -84,8 +84,11 @@ class WhatIfPage {
   async #answer() {
     this.#ask.disabled = true;
     this.#asking = new AbortController();
-    const varied = this.#parameters.filter(({ name }) => this.#isOneAtATime || this.#cases.some((one) => name in one.set));
-    const parameters = varied.map(({ name, change, low, high }) => ({ name, change, low, high }));
+    const asked = (name) => this.#cases.filter((one) => name in one.set).map((one) => one.set[name]);
+    const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || (this.#isOneAtATime && !mayEnd));
+    // Where the ends of the slider may lie beyond the scene, what was asked for is the range.
+    const ends = ({ name, base, low, high, mayEnd }) => (mayEnd ? [base, ...asked(name)] : [low, high]);
+    const parameters = varied.map((one) => ({ name: one.name, change: one.change, low: Math.min(...ends(one)), high: Math.max(...ends(one)) }));
     const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
     const job = await postJson("/v1/what-if", question);
     const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);

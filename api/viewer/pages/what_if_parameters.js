@@ -3,13 +3,19 @@
 /** Spread of the stiffness of a tissue over people, standard deviation over mean: an assumption, and said to be. */
 const STIFFNESS_SPREAD = 0.3;
 
+/** How far an impact may be moved over the skin [m], to each side. */
+const OVER_SKIN = 0.02;
+
 const norm = (v) => Math.hypot(...v);
 /** An axis across a direction, for turning. */
 const across = (v) => (Math.abs(v[1]) > 0.9 * norm(v) ? [1, 0, 0] : [0, 1, 0]);
 
+/** The two axes of space that lie most across a direction. */
+const axesAcross = (v) => [0, 1, 2].sort((a, b) => Math.abs(v[a]) - Math.abs(v[b])).slice(0, 2).sort();
+
 /**
  * The parameters that fit a scene: {name, label, unit, factor, base, low, high, change}; base, low and high are in the unit of
- * the change, and times `factor` in `unit`.
+ * the change, and times `factor` in `unit`. Where `mayEnd` stands nobody knows yet whether the scene goes as far as `low` and `high`.
  */
 export function parametersOf(scene) {
   const bodies = scene.bodies ?? [];
@@ -33,6 +39,13 @@ export function parametersOf(scene) {
     for (const layer of ["fat", "skin"]) {
       const thickness = generator[`${layer}_thickness_m`];
       if (thickness > 0) found.push({ name: `${layer} thickness`, label: `Thickness of the ${layer}`, unit: "mm", factor: 1e3, base: thickness, low: 0.5 * thickness, high: 1.5 * thickness, change: { kind: "layer_thickness_m", layer, limb: limb.name } });
+    }
+  }
+  if (projectile && tissue?.mesh && !limb) {
+    for (const axis of axesAcross(projectile.velocity_m_per_s)) {
+      const along = [0, 1, 2].map((i) => (i === axis ? 1 : 0));
+      const letter = "xyz"[axis];
+      found.push({ name: `over ${letter}`, label: `Place along ${letter} over the skin`, unit: "mm", factor: 1e3, base: 0, low: -OVER_SKIN, high: OVER_SKIN, mayEnd: true, change: { kind: "impact_offset_m", body: projectile.name, target: tissue.name, along } });
     }
   }
   const friction = scene.contact?.pairs?.[0]?.friction ?? scene.contact?.friction;

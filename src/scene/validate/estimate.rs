@@ -111,8 +111,7 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
     let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
     // Elements are crossed as they are at the start, not as they were at rest.
-    let start =
-        |X: Vec3| written.initial_deformation.as_ref().map_or(X, |deformation| deformation.position(&X));
+    let start = |X: Vec3| written.start_position(&X);
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
         let corners = body.mesh.corners(element).map(start);

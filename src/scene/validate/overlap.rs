@@ -9,7 +9,7 @@ use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surfac
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{skin, skin_nodes};
-use crate::scene::document::{BodyDocument, ContactPairs, SceneDocument};
+use crate::scene::document::{ContactPairs, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::{RigidSceneBody, SceneBody};
 
@@ -118,7 +118,7 @@ impl Start {
                 start.add_rigid(rigid);
                 continue;
             }
-            start.x.extend(body.mesh.nodes.iter().map(|X| start_position(written, X)));
+            start.x.extend(body.mesh.nodes.iter().map(|X| written.start_position(X)));
             let faces: Vec<[u32; 4]> = skin(&body.mesh.hexes).iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
             start.surfaces.push(Surface { nodes: skin_nodes(&faces), faces });
@@ -202,10 +202,6 @@ impl Start {
             }
         }
     }
-}
-
-fn start_position(body: &BodyDocument, X: &Vec3) -> Vec3 {
-    body.initial_deformation.as_ref().map_or(*X, |deformation| deformation.position(X))
 }
 
 fn bounds(points: &[Vec3]) -> [Vec3; 2] {

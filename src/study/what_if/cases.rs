@@ -1,6 +1,7 @@
 //! The cases of a question, in the order in which they are answered.
 
-use super::change::{BaseFacts, Misfit, edits};
+use super::base_facts::BaseFacts;
+use super::change::{Misfit, edits};
 use super::document::WhatIfDocument;
 use super::sampling::points;
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};

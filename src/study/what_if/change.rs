@@ -1,11 +1,13 @@
 //! A parameter's value → an edited scene document.
 
+use super::base_facts::BaseFacts;
 use super::distribution::{log_sigma, normal_quantile};
 use super::document::{Change, Layer};
+use super::over_skin::{aim, move_over_skin};
+use super::rigid_motion::{carry_body, move_body, rotation_of};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{
-    BodyDocument, ContactPairs, Generator, LimbSegmentDocument, MeshDocument, PlacementDocument, Role,
-    RotationDocument, SceneDocument,
+    BodyDocument, ContactPairs, Generator, LimbSegmentDocument, MeshDocument, Role, SceneDocument,
 };
 use crate::scene::problem::suggest;
 use crate::scene::recipe::limb_segment;
@@ -27,13 +29,6 @@ pub struct Misfit {
     pub remedy: String,
 }
 
-/// What of the base the changes need that its document does not say.
-#[derive(Clone, Debug, Default)]
-pub struct BaseFacts {
-    /// Mass of each body [kg].
-    pub masses_kg: Vec<f64>,
-}
-
 impl Change {
     /// Unit of its values.
     pub fn unit(&self) -> &'static str {
@@ -41,7 +36,10 @@ impl Change {
             Self::Speed { .. } => "m/s",
             Self::Mass { .. } => "kg",
             Self::Angle { .. } | Self::ImpactAround { .. } => "°",
-            Self::Offset { .. } | Self::ImpactAlong { .. } | Self::LayerThickness { .. } => "m",
+            Self::Offset { .. }
+            | Self::ImpactAlong { .. }
+            | Self::ImpactOffset { .. }
+            | Self::LayerThickness { .. } => "m",
             Self::Friction { .. } | Self::StiffnessFactor { .. } => "-",
             Self::StiffnessPercentile { .. } => "%",
             Self::Number { pointer } => unit_of_name(pointer),
@@ -60,6 +58,10 @@ impl Change {
             Self::Mass { body } => facts.masses_kg[striker(scene, body.as_ref())?],
             Self::Angle { body, .. } | Self::Offset { body, .. } => {
                 striker(scene, body.as_ref())?;
+                0.0
+            }
+            Self::ImpactOffset { body, target, along } => {
+                aim(scene, facts, [body.as_ref(), target.as_ref()])?.heading(*along)?;
                 0.0
             }
             Self::ImpactAround { limb, .. } => limb_of(scene, limb.as_ref())?.1.impact_angle_deg,
@@ -120,6 +122,10 @@ impl Change {
                 let index = striker(scene, body.as_ref())?;
                 let shift = direction("along", *along)?.into_inner() * value;
                 move_body(&mut scene.bodies[index], &Rotation3::identity(), &shift);
+            }
+            Self::ImpactOffset { body, target, along } => {
+                let aim = aim(scene, facts, [body.as_ref(), target.as_ref()])?;
+                move_over_skin(scene, &aim, *along, value)?;
             }
             Self::ImpactAround { body, limb } => {
                 strike(scene, body.as_ref(), limb.as_ref(), &|limb| limb.impact_angle_deg = value)?;
@@ -184,7 +190,7 @@ fn unit_of_name(pointer: &str) -> &'static str {
 }
 
 /// The body of a name, or the one projectile.
-fn striker(scene: &SceneDocument, name: Option<&String>) -> Result<usize, Misfit> {
+pub(super) fn striker(scene: &SceneDocument, name: Option<&String>) -> Result<usize, Misfit> {
     body_of(scene, "body", name, "projectile", |body| body.role == Role::Projectile)
 }
 
@@ -205,7 +211,7 @@ fn limb_of<'a>(
         value: json!(name),
         message: "this body is no limb segment: its layers and its skin are not known by numbers".into(),
         limit: "a body whose mesh is made by the generator limb_segment".into(),
-        remedy: "use offset_m to hit another point of it".into(),
+        remedy: "use impact_offset_m to hit another point of its skin".into(),
     })
 }
 
@@ -217,7 +223,7 @@ fn limb_mut(body: &mut BodyDocument) -> Option<&mut LimbSegmentDocument> {
 }
 
 /// The body of a name, or the only one that is `meant`.
-fn body_of(
+pub(super) fn body_of(
     scene: &SceneDocument,
     field: &'static str,
     name: Option<&String>,
@@ -343,49 +349,8 @@ fn strike(
     let shift = placement.as_ref().map_or_else(Vec3::zeros, |p| Vec3::from(p.translation_m));
     let turn = place * turn * place.inverse();
     let [from, to] = [from, to].map(|point| place * (point * scale) + shift);
-    let body = &mut scene.bodies[projectile];
-    move_body(body, &turn, &(to - turn * from));
-    body.velocity_m_per_s = (turn * Vec3::from(body.velocity_m_per_s)).into();
-    body.spin_rad_per_s = (turn * Vec3::from(body.spin_rad_per_s)).into();
+    carry_body(&mut scene.bodies[projectile], &turn, &(to - turn * from), &Vec3::zeros());
     Ok(())
-}
-
-fn rotation_of(placement: &PlacementDocument) -> Rotation3<f64> {
-    placement.rotation.as_ref().map_or_else(Rotation3::identity, turn_of)
-}
-
-/// Without an axis there is no turn, which validation tells.
-fn turn_of(rotation: &RotationDocument) -> Rotation3<f64> {
-    Unit::try_new(Vec3::from(rotation.axis), 0.0).map_or_else(Rotation3::identity, |axis| {
-        Rotation3::from_axis_angle(&axis, rotation.angle_deg.to_radians())
-    })
-}
-
-fn document_of(rotation: &Rotation3<f64>) -> Option<RotationDocument> {
-    let (axis, angle) = rotation.axis_angle()?;
-    Some(RotationDocument { axis: axis.into_inner().into(), angle_deg: angle.to_degrees() })
-}
-
-/// Moves a body: x ↦ R x + t.
-fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &Vec3) {
-    let still = *turn == Rotation3::identity();
-    if let Some(rigid) = &mut body.rigid {
-        rigid.center_m = (turn * Vec3::from(rigid.center_m) + shift).into();
-        if !still {
-            let own = rigid.rotation.as_ref().map_or_else(Rotation3::identity, turn_of);
-            rigid.rotation = document_of(&(turn * own));
-        }
-        return;
-    }
-    let placement = body.placement.get_or_insert(PlacementDocument {
-        scale: 1.0,
-        rotation: None,
-        translation_m: [0.0; 3],
-    });
-    placement.translation_m = (turn * Vec3::from(placement.translation_m) + shift).into();
-    if !still {
-        placement.rotation = document_of(&(turn * rotation_of(placement)));
-    }
 }
 
 fn number_at(scene: &SceneDocument, pointer: &str) -> Result<f64, Misfit> {

@@ -1,7 +1,8 @@
 //! Everything that is wrong with a question, at once; pointers are into the question.
 
+use super::base_facts::BaseFacts;
 use super::cases::{Case, Origin, cases, count};
-use super::change::{BaseFacts, Misfit};
+use super::change::Misfit;
 use super::document::{Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
 use super::sampling::MOST_SOBOL_DIMENSIONS;
 use crate::mesh::names::shortened;
@@ -25,13 +26,13 @@ const MOST_CASES: u64 = 20_000;
 pub fn check(
     question: &WhatIfDocument,
     base: &Loaded,
-    source: &dyn MeshSource,
+    source: &(dyn MeshSource + Sync),
     budget: &Budget,
 ) -> Result<(), Vec<Problem>> {
     let mut out = Findings::default();
     let root = Pointer::root();
     amounts(question, &mut out);
-    let facts = BaseFacts::of(base);
+    let facts = BaseFacts::of(base, source, budget);
     for (index, parameter) in question.parameters.iter().enumerate() {
         check_parameter(&root.key("parameters").index(index), question, parameter, &mut out);
         if let Err(misfit) = parameter.change.value_in(&base.scene.document, &facts) {
@@ -47,13 +48,6 @@ pub fn check(
         try_cases(question, base, &facts, budget, &mut out);
     }
     if out.0.is_empty() { Ok(()) } else { Err(out.0) }
-}
-
-impl BaseFacts {
-    /// Of a loaded base.
-    pub fn of(base: &Loaded) -> Self {
-        Self { masses_kg: base.bodies.iter().map(|body| body.mass_kg).collect() }
-    }
 }
 
 /// A change that does not fit the scene, `here`.
@@ -187,7 +181,9 @@ fn check_change(
                 out.not_negative(&place, &format!("the speed {:?}", parameter.name), value, remedy);
             }
         }
-        Change::Offset { along, .. } => out.direction(&here.key("along"), "the direction", *along),
+        Change::Offset { along, .. } | Change::ImpactOffset { along, .. } => {
+            out.direction(&here.key("along"), "the direction", *along);
+        }
         Change::StiffnessPercentile { coefficient_of_variation: variation, .. } => {
             out.positive(
                 &here.key("coefficient_of_variation"),

@@ -4,9 +4,9 @@ use super::super::error::Quantity;
 use super::answer::{
     Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer,
 };
+use super::base_facts::BaseFacts;
 use super::cache::Numbers;
 use super::cases::{Case, Matrix, Origin};
-use super::change::BaseFacts;
 use super::document::{ErrorSource, LimitDocument, LimitMeasure, WhatIfDocument};
 use super::limit::find_limit;
 use super::runner::{Answered, Memory, Runner, Task};
@@ -23,7 +23,7 @@ use std::time::Instant;
 pub(super) struct Composer<'a> {
     question: &'a WhatIfDocument,
     base: &'a SceneDocument,
-    facts: &'a BaseFacts,
+    facts: &'a BaseFacts<'a>,
     count: usize,
     parameters: Vec<ParameterAnswer>,
     relative_errors: BTreeMap<Quantity, f64>,
@@ -37,7 +37,7 @@ impl<'a> Composer<'a> {
     pub fn new(
         question: &'a WhatIfDocument,
         base: &'a SceneDocument,
-        facts: &'a BaseFacts,
+        facts: &'a BaseFacts<'a>,
         count: usize,
     ) -> Self {
         let parameters = question.parameters.iter().map(|parameter| ParameterAnswer {

@@ -93,6 +93,19 @@ pub enum Change {
         /// The direction, of any length.
         along: [f64; 3],
     },
+    /// Impact point on the skin of any mesh: how far it goes over the skin from that of the base, straight ahead in a direction [m].
+    /// The projectile goes with it and meets the skin there as it did in the base.
+    #[serde(rename = "impact_offset_m")]
+    ImpactOffset {
+        /// The projectile, unless there is only one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        body: Option<String>,
+        /// The body that is hit; by default the first with a mesh on the way of the projectile.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        target: Option<String>,
+        /// The direction, of any length; what of it points into the skin or out of it does not count.
+        along: [f64; 3],
+    },
     /// Impact point around a limb segment: its `impact_angle_deg`, from +z towards +x [degree]. The projectile goes with it
     /// and meets the skin there as it did in the base.
     #[serde(rename = "impact_around_deg")]

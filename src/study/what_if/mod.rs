@@ -1,13 +1,14 @@
 //! What if: a base scene, what varies, and what comes of it in many cases.
 //!
 //! 1. [`document`]: the question. [`check`](check()) finds all that is wrong with it.
-//! 2. [`change`]: a named, physical parameter and its value → an edited scene.
+//! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_skin` moves an impact over the skin of any mesh.
 //! 3. [`cases()`]: the cases by hand, one parameter at a time, and sampled ([`sampling`]).
 //! 4. `runner`: the runs, one thread each, side by side; meshes and plan are shared where only the motion changes, and what was
 //!    said before is remembered ([`Cache`]). The bits are the same with and without, and for any number of threads.
 //! 5. [`statistics`] and [`limit`]: sensitivities, spread, Sobol indices, and up to which value a limit is kept.
 
 mod answer;
+mod base_facts;
 mod cache;
 mod cases;
 pub mod change;
@@ -16,11 +17,14 @@ mod composer;
 pub mod distribution;
 pub mod document;
 pub mod limit;
+mod over_skin;
+mod rigid_motion;
 mod runner;
 pub mod sampling;
 pub mod statistics;
 
 pub use answer::{Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer};
+pub use base_facts::BaseFacts;
 pub use cache::{Cache, Numbers};
 pub use cases::{Case, Matrix, Origin, cases, count};
 pub use check::check;
@@ -29,7 +33,6 @@ pub use document::WhatIfDocument;
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, Loaded, MeshSource};
 use crate::step::Interrupt;
-use change::BaseFacts;
 use composer::Composer;
 use document::ErrorSource;
 use runner::{Runner, Task};
@@ -59,7 +62,7 @@ pub struct WhatIfRequest<'a> {
 /// Answers a question.
 pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     let question = request.question;
-    let facts = BaseFacts::of(request.base);
+    let facts = BaseFacts::of(request.base, request.source, request.budget);
     let mut base = request.base.scene.clone();
     // As the scenes of the cases are: no error bars of their own, and nothing that only a recording needs.
     base.document.solver.error_bars = ErrorBarsDocument::None;

@@ -3,9 +3,9 @@
 use super::super::error::Quantity;
 use super::super::error_bars::error_bars;
 use super::super::single::{ending_name, is_stop, measures_of, run_measured};
+use super::base_facts::BaseFacts;
 use super::cache::{Cache, Numbers, key};
 use super::cases::Case;
-use super::change::BaseFacts;
 use super::document::WhatIfDocument;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::summary::{ErrorEstimate, Shown};
@@ -23,7 +23,7 @@ pub(super) struct Runner<'a> {
     pub question: &'a WhatIfDocument,
     /// The scene of the base as cases have theirs, see [`Case::scene`].
     pub base: &'a Scene,
-    pub facts: &'a BaseFacts,
+    pub facts: &'a BaseFacts<'a>,
     pub source: &'a (dyn MeshSource + Sync),
     pub budget: &'a Budget,
     pub cache: &'a Cache,
