@@ -4,7 +4,9 @@
 use contuse::mechanics::contact::delassus::Delassus;
 use contuse::mechanics::contact::local::natural_map;
 use contuse::mechanics::contact::problem::{ContactProblem, ProblemError};
-use contuse::mechanics::contact::solvers::{Method, Options, SolveReport, solve, solve_frictionless};
+use contuse::mechanics::contact::solvers::{
+    MatrixFree, Method, Options, SolveReport, solve, solve_frictionless, solve_matrix_free,
+};
 use contuse::record::{NamedContactProblem, contact_problem_document, read_contact_problem};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -289,4 +291,44 @@ proptest::proptest! {
         // Where W is regular with room to spare, there is a solution, and it is found.
         proptest::prop_assert!(report.converged || rank < n + 4, "{:?}, rank {} of {}", report, rank, n);
     }
+}
+
+#[test]
+fn products_with_w_are_enough() {
+    for name in
+        ["12_OneObject-i1028", "g05_hex_36c_nu4999", "g10_hex_196c_mixedmu_nu4999", "g12_hex_400c_nu49_mu06"]
+    {
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/data/contact_problems/{name}.json"));
+        let (_, NamedContactProblem { problem, .. }) = read(&path);
+        let zero = vec![0.0; problem.q().len()];
+        let diagonal: Vec<_> = (0..problem.contacts()).map(|c| problem.W().diagonal_block(c)).collect();
+        let mut products = 0;
+        let product = &mut |r: &[f64], u: &mut [f64]| {
+            products += 1;
+            problem.W().apply(r, &zero, u);
+        };
+        let mut r = zero.clone();
+        let mut free = MatrixFree { product, diagonal: &diagonal, q: problem.q(), mu: problem.mu() };
+        let report = solve_matrix_free(&mut free, &mut r, &Options::default()).unwrap();
+        assert!(report.converged, "{name}: {report:?}");
+        assert!(error_by_definition(&problem, &r) <= 1e-8, "{name}");
+        assert_eq!(report.error_scaled, problem.error_scaled(&r), "{name}");
+        // Two products an iteration, those of the step's length, and those at both ends.
+        assert!(products <= 2 * report.iterations + 32, "{name}: {products} products");
+    }
+}
+
+#[test]
+fn products_with_nonsense_are_refused() {
+    let diagonal = [[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]];
+    let solve = |q: &[f64], mu: &[f64]| {
+        let product = &mut |r: &[f64], u: &mut [f64]| u.copy_from_slice(r);
+        let mut free = MatrixFree { product, diagonal: &diagonal, q, mu };
+        solve_matrix_free(&mut free, &mut [0.0; 3], &Options::default()).unwrap_err()
+    };
+    assert_eq!(solve(&[0.0; 2], &[0.3]), ProblemError::Length { array: "q", expected: 3, given: 2 });
+    assert_eq!(solve(&[0.0, f64::NAN, 0.0], &[0.3]), ProblemError::NotFinite { array: "q", index: 1 });
+    // Full stick has no cone to project on.
+    assert_eq!(solve(&[0.0; 3], &[f64::INFINITY]), ProblemError::Friction { contact: 0, mu: f64::INFINITY });
 }

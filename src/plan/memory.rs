@@ -1,6 +1,7 @@
 //! Bytes of a run by part, about: from the counts and the sizes of what is kept.
 
 use super::{Integrator, Plan};
+use crate::mechanics::contact::compliance::MOST_NODES;
 use crate::mechanics::contact::{Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
@@ -89,9 +90,13 @@ fn contact_bytes(plan: &Plan) -> u64 {
         })
         .sum();
     let slaves: usize = contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()).sum();
-    let candidates = (CANDIDATES * slaves as f64) as usize * BYTES_PER_CANDIDATE;
+    let candidates = (CANDIDATES * slaves as f64) as usize;
+    // Implicit steps know what a unit impulse at each of these nodes does to all of them.
+    let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
+    let compliance = if is_explicit { 0 } else { 8 * (3 * candidates.min(MOST_NODES)).pow(2) };
     // Positions at the end of a step are for contact alone.
-    (surfaces + leaves + candidates + plan.node_count() * size_of::<Vec3>()) as u64
+    let positions = plan.node_count() * size_of::<Vec3>();
+    (surfaces + leaves + candidates * BYTES_PER_CANDIDATE + compliance + positions) as u64
 }
 
 fn fields_bytes(plan: &Plan) -> u64 {

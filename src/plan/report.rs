@@ -6,6 +6,7 @@ use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
+use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::mechanics::material::Material;
 use crate::scene::document::Keep;
@@ -173,11 +174,13 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     kept.extend(statics_in_words(plan));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
     let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
-    kept.extend(
-        solver.map(|solver| format!("contact problems solved by {}, W formed in every step", solver.name())),
-    );
-    let is_explicit = matches!(plan.integrator, Integrator::Explicit(_)) && !plan.blocks.is_empty();
-    if is_explicit && !plan.skip_quiet_elements && !scene.document.keeps(Keep::QuietElements) {
+    let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
+    kept.extend(solver.map(|solver| solver_in_words(solver, is_explicit)));
+    if is_explicit
+        && !plan.blocks.is_empty()
+        && !plan.skip_quiet_elements
+        && !scene.document.keeps(Keep::QuietElements)
+    {
         kept.push(
             "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
         );
@@ -223,6 +226,13 @@ fn statics_in_words(plan: &Plan) -> Vec<String> {
         ));
     }
     words
+}
+
+/// That a solver was named, and what it costs.
+fn solver_in_words(solver: Method, is_explicit: bool) -> String {
+    let by_products = solver == Method::AcceleratedGradient && !is_explicit;
+    let how = if by_products { "by products with W, which is not formed" } else { "W formed in every step" };
+    format!("contact problems solved by {}, {how}", solver.name())
 }
 
 fn of_block(

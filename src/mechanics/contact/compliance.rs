@@ -7,10 +7,16 @@
 //! and its spin.
 
 use super::contact_row::{Levers, signed_weights};
+use super::delassus::Block;
 use super::local::Local;
 use super::{Contact, RigidSides};
 use crate::mechanics::sparse::{Cholesky, Unknowns};
 use crate::mechanics::tensor::{Mat3, Vec3};
+
+/// Nodes of the contacts from which on W is not formed: G of so many takes 160 MB.
+pub const MOST_NODES: usize = 1500;
+/// Contacts whose diagonal blocks of W are solved for together.
+const CONTACTS_AT_A_TIME: usize = 32;
 
 /// G [1/kg], rows and columns 3 i + axis of the nodes; zero along axes that are held.
 #[derive(Clone, Debug, Default)]
@@ -109,11 +115,34 @@ impl NodeCompliance {
         W
     }
 
+    /// The diagonal blocks of the W of contacts, solved for a few contacts at a time, so that little memory is needed.
+    pub fn own_blocks(
+        contacts: &[Contact],
+        rigid: &RigidSides,
+        unknowns: &Unknowns,
+        factor: &mut Cholesky,
+    ) -> Vec<Block> {
+        let mut blocks = Vec::with_capacity(contacts.len());
+        let mut few = Self::default();
+        for chunk in contacts.chunks(CONTACTS_AT_A_TIME) {
+            few.solve(Self::default().nodes_with(chunk, rigid), unknowns, factor);
+            let (W, rows) = (few.delassus(chunk, rigid, 3), 3 * chunk.len());
+            let own = |c: usize, i: usize| std::array::from_fn(|j| W[(3 * c + i) * rows + 3 * c + j]);
+            blocks.extend((0..chunk.len()).map(|c| std::array::from_fn(|i| own(c, i))));
+        }
+        blocks
+    }
+
     /// Where the nodes of a contact are, with their shares.
     fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, Share)> {
         let find = |share: Share| Some((self.nodes.binary_search(&share.node()).ok()?, share));
         shares(contact, rigid).filter_map(find).collect()
     }
+}
+
+/// Whether contacts have so many nodes that W is not formed.
+pub fn are_many(contacts: &[Contact], rigid: &RigidSides) -> bool {
+    NodeCompliance::default().nodes_with(contacts, rigid).len() > MOST_NODES
 }
 
 /// How the velocity of a node is part of that of a contact.
@@ -158,12 +187,15 @@ fn shares(contact: &Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> 
 /// What the law asks of a contact: `C v + drift + max(gap, 0)/h n`, in its local frame [m/s], with nodal velocities `v`
 /// relative to the flight of the bodies and `h` [s] the step.
 pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f64) -> Local {
-    let mut relative = contact.drift;
-    for share in shares(contact, rigid) {
-        relative += share.velocity(&v[share.node() as usize]);
-    }
-    let [n, t1, t2] = &contact.frame;
-    [n.dot(&relative) + contact.gap.max(0.0) / h, t1.dot(&relative), t2.dot(&relative)]
+    let [n, t1, t2] = relative_velocity(contact, rigid, v, contact.drift);
+    [n + contact.gap.max(0.0) / h, t1, t2]
+}
+
+/// `C v + drift` of a contact in its local frame [m/s], with nodal velocities `v` and the `drift` in space.
+pub fn relative_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], drift: Vec3) -> Local {
+    let each = shares(contact, rigid).map(|share| share.velocity(&v[share.node() as usize]));
+    let relative = each.fold(drift, |sum, velocity| sum + velocity);
+    contact.frame.map(|direction| direction.dot(&relative))
 }
 
 /// Adds Cᵀ p, the impulse `p` [N s] of a contact (n, t1, t2), to its nodes.

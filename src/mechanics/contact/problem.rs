@@ -1,6 +1,6 @@
 //! A frictional contact problem by itself: `W`, `q` and `μ`, and how wrong a reaction is.
 
-use super::delassus::{Delassus, DelassusError};
+use super::delassus::{Block, Delassus, DelassusError};
 use super::local::{Local, natural_map};
 
 /// Why there is no problem to solve.
@@ -94,7 +94,7 @@ impl ContactProblem {
             return Err(ProblemError::NotFinite { array: "W", index: place.unwrap_or(0) });
         }
         check_range(&W, &q)?;
-        let d = mean_diagonals(&W);
+        let d = mean_diagonals((0..contacts).map(|c| W.diagonal_block(c)));
         Ok(Self { W, q, mu, d })
     }
 
@@ -143,22 +143,7 @@ impl ContactProblem {
 
     /// How wrong `r` (3 nc) is, by every measure.
     pub fn errors(&self, r: &[f64]) -> Errors {
-        let u = self.velocity(r);
-        let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
-        for (c, &d) in self.d.iter().enumerate() {
-            let (r, u) = (local(r, c), local(&u, c));
-            error += d * squared(natural_map(r, u, self.mu[c], 1.0 / d));
-            plain += squared(natural_map(r, u, self.mu[c], 1.0));
-            reaction += d * squared(r);
-            free += squared(local(&self.q, c)) / d;
-        }
-        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-        let largest = size(&self.q).max(size(r)).max(size(&u)).sqrt();
-        Errors {
-            scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
-            plain: ratio(plain.sqrt(), largest),
-            of_free: ratio(error.sqrt(), free.sqrt()),
-        }
+        Errors::new(&self.d, (&self.q, &self.mu), r, &self.velocity(r))
     }
 }
 
@@ -196,6 +181,27 @@ pub struct Errors {
     pub of_free: f64,
 }
 
+impl Errors {
+    /// Of reactions `r` and their velocities `u = W r + q`, with the scale `d` of each contact.
+    pub(super) fn new(d: &[f64], (q, mu): (&[f64], &[f64]), r: &[f64], u: &[f64]) -> Self {
+        let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
+        for (c, &d) in d.iter().enumerate() {
+            let (r, u) = (local(r, c), local(u, c));
+            error += d * squared(natural_map(r, u, mu[c], 1.0 / d));
+            plain += squared(natural_map(r, u, mu[c], 1.0));
+            reaction += d * squared(r);
+            free += squared(local(q, c)) / d;
+        }
+        let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let largest = size(q).max(size(r)).max(size(u)).sqrt();
+        Self {
+            scaled: ratio(error.sqrt(), reaction.max(free).sqrt()),
+            plain: ratio(plain.sqrt(), largest),
+            of_free: ratio(error.sqrt(), free.sqrt()),
+        }
+    }
+}
+
 /// The three numbers of contact `c`.
 #[inline]
 pub(super) fn local(x: &[f64], c: usize) -> Local {
@@ -217,13 +223,9 @@ fn ratio(error: f64, size: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / size }
 }
 
-fn mean_diagonals(W: &Delassus) -> Vec<f64> {
-    let mut d: Vec<f64> = (0..W.contacts())
-        .map(|c| {
-            let block = W.diagonal_block(c);
-            (block[0][0] + block[1][1] + block[2][2]) / 3.0
-        })
-        .collect();
+/// `tr W_cc / 3` of the diagonal blocks of W; the mean of the others where it is nothing, 1 if all are.
+pub(super) fn mean_diagonals(blocks: impl Iterator<Item = Block>) -> Vec<f64> {
+    let mut d: Vec<f64> = blocks.map(|block| (block[0][0] + block[1][1] + block[2][2]) / 3.0).collect();
     let (count, sum) = d.iter().filter(|d| **d > 0.0).fold((0, 0.0), |(n, s), d| (n + 1, s + d));
     let mean = if count > 0 { sum / f64::from(count) } else { 1.0 };
     for d in d.iter_mut().filter(|d| !(**d > 0.0)) {

@@ -2,15 +2,17 @@
 
 use super::iterate::Step;
 use super::system::System;
-use crate::mechanics::contact::compliance::closing_velocity;
+use crate::mechanics::contact::compliance::{are_many, closing_velocity};
 use crate::mechanics::contact::delassus::Delassus;
+use crate::mechanics::contact::local::Local;
 use crate::mechanics::contact::problem::{ContactProblem, ProblemError};
-use crate::mechanics::contact::solvers::{self, Options, SolveReport};
+use crate::mechanics::contact::solvers::{self, MatrixFree, Method, Options, SolveReport};
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use crate::step::contact::{ContactStep, no_problem};
 use crate::step::failure::FailureCause;
 use crate::step::integrator::Phase;
+use crate::step::run::Ask;
 
 /// Normal compliance below this share of the trace: nothing can move along n.
 const IMMOVABLE: f64 = 1e-12;
@@ -19,47 +21,107 @@ const STATIC_CONTACT: f64 = 1e-2;
 const TIGHTEST_CONTACT: f64 = 1e-13;
 
 /// Reactions of the contacts, from the velocities without them; contacts whose sides cannot move are dropped. Where nothing rubs
-/// each has one unknown.
+/// each has one unknown. W is formed unless the contacts are many, or their solver needs no more than products with it.
 pub(super) fn solve_contacts(
     step: &Step,
     system: &mut System,
     contact: &mut ContactStep,
     sides: &RigidSides,
-    phase: Phase,
+    (phase, interrupt): (Phase, Ask),
     v_free: &[Vec3],
 ) -> Result<(), (FailureCause, String)> {
+    let named = contact.named_solver();
+    let is_interrupted = || interrupt().is_some();
+    let options = Options {
+        tolerance: tolerance(step, contact),
+        method: named.unwrap_or_default(),
+        interrupt: Some(&is_interrupted),
+        ..Options::default()
+    };
+    let contacts = contact.results().0;
+    let is_finite = contacts.iter().all(|c| contact.friction(c.pair, phase).is_finite());
+    let by_products = match named {
+        Some(method) => method == Method::AcceleratedGradient,
+        None => are_many(contacts, sides),
+    };
+    let report = if by_products && is_finite {
+        solve_by_products(system, contact, sides, phase, &options, &|c| closing(step, c, sides, v_free))
+    } else {
+        solve_with_matrix(system, contact, sides, phase, &options, &|c| closing(step, c, sides, v_free))
+    };
+    contact.accept_report(&report.map_err(no_problem)?)
+}
+
+/// Without mass the free motion is long where contact alone holds a body, and what the law misses is a share of it.
+fn tolerance(step: &Step, contact: &ContactStep) -> f64 {
+    match step.options.statics {
+        Some(_) => contact.tolerance().min(STATIC_CONTACT * step.options.tolerance).max(TIGHTEST_CONTACT),
+        None => contact.tolerance(),
+    }
+}
+
+/// With W, row by row.
+fn solve_with_matrix(
+    system: &mut System,
+    contact: &mut ContactStep,
+    sides: &RigidSides,
+    phase: Phase,
+    options: &Options,
+    closing: &dyn Fn(&Contact) -> Local,
+) -> Result<SolveReport, ProblemError> {
     let unknowns = contact.unknowns(phase);
     let mut W = system.delassus(contact.results().0, sides, unknowns);
-    if drop_immovable(contact, unknowns, &W) {
+    let rows = unknowns * contact.results().0.len();
+    if drop_immovable(contact, unknowns, |c, i| W[(unknowns * c + i) * (rows + 1)]) {
         W = system.delassus(contact.results().0, sides, unknowns);
     }
     let (contacts, reactions) = contact.results();
-    let closing = |c: &Contact| closing(step, c, sides, v_free).into_iter().take(unknowns);
-    let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
+    let q: Vec<f64> = contacts.iter().flat_map(|c| closing(c).into_iter().take(unknowns)).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
-    // Without mass the free motion is long where contact alone holds a body, and what the law misses is a share of it.
-    let tolerance = match step.options.statics {
-        Some(_) => contact.tolerance().min(STATIC_CONTACT * step.options.tolerance).max(TIGHTEST_CONTACT),
-        None => contact.tolerance(),
-    };
-    let named = contact.named_solver();
-    let options = Options { tolerance, method: named.unwrap_or_default(), ..Options::default() };
     let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
     let report = if unknowns == 1 {
-        solvers::solve_frictionless(&W, &q, &mut r, &options)
-    } else if named.is_none() && mu.iter().all(|mu| *mu == 0.0) {
-        solve_normal_rows(&W, &q, &mut r, &options)
+        solvers::solve_frictionless(&W, &q, &mut r, options)
+    } else if contact.named_solver().is_none() && mu.iter().all(|mu| *mu == 0.0) {
+        solve_normal_rows(&W, &q, &mut r, options)
     } else {
-        let W = Delassus::dense(contacts.len(), W).map_err(|e| no_problem(e.into()))?;
-        ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, &options))
-    };
-    let report = report.map_err(no_problem)?;
+        let W = Delassus::dense(contacts.len(), W)?;
+        ContactProblem::new(W, q, mu).map(|problem| solvers::solve(&problem, &mut r, options))
+    }?;
+    store(contact, &r, unknowns);
+    Ok(report)
+}
+
+/// With products with W, each of which is a solution with the matrix of the step.
+fn solve_by_products(
+    system: &mut System,
+    contact: &mut ContactStep,
+    sides: &RigidSides,
+    phase: Phase,
+    options: &Options,
+    closing: &dyn Fn(&Contact) -> Local,
+) -> Result<SolveReport, ProblemError> {
+    let mut own = system.own_blocks(contact.results().0, sides);
+    if drop_immovable(contact, 3, |c, i| own[c][i][i]) {
+        own = system.own_blocks(contact.results().0, sides);
+    }
+    let (contacts, reactions) = contact.results();
+    let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
+    let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse).collect();
+    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
+    let product = &mut |r: &[f64], u: &mut [f64]| system.product(contacts, sides, r, u);
+    let mut problem = MatrixFree { product, diagonal: &own, q: &q, mu: &mu };
+    let report = solvers::solve_matrix_free(&mut problem, &mut r, options)?;
+    store(contact, &r, 3);
+    Ok(report)
+}
+
+/// Keeps reactions of so many `unknowns` each.
+fn store(contact: &mut ContactStep, r: &[f64], unknowns: usize) {
     let (_, reactions) = contact.problem();
     for (reaction, r) in reactions.iter_mut().zip(r.chunks_exact(unknowns)) {
         *reaction = Reaction::default();
         reaction.impulse[..unknowns].copy_from_slice(r);
     }
-    contact.accept_report(&report)
 }
 
 /// As if each contact had one unknown, with the same bits: rows (n, t1, t2) of contacts of which none rubs.
@@ -88,11 +150,10 @@ pub(super) fn closing(step: &Step, contact: &Contact, sides: &RigidSides, v: &[V
     [normal + inside, t1, t2]
 }
 
-/// Drops the contacts along whose normal nothing can move; whether there were any. W has so many `unknowns` a contact.
-fn drop_immovable(contact: &mut ContactStep, unknowns: usize, W: &[f64]) -> bool {
+/// Drops the contacts along whose normal nothing can move; whether there were any. Each has so many `unknowns`, and `own` is its
+/// own entry of W along each.
+fn drop_immovable(contact: &mut ContactStep, unknowns: usize, own: impl Fn(usize, usize) -> f64) -> bool {
     let (contacts, reactions) = contact.problem();
-    let rows = unknowns * contacts.len();
-    let own = |c: usize, i: usize| W[(unknowns * c + i) * (rows + 1)];
     let trace = |c: usize| (0..unknowns).map(|i| own(c, i)).sum::<f64>();
     let largest = (0..contacts.len()).map(trace).fold(0.0, f64::max);
     // With a normal alone there is nothing of the contact's own to compare with.

@@ -147,8 +147,8 @@ impl<'p> ImplicitStepper<'p> {
         let (v, f_int, f_ext, damping) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..], *damping);
         let energies = &self.energies[..];
         let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
-        let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase };
-        newton.solve(&step, system, &mut touch, forces, interrupt)
+        let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase, interrupt };
+        newton.solve(&step, system, &mut touch, forces)
     }
 
     fn work<'a>(&'a self, state: &'a State, v_after: &'a [Vec3]) -> StepWork<'a> {

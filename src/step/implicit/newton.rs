@@ -59,6 +59,8 @@ pub(super) struct Touch<'a, 'p> {
     pub x: &'a [Vec3],
     /// Whether the bodies fly, whether friction has its limit.
     pub phase: Phase,
+    /// Asked in every iteration, of the contact solver too.
+    pub interrupt: Ask<'a>,
 }
 
 impl Newton {
@@ -80,8 +82,8 @@ impl Newton {
         system: &mut System,
         touch: &mut Touch,
         forces: &mut ElementForces,
-        interrupt: Ask,
     ) -> Result<u32, Stop> {
+        let interrupt = touch.interrupt;
         self.start(step, forces)?;
         system.forget_contacts();
         let mut is_first = true;
@@ -95,7 +97,9 @@ impl Newton {
                 self.take(step, system)?;
                 is_fresh = true;
             }
-            self.aim(step, system, touch, forces, is_first)?;
+            // A contact solver that was interrupted has not failed.
+            let stop = |failure: Failure| interrupt().map_or_else(|| failure.into(), Stop::Interrupted);
+            self.aim(step, system, touch, forces, is_first).map_err(stop)?;
             is_first = false;
             let expected = self.expected_fall(step);
             let share = self.search(step, system, forces, expected)?;
@@ -189,7 +193,8 @@ impl Newton {
             let message = "The matrix of the step is not positive definite.".into();
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
-        solve_contacts(step, system, contact, &sides, touch.phase, v).map_err(failed)?;
+        let when = (touch.phase, touch.interrupt);
+        solve_contacts(step, system, contact, &sides, when, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
         for (contact, reaction) in contacts.iter().zip(reactions) {
             add_impulse(contact, &sides, reaction.impulse, impulse);

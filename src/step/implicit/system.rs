@@ -3,7 +3,8 @@
 //!
 //! K is that of the elements and of the pressures, the latter's symmetric part.
 
-use crate::mechanics::contact::compliance::NodeCompliance;
+use crate::mechanics::contact::compliance::{MOST_NODES, NodeCompliance, add_impulse, relative_velocity};
+use crate::mechanics::contact::delassus::Block;
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::StiffnessBatch;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};
@@ -20,13 +21,25 @@ pub(super) struct System<'p> {
     factor: Cholesky,
     stiffness: StiffnessBatch,
     compliance: NodeCompliance,
-    /// The contacts of this step that W was made of last, and W.
-    kept: (Vec<Contact>, Vec<f64>),
+    /// The contacts of this step that W was made of last, and what of it.
+    kept: (Vec<Contact>, Kept),
     diagonal: Vec<f64>,
+    /// A nodal field, for products with W.
+    field: Vec<Vec3>,
+    unknown: Vec<f64>,
     /// Where S was taken; `None` before there is any.
     pub tangent: Option<Tangent>,
     /// Matrices factored so far.
     pub factored: u64,
+}
+
+/// What of W is kept.
+enum Kept {
+    Nothing,
+    /// Row by row.
+    All(Vec<f64>),
+    /// Diagonal blocks.
+    Own(Vec<Block>),
 }
 
 /// How often the steadying of bodies that nothing but contact holds is raised, by a factor of ten, until the matrix is positive
@@ -41,11 +54,13 @@ impl<'p> System<'p> {
             plan,
             options,
             diagonal: vec![0.0; matrix.size()],
+            unknown: vec![0.0; matrix.size()],
             matrix,
             factor,
             stiffness: StiffnessBatch::zeros(),
             compliance: NodeCompliance::default(),
-            kept: (Vec::new(), Vec::new()),
+            kept: (Vec::new(), Kept::Nothing),
+            field: vec![Vec3::zeros(); plan.node_count()],
             tangent: None,
             factored: 0,
         })
@@ -145,21 +160,54 @@ impl<'p> System<'p> {
     /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept as long as neither the matrix nor the contacts
     /// change, until [`System::forget_contacts`].
     pub fn delassus(&mut self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
-        if self.kept.0 == contacts && self.kept.1.len() == (unknowns * contacts.len()).pow(2) {
-            return self.kept.1.clone();
+        if let (kept, Kept::All(W)) = &self.kept
+            && kept == contacts
+            && W.len() == (unknowns * contacts.len()).pow(2)
+        {
+            return W.clone();
         }
         if !self.compliance.covers(contacts, rigid) {
-            let nodes = self.compliance.nodes_with(contacts, rigid);
+            let mut nodes = self.compliance.nodes_with(contacts, rigid);
+            if nodes.len() > MOST_NODES {
+                nodes = NodeCompliance::default().nodes_with(contacts, rigid);
+            }
             self.solve_compliance(nodes);
         }
         let W = self.compliance.delassus(contacts, rigid, unknowns);
-        self.kept = (contacts.to_vec(), W.clone());
+        self.kept = (contacts.to_vec(), Kept::All(W.clone()));
         W
+    }
+
+    /// The diagonal blocks of W [1/kg], without the rest of it; kept like W.
+    pub fn own_blocks(&mut self, contacts: &[Contact], rigid: &RigidSides) -> Vec<Block> {
+        if let (kept, Kept::Own(blocks)) = &self.kept
+            && kept == contacts
+        {
+            return blocks.clone();
+        }
+        let blocks = NodeCompliance::own_blocks(contacts, rigid, &self.options.unknowns, &mut self.factor);
+        self.kept = (contacts.to_vec(), Kept::Own(blocks.clone()));
+        blocks
+    }
+
+    /// `W r` by a solution with S: `r` [N s] of contacts in, velocities `u` [m/s] out, three numbers a contact each.
+    pub fn product(&mut self, contacts: &[Contact], rigid: &RigidSides, r: &[f64], u: &mut [f64]) {
+        self.field.fill(Vec3::zeros());
+        for (contact, r) in contacts.iter().zip(r.chunks_exact(3)) {
+            add_impulse(contact, rigid, [r[0], r[1], r[2]], &mut self.field);
+        }
+        self.options.unknowns.gather(&self.field, &mut self.unknown);
+        self.factor.solve(&mut self.unknown);
+        self.field.fill(Vec3::zeros());
+        self.options.unknowns.scatter(&self.unknown, &mut self.field);
+        for (contact, u) in contacts.iter().zip(u.chunks_exact_mut(3)) {
+            u.copy_from_slice(&relative_velocity(contact, rigid, &self.field, Vec3::zeros()));
+        }
     }
 
     /// A new step begins: rigid bodies may stand elsewhere, so that the same contacts turn them otherwise.
     pub fn forget_contacts(&mut self) {
-        self.kept = (Vec::new(), Vec::new());
+        self.kept = (Vec::new(), Kept::Nothing);
     }
 
     fn solve_compliance(&mut self, nodes: Vec<u32>) {

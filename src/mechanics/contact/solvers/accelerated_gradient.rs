@@ -1,8 +1,7 @@
 //! Projected gradient accelerated by Nesterov's momentum, restarted where it points back (O'Donoghue & Candès 2015; for
 //! contact Mazhar et al. 2015), on the De Saxcé form.
 
-use super::fixed_point::iterate;
-use super::scaled::Scaled;
+use super::fixed_point::{Iterate, iterate};
 use super::{Ending, Limits};
 
 /// Between the steps.
@@ -15,9 +14,9 @@ struct Momentum {
 }
 
 /// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
-pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    let start = |scaled: &Scaled| {
-        let (last, ahead) = (scaled.r.clone(), scaled.r.clone());
+pub(super) fn solve<P: Iterate>(scaled: &mut P, limits: &Limits) -> Ending {
+    let start = |scaled: &mut P| {
+        let (last, ahead) = (scaled.at().r.to_vec(), scaled.at().r.to_vec());
         Momentum { rho: scaled.safe_step(), size: 1.0, last, ahead }
     };
     iterate(scaled, limits, start, |scaled, momentum| {

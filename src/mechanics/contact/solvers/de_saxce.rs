@@ -2,13 +2,13 @@
 //!
 //! Sure and slow: ρ is the inverse of the largest eigenvalue of W.
 
-use super::fixed_point::iterate;
+use super::fixed_point::{Iterate, iterate};
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 
 /// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    iterate(scaled, limits, Scaled::safe_step, |scaled, rho| {
+    iterate(scaled, limits, Iterate::safe_step, |scaled, rho| {
         let next = scaled.projected_step(&scaled.r, *rho);
         scaled.set_reactions(&next);
     })

@@ -1,7 +1,7 @@
 //! The extragradient method (Korpelevich 1976) with the step length of Khobotov (1987): the De Saxcé step is taken from the
 //! present reactions, with the velocities of a first, predicting step.
 
-use super::fixed_point::iterate;
+use super::fixed_point::{Iterate, iterate};
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 
@@ -17,7 +17,7 @@ const MAX_SHORTENINGS: usize = 30;
 
 /// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    iterate(scaled, limits, Scaled::safe_step, |scaled, rho| {
+    iterate(scaled, limits, Iterate::safe_step, |scaled, rho| {
         let (r, u) = (scaled.r.clone(), scaled.u.clone());
         let mut share = 0.0;
         for _ in 0..MAX_SHORTENINGS {

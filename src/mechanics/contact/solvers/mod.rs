@@ -11,6 +11,7 @@ mod hybrid;
 mod interior_point;
 mod linear_system;
 mod local_newton;
+mod matrix_free;
 mod newton;
 mod nsgs;
 mod proximal;
@@ -19,6 +20,7 @@ mod second_order_cone;
 mod uzawa;
 
 pub use frictionless::solve_frictionless;
+pub use matrix_free::{MatrixFree, solve_matrix_free};
 
 use super::problem::ContactProblem;
 use scaled::Scaled;

@@ -5,12 +5,8 @@
 //! ρ = 1.
 
 use crate::mechanics::contact::delassus::{Block, Delassus};
-use crate::mechanics::contact::local::{Local, natural_map, proj_coulomb_cone};
+use crate::mechanics::contact::local::{Local, natural_map};
 use crate::mechanics::contact::problem::{ContactProblem, is_zero, local, squared};
-
-/// Power iterations for the largest eigenvalue, and the room given to what they miss.
-const POWER_STEPS: usize = 30;
-const EIGENVALUE_ROOM: f64 = 1.05;
 
 /// The problem and its iterate, scaled.
 #[derive(Clone, Debug)]
@@ -36,7 +32,7 @@ pub(super) struct Scaled {
     /// `D^½`.
     root: Vec<f64>,
     /// `‖q‖`.
-    q_size: f64,
+    pub q_size: f64,
 }
 
 /// W by columns.
@@ -121,43 +117,6 @@ impl Scaled {
         self.mu.iter().all(|mu| *mu == 0.0)
     }
 
-    /// An upper estimate of the largest eigenvalue of W, by power iteration.
-    fn largest_eigenvalue(&self) -> f64 {
-        // Any vector that no symmetry of the contacts makes orthogonal to the sought one.
-        let mut x: Vec<f64> =
-            (0..self.q.len()).map(|i| 1.0 + 0.37 * ((i * 7919) % 101) as f64 / 101.0).collect();
-        let mut value = 3.0;
-        for _ in 0..POWER_STEPS {
-            let mut y = vec![0.0; x.len()];
-            for c in 0..self.contacts {
-                self.add_column(c, local(&x, c), &mut y);
-            }
-            let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let (from, to) = (size(&x), size(&y));
-            if !(to > 0.0) {
-                break;
-            }
-            value = to / from;
-            x = y.into_iter().map(|y| y / to).collect();
-        }
-        EIGENVALUE_ROOM * value
-    }
-
-    /// The ρ with which a step of all contacts at once is sure: the inverse of the largest eigenvalue of W.
-    pub fn safe_step(&self) -> f64 {
-        1.0 / self.largest_eigenvalue()
-    }
-
-    /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the present velocities; μ finite.
-    pub fn projected_step(&self, z: &[f64], rho: f64) -> Vec<f64> {
-        let one = |c: usize| {
-            let (z, [n, t1, t2], mu) = (local(z, c), local(&self.u, c), self.mu[c]);
-            let lifted = n + mu * t1.hypot(t2);
-            proj_coulomb_cone([z[0] - rho * lifted, z[1] - rho * t1, z[2] - rho * t2], mu)
-        };
-        (0..self.contacts).flat_map(one).collect()
-    }
-
     /// `r = start + share · direction`, and its velocities.
     pub fn move_from(&mut self, start: &[f64], direction: &[f64], share: f64) {
         for ((r, s), d) in self.r.iter_mut().zip(start).zip(direction) {
@@ -221,17 +180,20 @@ impl Scaled {
         }
     }
 
-    /// The scaled error of the iterate and its velocities.
+    /// [`scaled_error`] of the iterate.
     pub fn error(&self) -> f64 {
-        let f: f64 = (0..self.contacts)
-            .map(|c| squared(natural_map(local(&self.r, c), local(&self.u, c), self.mu[c], 1.0)))
-            .sum();
-        if f == 0.0 {
-            return 0.0;
-        }
-        let r_size = self.r.iter().map(|x| x * x).sum::<f64>().sqrt();
-        f.sqrt() / r_size.max(self.q_size)
+        scaled_error(&self.mu, &self.r, &self.u, self.q_size)
     }
+}
+
+/// The scaled error of reactions and their velocities, `‖F̂‖ / max(‖r̂‖, ‖q̂‖)`.
+pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], q_size: f64) -> f64 {
+    let f: f64 = (0..mu.len()).map(|c| squared(natural_map(local(r, c), local(u, c), mu[c], 1.0))).sum();
+    if f == 0.0 {
+        return 0.0;
+    }
+    let r_size = r.iter().map(|x| x * x).sum::<f64>().sqrt();
+    f.sqrt() / r_size.max(q_size)
 }
 
 impl Columns {

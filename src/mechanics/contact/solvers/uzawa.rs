@@ -16,7 +16,7 @@ const SUMMED_AFTER: usize = 64;
 
 /// Sweeps until the error is within the tolerance; needs finite μ, else nothing is done.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
-    let start = |scaled: &Scaled| (scaled.diagonal.iter().map(step_of).collect::<Vec<f64>>(), 0);
+    let start = |scaled: &mut Scaled| (scaled.diagonal.iter().map(step_of).collect::<Vec<f64>>(), 0);
     iterate(scaled, limits, start, |scaled, (rho, sweeps)| {
         for (c, &rho) in rho.iter().enumerate() {
             let (r, u, mu) = (local(&scaled.r, c), local(&scaled.u, c), scaled.mu[c]);
