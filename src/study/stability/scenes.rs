@@ -43,6 +43,9 @@ struct Knobs {
     size: f64,
 }
 
+/// Density of the heaviest ball [kg/m³].
+const HEAVIEST: f64 = 1e5;
+
 const BASE: Knobs = Knobs {
     k_over_g: 100.0,
     fibre_k2: None,
@@ -93,6 +96,8 @@ impl Knobs {
         // A thin block keeps its number of layers low: what is thin is one element, not many.
         let height =
             if self.aspect > 1.0 { width / 6.0 / self.aspect * f64::from(elements[2]) } else { height };
+        // Heavier than anything is refused: from there on the tissue is lighter.
+        let ball = (1000.0 * self.density_ratio).min(HEAVIEST);
         json!({
             "name": "stability",
             "end_time_s": DEPTH * radius.min(2.0 * height) / self.speed,
@@ -101,14 +106,14 @@ impl Knobs {
                     "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -self.speed],
                     "mesh": {"generator": {"kind": "solid_ball", "center_m": [0, 0, 1.001 * radius], "radius_m": radius,
                              "elements_around": 3, "elements_through": 2}},
-                    "parts": [{"part": "*", "density_kg_per_m3": 1000.0 * self.density_ratio, "material":
+                    "parts": [{"part": "*", "density_kg_per_m3": ball, "material":
                         {"law": "mooney_rivlin", "c10_pa": 4e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7}}]
                 },
                 {
                     "name": "block", "role": "tissue", "fixed": [{"set": "z_min"}],
                     "mesh": {"generator": {"kind": "block", "min_m": [-width / 2.0, -width / 2.0, -height],
                              "max_m": [width / 2.0, width / 2.0, 0], "elements": elements}},
-                    "parts": [{"part": "*", "density_kg_per_m3": 1000, "material": self.tissue()}]
+                    "parts": [{"part": "*", "density_kg_per_m3": ball / self.density_ratio, "material": self.tissue()}]
                 }
             ],
             "contact": {"pairs": [{"between": ["ball", "block"], "friction": self.friction}]},
