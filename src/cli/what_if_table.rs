@@ -5,6 +5,7 @@ use crate::report::csv::text_cell;
 use crate::study::error::Quantity;
 use crate::study::what_if::document::LimitMeasure;
 use crate::study::what_if::limit::Verdict;
+use crate::study::what_if::surrogate::Surrogate;
 use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Number};
 use std::io::{self, Write};
 
@@ -50,6 +51,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     }
     write_sensitivities(answer, out)?;
     write_sample(answer, out)?;
+    write_surrogates(answer, out)?;
     for limit in &answer.limits {
         writeln!(out, "\n{}", in_words(limit))?;
     }
@@ -78,6 +80,27 @@ fn with_error(number: &Number) -> String {
     let value = rounded(number.value);
     let value = if number.is_unresolved() { format!("({value})") } else { value };
     number.error.map_or(value.clone(), |error| format!("{value} ± {}", two_digits(error)))
+}
+
+/// What polynomials through the cases are worth.
+fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
+    let shown: Vec<&Surrogate> = answer.surrogates.iter().filter(|s| SHOWN.contains(&s.quantity)).collect();
+    let Some(first) = shown.first() else { return Ok(()) };
+    let degrees = if shown.iter().all(|s| s.degree == 2) { "second" } else { "first" };
+    writeln!(
+        out,
+        "\nPolynomials of {degrees} degree through {} cases would propose others (`surrogates` in --json); on a case that they have not seen they are off by",
+        first.cases
+    )?;
+    let header = ["number", "", "share of the variance foretold"];
+    let rows: Vec<[String; 3]> = shown
+        .iter()
+        .map(|s| {
+            let (title, unit) = answer.title(s.quantity);
+            [title.to_owned(), format!("{} {unit}", two_digits(s.hold_out_error)), rounded(s.hold_out_share)]
+        })
+        .collect();
+    write_table(&header, &rows, out)
 }
 
 fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {

@@ -265,6 +265,24 @@ def test_what_if_answers_with_a_table(page):
     assert float(cases[1]["absorbed_energy_j"]) > float(cases[0]["absorbed_energy_j"])
 
 
+def test_sliders_propose_numbers_once_cases_are_spread_over_them(page):
+    page.goto(f"/#/what-if/{JOBS['slow']}")
+    page.get_by_label("spread over all sliders").check()
+    page.get_by_role("button", name="What if?").click()
+    expect(page.get_by_text("Done:")).to_be_visible()
+    proposals = page.locator(".what-if-proposal tbody tr")
+    expect(proposals).to_have_count(4)
+    before = proposals.nth(0).inner_text()
+    speed = page.get_by_label("Speed")
+    speed.focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    assert "±" in before and proposals.nth(0).inner_text() != before
+    expect(page.get_by_text("Proposed, not computed")).to_be_visible()
+    page.keyboard.press("End")
+    expect(proposals.nth(0)).to_contain_text("beyond what was computed")
+
+
 UNNAMED = """() => [...document.querySelectorAll("input, select, textarea, button, canvas, svg, img")].filter((e) =>
     !(e.closest("[aria-hidden], .u-wrap, .plot-area") || e.getAttribute("aria-label") || e.labels?.length || e.textContent.trim() || e.hasAttribute("alt")
       || e.hidden)).map((e) => e.outerHTML.slice(0, 200))"""

@@ -71,6 +71,11 @@ export class WhatIfAnswer {
     this.#show();
   }
 
+  /** The numbers that are shown: [name on the wire, title]. */
+  get shown() {
+    return this.#numbers;
+  }
+
   #describe(name) {
     return this.#known.get(name) ?? { label: name, unit: "", factor: 1 };
   }

@@ -7,6 +7,10 @@ import { Recording } from "../recording/recording.js";
 import { significantThreshold } from "../summary/headline.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { parametersOf } from "./what_if_parameters.js";
+import { WhatIfProposal } from "./what_if_proposal.js";
+
+/** Cases spread over all sliders, for each coefficient of a polynomial of second degree. */
+const CASES_PER_TERM = 1.6;
 
 export async function whatIfPage(id) {
   const job = await getJson(`/v1/jobs/${id}`);
@@ -24,6 +28,8 @@ class WhatIfPage {
   #cases = [];
   #asking = null;
   #isOneAtATime = false;
+  #isSampled = false;
+  #proposal = new WhatIfProposal();
   #ask = button("What if?", () => this.#addCase(), { class: "primary" });
   #state = html("p", { class: "quiet", "aria-live": "polite" });
   #answers = html("div");
@@ -35,13 +41,15 @@ class WhatIfPage {
     this.#parameters = parameters;
     const sliders = parameters.map((parameter) => this.#slider(parameter));
     const alone = checkbox("also each by itself, from the low to the high end: what matters most?", false, (isWanted) => (this.#isOneAtATime = isWanted));
+    const sampled = checkbox(`also ${this.#sampleCount()} cases spread over all sliders, so that moving one proposes numbers`, false, (isWanted) => (this.#isSampled = isWanted));
     this.element = html(
       "div",
       {},
       html("div", { class: "title" }, html("h1", {}, "What if?"), html("a", { class: "button", href: `#/job/${job.id}` }, `Back to ${job.name}`)),
       html("section", { class: "panel" },
         parameters.length ? html("div", { class: "what-if-sliders" }, sliders) : html("p", {}, "This scene has no projectile and no tissue to vary."),
-        html("div", { class: "tools" }, this.#ask, alone)),
+        html("div", { class: "tools" }, this.#ask, alone, sampled),
+        this.#proposal.element),
       html("section", { class: "panel" }, html("h2", {}, "Answers"), this.#state, this.#answers),
     );
   }
@@ -62,15 +70,27 @@ class WhatIfPage {
         else this.#values.set(name, value);
         output.textContent = isBase ? `${words(base)}, as it was` : words(value);
         input.setAttribute("aria-valuetext", output.textContent);
+        this.#proposal.show(this.#sliderValues());
       },
     });
     return html("label", { class: "field" }, html("span", {}, label), input, output);
   }
 
+  /** Where all sliders stand, by name. */
+  #sliderValues() {
+    return new Map(this.#parameters.map(({ name, base }) => [name, this.#values.get(name) ?? base]));
+  }
+
+  /** Enough for polynomials of second degree in all parameters. */
+  #sampleCount() {
+    const count = this.#parameters.filter(({ mayEnd }) => !mayEnd).length;
+    return Math.ceil((CASES_PER_TERM * (count + 1) * (count + 2)) / 2);
+  }
+
   /** Asks for the case of the sliders, with those asked for before: they are known already. */
   #addCase() {
     if (this.#values.size) this.#cases.push({ set: Object.fromEntries(this.#values) });
-    if (!this.#cases.length && !this.#isOneAtATime) {
+    if (!this.#cases.length && !this.#isOneAtATime && !this.#isSampled) {
       this.#state.textContent = "Move a slider first.";
       return;
     }
@@ -85,11 +105,12 @@ class WhatIfPage {
     this.#ask.disabled = true;
     this.#asking = new AbortController();
     const asked = (name) => this.#cases.filter((one) => name in one.set).map((one) => one.set[name]);
-    const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || (this.#isOneAtATime && !mayEnd));
+    const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || ((this.#isOneAtATime || this.#isSampled) && !mayEnd));
     // Where the ends of the slider may lie beyond the scene, what was asked for is the range.
     const ends = ({ name, base, low, high, mayEnd }) => (mayEnd ? [base, ...asked(name)] : [low, high]);
     const parameters = varied.map((one) => ({ name: one.name, change: one.change, low: Math.min(...ends(one)), high: Math.max(...ends(one)) }));
     const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
+    if (this.#isSampled) question.sample = { method: "sobol", count: this.#sampleCount(), seed: 1 };
     const job = await postJson("/v1/what-if", question);
     const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);
     this.#answers.replaceChildren(answer.element);
@@ -99,6 +120,8 @@ class WhatIfPage {
     if (ended.state !== "succeeded") throw new Error(`The question ${ended.state}: ${ended.failure?.message ?? ""}`);
     const whole = await getJson(`/v1/jobs/${job.id}/summary`);
     answer.takeAll(whole);
+    this.#proposal.take(whole.surrogates, answer.shown);
+    this.#proposal.show(this.#sliderValues());
     this.#state.textContent = `Done: ${whole.effort.computed} runs computed, ${whole.effort.from_cache} remembered. ${whole.notice}`;
     this.#ask.disabled = false;
   }

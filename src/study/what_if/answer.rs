@@ -5,6 +5,7 @@ use super::cases::Origin;
 use super::document::LimitMeasure;
 use super::limit::Verdict;
 use super::statistics::{Correlation, Sensitivity, SobolIndex, Spread};
+use super::surrogate::Surrogate;
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -34,6 +35,8 @@ pub struct Answer {
     pub correlations: Vec<Correlation>,
     /// Which parameters the variance over the sample comes from.
     pub sobol_indices: Vec<SobolIndex>,
+    /// Polynomials through the cases, which propose what the model would say of others; none where cases are few.
+    pub surrogates: Vec<Surrogate>,
     /// Up to which values limits are kept.
     pub limits: Vec<LimitAnswer>,
     /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.

@@ -13,6 +13,7 @@ use super::runner::{Answered, Memory, Runner, Task};
 use super::statistics::{
     Correlation, Sensitivity, SobolIndex, SobolRow, Spread, is_settled, rank, sobol_indices, spearman,
 };
+use super::surrogate::surrogates;
 use crate::measure::summary::{NOTICE, number};
 use crate::scene::document::SceneDocument;
 use crate::step::Interrupt;
@@ -193,6 +194,7 @@ impl<'a> Composer<'a> {
             spread,
             correlations,
             sobol_indices: self.sobol_indices(),
+            surrogates: surrogates(&self.cases),
             parameters: self.parameters,
             cases: self.cases,
             limits: self.limits,

@@ -6,6 +6,7 @@
 //! 4. `runner`: the runs, one thread each, side by side; meshes and plan are shared where only the motion changes, and what was
 //!    said before is remembered ([`Cache`]). The bits are the same with and without, and for any number of threads.
 //! 5. [`statistics`] and [`limit`]: sensitivities, spread, Sobol indices, and up to which value a limit is kept.
+//! 6. [`surrogate`]: polynomials through the cases, which propose what the model would say of others.
 
 mod answer;
 mod base_facts;
@@ -22,6 +23,7 @@ mod rigid_motion;
 mod runner;
 pub mod sampling;
 pub mod statistics;
+pub mod surrogate;
 
 pub use answer::{Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer};
 pub use base_facts::BaseFacts;

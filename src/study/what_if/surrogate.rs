@@ -1,0 +1,255 @@
+//! A fast surrogate: polynomials through the cases, which propose what the model would say of others. The model answers.
+//!
+//! Of second degree where there are cases enough, else of first, by least squares. What it is worth is measured on cases that it has not
+//! seen: each is foretold from all others, `e_i / (1 − h_i)` with h the diagonal of the hat matrix (Allen 1974, PRESS).
+
+use super::super::error::Quantity;
+use super::answer::CaseAnswer;
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Cases for each coefficient, at least.
+const CASES_PER_TERM: f64 = 1.5;
+/// A singular value below this share of the largest: the cases do not tell all coefficients apart.
+const SINGULAR: f64 = 1e-9;
+/// A case with a leverage above this cannot be foretold from the others.
+const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
+
+/// A polynomial that proposes one number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Surrogate {
+    /// The number.
+    pub quantity: Quantity,
+    /// Finished cases that it was fitted to.
+    pub cases: usize,
+    /// Degree.
+    pub degree: usize,
+    /// Ranges of the parameters over those cases, by name; each goes from −1 to 1 in the polynomial. Outside it says nothing.
+    pub ranges: BTreeMap<String, [f64; 2]>,
+    /// Its terms, to be summed.
+    pub terms: Vec<Term>,
+    /// By how much it is off on a case that it has not seen: root of the mean square, in the unit of the number.
+    pub hold_out_error: f64,
+    /// Share of the variance of unseen cases that it foretells [-]; 1 is all, below 0 is worse than their mean.
+    pub hold_out_share: f64,
+}
+
+/// A coefficient times parameters.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Term {
+    /// Names of the parameters that are multiplied, one twice for its square; none for the constant.
+    pub parameters: Vec<String>,
+    /// In the unit of the number.
+    pub coefficient: f64,
+}
+
+impl Surrogate {
+    /// What it proposes at values of all its parameters; `None` where one is missing or outside of its range.
+    pub fn propose(&self, values: &BTreeMap<String, f64>) -> Option<f64> {
+        let mut z = BTreeMap::new();
+        for (name, [low, high]) in &self.ranges {
+            let value = values.get(name).filter(|value| (*low..=*high).contains(*value))?;
+            z.insert(name, place(*value, [*low, *high]));
+        }
+        let term = |term: &Term| -> Option<f64> {
+            term.parameters.iter().try_fold(term.coefficient, |product, name| Some(product * z.get(name)?))
+        };
+        self.terms.iter().map(term).sum()
+    }
+}
+
+/// The surrogates of all numbers that the cases have, each of the highest degree that they determine.
+pub fn surrogates(cases: &[CaseAnswer]) -> Vec<Surrogate> {
+    Quantity::ALL.into_iter().filter_map(|quantity| fit(quantity, cases)).collect()
+}
+
+fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
+    let with_number = |case: &CaseAnswer| Some((case.parameters.clone(), case.numbers.get(&quantity)?.value));
+    let mut given: Vec<(BTreeMap<String, f64>, f64)> = cases.iter().filter_map(with_number).collect();
+    // What was asked twice would foretell itself.
+    given.sort_by(|a, b| a.0.values().partial_cmp(b.0.values()).unwrap_or(std::cmp::Ordering::Equal));
+    given.dedup_by(|a, b| a.0 == b.0);
+    let ranges = ranges(&given);
+    let values = DVector::from_iterator(given.len(), given.iter().map(|(_, value)| *value));
+    let names: Vec<&String> = ranges.keys().collect();
+    if names.is_empty() {
+        return None;
+    }
+    [2, 1].into_iter().find_map(|degree| {
+        let terms = terms(names.len(), degree);
+        if (given.len() as f64) < CASES_PER_TERM * terms.len() as f64 {
+            return None;
+        }
+        let entry = |row: usize, column: usize| -> f64 {
+            let at = |i: &usize| place(given[row].0[names[*i]], ranges[names[*i]]);
+            terms[column].iter().map(at).product()
+        };
+        let (coefficients, press) =
+            least_squares(DMatrix::from_fn(given.len(), terms.len(), entry), &values)?;
+        let variance = values.map(|value| value - values.mean()).norm_squared();
+        let named = |(term, coefficient): (&Vec<usize>, &f64)| Term {
+            parameters: term.iter().map(|i| names[*i].clone()).collect(),
+            coefficient: *coefficient,
+        };
+        Some(Surrogate {
+            quantity,
+            cases: given.len(),
+            degree,
+            ranges: ranges.clone(),
+            terms: terms.iter().zip(&coefficients).map(named).collect(),
+            hold_out_error: (press / given.len() as f64).sqrt(),
+            hold_out_share: if variance > 0.0 { 1.0 - press / variance } else { 1.0 },
+        })
+    })
+}
+
+/// Least and greatest value of each parameter that varies.
+fn ranges(given: &[(BTreeMap<String, f64>, f64)]) -> BTreeMap<String, [f64; 2]> {
+    let mut ranges: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+    for (name, value) in given.iter().flat_map(|(parameters, _)| parameters) {
+        let range = ranges.entry(name.clone()).or_insert([*value; 2]);
+        *range = [range[0].min(*value), range[1].max(*value)];
+    }
+    ranges.retain(|_, [low, high]| low < high);
+    ranges
+}
+
+/// From −1 to 1 over a range.
+fn place(value: f64, [low, high]: [f64; 2]) -> f64 {
+    (2.0 * value - low - high) / (high - low)
+}
+
+/// The products of at most so many of the parameters.
+fn terms(parameters: usize, degree: usize) -> Vec<Vec<usize>> {
+    let mut terms = vec![Vec::new()];
+    terms.extend((0..parameters).map(|i| vec![i]));
+    if degree > 1 {
+        terms.extend((0..parameters).flat_map(|i| (i..parameters).map(move |j| vec![i, j])));
+    }
+    terms
+}
+
+/// Coefficients, and the sum of squares of what each row is off when it is foretold from the others; `None` where the rows do not
+/// determine them.
+fn least_squares(A: DMatrix<f64>, b: &DVector<f64>) -> Option<(Vec<f64>, f64)> {
+    let svd = A.clone().svd(true, true);
+    let (largest, least) = (svd.singular_values.max(), svd.singular_values.min());
+    if !(least > SINGULAR * largest) {
+        return None;
+    }
+    let x = svd.solve(b, 0.0).ok()?;
+    let off = b - A * &x;
+    let U = svd.u?;
+    let mut press = 0.0;
+    for (off, row) in off.iter().zip(U.row_iter()) {
+        let leverage = row.norm_squared();
+        if leverage > MOST_LEVERAGE {
+            return None;
+        }
+        press += (off / (1.0 - leverage)).powi(2);
+    }
+    Some((x.iter().copied().collect(), press))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::answer::Number;
+    use super::super::cases::Origin;
+    use super::*;
+
+    /// Cases at points of two parameters, with a number of them.
+    fn cases(points: &[[f64; 2]], number: impl Fn([f64; 2]) -> f64) -> Vec<CaseAnswer> {
+        let case = |(index, point): (usize, &[f64; 2])| CaseAnswer {
+            index,
+            name: String::new(),
+            origin: Origin::Base,
+            parameters: BTreeMap::from([
+                ("speed".into(), point[0]),
+                ("fat".into(), point[1]),
+                ("still".into(), 7.0),
+            ]),
+            edits: BTreeMap::new(),
+            ending: "finished".into(),
+            reason: None,
+            steps: 1,
+            numbers: BTreeMap::from([(Quantity::PeakForceN, Number { value: number(*point), error: None })]),
+        };
+        points.iter().enumerate().map(case).collect()
+    }
+
+    fn spread(count: u32) -> Vec<[f64; 2]> {
+        // Halton's points.
+        let digit = |mut i: u32, base: u32| {
+            let (mut value, mut share) = (0.0, 1.0 / f64::from(base));
+            while i > 0 {
+                value += share * f64::from(i % base);
+                i /= base;
+                share /= f64::from(base);
+            }
+            value
+        };
+        (1..=count).map(|i| [80.0 + 40.0 * digit(i, 2), 0.005 + 0.01 * digit(i, 3)]).collect()
+    }
+
+    #[test]
+    fn a_quadratic_is_found_again_and_foretells_itself() {
+        let law = |[v, t]: [f64; 2]| 3.0 + 0.2 * v * v - 4e3 * t * v + 1e6 * t * t;
+        let all = surrogates(&cases(&spread(20), law));
+        let [surrogate] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((surrogate.degree, surrogate.cases, surrogate.terms.len()), (2, 20, 6));
+        assert!(surrogate.hold_out_error < 1e-8 && surrogate.hold_out_share > 1.0 - 1e-9);
+        let at = BTreeMap::from([("speed".into(), 97.0), ("fat".into(), 0.0091)]);
+        assert!((surrogate.propose(&at).unwrap() - law([97.0, 0.0091])).abs() < 1e-8);
+        let outside = BTreeMap::from([("speed".into(), 130.0), ("fat".into(), 0.0091)]);
+        assert_eq!(surrogate.propose(&outside), None);
+    }
+
+    #[test]
+    fn what_it_is_off_is_that_of_fits_without_the_case() {
+        let points = spread(12);
+        let law = |[v, t]: [f64; 2]| (0.1 * v).sin() + 300.0 * t;
+        let surrogate = &surrogates(&cases(&points, law))[0];
+        // By leaving each out indeed; ranges of the others may be narrower, but the polynomials are the same.
+        let off = |i: &usize| {
+            let mut others = points.clone();
+            let left_out = others.remove(*i);
+            let others = cases(&others, law);
+            let given: Vec<_> = others
+                .iter()
+                .map(|case| (case.parameters.clone(), case.numbers[&Quantity::PeakForceN].value))
+                .collect();
+            let ranges = ranges(&given);
+            let row = |at: &BTreeMap<String, f64>| -> Vec<f64> {
+                let z: Vec<f64> = ranges.iter().map(|(name, range)| place(at[name], *range)).collect();
+                terms(2, surrogate.degree).iter().map(|term| term.iter().map(|i| z[*i]).product()).collect()
+            };
+            let rows: Vec<f64> = given.iter().flat_map(|(at, _)| row(at)).collect();
+            let A = DMatrix::from_row_slice(given.len(), rows.len() / given.len(), &rows);
+            let values: Vec<f64> = given.iter().map(|(_, value)| *value).collect();
+            let (x, _) = least_squares(A, &DVector::from_vec(values)).unwrap();
+            let left = &cases(&[left_out], law)[0];
+            let said: f64 = row(&left.parameters).iter().zip(&x).map(|(a, x)| a * x).sum();
+            (said - law(left_out)).powi(2)
+        };
+        let error = ((0..12).map(|i| off(&i)).sum::<f64>() / 12.0).sqrt();
+        assert!(
+            (surrogate.hold_out_error / error - 1.0).abs() < 1e-9,
+            "{} {error}",
+            surrogate.hold_out_error
+        );
+    }
+
+    #[test]
+    fn too_few_cases_make_no_surrogate() {
+        let law = |[v, t]: [f64; 2]| v * t;
+        assert_eq!(surrogates(&cases(&spread(4), law)), []);
+        assert_eq!(surrogates(&cases(&spread(6), law))[0].degree, 1);
+        // The same case again is no other case.
+        let again: Vec<[f64; 2]> = spread(4).into_iter().chain(spread(4)).collect();
+        assert_eq!(surrogates(&cases(&again, law)), []);
+        // Nothing varies.
+        assert_eq!(surrogates(&cases(&[[90.0, 0.01]; 9], law)), []);
+    }
+}
