@@ -209,6 +209,7 @@ impl DenseDelassus {
 
 impl SparseDelassus {
     /// The blocks of row `c`, with their columns.
+    #[inline]
     pub fn row(&self, c: usize) -> impl Iterator<Item = (usize, &Block)> {
         let range = self.starts[c]..self.starts[c + 1];
         self.columns[range.clone()].iter().map(|&d| d as usize).zip(&self.blocks[range])
@@ -224,5 +225,6 @@ fn add(sum: &mut Block, block: &Block) {
 /// `W x` of one block.
 #[inline]
 pub(super) fn times(W: &Block, x: Local) -> Local {
-    [0, 1, 2].map(|i| W[i][0] * x[0] + W[i][1] * x[1] + W[i][2] * x[2])
+    let row = |w: Local| w[0] * x[0] + w[1] * x[1] + w[2] * x[2];
+    [row(W[0]), row(W[1]), row(W[2])]
 }

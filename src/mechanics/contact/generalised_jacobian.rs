@@ -3,7 +3,7 @@
 //! Both are zero exactly at a solution, in numbers for which ρ = 1 suits (see [`super::solvers`]).
 
 use super::delassus::Block;
-use super::local::{Local, proj_coulomb_cone};
+use super::local::{Local, length, proj_coulomb_cone};
 
 /// A residual `F(r, u)` of one contact and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ const OPEN: Block = [[0.0; 3]; 3];
 /// The natural map of the bi-potential, `F = r − Proj_Kμ(r − u − μ ‖u_t‖ n)`, μ finite (De Saxcé & Feng 1998; Joli &
 /// Feng 2008).
 pub fn linearise_bipotential(r: Local, u: Local, mu: f64) -> Linearised {
-    let slip = u[1].hypot(u[2]);
+    let slip = length(u[1], u[2]);
     let z = [r[0] - u[0] - mu * slip, r[1] - u[1], r[2] - u[2]];
     let p = proj_coulomb_cone(z, mu);
     let by_z = projection_derivative(z, mu);
@@ -43,18 +43,19 @@ pub fn linearise_bipotential(r: Local, u: Local, mu: f64) -> Linearised {
 
 /// The augmented Lagrangian's residual: `F_n = r_n − ⟨r_n − u_n⟩`, `F_t = r_t − Proj(r_t − u_t)` on the disc of radius
 /// `μ ⟨r_n − u_n⟩` (Alart & Curnier 1991). μ = ∞ stands for full stick.
+#[inline]
 pub fn linearise_alart_curnier(r: Local, u: Local, mu: f64) -> Linearised {
     let pressed = r[0] - u[0];
     if pressed <= 0.0 {
         return Linearised { f: r, by_r: IDENTITY, by_u: OPEN };
     }
     let (z, limit) = ([r[1] - u[1], r[2] - u[2]], mu * pressed);
-    let length = z[0].hypot(z[1]);
-    if length <= limit {
+    let size = length(z[0], z[1]);
+    if size <= limit {
         return Linearised { f: u, by_r: OPEN, by_u: IDENTITY };
     }
-    let e = [z[0] / length, z[1] / length];
-    let share = limit / length;
+    let e = [z[0] / size, z[1] / size];
+    let share = limit / size;
     let mut by_r = OPEN;
     let mut by_u = OPEN;
     by_u[0][0] = 1.0;
@@ -74,7 +75,7 @@ pub fn linearise_alart_curnier(r: Local, u: Local, mu: f64) -> Linearised {
 /// The derivative of [`proj_coulomb_cone`] at `z`.
 fn projection_derivative(z: Local, mu: f64) -> Block {
     let [n, t1, t2] = z;
-    let t = t1.hypot(t2);
+    let t = length(t1, t2);
     if n >= 0.0 && t <= mu * n {
         return IDENTITY;
     }

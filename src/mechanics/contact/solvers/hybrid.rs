@@ -44,15 +44,16 @@ pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
             Stage::Proximal => (Method::Proximal, proximal::solve(scaled, &limits)),
         };
         total += ending.iterations;
+        if ending.error <= given.tolerance {
+            return (method, Ending { iterations: total, ..ending });
+        }
         if ending.error < best.0 {
             best = (ending.error, method, scaled.r.clone());
         }
-        if best.0 <= given.tolerance || limits.interrupted() {
+        if limits.interrupted() {
             break;
         }
     }
-    if scaled.error() > best.0 {
-        scaled.set_reactions(&best.2);
-    }
+    scaled.set_reactions(&best.2);
     (best.1, Ending { iterations: total, error: best.0 })
 }

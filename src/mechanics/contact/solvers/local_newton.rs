@@ -84,7 +84,8 @@ pub(super) fn solve_3x3(A: &Block, b: Local) -> Option<Local> {
     };
     let (c0, c1, c2) = (cross(A[1], A[2]), cross(A[2], A[0]), cross(A[0], A[1]));
     let determinant = A[0][0] * c0[0] + A[0][1] * c0[1] + A[0][2] * c0[2];
-    let x = [0, 1, 2].map(|i| (c0[i] * b[0] + c1[i] * b[1] + c2[i] * b[2]) / determinant);
+    let entry = |i: usize| (c0[i] * b[0] + c1[i] * b[1] + c2[i] * b[2]) / determinant;
+    let x = [entry(0), entry(1), entry(2)];
     x.iter().all(|x| x.is_finite()).then_some(x)
 }
 

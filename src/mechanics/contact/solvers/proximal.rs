@@ -1,7 +1,7 @@
 //! The proximal-point method for a rank deficient W (Rockafellar 1976): a sequence of problems with `W + α I` and
 //! `q − α r_k`, each well posed, each started at the last one's solution, by Gauss–Seidel and Newton.
 //!
-//! α falls while the inner problems are solved with ease and rises where they are not. The error of `r_{k+1}` in the
+//! α falls while the inner problems are solved and rises where they are not. The error of `r_{k+1}` in the
 //! problem itself is α times what it moved.
 
 use super::scaled::Scaled;
@@ -11,10 +11,10 @@ use super::{Ending, Limits, newton, nsgs};
 pub(super) const MAX_STEPS: usize = 600;
 /// α of the first inner problem, the least and the greatest; every diagonal block has trace 3.
 const ALPHA: (f64, f64, f64) = (1e-2, 1e-8, 1.0);
-/// Factors on α after an inner problem that was easy, and after one that was not solved.
-const CHANGE: (f64, f64) = (0.3, 10.0);
-/// Newton steps of an easy inner problem, and the most of any.
-const NEWTON_STEPS: (usize, usize) = (20, 30);
+/// Factors on α after an inner problem that was solved, and after one that was not.
+const CHANGE: (f64, f64) = (0.3, 5.0);
+/// Most Newton steps of an inner problem.
+const NEWTON_STEPS: usize = 50;
 /// Sweeps before them.
 const SWEEPS: usize = 10;
 /// Tolerance of an inner problem as a share of the present error, and of the tolerance asked for.
@@ -34,18 +34,15 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         let tolerance = INNER * error.max(limits.tolerance);
         let inner = |iterations| Limits { tolerance, iterations, interrupt: limits.interrupt };
         let swept = nsgs::solve(scaled, &inner(SWEEPS));
-        let ending = newton::solve(scaled, &inner(NEWTON_STEPS.1), newton::BOLD);
+        let ending = newton::solve(scaled, &inner(NEWTON_STEPS), newton::CAREFUL);
         iterations += swept.iterations + ending.iterations;
         scaled.set_proximal(0.0);
         error = scaled.error();
         if error < best.0 {
             best = (error, scaled.r.clone());
         }
-        if ending.error > tolerance {
-            alpha = (CHANGE.1 * alpha).min(ALPHA.2);
-        } else if ending.iterations < NEWTON_STEPS.0 {
-            alpha = (CHANGE.0 * alpha).max(ALPHA.1);
-        }
+        let change = if ending.error <= tolerance { CHANGE.0 } else { CHANGE.1 };
+        alpha = (change * alpha).clamp(ALPHA.1, ALPHA.2);
     }
     if error > best.0 {
         scaled.set_reactions(&best.1);

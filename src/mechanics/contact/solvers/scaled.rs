@@ -49,15 +49,24 @@ impl Scaled {
     pub fn new(problem: &ContactProblem, r: &[f64]) -> Self {
         let contacts = problem.contacts();
         let root: Vec<f64> = problem.scales().iter().map(|d| d.sqrt()).collect();
-        let q: Vec<f64> = problem.q().iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
-        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
-        let r: Vec<f64> = r.iter().enumerate().map(|(i, r)| finite(r * root[i / 3])).collect();
-        let scaled_block = |c: usize, d: usize, block: &Block| {
+        let mut q = problem.q().to_vec();
+        for_each_contact(&mut q, &root, |q, root| *q /= root);
+        let mut r = r.to_vec();
+        for_each_contact(&mut r, &root, |r, root| {
+            *r *= root;
+            if !r.is_finite() {
+                *r = 0.0;
+            }
+        });
+        let mut diagonal = vec![[[0.0; 3]; 3]; contacts];
+        let columns = Columns::new(problem.W(), |c, d, block| {
             let factor = 1.0 / (root[c] * root[d]);
-            block.map(|row| row.map(|x| x * factor))
-        };
-        let diagonal = (0..contacts).map(|c| scaled_block(c, c, &problem.W().diagonal_block(c))).collect();
-        let columns = Columns::new(problem.W(), scaled_block);
+            let scaled = block.map(|row| row.map(|x| x * factor));
+            if c == d {
+                diagonal[c] = scaled;
+            }
+            scaled
+        });
         let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         let u = q.clone();
         let mut scaled = Self {
@@ -80,9 +89,8 @@ impl Scaled {
 
     /// Writes the iterate in the units of the problem.
     pub fn store(&self, r: &mut [f64]) {
-        for (i, (out, r)) in r.iter_mut().zip(&self.r).enumerate() {
-            *out = r / self.root[i / 3];
-        }
+        r.copy_from_slice(&self.r);
+        for_each_contact(r, &self.root, |r, root| *r /= root);
     }
 
     /// `u = W r + q` anew.
@@ -196,8 +204,17 @@ pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], q_size: f64) -> f64
     f.sqrt() / r_size.max(q_size)
 }
 
+/// Changes the three numbers of every contact, given its own.
+fn for_each_contact(x: &mut [f64], of_contact: &[f64], change: impl Fn(&mut f64, f64)) {
+    for (x, &own) in x.chunks_exact_mut(3).zip(of_contact) {
+        for x in x {
+            change(x, own);
+        }
+    }
+}
+
 impl Columns {
-    fn new(W: &Delassus, scaled: impl Fn(usize, usize, &Block) -> Block) -> Self {
+    fn new(W: &Delassus, mut scaled: impl FnMut(usize, usize, &Block) -> Block) -> Self {
         let (contacts, n) = (W.contacts(), 3 * W.contacts());
         if let Delassus::Dense(_) = W {
             let mut values = vec![0.0; n * n];
