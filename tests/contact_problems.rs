@@ -313,7 +313,9 @@ fn products_with_w_are_enough() {
         let report = solve_matrix_free(&mut free, &mut r, &Options::default()).unwrap();
         assert!(report.converged, "{name}: {report:?}");
         assert!(error_by_definition(&problem, &r) <= 1e-8, "{name}");
-        assert_eq!(report.error_scaled, problem.error_scaled(&r), "{name}");
+        // Products with W sum in another order than its stored rows: the error, a difference of near equals, is equal to rounding.
+        let difference = (report.error_scaled - problem.error_scaled(&r)).abs();
+        assert!(difference <= 1e-6 * report.error_scaled, "{name}: {difference:e}");
         // Two products an iteration, those of the step's length, and those at both ends.
         assert!(products <= 2 * report.iterations + 32, "{name}: {products} products");
     }

@@ -26,6 +26,11 @@ impl DepthProfile {
         Self { peaks: vec![0.0; from.len()], from, skin: None, bodies: Vec::new(), depth: Vec::new() }
     }
 
+    /// Largest von Mises stress from the depth of each layer on [Pa]; empty without tissue or skin.
+    pub fn peaks_from_each(&self) -> Vec<f64> {
+        (0..self.from.len()).filter_map(|layer| self.peak_from(layer)).collect()
+    }
+
     /// Largest von Mises stress from the depth of a layer on [Pa]; `None` without tissue or skin.
     pub fn peak_from(&self, layer: usize) -> Option<f64> {
         self.skin.as_ref()?;

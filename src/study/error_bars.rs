@@ -3,10 +3,11 @@
 use super::Setting;
 use super::single::ending_name;
 use super::variant::Variants;
+use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
-use crate::step::{Ending, Interrupt};
+use crate::step::{Ending, Interrupt, Recorder};
 
 /// The mesh of the cheaper runs.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
@@ -15,9 +16,10 @@ const COARSER: Setting = Setting { mesh_level: -2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
-/// Runs what the scene asks for, or says why there are no error bars.
+/// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
 pub(super) fn error_bars(
     scene: &Scene,
+    depths: &[f64],
     threads: usize,
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> ErrorBars {
@@ -33,7 +35,7 @@ pub(super) fn error_bars(
     }
     let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
-    let run = |setting: Setting, longest: Option<f64>| results(&variants, setting, longest);
+    let run = |setting: Setting, longest: Option<f64>| results(&variants, setting, longest, depths);
     let runs = || {
         let coarse = run(COARSE, None)?;
         // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
@@ -66,13 +68,20 @@ fn coarsening(document: &SceneDocument) -> f64 {
 }
 
 /// A run with a setting, and no step beyond `longest` [s]; it must come to its end.
-fn results(variants: &Variants, setting: Setting, longest: Option<f64>) -> Result<Cheaper, String> {
+fn results(
+    variants: &Variants,
+    setting: Setting,
+    longest: Option<f64>,
+    depths: &[f64],
+) -> Result<Cheaper, String> {
+    let mut profile = DepthProfile::new(depths.to_vec());
+    let also: Option<&mut dyn Recorder> = if depths.is_empty() { None } else { Some(&mut profile) };
     let result = variants
-        .run(&setting, longest)
+        .run(&setting, longest, also)
         .map_err(|error| format!("no run with {}: {error}", setting.name()))?;
     match &result.outcome.ending {
         Ending::Finished => {
-            Ok(Cheaper { results: result.summary.values().clone(), steps: result.outcome.steps })
+            Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
         }
         ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),
     }

@@ -102,7 +102,7 @@ pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::Compiling });
     let plan = compile(request.scene)?;
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::EstimatingErrors });
-    let error_bars = error_bars(request.scene, request.threads, request.interrupt);
+    let error_bars = error_bars(request.scene, &[], request.threads, request.interrupt);
     let phase =
         if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Running };
     progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase });

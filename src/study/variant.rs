@@ -4,7 +4,7 @@ use super::Setting;
 use super::single::{RunError, RunRequest, RunResult, run_scene};
 use crate::scene::document::{Generator, MeshDocument, SceneDocument};
 use crate::scene::{Budget, MeshSource, Problems, Scene, load};
-use crate::step::Interrupt;
+use crate::step::{Interrupt, Recorder};
 
 /// The scene, and what each of its runs may have.
 #[derive(Clone, Copy)]
@@ -42,8 +42,13 @@ pub(super) enum NotRun {
 }
 
 impl Variants<'_> {
-    /// Runs the scene with a setting, and no step beyond `longest` [s]. A run that failed is a result.
-    pub fn run(&self, setting: &Setting, longest: Option<f64>) -> Result<RunResult, NotRun> {
+    /// Runs the scene with a setting, and no step beyond `longest` [s]; `also` sees every frame. A run that failed is a result.
+    pub fn run(
+        &self,
+        setting: &Setting,
+        longest: Option<f64>,
+        also: Option<&mut dyn Recorder>,
+    ) -> Result<RunResult, NotRun> {
         if setting.on_facets {
             if !self.document.bodies.iter().any(|body| body.mesh.as_ref().is_some_and(is_curved)) {
                 return Err(NotRun::NoCurvedSurface);
@@ -62,7 +67,7 @@ impl Variants<'_> {
             threads: self.threads,
             interrupt: self.interrupt,
             progress: &mut |_| {},
-            also: None,
+            also: also.map(|recorder| recorder as &mut dyn Recorder),
         });
         Ok(result?)
     }

@@ -102,6 +102,8 @@ fn sharing_remembering_and_threads_change_no_bit() {
     assert_eq!(again.effort.computed, 0);
     assert!(plain.cases.iter().all(|case| case.ending == "finished"), "{:#?}", plain.cases);
     assert!(plain.cases.iter().all(|case| case.numbers.values().all(|number| number.error.is_some())));
+    // The stress below a depth has an error as any number.
+    assert!(plain.limits[0].relative_error.is_some_and(|error| error > 0.0), "{:#?}", plain.limits[0]);
 }
 
 #[test]

@@ -76,10 +76,21 @@ impl Estimate {
 /// A cheaper run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cheaper {
-    /// Its numbers.
-    pub results: Results,
+    /// The numbers of its results, in the order in which they are listed.
+    numbers: Vec<f64>,
+    /// Largest von Mises stress from each of the asked depths on [Pa], see [`CheaperRuns::error_below`].
+    von_mises_below_pa: Vec<f64>,
     /// Its steps.
     pub steps: u64,
+}
+
+impl Cheaper {
+    /// Of what a run found, and the stresses below the depths that were asked for.
+    pub fn new(results: &Results, von_mises_below_pa: Vec<f64>, steps: u64) -> Self {
+        let mut results = results.clone();
+        let numbers = results.list_mut().iter().map(|listed| listed.quantity.value).collect();
+        Self { numbers, von_mises_below_pa, steps }
+    }
 }
 
 /// The cheaper runs.
@@ -97,7 +108,39 @@ pub struct CheaperRuns {
     pub coarser: Option<Cheaper>,
 }
 
+/// What the cheaper runs say of one number.
+struct Differences {
+    mesh: f64,
+    order: Option<f64>,
+    step: f64,
+    contact: f64,
+}
+
 impl CheaperRuns {
+    /// Error of the largest von Mises stress from a depth on [Pa]: `own`, that of the asked depth of this index, in a run of
+    /// `own_steps` steps. `None` where it cannot be told.
+    pub fn error_below(&self, index: usize, own: f64, own_steps: u64) -> Option<f64> {
+        let all = [&self.coarse, &self.small_steps, &self.loose_contact].into_iter().chain(&self.coarser);
+        all.into_iter().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
+        let found = self.differences(own, own_steps, |run| run.von_mises_below_pa[index])?;
+        let total = found.mesh + found.step + found.contact;
+        total.is_finite().then_some(total)
+    }
+
+    /// How far the cheaper runs are from a number of a run of so many steps; `None` where three meshes allow no order.
+    fn differences(&self, own: f64, own_steps: u64, of: impl Fn(&Cheaper) -> f64) -> Option<Differences> {
+        let [coarse, small_steps, loose] = [&self.coarse, &self.small_steps, &self.loose_contact].map(&of);
+        let (mesh, order) = self.mesh_error(self.coarser.as_ref().map(of), coarse, own)?;
+        let steps = (self.coarse.steps, self.small_steps.steps);
+        Some(Differences {
+            mesh,
+            order,
+            step: assumed_step_error(own_steps, steps, (coarse, small_steps)),
+            // The tolerance is loosened far more than twofold: the difference itself is the bound.
+            contact: (loose - coarse).abs(),
+        })
+    }
+
     /// Error of the mesh and its observed order; `None` where three meshes allow no order.
     fn mesh_error(&self, coarser: Option<f64>, coarse: f64, own: f64) -> Option<(f64, Option<f64>)> {
         let Some(coarser) = coarser else {
@@ -115,32 +158,23 @@ impl CheaperRuns {
 impl Results {
     /// Gives every number of a run of so many steps [s] its error bar; those that a cheaper run does not have keep theirs.
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
-        let of = |run: &Cheaper| {
-            let mut results = run.results.clone();
-            results.list_mut().iter().map(|listed| listed.quantity.value).collect::<Vec<_>>()
-        };
-        let [coarse, small_steps, loose] = [&runs.coarse, &runs.small_steps, &runs.loose_contact].map(of);
-        let coarser = runs.coarser.as_ref().map(of);
-        let steps = (runs.coarse.steps, runs.small_steps.steps);
         let own_step = time_s / own_steps as f64;
         let mut all_listed = self.list_mut();
         let count = all_listed.len();
-        let mut all = [&coarse, &small_steps, &loose].into_iter().chain(&coarser);
-        if all.any(|values| values.len() != count) {
+        let mut all = [&runs.coarse, &runs.small_steps, &runs.loose_contact].into_iter().chain(&runs.coarser);
+        if all.any(|run| run.numbers.len() != count) {
             return;
         }
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
-            let coarser = coarser.as_ref().map(|values| values[i]);
-            let Some((mesh, order)) = runs.mesh_error(coarser, coarse[i], quantity.value) else {
+            let Some(Differences { mesh, order, step, contact }) =
+                runs.differences(quantity.value, own_steps, |run| run.numbers[i])
+            else {
                 quantity.error = ErrorEstimate::NoOrder;
                 continue;
             };
             let mesh = mesh.max(*missing);
-            let step = assumed_step_error(own_steps, steps, (coarse[i], small_steps[i]));
-            // The tolerance is loosened far more than twofold: the difference itself is the bound.
-            let contact = (loose[i] - coarse[i]).abs();
             let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
@@ -188,7 +222,7 @@ mod tests {
     }
 
     fn cheaper(value: f64, steps: u64) -> Cheaper {
-        Cheaper { results: results(value), steps }
+        Cheaper::new(&results(value), vec![value], steps)
     }
 
     fn estimate(quantity: &Quantity) -> Estimate {
@@ -242,6 +276,16 @@ mod tests {
         own = results(10.25);
         own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(10.0)), 200, 1.0);
         assert_eq!(own.impacts[0].impulse_n_s.error, ErrorEstimate::NoOrder);
+    }
+
+    #[test]
+    fn stresses_below_a_depth_have_errors_where_all_runs_have_them() {
+        let mut runs = runs([9.0, 9.1, 8.99], None);
+        let error = runs.error_below(0, 10.0, 200).unwrap();
+        assert!((error - 3.31).abs() < 1e-12, "{error}");
+        assert_eq!(runs.error_below(1, 10.0, 200), None);
+        runs.loose_contact.von_mises_below_pa.clear();
+        assert_eq!(runs.error_below(0, 10.0, 200), None);
     }
 
     #[test]

@@ -228,7 +228,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         threads: request.threads,
         interrupt: request.interrupt,
     };
-    let result = match variants.run(&setting, longest) {
+    let result = match variants.run(&setting, longest, None) {
         Ok(result) => result,
         Err(error) => return Row { reason: Some(error.to_string()), ..row },
     };

@@ -33,6 +33,9 @@ pub struct Numbers {
     /// Largest von Mises stress from each of the asked depths on [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_pa: Vec<f64>,
+    /// Their errors [Pa], where they were estimated for this very run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub von_mises_below_error_pa: Vec<Option<f64>>,
 }
 
 /// Remembers numbers, in memory and, if it has one, in a folder.

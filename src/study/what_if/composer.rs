@@ -28,6 +28,8 @@ pub(super) struct Composer<'a> {
     count: usize,
     parameters: Vec<ParameterAnswer>,
     relative_errors: BTreeMap<Quantity, f64>,
+    /// Of the stress from each asked depth on, in the base [-].
+    relative_errors_below: Vec<Option<f64>>,
     cases: Vec<CaseAnswer>,
     limits: Vec<LimitAnswer>,
     started: Instant,
@@ -55,6 +57,7 @@ impl<'a> Composer<'a> {
             count,
             parameters: parameters.collect(),
             relative_errors: BTreeMap::new(),
+            relative_errors_below: Vec::new(),
             cases: Vec::new(),
             limits: Vec::new(),
             started: Instant::now(),
@@ -69,6 +72,7 @@ impl<'a> Composer<'a> {
     /// Takes in the error bars of the base: they are those of all cases, also of those that are there.
     pub fn take_errors(&mut self, answered: &Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(answered);
+        self.take_errors_below(&answered.numbers);
         let Numbers { values, errors, .. } = &answered.numbers;
         let relative = |(quantity, error): (&Quantity, &f64)| {
             let value = values.get(quantity).filter(|value| **value != 0.0)?;
@@ -83,10 +87,19 @@ impl<'a> Composer<'a> {
         tell(Partial::ErrorBars { relative_errors: &self.relative_errors });
     }
 
+    /// Takes in the errors of the stresses below depths that the base has.
+    fn take_errors_below(&mut self, numbers: &Numbers) {
+        let Numbers { von_mises_below_pa, von_mises_below_error_pa, .. } = numbers;
+        let relative = |(error, value): (&Option<f64>, &f64)| error.map(|e| relative_to(e, *value));
+        self.relative_errors_below =
+            von_mises_below_error_pa.iter().zip(von_mises_below_pa).map(relative).collect();
+    }
+
     /// Takes in a case.
     pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(&answered);
         if self.cases.is_empty() {
+            self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
         let Numbers { ending, reason, steps, values, errors, .. } = answered.numbers;
@@ -125,7 +138,7 @@ impl<'a> Composer<'a> {
             return;
         };
         let Some(range) = self.question.parameters[index].range() else { return };
-        let relative_error_of_base = self.relative_error_of(limit.measure);
+        let relative_error_of_base = self.relative_error_of(limit.measure, &runner.depths);
         let (mut memory, mut runs) = (Memory::default(), 0);
         let mut find = |at_most: f64| {
             find_limit(range, at_most, limit.tolerance, &mut |value| {
@@ -159,10 +172,15 @@ impl<'a> Composer<'a> {
     }
 
     /// The relative error of a number of the base [-], where it is known.
-    fn relative_error_of(&self, measure: LimitMeasure) -> Option<f64> {
-        let LimitMeasure::Quantity(quantity) = measure else { return None };
+    fn relative_error_of(&self, measure: LimitMeasure, depths: &[f64]) -> Option<f64> {
+        let quantity = match measure {
+            LimitMeasure::Quantity(quantity) => quantity,
+            LimitMeasure::VonMisesPaBelowDepthM(depth) => {
+                return *self.relative_errors_below.get(index_of(depth, depths)?)?;
+            }
+        };
         let number = self.cases.first()?.numbers.get(&quantity)?;
-        number.error.map(|error| if error > 0.0 { error / number.value.abs() } else { 0.0 })
+        number.error.map(|error| relative_to(error, number.value))
     }
 
     /// What the numbers are called in this scene.
@@ -314,13 +332,22 @@ fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value:
     relative.get(&quantity).map(|share| share * value.abs())
 }
 
+/// No error is none of nothing, too.
+fn relative_to(error: f64, value: f64) -> f64 {
+    if error > 0.0 { error / value.abs() } else { 0.0 }
+}
+
+/// Which of the asked depths one is.
+fn index_of(depth: f64, depths: &[f64]) -> Option<usize> {
+    depths.iter().position(|known| known.total_cmp(&depth).is_eq())
+}
+
 /// The number that has a limit.
 fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result<f64, String> {
     let found = match measure {
         LimitMeasure::Quantity(quantity) => numbers.values.get(&quantity),
         LimitMeasure::VonMisesPaBelowDepthM(depth) => {
-            let layer = depths.iter().position(|known| known.total_cmp(&depth).is_eq());
-            layer.and_then(|layer| numbers.von_mises_below_pa.get(layer))
+            index_of(depth, depths).and_then(|layer| numbers.von_mises_below_pa.get(layer))
         }
     };
     found.copied().ok_or_else(|| {

@@ -144,7 +144,7 @@ impl Runner<'_> {
             Err(error) => return Some(invalid(error.to_string())),
         };
         let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotAsked };
-        let measures = measures_of(scene, &plan).with_error_bars(bars);
+        let measures = measures_of(scene, &plan).with_error_bars(bars.clone());
         let mut profile = DepthProfile::new(self.depths.clone());
         let mut also: Vec<&mut dyn Recorder> = Vec::new();
         if !self.depths.is_empty() {
@@ -154,14 +154,18 @@ impl Runner<'_> {
         let (outcome, _, summary, _) = run_measured(&plan, measures, &options, &mut also);
         memory.0 = Some((plan, scene.clone()));
         let is_stopped = is_stop(&ending_name(&outcome.ending));
-        let below = (0..self.depths.len()).filter_map(|layer| profile.peak_from(layer)).collect();
-        (!is_stopped).then(|| numbers(&outcome, &summary, below))
+        let mut numbers = numbers(&outcome, &summary);
+        if numbers.ending == "finished" {
+            numbers.von_mises_below_pa = profile.peaks_from_each();
+            numbers.von_mises_below_error_pa = errors_below(&numbers, &bars);
+        }
+        (!is_stopped).then_some(numbers)
     }
 
     fn error_bars(&self, scene: &Scene, threads: usize) -> ErrorBars {
         let mut asking = scene.clone();
         asking.document.solver.error_bars = ErrorBarsDocument::TwoLevels;
-        error_bars(&asking, threads, self.interrupt)
+        error_bars(&asking, &self.depths, threads, self.interrupt)
     }
 }
 
@@ -173,11 +177,19 @@ fn invalid(reason: String) -> Numbers {
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
         von_mises_below_pa: Vec::new(),
+        von_mises_below_error_pa: Vec::new(),
     }
 }
 
+/// Errors of the stresses from each depth on [Pa]; none where nobody asked.
+fn errors_below(numbers: &Numbers, bars: &ErrorBars) -> Vec<Option<f64>> {
+    let ErrorBars::From(runs) = bars else { return Vec::new() };
+    let error = |(index, own): (usize, &f64)| runs.error_below(index, *own, numbers.steps);
+    numbers.von_mises_below_pa.iter().enumerate().map(error).collect()
+}
+
 /// What is kept of a run. A run that did not finish, or whose gates failed, gives no numbers.
-fn numbers(outcome: &Outcome, summary: &Summary, von_mises_below_pa: Vec<f64>) -> Numbers {
+fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     let (ending, reason) = match (&outcome.ending, &summary.results) {
         (Ending::Failed { failure }, _) => (ending_name(&outcome.ending), Some(failure.message.clone())),
         (Ending::Finished, Shown::Withheld { reason, .. }) => ("withheld".into(), Some(reason.clone())),
@@ -197,6 +209,7 @@ fn numbers(outcome: &Outcome, summary: &Summary, von_mises_below_pa: Vec<f64>) -
                 ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => None,
             })
             .collect(),
-        von_mises_below_pa: if is_good { von_mises_below_pa } else { Vec::new() },
+        von_mises_below_pa: Vec::new(),
+        von_mises_below_error_pa: Vec::new(),
     }
 }
