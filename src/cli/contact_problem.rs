@@ -4,7 +4,7 @@ use super::performance_profile::{Timing, profile_picture};
 use super::picture::write_by_name;
 use super::{CliError, Exit};
 use crate::mechanics::contact::problem::ContactProblem;
-use crate::mechanics::contact::solvers::{Method, Options, SolveReport, solve};
+use crate::mechanics::contact::solvers::{LARGEST_OF_FREE, Method, Options, SolveReport, solve};
 use crate::record::{NamedContactProblem, read_contact_problem};
 use crate::scene::Problems;
 use crate::study::process_cpu_s;
@@ -60,8 +60,9 @@ struct Row {
 /// All that is wrong with the files and the flags.
 pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let method = method(&args.solver)?;
-    if !(args.tol > 0.0) {
-        return Err(CliError::Usage(format!("--tol {}: it must be above 0", args.tol)));
+    if !(args.tol > 0.0 && args.tol <= LARGEST_OF_FREE) {
+        let message = format!("--tol {}: it must be above 0 and at most {LARGEST_OF_FREE}", args.tol);
+        return Err(CliError::Usage(message));
     }
     if args.time_limit.is_some_and(|limit| !(limit > 0.0)) {
         return Err(CliError::Usage("--time-limit must be above 0".into()));

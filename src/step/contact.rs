@@ -11,7 +11,7 @@ use crate::mechanics::contact::problem::ProblemError;
 use crate::mechanics::contact::projection::project_positions;
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
-use crate::mechanics::contact::solvers::{self, Method, SolveReport};
+use crate::mechanics::contact::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
 use crate::mechanics::contact::step_problem::solve_step;
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
@@ -135,7 +135,7 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        self.accept(report.residual, Some(report.sweeps))
+        self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
     }
 
     /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
@@ -177,13 +177,27 @@ impl<'p> ContactStep<'p> {
 
     /// As [`Self::accept`], of a solver of the library.
     pub fn accept_report(&mut self, report: &SolveReport) -> Result<(), (FailureCause, String)> {
-        let is_within = report.converged || report.error_scaled <= self.plan.tolerance;
-        if is_within { Ok(()) } else { self.accept(report.error_scaled, None) }
+        if report.converged {
+            return Ok(());
+        }
+        self.accept([report.error_scaled, report.error_of_free], None)
     }
 
-    /// Whether a residual above the scene's tolerance is still small enough; then it is counted. `sweeps` that led to it, where
-    /// they were counted.
-    pub fn accept(&mut self, residual: f64, sweeps: Option<usize>) -> Result<(), (FailureCause, String)> {
+    /// Whether a residual above the scene's tolerance is still small enough, by itself and against the velocities that contact must
+    /// stop; then it is counted. `sweeps` that led to it, where they were counted.
+    fn accept(
+        &mut self,
+        [residual, of_free]: [f64; 2],
+        sweeps: Option<usize>,
+    ) -> Result<(), (FailureCause, String)> {
+        if residual <= LARGEST_RESIDUAL && of_free > LARGEST_OF_FREE {
+            // Where there is no solution, reactions grow until they hide what is missed.
+            let message = format!(
+                "No reactions of the {} contacts stop what they must: {of_free:.2e} of the velocities is left (limit                  {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot give way, or jammed by friction.",
+                self.contacts.len()
+            );
+            return Err((FailureCause::ContactNotConverged, message));
+        }
         if residual <= LARGEST_RESIDUAL {
             // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to
             // more digits than the mesh resolves. It is counted, and the user is told.

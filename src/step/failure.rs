@@ -96,7 +96,8 @@ impl FailureCause {
                 "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
             }
             Self::ContactNotConverged => {
-                "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies that \
+                "Look for bodies that are squeezed between parts that cannot give way (prescribed, fixed, planes); else raise \
+                 `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies that \
                  touch over many redundant nodes."
             }
             Self::NewtonNotConverged => {

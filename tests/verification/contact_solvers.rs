@@ -3,10 +3,11 @@
 //! A ball strikes a block aslant, with friction, in explicit and in implicit steps; its last velocity by Gauss–Seidel on the velocities
 //! (explicit) or by the hybrid (implicit) is what the others are compared with, which get W, q and μ of every step.
 
-use crate::rig::{assert_at_most, mean_velocity, plan, run, small_ball_on_block};
+use crate::rig::{assert_at_most, mean_velocity, plan, run, run_on, small_ball_on_block};
 use contuse::mechanics::tensor::Vec3;
 use contuse::plan::Plan;
 use contuse::scene::document::ContactSolver;
+use contuse::step::{Ending, FailureCause, State};
 use serde_json::{Value, json};
 
 /// Velocity of the ball at the end [m/s], and the largest error of the energy balance [-].
@@ -137,4 +138,63 @@ fn rigid_sides_are_in_w_too() {
         1e-8,
         "velocity of a sliding rigid block less that by the default [m/s]",
     );
+}
+
+/// While a block settles everything sticks, which some solvers cannot have: the default takes their place, then they go on.
+#[test]
+fn every_solver_settles() {
+    use ContactSolver::{AcceleratedGradient, DeSaxce, Extragradient, InteriorPoint, Uzawa};
+    let mut scene = crate::incline::scene(15.0, 0.3, 0.0, 2e-3, 1e6);
+    let velocity = |scene: &Value| {
+        let mut last = Vec3::zeros();
+        run(&plan(scene), |frame| last = mean_velocity(frame, 0));
+        last
+    };
+    let expected = velocity(&scene);
+    for solver in [InteriorPoint, DeSaxce, Uzawa, Extragradient, AcceleratedGradient] {
+        scene["solver"] = json!({"contact": solver});
+        let what = format!("{}: velocity after settling less that by the default [m/s]", solver.name());
+        assert_at_most((velocity(&scene) - expected).norm(), 1e-7, &what);
+    }
+}
+
+/// A rigid ball between a floor and a block all of whose nodes are told to move further down than there is room.
+#[test]
+fn what_has_no_room_ends_the_run_with_a_diagnosis() {
+    let mut scene = json!({
+        "name": "press", "end_time_s": 2e-3,
+        "bodies": [
+            {
+                "name": "ball", "role": "projectile",
+                "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0, 0, 0.01], "mass_kg": 0.005}
+            },
+            {
+                "name": "press", "role": "tissue",
+                "mesh": {"generator": {
+                    "kind": "block", "min_m": [-0.02, -0.02, 0.0201], "max_m": [0.02, 0.02, 0.03], "elements": [4, 4, 2]
+                }},
+                "parts": [{"part": "*", "density_kg_per_m3": 1000.0, "material": {
+                    "law": "neo_hookean", "c10_pa": 2e4, "bulk_modulus_pa": 2e6
+                }}],
+                "prescribed": [{"set": "*", "displacement_m": [0, 0, -0.002], "ramp": {"kind": "linear", "to_s": 2e-3}}]
+            }
+        ],
+        "planes": [{"name": "floor", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "contact": {"friction": 0.3},
+        "record": {"fields": [], "field_times_s": []}
+    });
+    let implicit = json!({"kind": "implicit", "step_s": 1e-4});
+    for (integrator, solver) in [
+        (json!({"kind": "explicit"}), None),
+        (json!({"kind": "explicit"}), Some(ContactSolver::Newton)),
+        (implicit.clone(), None),
+        (implicit, Some(ContactSolver::Newton)),
+    ] {
+        scene["integrator"] = integrator;
+        scene["solver"] = solver.map_or_else(|| json!({}), |solver| json!({"contact": solver}));
+        let plan = plan(&scene);
+        let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| {});
+        let Ending::Failed { failure } = &outcome.ending else { panic!("{solver:?}: {outcome:#?}") };
+        assert_eq!(failure.cause, FailureCause::ContactNotConverged, "{solver:?}: {failure}");
+    }
 }

@@ -185,7 +185,10 @@ fn stick_radius(n: u32) -> [f64; 2] {
     let looks = looks(&scene, foot(n, true), 0.5);
     let ratio = |look: &Look| -look.tangential / (friction * look.normal.max(1e-300));
     let found = at(&looks, ratio, 0.5);
-    println!("{n}: {found:?} p0/(1.5 P/(pi a2)) = {}", found.p0 / (1.5 * found.normal / (std::f64::consts::PI * found.a.powi(2))));
+    println!(
+        "{n}: {found:?} p0/(1.5 P/(pi a2)) = {}",
+        found.p0 / (1.5 * found.normal / (std::f64::consts::PI * found.a.powi(2)))
+    );
     let at_the_pole = 1.0 + found.q0 / (friction * found.p0);
     let of_moments = (1.0 + found.tangential_moment / (friction * found.normal_moment)).powf(0.2);
     [at_the_pole, of_moments]

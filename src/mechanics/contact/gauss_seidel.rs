@@ -67,6 +67,9 @@ pub struct SolveReport {
     /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` a contact, F at
     /// `ρ = 1/D`, and q the free relative velocities of the contacts that close.
     pub residual: f64,
+    /// The same against the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-]: no growth of the impulses hides a contact that nothing
+    /// can stop.
+    pub residual_of_free: f64,
     /// The residual is within the tolerance, or at the rounding of the velocities.
     pub converged: bool,
 }
@@ -133,10 +136,10 @@ pub fn solve_with_rigid(
     // What the contacts that close ask for; if none does, p = 0 is the solution.
     let closing = workspace.closing(v);
     if closing == 0.0 {
-        return SolveReport { sweeps: 0, residual: 0.0, converged: true };
+        return SolveReport { sweeps: 0, residual: 0.0, residual_of_free: 0.0, converged: true };
     }
 
-    let mut residual = f64::INFINITY;
+    let (mut residual, mut residual_of_free) = (f64::INFINITY, f64::INFINITY);
     let (mut damping, mut last_look) = (1.0, f64::INFINITY);
     let mut last_change = f64::INFINITY;
     let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
@@ -157,9 +160,10 @@ pub fn solve_with_rigid(
         if sweep == 1 || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
             let sums = workspace.measure(v, reactions);
             residual = (sums.change / closing.max(sums.impulse)).sqrt();
+            residual_of_free = (sums.change / closing).sqrt();
             let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
             if residual <= options.tolerance || sums.change.sqrt() <= rounding {
-                return SolveReport { sweeps: start + sweep, residual, converged: true };
+                return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: true };
             }
         }
         if damping >= 1.0 && sweep < options.max_sweeps {
@@ -167,7 +171,7 @@ pub fn solve_with_rigid(
             last_change = change;
         }
     }
-    SolveReport { sweeps: start + options.max_sweeps, residual, converged: false }
+    SolveReport { sweeps: start + options.max_sweeps, residual, residual_of_free, converged: false }
 }
 
 impl Workspace {

@@ -93,12 +93,15 @@ pub fn solve_frictionless(
     let plain = (0..n).map(|c| f(c).powi(2)).sum::<f64>().sqrt();
     let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let error_scaled = normal.error();
+    let residual = normal.residual();
+    let error_of_free = if residual == 0.0 { 0.0 } else { residual / normal.q_size };
     Ok(SolveReport {
         solver: Method::Frictionless,
         iterations,
         error_scaled,
         error_plain: if plain == 0.0 { 0.0 } else { plain / size(q).max(size(r)) },
-        converged: error_scaled <= options.tolerance && normal.residual() <= LARGEST_OF_FREE * normal.q_size,
+        error_of_free,
+        converged: error_scaled <= options.tolerance && error_of_free <= LARGEST_OF_FREE,
         failed_contacts: 0,
     })
 }

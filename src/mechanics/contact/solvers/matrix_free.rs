@@ -51,6 +51,7 @@ pub fn solve_matrix_free(
         iterations: ending.iterations,
         error_scaled: errors.scaled,
         error_plain: errors.plain,
+        error_of_free: errors.of_free,
         converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
         failed_contacts: 0,
     })

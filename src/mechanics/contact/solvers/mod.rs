@@ -26,7 +26,7 @@ use super::problem::ContactProblem;
 use scaled::Scaled;
 
 /// The most by which a converged solution breaks the law, as a share of the free velocities.
-const LARGEST_OF_FREE: f64 = 1e-2;
+pub const LARGEST_OF_FREE: f64 = 1e-2;
 
 /// Which solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,6 +83,11 @@ impl Method {
             Self::AcceleratedGradient => "accelerated-gradient",
             Self::Frictionless => "frictionless",
         }
+    }
+
+    /// Whether it can have an infinite μ: the De Saxcé form has none.
+    fn takes_full_stick(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Nsgs | Self::Newton | Self::Proximal | Self::Frictionless)
     }
 
     /// The solver of a name.
@@ -151,6 +156,8 @@ pub struct SolveReport {
     pub error_scaled: f64,
     /// [`ContactProblem::error_plain`] of the solution.
     pub error_plain: f64,
+    /// [`Errors::of_free`](super::problem::Errors::of_free) of the solution.
+    pub error_of_free: f64,
     /// The scaled error is within the tolerance, and the law broken by no more than a hundredth of the free velocities:
     /// where no solution exists, reactions may grow until the scaled error is small. Else `r` is the best iterate.
     pub converged: bool,
@@ -183,14 +190,18 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
         iterations,
         error_scaled: errors.scaled,
         error_plain: errors.plain,
+        error_of_free: errors.of_free,
         converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
         failed_contacts: scaled.failed_contacts,
     }
 }
 
-/// Runs one solver; says which found the solution, and its iterations.
+/// Runs one solver; says which found the solution, and its iterations. Where a μ is infinite, which not all of them can have, the
+/// default takes their place.
 fn run<'a>(scaled: &mut Scaled, method: Method, limits: impl Fn(usize) -> Limits<'a>) -> (Method, usize) {
+    let sticks = scaled.mu.iter().any(|mu| mu.is_infinite());
     let ending = match method {
+        _ if sticks && !method.takes_full_stick() => return run(scaled, Method::Hybrid, limits),
         Method::Hybrid | Method::Frictionless if scaled.is_frictionless() => {
             let ending = frictionless::solve(scaled, &limits(frictionless::MAX_SWEEPS));
             return (Method::Frictionless, ending.iterations);
