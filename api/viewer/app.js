@@ -13,7 +13,7 @@ const ROUTES = [
   [/^$/, () => listPage()],
   [/^new(?:\/([\w-]+))?$/, (id) => submitPage(id)],
   [/^job\/([\w-]+)$/, (id) => jobPage(id)],
-  [/^what-if\/([\w-]+)$/, (id) => whatIfPage(id)],
+  [/^what-if\/([\w-]+)(?:\?job=([\w-]+))?$/, (id, question) => whatIfPage(id, question)],
   [/^compare(?:\/([\w-]+))?(?:\/([\w-]+))?$/, (a, b) => comparePage(a, b)],
 ];
 

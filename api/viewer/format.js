@@ -35,6 +35,11 @@ export function change(value, scale, digits = 4) {
   return `${value > 0 ? "+" : ""}${number(value, digits)}`;
 }
 
+/** A number; in brackets when its error is as large. Nothing is known of a number without one. */
+export function bracketed(value, error) {
+  return error > 0 && error >= Math.abs(value) ? `(${number(value)})` : number(value);
+}
+
 /** A number and its unit. */
 export function withUnit(value, unit, digits = 4) {
   return unit ? `${number(value, digits)}${NARROW_SPACE}${unit}` : number(value, digits);

@@ -277,7 +277,17 @@ def test_sliders_propose_numbers_once_cases_are_spread_over_them(page):
     speed.focus()
     for _ in range(20):
         page.keyboard.press("ArrowRight")
-    assert "±" in before and proposals.nth(0).inner_text() != before
+    assert proposals.nth(0).inner_text() != before
+    # Both errors; the numerical one is that of the base, in proportion.
+    answer = page.request.get(f"/v1/jobs/{page.url.rsplit('=', 1)[1]}/summary").json()
+    base = answer["cases"][0]["numbers"]
+    for row, key in zip(proposals.all(), ["peak_force_n", "patch_area_mm2", "stress_depth_mm", "absorbed_energy_j"]):
+        words = re.search(r"(\(?)([\d.]+)(\)?) ±\s([\d.]+) numerical, ±\s([\d.]+) proposal", row.inner_text())
+        bracket, closing = words[1], words[3]
+        number, numerical, proposal = (float(words[group]) for group in (2, 4, 5))
+        assert numerical / number == pytest.approx(base[key]["error"] / base[key]["value"], rel=0.1)
+        assert proposal == pytest.approx(next(s["hold_out_error"] for s in answer["surrogates"] if s["quantity"] == key), rel=0.1)
+        assert bracket + closing == ("()" if max(numerical, proposal) >= number else "")
     expect(page.get_by_text("Proposed, not computed")).to_be_visible()
     page.keyboard.press("End")
     expect(proposals.nth(0)).to_contain_text("beyond what was computed")

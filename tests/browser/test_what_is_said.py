@@ -153,3 +153,87 @@ def test_what_matters_most_ranks_what_rises_and_falls(page, jobs):
         assert float(cells[2]) == pytest.approx(effect[name], rel=1e-3)
     expect(effects.filter(has_text="angle")).to_contain_text("not monotone")
     expect(page.locator("thead").first).to_contain_text("depth of stress above")
+
+
+def test_jobs_without_a_recording_offer_only_what_works(page, jobs):
+    page.goto(f"/#/job/{jobs['good']['id']}")
+    tools = page.locator(".title .tools")
+    expect(tools.get_by_role("link")).to_have_text(["Change and run again", "Compare", "What if?"])
+    page.goto(f"/#/job/{jobs['question']['id']}")
+    expect(page.locator("h1")).to_contain_text("what if:")
+    expect(tools.get_by_role("button", name="Delete")).to_be_visible()
+    expect(tools.get_by_role("link")).to_have_count(0)
+    # Whoever comes by an old address reads why.
+    page.goto(f"/#/compare/{jobs['question']['id']}/{jobs['good']['id']}")
+    expect(page.get_by_role("alert")).to_contain_text("has no recording")
+    page.watch.errors.remove(next(error for error in page.watch.errors if "has no recording" in error))
+
+
+def test_an_error_study_is_shown_as_tables(page, jobs):
+    presets = {preset["file"]: preset["scene"] for preset in page.request.get("/viewer/presets.json").json()}
+    job = post(page, "/v1/studies", {"kind": "error", "scene": presets["bar_on_wall/scene.json"], "coarsest": -1, "finest": 0})
+    study = page.request.get(job["links"]["summary"]).json()
+    page.goto(f"/#/job/{job['id']}")
+    expect(page.locator(".title .tools a")).to_have_count(0)
+    settings, cheapest, limits = (page.get_by_role("group", name=name).locator("tbody tr") for name in ("Settings", "Cheapest", "Limits"))
+    expect(settings).to_have_count(len(study["rows"]))
+    for shown, row in zip(settings.all(), study["rows"]):
+        expect(shown.locator("th")).to_have_text(row["name"])
+        number, error = re.fullmatch(r"([\d.]+) \(([\d.]+)\s%\)", shown.locator("td").nth(3).inner_text()).groups()
+        assert float(number) == pytest.approx(row["values"]["peak_force_n"], rel=1e-3)
+        assert float(error) == pytest.approx(100 * row["errors"]["peak_force_n"], rel=0.05)
+    expect(limits).to_have_count(len(study["references"]))
+    for advice in study["advice"]:
+        name = advice.get("quantity", "all of them").replace("_", " ")
+        expect(cheapest.filter(has=page.get_by_role("rowheader", name=name, exact=True))).to_contain_text(advice.get("setting", "none of these"))
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Results (JSON)").click()
+    assert json.loads(download.value.path().read_text()) == study
+
+
+def test_a_stability_study_is_shown_as_a_table_of_cells(page, jobs):
+    job = post(page, "/v1/studies", {"kind": "stability", "short": True})
+    study = page.request.get(job["links"]["summary"]).json()
+    for width in (1440, 390):
+        page.set_viewport_size({"width": width, "height": 1000})
+        page.goto(f"/#/job/{job['id']}")
+        cells = page.get_by_role("group", name="Stiff and extreme cases").locator("tbody tr")
+        expect(cells).to_have_count(len(study["cells"]))
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.set_viewport_size({"width": 1440, "height": 1000})
+    shown = cells.evaluate_all("(rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent))")
+    for words, cell in zip(shown, study["cells"]):
+        assert words == [cell["axis"], cell["value"], cell["stepping"], cell["verdict"], cell.get("reason", ""), cell.get("remedy", "")]
+    assert {"finished", "refused"} <= {words[3] for words in shown}
+
+
+def test_a_question_is_found_again_after_leaving(page, jobs):
+    page.goto("/")
+    page.goto(f"/#/what-if/{jobs['good']['id']}")
+    speed = page.get_by_label("Speed")
+    speed.focus()
+    for _ in range(20):
+        page.keyboard.press("ArrowRight")
+    page.get_by_label("what matters most").check()
+    page.get_by_role("button", name="What if?").click()
+    page.wait_for_url(re.compile(r"\?job="))
+    address = page.evaluate("location.hash")
+    # Away while it computes, and back through the list.
+    page.get_by_role("link", name="Impacts").click()
+    page.locator(f'tbody a[href="{address}"]').click()
+    expect(page.get_by_text("Done:")).to_be_visible()
+    rows = page.get_by_role("group", name="what differs from the base").locator("tbody tr")
+    answer = page.request.get(f"/v1/jobs/{address.split('job=')[1]}/summary").json()
+    expect(rows).to_have_count(len(answer["cases"]))
+    # By its address alone, too; and the next question still has the case of the first.
+    page.reload()
+    expect(page.get_by_text("Done:")).to_be_visible()
+    expect(rows).to_have_count(len(answer["cases"]))
+    page.get_by_label("Speed").focus()
+    page.keyboard.press("ArrowLeft")
+    page.get_by_role("button", name="What if?").click()
+    expect(rows).to_have_count(3)
+    expect(page.get_by_text("Done:")).to_be_visible()
+    assert page.evaluate("location.hash") != address
+    page.get_by_role("link", name="This question among the jobs").click()
+    expect(page.get_by_role("link", name="Ask further")).to_have_attribute("href", re.compile(re.escape(f"#/what-if/{jobs['good']['id']}?job=")))

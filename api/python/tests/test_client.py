@@ -1,5 +1,6 @@
 """The client against a service that runs: `CONTUSE=target/release/contuse pytest api/python/tests`."""
 
+import hashlib
 import json
 import os
 import runpy
@@ -149,6 +150,65 @@ def test_pyvista_sees_the_mesh(client, job, tmp_path):
     assert start.compute_cell_sizes()["Volume"].sum() == pytest.approx(0.06 * 0.06 * 0.03, rel=1e-6)
     assert end["von_mises_pa"].max() > 1e4 > start["von_mises_pa"].max()
     assert end.field_data["time_s"][0] == pytest.approx(1e-4)
+
+
+def test_a_mesh_is_uploaded_once(client):
+    path = ROOT / "api/examples/cube.msh"
+    mesh = client.upload(path)
+    assert (mesh.id, mesh.bytes, mesh.format) == (hashlib.sha256(path.read_bytes()).hexdigest(), path.stat().st_size, "msh")
+    assert mesh.body["parts"] == {"cube": 1}
+    assert client.upload(str(path)) == mesh
+    with pytest.raises(ServiceProblem) as caught:
+        client.upload(ROOT / "api/examples/events.txt")
+    assert caught.value.status == 422
+
+
+@pytest.mark.parametrize("scene", ["scene_frictionless.json", "scene_L0_inp.json"])
+def test_meshes_beside_a_scene_go_with_it(client, tmp_path, scene):
+    folder = ROOT / "scenarios/ball_on_block"
+    job = client.wait(client.submit(str(folder / scene)))
+    assert client.summary(job).peak_force_n.value > 0
+    named = [body["mesh"]["file"]["name"] for body in client.recording(job, tmp_path / "run.mcap").scene["bodies"]]
+    file = json.loads((folder / scene).read_text())["bodies"][0]["mesh"]["file"]["name"]
+    assert named == [hashlib.sha256((folder / file).read_bytes()).hexdigest()] * 2
+
+
+def test_meshes_elsewhere_stay_where_they_are(client, tmp_path):
+    document = json.loads((ROOT / "scenarios/ball_on_block/scene.json").read_text())
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "secret.msh").write_bytes((ROOT / "api/examples/cube.msh").read_bytes())
+    for name in ("../secret.msh", str(tmp_path / "secret.msh"), "nothing.msh"):
+        for body in document["bodies"]:
+            body["mesh"]["file"]["name"] = name
+        path = tmp_path / "inside/scene.json"
+        path.write_text(json.dumps(document))
+        with pytest.raises(InvalidScene) as caught:
+            client.submit(path)
+        assert all(problem.pointer.startswith("/bodies/") and "mesh" in problem.pointer for problem in caught.value.problems)
+
+
+def test_a_question_is_answered(client, job, scene, tmp_path):
+    speed = {"name": "speed", "low": 10, "high": 30, "change": {"kind": "speed_m_per_s", "body": "ball"}}
+    question = {"parameters": [speed], "cases": [{"set": {"speed": 20}}]}
+    answers = []
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(scene))
+    for base in ({"job": job.id}, {"scene": scene}, {"scene": path}):
+        answers.append(client.results(client.wait(client.what_if({**question, **base})))["cases"])
+    own, faster = answers[0]
+    assert own["numbers"]["peak_force_n"]["value"] == pytest.approx(client.summary(job).peak_force_n.value, rel=1e-9)
+    assert faster["parameters"] == {"speed": 20}
+    assert answers[1] == answers[2] == answers[0]
+    with pytest.raises(InvalidScene) as caught:
+        client.what_if({**question, "job": "nothing"})
+    assert [problem.pointer for problem in caught.value.problems] == ["/job"]
+
+
+def test_a_study_has_rows(client):
+    job = client.study({"kind": "error", "scene": ROOT / "scenarios/bar_on_wall/scene.json", "coarsest": -1, "finest": 0})
+    rows = client.results(client.wait(job))["rows"]
+    assert {"mesh -1", "mesh 0"} <= {row["name"] for row in rows}
+    assert all(row["ending"] == "finished" and row["errors"]["peak_force_n"] >= 0 for row in rows)
 
 
 def test_cancelled_jobs_raise_and_can_be_deleted(client, scene):

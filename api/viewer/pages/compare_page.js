@@ -14,7 +14,7 @@ import { ViewSettings, forceWindow } from "./view_settings.js";
 
 export async function comparePage(first, second) {
   const { jobs } = await getJson("/v1/jobs?limit=200");
-  const recorded = jobs.filter((job) => job.recording);
+  const recorded = jobs.filter((job) => job.links.recording && job.links.summary);
   const [a, b] = [first ?? recorded[1]?.id, second ?? recorded.find((job) => job.id !== first)?.id];
   const element = html("div", {}, html("div", { class: "title" }, html("h1", {}, "Two impacts, side by side")), chooser(recorded, a, b));
   if (recorded.length < 2 || !a || !b) {
@@ -39,6 +39,7 @@ function chooser(jobs, a, b) {
 
 async function loadRun(label, id) {
   const job = await getJson(`/v1/jobs/${id}`);
+  if (!job.links.summary || !job.links.recording) throw new Error(`${job.name} has no recording with numbers, so there is nothing to compare.`);
   const [summary, recording] = await Promise.all([getJson(job.links.summary), Recording.open(job.links.recording)]);
   return { label, job, summary, recording, window: forceWindow(summary) };
 }

@@ -9,10 +9,12 @@ import { allNumbers } from "../summary/every_number.js";
 import { injuryCriteria, plainWords } from "../summary/plain_words.js";
 import { trustLine, trustPanel } from "../summary/trust.js";
 import { layoutOf } from "../recording/layout.js";
+import { pageOfQuestion } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { stateBadge } from "./list_page.js";
 import { ProgressPanel } from "./progress.js";
 import { RunPanel } from "./run_panel.js";
+import { studyResults } from "./study_results.js";
 
 const FINAL = ["succeeded", "failed", "cancelled"];
 
@@ -25,12 +27,14 @@ export async function jobPage(id) {
 class JobPage {
   #ending = new AbortController();
   #state = html("span");
+  #tools = html("div", { class: "tools" });
   #body = html("div");
   #panel = null;
 
   constructor(job) {
     this.job = job;
-    this.element = html("div", {}, html("div", { class: "title" }, html("h1", {}, job.name, " ", this.#state), this.#tools()), this.#body);
+    this.element = html("div", {}, html("div", { class: "title" }, html("h1", {}, job.name, " ", this.#state), this.#tools), this.#body);
+    this.#showTools();
   }
 
   start() {
@@ -49,16 +53,19 @@ class JobPage {
     this.#body.append(html("p", { class: "alert", role: "alert" }, error.message));
   }
 
-  #tools() {
-    const { id } = this.job;
-    return html(
-      "div",
-      { class: "tools" },
-      html("a", { class: "button", href: `#/new/${id}` }, "Change and run again"),
-      html("a", { class: "button", href: `#/compare/${id}` }, "Compare"),
-      html("a", { class: "button", href: `#/what-if/${id}` }, "What if?"),
+  /** What can be done with the job: the scene is in its recording, and questions, studies and what was cancelled early have none. */
+  #showTools() {
+    const { id, links } = this.job;
+    const link = (words, address) => html("a", { class: "button", href: address }, words);
+    const asked = pageOfQuestion(this.job);
+    const tools = [
+      links.recording && link("Change and run again", `#/new/${id}`),
+      links.recording && links.summary && link("Compare", `#/compare/${id}`),
+      links.recording && link("What if?", `#/what-if/${id}`),
+      asked && link("Ask further", asked),
       button("Delete", () => this.#delete().catch((error) => this.#say(error)), { class: "danger" }),
-    );
+    ];
+    this.#tools.replaceChildren(...tools.filter(Boolean));
   }
 
   async #delete() {
@@ -72,8 +79,11 @@ class JobPage {
     const progress = new ProgressPanel(this.job, () => this.#peek());
     this.#body.replaceChildren(progress.element);
     this.#state.replaceChildren(stateBadge(this.job.state));
+    const answer = new WhatIfAnswer();
     await followEvents(`/v1/jobs/${this.job.id}/events`, (event) => {
       progress.take(event);
+      answer.take(event);
+      if (event.event === "case" && !answer.element.parentElement) this.#body.append(html("section", { class: "panel" }, answer.element));
       if (event.data.state) this.#state.replaceChildren(stateBadge(event.data.state));
     }, this.#ending.signal);
     if (this.#ending.signal.aborted) return;
@@ -94,6 +104,7 @@ class JobPage {
     const { job } = this;
     this.#panel?.dispose();
     this.#state.replaceChildren(stateBadge(job.state));
+    this.#showTools();
     this.#body.replaceChildren();
     if (job.failure) this.#body.append(failurePanel(job.failure));
     const summary = job.links.summary ? await getJson(job.links.summary) : null;
@@ -101,7 +112,7 @@ class JobPage {
     const trust = isRun && trustPanel(summary);
     if (isRun) this.#body.append(headlineCards(summary), trustLine(summary, () => trust.scrollIntoView({ behavior: "smooth" })), plainWords(summary) ?? "");
     else if (summary?.cases) this.#showAnswer(summary);
-    else if (summary) this.#body.append(html("pre", { class: "panel" }, JSON.stringify(summary, null, 2)));
+    else if (summary) this.#body.append(studyResults(job.name, summary));
     if (job.recording) await this.#showRecording(isRun ? summary : null);
     if (isRun) {
       this.#body.append(

@@ -3,6 +3,7 @@
 import { getJson } from "../api.js";
 import { button, html, table } from "../dom.js";
 import { bytes, moment } from "../format.js";
+import { pageOfQuestion } from "./asked.js";
 import { reached } from "./progress.js";
 
 /** A state as a badge. */
@@ -82,7 +83,7 @@ function jobTable(jobs, choose, watched) {
     };
     show(job);
     if (!isOver(job)) watched.set(job.id, show);
-    return [html("a", { href: `#/job/${job.id}` }, job.name), cells[0], cells[1], moment(job.created_at), cells[2], box];
+    return [html("a", { href: pageOfQuestion(job) ?? `#/job/${job.id}` }, job.name), cells[0], cells[1], moment(job.created_at), cells[2], box];
   });
   return table("Jobs, newest first", ["scene", "state", "done", "submitted", "recording", "compare"], rows);
 }

@@ -21,14 +21,15 @@ export function reached(job) {
 export class ProgressPanel {
   #bar = html("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
   #words = html("p", { "aria-live": "polite" });
+  #look;
   #log = html("ol", { class: "event-log" });
 
   constructor(job, peek) {
     this.job = job;
     const cancel = button("Cancel", () => postJson(`/v1/jobs/${job.id}/cancel`, {}).catch((e) => this.#note(e.message)), { class: "danger" });
-    const look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
+    this.#look = button("Look at it now", () => peek().catch((e) => this.#note(e instanceof ApiProblem ? e.message : String(e))));
     this.#words.textContent = job.queue_position ? `Waiting: number ${job.queue_position} in the queue.` : "Waiting for news.";
-    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, look, cancel), this.#log);
+    this.element = html("section", { class: "panel progress-panel" }, html("h2", {}, "Progress"), this.#bar, this.#words, html("div", { class: "tools" }, this.#look, cancel), this.#log);
   }
 
   #note(words) {
@@ -41,6 +42,8 @@ export class ProgressPanel {
       return;
     }
     this.#bar.value = data.progress;
+    // Many runs behind one job leave no recording to look at.
+    if (isStudy(data)) this.#look.remove();
     const left = data.eta_s == null ? "" : `, about ${number(data.eta_s, 2)} s left`;
     const steps = isStudy(data) ? "" : `step ${data.step}${data.expected_steps ? ` of about ${data.expected_steps}` : ""}, `;
     this.#words.textContent = data.step === 0 ? `${data.phase}${left}` : `${data.phase}: ${steps}${reached({ ...this.job, ...data })}${left}`;

@@ -1,7 +1,7 @@
 // The answer to a what-if question: a table of cases that fills as they come, and what each parameter does by itself.
 
 import { html, saveFile, button, table } from "../dom.js";
-import { number } from "../format.js";
+import { bracketed, number } from "../format.js";
 import { threshold } from "../summary/headline.js";
 import { effectsTable } from "./what_if_effects.js";
 
@@ -15,12 +15,12 @@ function numbersAbove(pascal) {
   ];
 }
 
-/** A number with its error; in brackets when the error is larger. */
+/** A number with its error; in brackets when the error is as large. */
 function words(quantity) {
   if (!quantity) return "–";
   const { value, error } = quantity;
   if (error == null) return number(value);
-  return `${error > Math.abs(value) ? `(${number(value)})` : number(value)}\u00a0±\u00a0${number(error, 2)}`;
+  return `${bracketed(value, error)}\u00a0±\u00a0${number(error, 2)}`;
 }
 
 /** What an answer calls a number, with the threshold that it is about. */
@@ -69,6 +69,14 @@ export class WhatIfAnswer {
     }
     this.errorBars = answer.error_bars;
     this.#show();
+  }
+
+  /** What was set in the cases by hand, in their order: values by parameter, without those of the base. */
+  get asked() {
+    const cases = [...this.#cases.values()].sort((a, b) => a.index - b.index);
+    const base = cases[0]?.parameters ?? {};
+    const changed = ({ parameters }) => Object.entries(parameters).filter(([name, value]) => value !== base[name]);
+    return cases.filter(({ origin }) => origin.kind === "case").map((one) => ({ set: Object.fromEntries(changed(one)) }));
   }
 
   /** The numbers that are shown: [name on the wire, title]. */

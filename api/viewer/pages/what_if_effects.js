@@ -1,4 +1,4 @@
-// What matters most: how far each parameter by itself moves each number over its range.
+// What matters most: how far each parameter by itself moves each number from its low to its high end.
 
 import { html, table } from "../dom.js";
 import { change, number } from "../format.js";
@@ -25,8 +25,8 @@ export function effectsTable(sensitivities, numbers, base, describe) {
       verdict(s, base?.[s.quantity]?.error),
     ];
   });
-  const columns = ["number", "parameter", "range", "effect: largest − smallest", "at the low end → base → high end", "elasticity", "numerical error"];
-  return html("section", { class: "what-matters" }, html("h2", {}, "What matters most"), table("How far each parameter by itself moves each number over its range, the farthest first", columns, rows));
+  const columns = ["number", "parameter", "low → high", "effect: largest − smallest", "at the low end → base → high end", "elasticity", "numerical error"];
+  return html("section", { class: "what-matters" }, html("h2", {}, "What matters most"), table("How far each parameter by itself moves each number from low to high, the farthest first", columns, rows));
 }
 
 const effectOf = ({ values }) => Math.max(...values) - Math.min(...values);

@@ -5,6 +5,7 @@ import { button, checkbox, html } from "../dom.js";
 import { withUnit } from "../format.js";
 import { Recording } from "../recording/recording.js";
 import { significantThreshold } from "../summary/headline.js";
+import { questionPage, remember } from "./asked.js";
 import { WhatIfAnswer } from "./what_if_answer.js";
 import { parametersOf } from "./what_if_parameters.js";
 import { WhatIfProposal } from "./what_if_proposal.js";
@@ -12,11 +13,13 @@ import { WhatIfProposal } from "./what_if_proposal.js";
 /** Cases spread over all sliders, for each coefficient of a polynomial of second degree. */
 const CASES_PER_TERM = 1.6;
 
-export async function whatIfPage(id) {
+/** The page of an impact; with a question that was asked before, by the id of its job, also of that. */
+export async function whatIfPage(id, question) {
   const job = await getJson(`/v1/jobs/${id}`);
   const scene = JSON.parse(await Recording.sceneText(`/v1/jobs/${id}/recording`));
   const summary = job.links.summary && await getJson(job.links.summary);
   const page = new WhatIfPage(job, parametersOf(scene), summary && significantThreshold(summary));
+  if (question) page.resume(question);
   return { title: `What if: ${job.name}`, element: page.element, leave: () => page.leave() };
 }
 
@@ -26,7 +29,7 @@ class WhatIfPage {
   #threshold;
   #values = new Map();
   #cases = [];
-  #asking = null;
+  #leaving = new AbortController();
   #isOneAtATime = false;
   #isSampled = false;
   #proposal = new WhatIfProposal();
@@ -55,7 +58,7 @@ class WhatIfPage {
   }
 
   leave() {
-    this.#asking?.abort();
+    this.#leaving.abort();
   }
 
   #slider({ name, label, unit, factor, base, low, high }) {
@@ -95,15 +98,27 @@ class WhatIfPage {
       return;
     }
     this.#answer().catch((error) => {
-      this.#state.textContent = [error.message, ...(error.body?.errors ?? []).map((e) => `${e.pointer}: ${e.message}`)].join(" ");
       this.#cases.pop();
-      this.#ask.disabled = false;
+      this.#refuse(error);
     });
+  }
+
+  #refuse(error) {
+    this.#state.textContent = [error.message, ...(error.body?.errors ?? []).map((e) => `${e.pointer}: ${e.message}`)].join(" ");
+    this.#ask.disabled = false;
+  }
+
+  /** Goes on with a question that was asked before. Its cases by hand will be asked again with the next. */
+  resume(question) {
+    const again = async () => {
+      const answer = await this.#follow(question);
+      if (answer) this.#cases = answer.asked;
+    };
+    again().catch((error) => this.#refuse(error));
   }
 
   async #answer() {
     this.#ask.disabled = true;
-    this.#asking = new AbortController();
     const asked = (name) => this.#cases.filter((one) => name in one.set).map((one) => one.set[name]);
     const varied = this.#parameters.filter(({ name, mayEnd }) => asked(name).length || ((this.#isOneAtATime || this.#isSampled) && !mayEnd));
     // Where the ends of the slider may lie beyond the scene, what was asked for is the range.
@@ -111,18 +126,30 @@ class WhatIfPage {
     const parameters = varied.map((one) => ({ name: one.name, change: one.change, low: Math.min(...ends(one)), high: Math.max(...ends(one)) }));
     const question = { job: this.#job.id, parameters, cases: this.#cases, one_at_a_time: this.#isOneAtATime };
     if (this.#isSampled) question.sample = { method: "sobol", count: this.#sampleCount(), seed: 1 };
-    const job = await postJson("/v1/what-if", question);
+    const { id } = await postJson("/v1/what-if", question);
+    remember(id, this.#job.id);
+    // Whoever leaves while it computes comes back to it by the address; a page that was left has no say in that.
+    if (!this.#leaving.signal.aborted) history.replaceState(null, "", questionPage(this.#job.id, id));
+    await this.#follow(id);
+  }
+
+  /** Shows the answer to a question as it comes; null when the page was left before its end. */
+  async #follow(id) {
+    this.#ask.disabled = true;
+    const { signal } = this.#leaving;
     const answer = new WhatIfAnswer(new Map(this.#parameters.map((parameter) => [parameter.name, parameter])), this.#threshold);
-    this.#answers.replaceChildren(answer.element);
+    this.#answers.replaceChildren(answer.element, html("p", {}, html("a", { href: `#/job/${id}` }, "This question among the jobs")));
     this.#state.textContent = "Computing; what was asked before is remembered.";
-    await followEvents(`/v1/jobs/${job.id}/events`, (event) => answer.take(event), this.#asking.signal);
-    const ended = await getJson(`/v1/jobs/${job.id}`);
+    await followEvents(`/v1/jobs/${id}/events`, (event) => answer.take(event), signal);
+    if (signal.aborted) return null;
+    const ended = await getJson(`/v1/jobs/${id}`);
     if (ended.state !== "succeeded") throw new Error(`The question ${ended.state}: ${ended.failure?.message ?? ""}`);
-    const whole = await getJson(`/v1/jobs/${job.id}/summary`);
+    const whole = await getJson(`/v1/jobs/${id}/summary`);
     answer.takeAll(whole);
-    this.#proposal.take(whole.surrogates, answer.shown);
+    this.#proposal.take(whole, answer.shown);
     this.#proposal.show(this.#sliderValues());
     this.#state.textContent = `Done: ${whole.effort.computed} runs computed, ${whole.effort.from_cache} remembered. ${whole.notice}`;
     this.#ask.disabled = false;
+    return answer;
   }
 }

@@ -6,7 +6,7 @@ Research use only: not a medical device, not a diagnosis.
 from .client import Client
 from .errors import ContuseError, InvalidScene, JobFailed, NotMeasured, RecordingError, ServiceProblem, Unreachable, Withheld
 from .recording import Frame, Recording
-from .wire import InjuryMeasure, Job, Problem, Progress, Quantity, Summary
+from .wire import InjuryMeasure, Job, Mesh, Problem, Progress, Quantity, Summary
 
 __all__ = [
     "Client",
@@ -16,6 +16,7 @@ __all__ = [
     "InvalidScene",
     "Job",
     "JobFailed",
+    "Mesh",
     "NotMeasured",
     "Problem",
     "Progress",

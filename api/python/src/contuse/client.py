@@ -15,9 +15,10 @@ import httpx
 
 from .errors import ContuseError, InvalidScene, JobFailed, ServiceProblem, Unreachable
 from .recording import Recording
-from .wire import Job, Problem, Progress, Summary
+from .wire import Job, Mesh, Problem, Progress, Summary
 
-Scene = Mapping[str, Any] | str | Path
+#: A document as JSON has it, or the path of one.
+Document = Mapping[str, Any] | str | Path
 #: Tries of a request or a stream that breaks off, and the first rest between them [s]; each is twice the one before.
 TRIES = 5
 REST_S = 0.2
@@ -39,14 +40,27 @@ class Client:
     def close(self) -> None:
         self._http.close()
 
-    def validate(self, scene: Scene) -> dict[str, Any]:
-        """What a scene would be: bodies, plan, expected run time. Raises `InvalidScene` with every mistake."""
-        answer: dict[str, Any] = self._post("/v1/jobs/validate", _document(scene)).json()
+    def validate(self, scene: Document) -> dict[str, Any]:
+        """What a scene would be: bodies, plan, expected run time. Meshes beside it are uploaded. Raises `InvalidScene` with every mistake."""
+        answer: dict[str, Any] = self._post("/v1/jobs/validate", self._bytes_of(scene)).json()
         return answer
 
-    def submit(self, scene: Scene) -> Job:
-        """Submits a scene (a document, or the path of one). Sent again after a broken connection, it is still one job."""
-        return Job.of(self._post("/v1/jobs", _document(scene), {"Idempotency-Key": str(uuid.uuid4())}).json())
+    def upload(self, path: str | Path) -> Mesh:
+        """Uploads a mesh file. Scenes name it by its id, `{"file": {"name": mesh.id}}`; the same file has the same id."""
+        answer = self._post("/v1/meshes", Path(path).read_bytes(), {"Content-Type": "application/octet-stream"})
+        return Mesh.of(answer.json())
+
+    def submit(self, scene: Document) -> Job:
+        """Submits a scene (a document, or the path of one, whose mesh files are uploaded). Sent again after a broken connection, it is still one job."""
+        return self._submitted("/v1/jobs", scene)
+
+    def what_if(self, question: Document) -> Job:
+        """Asks what would be if. The base is `job`, the id of a job, or `scene`, a document or its path; `results` has the answer."""
+        return self._submitted("/v1/what-if", question)
+
+    def study(self, study: Document) -> Job:
+        """Submits a study, of `kind` `error` (its `scene` is a document or its path) or `stability`; `results` has what it says."""
+        return self._submitted("/v1/studies", study)
 
     def job(self, job: Job | str) -> Job:
         """The job as it stands."""
@@ -86,7 +100,12 @@ class Client:
 
     def summary(self, job: Job | str) -> Summary:
         """The clinical summary of a job that has ended."""
-        return Summary(self._get(f"/v1/jobs/{_id(job)}/summary").json())
+        return Summary(self.results(job))
+
+    def results(self, job: Job | str) -> dict[str, Any]:
+        """The summary of a job that has ended as it is on the wire: the answer to a what-if question, the rows or cells of a study."""
+        results: dict[str, Any] = self._get(f"/v1/jobs/{_id(job)}/summary").json()
+        return results
 
     def recording(self, job: Job | str, path: str | Path) -> Recording:
         """Downloads the recording of a job that has ended, goes on where it broke off, checks the digest, and opens it."""
@@ -148,6 +167,29 @@ class Client:
             _rest(attempt)
             attempt += 1
 
+    def _submitted(self, address: str, document: Document) -> Job:
+        return Job.of(self._post(address, self._bytes_of(document), {"Idempotency-Key": str(uuid.uuid4())}).json())
+
+    def _bytes_of(self, document: Document) -> bytes:
+        """The bytes of a document. Files go as they are, unless they name mesh files beside them: these are uploaded, and named by their ids."""
+        if not isinstance(document, (str, Path)):
+            scene = document.get("scene")
+            inner = {"scene": json.loads(self._bytes_of(scene))} if isinstance(scene, (str, Path)) else {}
+            return json.dumps({**document, **inner}).encode()
+        content, folder = Path(document).read_bytes(), Path(document).resolve().parent
+        try:
+            read = json.loads(content)
+        except ValueError:
+            # The service says where it breaks off.
+            return content
+        files = [file for file in _mesh_files(read) if _is_beside(folder, file["name"])]
+        if not files:
+            return content
+        ids = {name: self.upload(folder / name).id for name in sorted({file["name"] for file in files})}
+        for file in files:
+            file["name"] = ids[file["name"]]
+        return json.dumps(read).encode()
+
     def _get(self, path: str, params: dict[str, str] | None = None) -> httpx.Response:
         return self._tried(lambda: self._http.get(path, params=params))
 
@@ -179,11 +221,22 @@ def _id(job: Job | str) -> str:
     return job.id if isinstance(job, Job) else job
 
 
-def _document(scene: Scene) -> bytes:
-    """The bytes of a scene: files go as they are."""
-    if isinstance(scene, (str, Path)):
-        return Path(scene).read_bytes()
-    return json.dumps(scene).encode()
+def _mesh_files(value: Any) -> Iterator[dict[str, Any]]:
+    """What names a mesh file, wherever it stands in a document: the insides of `{"file": {"name": …}}`."""
+    if isinstance(value, dict):
+        file = value.get("file")
+        if isinstance(file, dict) and isinstance(file.get("name"), str):
+            yield file
+        value = list(value.values())
+    if isinstance(value, list):
+        for inner in value:
+            yield from _mesh_files(inner)
+
+
+def _is_beside(folder: Path, name: str) -> bool:
+    """Whether a name is that of a file in the folder: a scene of others must not name what lies elsewhere."""
+    path = (folder / name).resolve()
+    return path.is_relative_to(folder) and path.is_file()
 
 
 def _checked(answer: httpx.Response) -> httpx.Response:

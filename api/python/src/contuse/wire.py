@@ -53,6 +53,20 @@ class Job:
 
 
 @dataclass(frozen=True)
+class Mesh:
+    """An uploaded mesh; `body` has its parts, sets, box and quality."""
+
+    id: str
+    format: str
+    bytes: int
+    body: dict[str, Any]
+
+    @classmethod
+    def of(cls, body: dict[str, Any]) -> Mesh:
+        return cls(body["id"], body["format"], body["bytes"], body)
+
+
+@dataclass(frozen=True)
 class Progress:
     """How far a job is."""
 
