@@ -61,7 +61,7 @@ pub enum Command {
     Validate(validate::ValidateArgs),
     /// Show what a scene is compiled to: what is kept, what is left out and why, and what it will cost.
     Plan(plan::PlanArgs),
-    /// Run a scene many times: what does leaving out save?
+    /// Many runs: error against run time, stability on extreme cases, coverage of the error bars, what leaving out saves.
     #[command(subcommand)]
     Study(study::StudyCommand),
     /// Vary a scene: cases, sensitivities, spread, and up to which value a limit is kept.

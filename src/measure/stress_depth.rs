@@ -27,6 +27,8 @@ pub struct Exceedance {
     pub volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
+    /// Largest volume that one of the points above stands for, at any field time so far [m³].
+    pub largest_point: f64,
     /// The same part by part, in the order of [`StressDepth::parts`].
     pub layers: Vec<Layer>,
 }
@@ -55,6 +57,8 @@ pub struct Dose {
     volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
+    /// Largest volume that one of the points above stands for, at any field time so far [m³].
+    pub largest_point: f64,
 }
 
 impl Dose {
@@ -223,6 +227,7 @@ impl StressDepth {
         }
         for exceedance in self.exceedances.iter_mut().take_while(|e| stress > e.threshold) {
             exceedance.volume += volume;
+            exceedance.largest_point = exceedance.largest_point.max(volume);
             if let Some(layer) = part.and_then(|part| exceedance.layers.get_mut(part)) {
                 layer.volume += volume;
                 layer.depth = [layer.depth[0].min(edges[0]), layer.depth[1].max(edges[1])];
@@ -249,7 +254,10 @@ impl StressDepth {
 }
 
 fn accumulate_dose(doses: &mut [Dose], value: f64, volume: f64) {
-    doses.iter_mut().take_while(|dose| value > dose.threshold).for_each(|dose| dose.volume += volume);
+    for dose in doses.iter_mut().take_while(|dose| value > dose.threshold) {
+        dose.volume += volume;
+        dose.largest_point = dose.largest_point.max(volume);
+    }
 }
 
 /// Names of the parts of some bodies, each once, and for each slot of the plan the index of its part (0 in other bodies, which
@@ -308,6 +316,7 @@ mod tests {
         // Elements from 0.05 above to 0.05 below their points: the next point is in a neighbour, as far again.
         assert!((low.depth_gap - 0.1).abs() < 1e-12 && (high.depth_gap - 0.1).abs() < 1e-12);
         assert_eq!((low.volume, low.largest_volume, high.volume, high.largest_volume), (2.0, 4.0, 0.0, 2.0));
+        assert_eq!((low.largest_point, high.largest_point), (0.25, 0.25));
         assert_eq!((measure.von_mises.value, measure.von_mises.time), (7.0, 1.0));
         assert_eq!(measure.energy_density.value, 7.0);
     }

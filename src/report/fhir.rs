@@ -166,8 +166,10 @@ fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     let error = coded("numerical-error", "Estimated numerical error, half width");
     match shown.error {
         Some(half_width) if shown.is_unresolved => {
+            // UCUM's unit of a pure number is for machines.
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
             let text = format!(
-                "Not resolved by the mesh: about {} {unit}, with a numerical error of ± {} {unit}",
+                "Not resolved by the mesh: about {}{unit}, with a numerical error of ± {}{unit}",
                 number(shown.value),
                 rounded(half_width)
             );
@@ -272,13 +274,20 @@ mod tests {
         };
         let entries = entries(json!({
             "ending": "finished", "notice": "research", "plain_words": ["One.", "Two."],
-            "results": {"impacts": [impact], "headline": {"impact": 0}},
+            "results": {
+                "impacts": [impact], "headline": {"impact": 0},
+                "tissue": {"peak_principal_strain": quantity_of(0.2602, 0.16, false)}
+            },
             "injury_measures": [criterion("viscous_criterion", false), criterion("blunt_criterion", true)]
         }));
         let force = named(&entries, "peak-force");
         assert!(force.get("valueQuantity").is_none(), "{force}");
         assert!(force["dataAbsentReason"]["text"].as_str().unwrap().contains("± 5300 N"), "{force}");
         assert_eq!(force["component"][0]["valueQuantity"]["value"], 5270.0);
+        assert_eq!(
+            named(&entries, "peak-principal-strain")["dataAbsentReason"]["text"],
+            "Not resolved by the mesh: about 0.2602, with a numerical error of ± 0.16"
+        );
         assert_eq!(named(&entries, "impulse")["valueQuantity"]["value"], 0.2);
         assert_eq!(named(&entries, "plain-words")["valueString"], "One. Two.");
         assert_eq!(named(&entries, "viscous-criterion")["dataAbsentReason"]["text"], "says so");

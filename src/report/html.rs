@@ -96,14 +96,12 @@ fn cards(out: &mut String, summary: &Value) {
     ];
     out.push_str("<section class=\"cards\">\n");
     for (title, shown, unit) in all {
-        let (value, error) = match shown {
-            Some(Shown { value, error: Some(error), .. }) => {
-                (number(value), format!("± {} {unit}", rounded(error)))
-            }
-            Some(Shown { value, error: None, .. }) => (number(value), "error not estimated".into()),
-            None => ("–".into(), "no number".into()),
+        let value = shown.map_or_else(|| "–".into(), value_of);
+        let error = match shown {
+            Some(Shown { error: Some(error), .. }) => format!("± {} {unit}", rounded(error)),
+            Some(Shown { error: None, .. }) => "error not estimated".into(),
+            None => "no number".into(),
         };
-        // A number that is smaller than its error is not shown as a plain one.
         let doubtful = shown.is_some_and(|s| s.is_unresolved);
         let class = if doubtful { " doubtful" } else { "" };
         push(
@@ -151,9 +149,13 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
 }
 
 /// A number that is smaller than its error stands in brackets.
+fn value_of(shown: Shown) -> String {
+    if shown.is_unresolved { format!("({})", number(shown.value)) } else { number(shown.value) }
+}
+
 fn with_error(quantity: &Value) -> String {
-    let Some(Shown { value, error, is_unresolved }) = Shown::of(quantity) else { return "–".into() };
-    let value = if is_unresolved { format!("({})", number(value)) } else { number(value) };
+    let Some(shown @ Shown { error, is_unresolved, .. }) = Shown::of(quantity) else { return "–".into() };
+    let value = value_of(shown);
     let verdict = if is_unresolved { ", not resolved" } else { "" };
     error.map_or_else(|| value.clone(), |error| format!("{value} ± {}{verdict}", rounded(error)))
 }
@@ -231,4 +233,22 @@ fn provenance(out: &mut String, run: &RecordedRun) {
         .filter_map(|name| Some(vec![name.replace('_', " "), escaped(run.metadata.get(*name)?)]))
         .collect();
     table(out, "Where this comes from", &["", ""], &rows);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn cards_put_what_is_not_resolved_in_brackets() {
+        let quantity = |value: f64, error: f64, resolved: bool| json!({"value": value, "error": {"total": error, "resolved": resolved}});
+        let impact = json!({
+            "peak_force_n": quantity(2730.0, 5300.0, false), "patch_area_mm2": quantity(482.0, 12.0, true)
+        });
+        let mut page = String::new();
+        cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
+        assert!(page.contains("(2730) <span>N</span>") && page.contains("± 5300 N: not resolved"), "{page}");
+        assert!(page.contains(">482.0 <span>mm²</span>") && page.contains("no number"), "{page}");
+    }
 }

@@ -96,6 +96,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         kinetic_j: mint.quantity(a.kinetic),
         recoverable_j: mint.quantity(a.recoverable()),
         dissipated_j: mint.quantity(a.dissipated),
+        not_from_contact_j: mint.quantity(a.not_from_contact),
     };
     // Zeros of the start would read as if nothing had happened.
     let is_looked_at = *state == RunState::Finished || stress.time > 0.0;
@@ -130,6 +131,7 @@ fn significant_stress(stress: &StressDepth, mint: Mint) -> Vec<SignificantStress
         depth_time_s: e.depth_time,
         volume_mm3: mint.quantity(1e9 * e.largest_volume),
         volume_at_end_mm3: mint.quantity(1e9 * e.volume),
+        point_spacing_mm: 1e3 * e.largest_point.cbrt(),
         layers: stressed_layers(stress, e),
     };
     stress.exceedances.iter().map(of).collect()
@@ -145,6 +147,7 @@ fn dose_volumes(stress: &StressDepth, mint: Mint) -> Vec<DoseVolume> {
             measure,
             threshold: dose.threshold,
             volume_mm3: mint.quantity(1e9 * dose.largest_volume),
+            point_spacing_mm: 1e3 * dose.largest_point.cbrt(),
         };
         doses.iter().map(of).collect::<Vec<_>>()
     };

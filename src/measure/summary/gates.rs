@@ -2,6 +2,7 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
+use super::table::number;
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
 use crate::step::{Energy, FailureCause, Outcome};
@@ -10,6 +11,8 @@ use crate::step::{Energy, FailureCause, Outcome};
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
+/// Share of the energy scale above which the work of the position projection is warned of [-].
+const PROJECTION_WARNING: f64 = 0.01;
 /// Share of a body's inertia above which redistributed mass is warned of [-].
 const INERTIA_WARNING: f64 = 0.01;
 /// Fewer field times than this are told to the user.
@@ -115,6 +118,7 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    warnings.extend(projection_warning(&measures.energy));
     for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
         warnings.push(format!(
             "Redistributed mass takes {:.1} % of the inertia of {}: the spin that it has or is given is off by as much. Refine its \
@@ -189,6 +193,20 @@ pub(super) fn own_warnings(
     warnings
 }
 
+/// Where moving caught nodes out of what they had entered did work that is worth a word.
+fn projection_warning(energy: &Energy) -> Option<String> {
+    let work: f64 = energy.bodies.iter().map(|body| body.projection_j.abs()).sum();
+    (work > PROJECTION_WARNING * energy.scale_j).then(|| {
+        format!(
+            "Moving nodes out of what they had entered (position projection) did {} J of work, {:.1} % of the energy scale (above \
+             {:.0} %): take shorter steps (`integrator.step_s`), so that they enter less.",
+            number(work),
+            100.0 * work / energy.scale_j,
+            100.0 * PROJECTION_WARNING
+        )
+    })
+}
+
 /// When a wave from a pair's first contact is back from an artificial end, at the earliest [s].
 fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
     let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
@@ -200,6 +218,18 @@ fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::step::BodyEnergy;
+
+    #[test]
+    fn work_of_the_position_projection_is_warned_of_where_it_is_not_small() {
+        let warned = |works: [f64; 2]| {
+            let bodies = works.map(|projection_j| BodyEnergy { projection_j, ..BodyEnergy::default() });
+            projection_warning(&Energy { scale_j: 2.0, bodies: bodies.into(), ..Energy::default() })
+        };
+        // What two bodies get of opposite signs does not cancel.
+        assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %") && w.contains("shorter steps")));
+        assert_eq!(warned([0.01, 0.0]), None);
+        assert_eq!(projection_warning(&Energy::default()), None);
+    }
 
     #[test]
     fn energy_that_the_integrator_creates_fails_a_gate() {

@@ -1,6 +1,7 @@
 //! All numbers of a summary that can have an error bar, and what is known of each besides its value.
 
 use super::{Quantity, Results};
+use std::f64::consts::PI;
 
 /// A number.
 pub(super) struct Listed<'a> {
@@ -8,7 +9,7 @@ pub(super) struct Listed<'a> {
     /// Steps that a time is only known to: it begins or ends within one, a duration does both.
     pub steps_known: u8,
     /// What it is only known to besides, in the unit of the number: a place to the distance of the points that were looked at, a
-    /// peak of the force to where its window lies among the steps.
+    /// volume to half of that all around it, a peak of the force to where its window lies among the steps.
     pub spacing: f64,
     /// What is known to be missing, in the unit of the number: of an absorbed energy what contact lost numerically. The mesh's error
     /// should say as much, and is no less.
@@ -26,6 +27,12 @@ impl<'a> Listed<'a> {
     }
     fn place(quantity: &'a mut Quantity, spacing: Option<f64>) -> Self {
         Self { spacing: spacing.unwrap_or(0.0), ..Self::sum(quantity) }
+    }
+    /// Of points above a threshold, so far apart [mm]: the surface around them lies anywhere up to half of that further in or out. It
+    /// is taken as large as that of a ball, the least there is.
+    fn volume(quantity: &'a mut Quantity, point_spacing_mm: f64) -> Self {
+        let surface = (36.0 * PI * quantity.value.powi(2)).cbrt();
+        Self { spacing: 0.5 * point_spacing_mm * surface, ..Self::sum(quantity) }
     }
     fn peak(quantity: &'a mut Quantity) -> Self {
         Self { is_peak: true, ..Self::sum(quantity) }
@@ -75,15 +82,52 @@ impl Results {
                 &mut split.kinetic_j,
                 &mut split.recoverable_j,
                 &mut split.dissipated_j,
+                &mut split.not_from_contact_j,
             ];
             all.extend(parts.map(Listed::sum));
         }
         for stress in &mut t.significant_stress {
-            all.extend([&mut stress.volume_mm3, &mut stress.volume_at_end_mm3].map(Listed::sum));
-            let gap = stress.depth_gap_mm;
+            let (gap, spacing) = (stress.depth_gap_mm, stress.point_spacing_mm);
+            let volumes = [&mut stress.volume_mm3, &mut stress.volume_at_end_mm3];
+            all.extend(volumes.map(|volume| Listed::volume(volume, spacing)));
             all.extend(stress.depth_mm.iter_mut().map(|depth| Listed::place(depth, gap)));
         }
-        all.extend(t.dose_volumes.iter_mut().map(|dose| Listed::sum(&mut dose.volume_mm3)));
+        let doses = t.dose_volumes.iter_mut();
+        all.extend(doses.map(|dose| Listed::volume(&mut dose.volume_mm3, dose.point_spacing_mm)));
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{ErrorEstimate, GateResult};
+    use super::*;
+
+    /// A ball of radius 10 among points of a grid of spacing 1: however it lies, the sum of their volumes is off by less than half a
+    /// spacing times its surface.
+    #[test]
+    fn a_sampled_volume_is_known_to_half_a_spacing_all_around() {
+        let exact = 4.0 / 3.0 * PI * 1000.0;
+        for shift in [0.0, 0.1, 0.25, 0.4, 0.5] {
+            let line = || (-12..=12).map(|i| f64::from(i) + shift);
+            let inside = |x: f64, y: f64| line().filter(|z| x * x + y * y + z * z < 100.0).count();
+            let sampled: usize =
+                line().flat_map(|x| line().map(move |y| (x, y))).map(|(x, y)| inside(x, y)).sum();
+            let mut quantity = Quantity {
+                value: sampled as f64,
+                error: ErrorEstimate::NotEstimated,
+                gate: GateResult::Passed,
+            };
+            let resolution = Listed::volume(&mut quantity, 1.0).spacing;
+            assert!((sampled as f64 - exact).abs() < resolution, "{sampled} ± {resolution} of {exact}");
+            assert!((resolution / (0.5 * 4.0 * PI * 100.0) - 1.0).abs() < 0.02, "{resolution}");
+        }
+    }
+
+    #[test]
+    fn a_volume_of_nothing_has_no_surface() {
+        let mut nothing =
+            Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
+        assert!(Listed::volume(&mut nothing, 1.0).spacing <= 0.0);
     }
 }

@@ -77,7 +77,7 @@ pub struct Impact {
 /// What happened to the tissue.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tissue {
-    /// Energy absorbed at the end: strain + kinetic + dissipated [J].
+    /// Energy absorbed at the end: strain + kinetic + dissipated − what did not come through contact [J].
     pub absorbed_energy_j: Quantity,
     /// The same from the work of the contact reactions [J].
     pub absorbed_energy_by_work_j: Quantity,
@@ -127,8 +127,11 @@ pub struct Split {
     pub kinetic_j: Quantity,
     /// Strain + kinetic: what the tissue could give back [J].
     pub recoverable_j: Quantity,
-    /// Dissipated by bulk viscosity [J].
+    /// Dissipated by bulk viscosity and by the time integrator [J].
     pub dissipated_j: Quantity,
+    /// Work of loads and of the position projection: in the parts above, but not absorbed from the impact, and so taken off their
+    /// sum [J].
+    pub not_from_contact_j: Quantity,
 }
 
 /// A peak, where and when.
@@ -160,6 +163,9 @@ pub struct SignificantStress {
     pub volume_mm3: Quantity,
     /// That volume at the end [mm³].
     pub volume_at_end_mm3: Quantity,
+    /// Edge of the cube that stands for a quadrature point above the threshold, the largest [mm]: half of it times the surface of a
+    /// ball of the volume is part of the volumes' errors.
+    pub point_spacing_mm: f64,
     /// The parts of the tissue that exceed it.
     pub layers: Vec<StressedLayer>,
 }
@@ -186,6 +192,8 @@ pub struct DoseVolume {
     pub threshold: f64,
     /// Largest reference volume above it at any field time [mm³].
     pub volume_mm3: Quantity,
+    /// As of [`SignificantStress`] [mm].
+    pub point_spacing_mm: f64,
 }
 
 impl Results {

@@ -5,6 +5,9 @@ use super::{
 };
 use std::fmt::Write as _;
 
+/// Share of the absorbed energy above which work that did not come through contact has a row of its own [-].
+const NOTABLE_WORK: f64 = 1e-3;
+
 /// Renders the summary as plain text, one number a line, with its unit and what is known of its error.
 pub fn render_table(summary: &Summary) -> String {
     let mut table = Table::default();
@@ -135,10 +138,10 @@ impl Table {
             &format!("{} J", number(tissue.absorbed_energy_by_work_j.value)),
             "",
         );
-        self.split(&tissue.absorbed_split);
+        self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
         self.quantity("absorbed energy at its peak", &tissue.peak_absorbed_energy_j, "J");
         self.row("  at", &seconds(tissue.peak_absorbed_energy_time_s.value), "");
-        self.split(&tissue.peak_absorbed_split);
+        self.split(&tissue.peak_absorbed_split, &tissue.peak_absorbed_energy_j);
         if let Some(loss) = &tissue.projectile_loss_j {
             self.quantity("lost by the projectile", loss, "J");
         }
@@ -175,10 +178,14 @@ impl Table {
         }
     }
 
-    fn split(&mut self, split: &Split) {
-        let parts =
-            [&split.strain_j, &split.kinetic_j, &split.dissipated_j].map(|q| number(q.value)).join(" + ");
-        self.row("  strain + kinetic + dissipated", &format!("{parts} J"), "");
+    /// The parts of an absorbed energy, which add up to it.
+    fn split(&mut self, split: &Split, absorbed: &Quantity) {
+        self.quantity("  strain", &split.strain_j, "J");
+        self.quantity("  + kinetic", &split.kinetic_j, "J");
+        self.quantity("  + dissipated", &split.dissipated_j, "J");
+        if split.not_from_contact_j.value.abs() > NOTABLE_WORK * absorbed.value.abs() {
+            self.quantity("  - work of loads and position projection", &split.not_from_contact_j, "J");
+        }
     }
 }
 
@@ -261,7 +268,45 @@ fn percent(share: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Estimate, GateResult};
     use super::*;
+
+    #[test]
+    fn the_parts_of_an_absorbed_energy_add_up_and_show_what_is_not_resolved() {
+        let quantity = |value: f64, error: f64| Quantity {
+            value,
+            error: ErrorEstimate::Estimated(Estimate {
+                total: error,
+                mesh: error,
+                step: 0.0,
+                contact: 0.0,
+                resolution: 0.0,
+                order: None,
+                resolved: error < value.abs(),
+            }),
+            gate: GateResult::Passed,
+        };
+        let shown = |not_from_contact: f64| {
+            let split = Split {
+                strain_j: quantity(2.0, 0.1),
+                kinetic_j: quantity(1.0, 3.0),
+                recoverable_j: quantity(3.0, 0.1),
+                dissipated_j: quantity(0.5, 0.01),
+                not_from_contact_j: quantity(not_from_contact, 0.001),
+            };
+            let mut table = Table::default();
+            table.split(&split, &quantity(3.5 - not_from_contact, 0.1));
+            table.0
+        };
+        let (plain, loaded) = (shown(1e-4), shown(0.3));
+        assert!(plain.contains("(1.000) J") && plain.contains("± 3.0 J"), "{plain}");
+        assert!(plain.contains("2.000 J") && plain.lines().count() == 3, "{plain}");
+        let last = loaded.lines().last().unwrap_or_default();
+        assert!(
+            last.contains("- work of loads and position projection") && last.contains("0.3000 J"),
+            "{last}"
+        );
+    }
 
     #[test]
     fn numbers_have_four_digits() {

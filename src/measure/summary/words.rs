@@ -128,8 +128,13 @@ mod tests {
     fn tissue(looked_at_until_s: f64, stresses: &[f64]) -> Tissue {
         use super::super::{GateResult, Located, Split};
         let zero = || Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
-        let split =
-            || Split { strain_j: zero(), kinetic_j: zero(), recoverable_j: zero(), dissipated_j: zero() };
+        let split = || Split {
+            strain_j: zero(),
+            kinetic_j: zero(),
+            recoverable_j: zero(),
+            dissipated_j: zero(),
+            not_from_contact_j: zero(),
+        };
         Tissue {
             absorbed_energy_j: zero(),
             absorbed_energy_by_work_j: zero(),
@@ -149,6 +154,7 @@ mod tests {
                     depth_time_s: 0.0,
                     volume_mm3: zero(),
                     volume_at_end_mm3: zero(),
+                    point_spacing_mm: 0.0,
                     layers: Vec::new(),
                 })
                 .collect(),
