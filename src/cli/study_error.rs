@@ -8,8 +8,8 @@ use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::error::{
-    Advice, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Quantity, Reference, Row, TARGETS,
-    USUAL_LEVELS, chart, study_error,
+    Advice, Approach, COARSEST, ErrorRequest, ErrorStudy, FINEST, Geometry, Ladder, Quantity, Reference, Row,
+    TARGETS, USUAL_LEVELS, chart, study_error,
 };
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, ValueEnum};
@@ -167,10 +167,8 @@ fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "What errors are measured against:")?;
     for (quantity, reference) in &study.references {
         let (title, unit) = quantity.title();
-        let order = study.order(*quantity);
-        let order = order.map(|order| format!(", the error falls with order {order:.2} along the meshes"));
-        let described = describe(reference) + &order.unwrap_or_default();
-        writeln!(out, "  {title:<18} {:.4e} {unit}: {described}", reference.value())?;
+        let approach = study.approaches.get(quantity).map(|approach| describe_approach(approach, unit));
+        writeln!(out, "  {title:<18} {}{}", describe(reference, unit), approach.unwrap_or_default())?;
     }
     writeln!(out)?;
     let mut header = vec!["setting".to_owned(), "elements".into(), "steps".into(), "processor".into()];
@@ -204,16 +202,34 @@ fn write_geometry(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     write_table(&header, &rows, out)
 }
 
-fn describe(reference: &Reference) -> String {
+fn describe(reference: &Reference, unit: &str) -> String {
     let scale = if reference.value() == 0.0 { 1.0 } else { reference.value().abs() };
-    let share = 100.0 * reference.uncertainty() / scale;
-    match reference {
+    let share = percent(reference.uncertainty() / scale);
+    let what = match reference {
         Reference::Exact { .. } => "exact".into(),
         Reference::Extrapolated { order, .. } => {
-            format!("limit of the meshes, observed order {order:.2}, ± {share:.2} %")
+            format!("limit of the meshes, observed order {order:.2}, ± {share}")
         }
-        Reference::Finest { reason, .. } => format!("the finest mesh, ± {share:.2} %, since {reason}"),
+        Reference::Finest { reason, .. } => format!("the finest mesh, ± {share}, since {reason}"),
+        Reference::Unknown { reason, .. } => return format!("–: no reference, since {reason}"),
+    };
+    format!("{:.4e} {unit}: {what}", reference.value())
+}
+
+fn describe_approach(approach: &Approach, unit: &str) -> String {
+    match approach {
+        Approach::Met => ", met by every mesh".into(),
+        Approach::Falls { order } => format!(", the error falls with order {order:.2} along the meshes"),
+        Approach::Stays { tends_to, .. } => {
+            format!(", the error does not fall along the meshes: they tend to {tends_to:.4e} {unit}")
+        }
     }
+}
+
+/// Relative to one; as a power of ten where it would be a column of digits.
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 1e5 { format!("{percent:.2} %") } else { format!("{percent:.1e} %") }
 }
 
 fn cells(row: &Row, study: &ErrorStudy) -> Vec<String> {
@@ -224,9 +240,9 @@ fn cells(row: &Row, study: &ErrorStudy) -> Vec<String> {
         vec![row.name.clone(), row.elements.to_string(), row.steps.to_string(), duration(row.cost_s())];
     cells.extend(study.references.keys().map(|q| match row.errors.get(q) {
         Some(error) => {
-            format!("{:.2} %{}", 100.0 * error, if row.is_on_front(&study.rows, *q) { " *" } else { "" })
+            format!("{}{}", percent(*error), if row.is_on_front(&study.rows, *q) { " *" } else { "" })
         }
-        None => "-".into(),
+        None => "–".into(),
     }));
     cells
 }
@@ -261,4 +277,59 @@ fn csv(study: &ErrorStudy) -> String {
     };
     let lines = std::iter::once(header.join(",")).chain(study.rows.iter().map(line));
     lines.map(|line| line + "\n").collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::Setting;
+
+    #[test]
+    fn large_errors_are_powers_of_ten() {
+        assert_eq!([0.0123, 12.0, 1e302].map(percent), ["1.23 %", "1200.00 %", "1.0e304 %"]);
+    }
+
+    #[test]
+    fn a_wrong_exact_value_and_a_missing_reference_are_told() {
+        let row = Row {
+            setting: Setting::OWN,
+            name: "mesh 0".into(),
+            ending: "finished".into(),
+            reason: None,
+            elements: 1,
+            steps: 1,
+            wall_s: 1.0,
+            cpu_s: None,
+            values: BTreeMap::from([(Quantity::ImpulseNS, 0.2), (Quantity::PeakForceN, 1.0)]),
+            errors: BTreeMap::from([(Quantity::ImpulseNS, 99.0)]),
+        };
+        let only_one = Reference::Unknown { value: 1.0, reason: "there is only one mesh".into() };
+        let study = ErrorStudy {
+            scene: "bar".into(),
+            threads: 1,
+            references: BTreeMap::from([
+                (Quantity::PeakForceN, only_one),
+                (Quantity::ImpulseNS, Reference::Exact { value: 20.0 }),
+            ]),
+            approaches: BTreeMap::from([(
+                Quantity::ImpulseNS,
+                Approach::Stays { order: -0.004, tends_to: 0.2 },
+            )]),
+            rows: vec![row],
+            geometry: BTreeMap::new(),
+            advice: Vec::new(),
+            stopped: None,
+        };
+        let mut text = Vec::new();
+        assert!(write_study(&study, &mut text).is_ok());
+        let text = String::from_utf8_lossy(&text);
+        for words in [
+            "–: no reference, since there is only one mesh",
+            "exact, the error does not fall along the meshes: they tend to 2.0000e-1 N s",
+            "9900.00 % *",
+        ] {
+            assert!(text.contains(words), "{words} in {text}");
+        }
+        assert!(!text.contains("inf") && !text.contains(" 0.00 %"), "{text}");
+    }
 }

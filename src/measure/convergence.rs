@@ -13,6 +13,9 @@ const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
 /// Roache's factor of safety where an order was observed.
 const SAFETY_OBSERVED: f64 = 1.25;
 
+/// Values that differ by less than this share are equal: the sums that they are made of are not known better [-].
+const ROUNDING: f64 = 1e-9;
+
 /// What errors are measured against.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -40,20 +43,35 @@ pub enum Reference {
         /// Why nothing was extrapolated.
         reason: String,
     },
+    /// Nothing to compare with.
+    Unknown {
+        /// The value of the only mesh.
+        value: f64,
+        /// Why there is nothing.
+        reason: String,
+    },
 }
 
 impl Reference {
     /// The value.
     pub fn value(&self) -> f64 {
         match self {
-            Self::Exact { value } | Self::Extrapolated { value, .. } | Self::Finest { value, .. } => *value,
+            Self::Exact { value }
+            | Self::Extrapolated { value, .. }
+            | Self::Finest { value, .. }
+            | Self::Unknown { value, .. } => *value,
         }
+    }
+    /// Whether errors can be measured against it.
+    pub fn is_known(&self) -> bool {
+        !matches!(self, Self::Unknown { .. })
     }
     /// How far it may be off.
     pub fn uncertainty(&self) -> f64 {
         match self {
             Self::Exact { .. } => 0.0,
             Self::Extrapolated { uncertainty, .. } | Self::Finest { uncertainty, .. } => *uncertainty,
+            Self::Unknown { .. } => f64::INFINITY,
         }
     }
 }
@@ -82,13 +100,13 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
             [coarse, fine] => {
                 unknown(assumed_error(coarse, fine, REFINEMENT), "only two meshes: order 1 is assumed")
             }
-            _ => unknown(f64::INFINITY, "only one mesh"),
+            _ => Some(Reference::Unknown { value: finest, reason: "there is only one mesh".into() }),
         };
     };
     let (before, after) = (middle - coarse, fine - middle);
     let spread = assumed_error(coarse, middle, REFINEMENT).max(assumed_error(middle, fine, REFINEMENT));
-    if before == 0.0 && after == 0.0 {
-        return unknown(0.0, "the meshes give the same value");
+    if are_equal(coarse, middle) && are_equal(middle, fine) {
+        return unknown(spread, "the meshes give the same value");
     }
     if !(before * after > 0.0) {
         return unknown(spread, "the values do not approach their limit from one side");
@@ -100,6 +118,11 @@ pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     }
     let step = after / (REFINEMENT.powf(order) - 1.0);
     Some(Reference::Extrapolated { value: fine + step, order, uncertainty: SAFETY_OBSERVED * step.abs() })
+}
+
+/// Whether two values differ by rounding only.
+pub fn are_equal(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * a.abs().max(b.abs())
 }
 
 /// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
@@ -156,5 +179,8 @@ mod tests {
     #[test]
     fn equal_values_have_no_error() {
         assert!(extrapolate(&[3.0, 3.0, 3.0]).is_some_and(|r| r.uncertainty() == 0.0));
+        let found = extrapolate(&[1e6, 999_999.999_999_999_9, 1e6]);
+        let Some(Reference::Finest { uncertainty, reason, .. }) = found else { panic!("{found:?}") };
+        assert!(uncertainty < 1e-8 && reason == "the meshes give the same value", "{uncertainty}: {reason}");
     }
 }

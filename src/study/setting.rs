@@ -6,6 +6,9 @@ use crate::scene::document::{
 };
 use serde::Serialize;
 
+/// Implicit steps that were cut to less than one of so many parts, on average, are named [-].
+const NAMED_CUT: f64 = 2.0;
+
 /// How a scene is computed, relative to its document.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Setting {
@@ -90,12 +93,25 @@ impl Setting {
 
     /// A name for people: "mesh +1, reduced, step / 2".
     pub fn name(&self) -> String {
+        self.named(|step| format!("implicit steps of {step:.1e} s"))
+    }
+
+    /// The same of a run whose steps were so long on average [s]: steps are cut where contact or strain ask for it, and a run of much
+    /// shorter ones than its name says would say nothing of those.
+    pub fn name_with_mean_step(&self, mean: f64) -> String {
+        if self.implicit_step_s.is_none_or(|step| NAMED_CUT * mean >= step) {
+            return self.name();
+        }
+        self.named(|step| format!("implicit steps of at most {step:.1e} s (mean {mean:.1e} s)"))
+    }
+
+    fn named(&self, implicit_steps: impl Fn(f64) -> String) -> String {
         let parts = [
             Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
             self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
-            self.implicit_step_s.map(|step| format!("implicit steps of {step:.1e} s")),
+            self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
             self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
             self.mass_redistribution
@@ -150,6 +166,17 @@ fn nested_grading(grading: f64, before: u32, after: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn implicit_steps_that_were_cut_are_not_named_as_if_they_were_not() {
+        let setting = Setting { implicit_step_s: Some(0.5), ..Setting::OWN };
+        assert_eq!(
+            setting.name_with_mean_step(0.1),
+            "mesh 0, implicit steps of at most 5.0e-1 s (mean 1.0e-1 s)"
+        );
+        assert_eq!(setting.name_with_mean_step(0.26), "mesh 0, implicit steps of 5.0e-1 s");
+        assert_eq!(Setting::OWN.name_with_mean_step(1e-9), "mesh 0");
+    }
 
     #[test]
     fn gradings_are_those_of_merged_elements() {

@@ -61,6 +61,7 @@ function limitRow(quantity, { kind, value, uncertainty, order, reason }) {
     exact: "exact",
     extrapolated: `limit of the meshes, observed order ${number(order, 3)}`,
     finest: `the finest mesh, since ${reason}`,
+    unknown: `no reference, since ${reason}`,
   };
   return [quantityWords(quantity), number(value), uncertainty == null ? "–" : `± ${number(uncertainty, 2)}`, words[kind] ?? kind];
 }

@@ -5,7 +5,7 @@
 //! solver. Orders are *assumed* first, and said to be; on request a fourth run, on a quarter of the numbers of elements, lets the
 //! order of the mesh be *observed*.
 
-use super::super::convergence::{Reference, assumed_error, assumed_step_error, extrapolate};
+use super::super::convergence::{Reference, are_equal, assumed_error, assumed_step_error, extrapolate};
 use super::Results;
 use super::listed::Listed;
 use serde::Serialize;
@@ -148,9 +148,11 @@ impl CheaperRuns {
         };
         match extrapolate(&[coarser, coarse, own])? {
             Reference::Extrapolated { uncertainty, order, .. } => Some((uncertainty, Some(order))),
-            // Equal values have no error, and no order.
-            Reference::Finest { uncertainty: 0.0, .. } => Some((0.0, None)),
-            Reference::Finest { .. } | Reference::Exact { .. } => None,
+            // Equal values have no order, and no error but rounding.
+            Reference::Finest { uncertainty, .. } if are_equal(coarser, coarse) && are_equal(coarse, own) => {
+                Some((uncertainty, None))
+            }
+            Reference::Finest { .. } | Reference::Exact { .. } | Reference::Unknown { .. } => None,
         }
     }
 }

@@ -74,7 +74,8 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
         .y_desc("error [%]")
         .light_line_style(TRANSPARENT)
         .x_label_formatter(&|x| format!("{x}"))
-        .y_label_formatter(&|y| format!("{y}"))
+        // A column of digits is no label.
+        .y_label_formatter(&|y| if *y < 1e6 { format!("{y}") } else { format!("{y:e}") })
         .draw()?;
     let mut front: Vec<(f64, f64)> =
         study.rows.iter().filter(|row| row.is_on_front(&study.rows, quantity)).filter_map(point).collect();

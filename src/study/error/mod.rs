@@ -2,23 +2,24 @@
 //!
 //! A ladder changes one thing at a time ([`Setting`]): meshes for each formulation, time steps, tolerances of the contact
 //! solver. Errors are against the exact value where the scene has one, else against what the finest meshes converge to
-//! ([`extrapolate`]), with that limit's own uncertainty.
+//! ([`extrapolate`](crate::measure::convergence::extrapolate)), with that limit's own uncertainty.
 
 mod chart;
 mod front;
 mod geometry;
 pub mod quantity;
+mod reference;
 
 pub use chart::chart;
 pub use front::{Advice, TARGETS};
 pub use geometry::Geometry;
 pub use quantity::Quantity;
+pub use reference::Approach;
 
 use super::Setting;
 use super::single::{ending_name, is_stop};
 use super::variant::Variants;
 pub use crate::measure::convergence::Reference;
-use crate::measure::convergence::extrapolate;
 use crate::scene::document::{ContactSolver, Formulation, SceneDocument};
 use crate::scene::{Budget, MeshSource};
 use crate::step::{Ending, Interrupt};
@@ -58,7 +59,7 @@ pub struct ErrorRequest<'a> {
 pub struct Row {
     /// How the scene was computed.
     pub setting: Setting,
-    /// The same for people.
+    /// The same for people, with the steps that were taken where they are much shorter than those that were asked for.
     pub name: String,
     /// `finished`, `left_out`, or the cause of the failure.
     pub ending: String,
@@ -99,6 +100,9 @@ pub struct ErrorStudy {
     pub threads: usize,
     /// What errors are measured against.
     pub references: BTreeMap<Quantity, Reference>,
+    /// How the scene's own meshes approach the exact values; without those of which one mesh says nothing.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub approaches: BTreeMap<Quantity, Approach>,
     /// The runs, in the order of the ladder.
     pub rows: Vec<Row>,
     /// What of the change from the scene's own mesh to the next finer one is the surface's; empty where it was not asked for.
@@ -190,16 +194,18 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
             break;
         }
     }
-    let references = references(&rows, request.exact);
+    let references = reference::references(&rows, request.exact);
     for row in &mut rows {
-        row.errors = errors(&row.values, &references);
+        row.errors = reference::errors(&row.values, &references);
     }
+    let approaches = reference::approaches(&rows, request.exact);
     let advice = front::advice(&rows, &references);
     let geometry = geometry::geometry(&rows);
     ErrorStudy {
         scene: request.document.name.clone(),
         threads: request.threads,
         references,
+        approaches,
         rows,
         geometry,
         advice,
@@ -237,63 +243,18 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         Ending::Finished | Ending::Cancelled => None,
     };
     let values = Quantity::ALL.into_iter().filter_map(|q| Some((q, q.of(&result.summary)?)));
+    let mean_step = request.document.end_time_s / result.outcome.steps.max(1) as f64;
+    let is_whole = result.outcome.ending == Ending::Finished;
     Row {
+        name: if is_whole { setting.name_with_mean_step(mean_step) } else { row.name.clone() },
         elements: result.plan_report.elements,
         steps: result.outcome.steps,
         wall_s: result.wall_s,
         cpu_s: result.cpu_s,
         // What a failed run had until then is no answer to the question.
-        values: if result.outcome.ending == Ending::Finished { values.collect() } else { BTreeMap::new() },
+        values: if is_whole { values.collect() } else { BTreeMap::new() },
         ending: ending_name(&result.outcome.ending),
         reason,
         ..row
     }
-}
-
-impl ErrorStudy {
-    /// Observed order at which the error of a quantity falls along the scene's own meshes, from the coarsest to the finest [-]; `None`
-    /// without an exact value or two meshes.
-    pub fn order(&self, quantity: Quantity) -> Option<f64> {
-        if !matches!(self.references.get(&quantity)?, Reference::Exact { .. }) {
-            return None;
-        }
-        let meshes = meshes(&self.rows);
-        let error = |row: &&Row| Some((row.setting.mesh_level, *row.errors.get(&quantity)?));
-        let mut errors = meshes.iter().filter_map(error).filter(|(_, error)| *error > 0.0);
-        let ((coarse, before), (fine, after)) = (errors.next()?, errors.next_back()?);
-        Some((before / after).log2() / f64::from(fine - coarse))
-    }
-}
-
-/// The runs that differ from the scene in their meshes only, from coarse to fine.
-fn meshes(rows: &[Row]) -> Vec<&Row> {
-    let of_meshes =
-        |row: &&Row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN };
-    let mut meshes: Vec<&Row> = rows.iter().filter(of_meshes).collect();
-    meshes.sort_by_key(|row| row.setting.mesh_level);
-    meshes
-}
-
-/// Exact values, else the limit of the meshes at the scene's own formulation and step.
-fn references(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTreeMap<Quantity, Reference> {
-    let meshes = meshes(rows);
-    let reference = |quantity: Quantity| {
-        if let Some(value) = exact.get(&quantity) {
-            return Some((quantity, Reference::Exact { value: *value }));
-        }
-        let values: Vec<f64> = meshes.iter().filter_map(|row| row.values.get(&quantity).copied()).collect();
-        Some((quantity, extrapolate(&values)?))
-    };
-    Quantity::ALL.into_iter().filter_map(reference).collect()
-}
-
-fn errors(
-    values: &BTreeMap<Quantity, f64>,
-    references: &BTreeMap<Quantity, Reference>,
-) -> BTreeMap<Quantity, f64> {
-    let error = |(quantity, value): (&Quantity, &f64)| {
-        let reference = references.get(quantity)?.value();
-        (reference != 0.0).then(|| (*quantity, ((value - reference) / reference).abs()))
-    };
-    values.iter().filter_map(error).collect()
 }

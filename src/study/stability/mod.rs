@@ -17,6 +17,12 @@ use serde_json::{Value, json};
 use std::time::Instant;
 use watch::Watch;
 
+/// Why a cell that was stopped did not finish, and what to do.
+const STOPPED: (&str, &str) = (
+    "it was stopped by hand.",
+    "let it run to its end; if it takes too long, ask for the short matrix, or for no implicit steps as short as the explicit ones",
+);
+
 /// How a cell is integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -239,6 +245,8 @@ fn run_cell(
         Ending::Failed { failure } => Some(failure),
         Ending::Finished | Ending::Cancelled => None,
     };
+    // A run that was stopped failed in nothing.
+    let stopped = (outcome.ending == Ending::Cancelled).then_some(STOPPED);
     let verdict = match (&outcome.ending, is_finite) {
         (Ending::Finished, true) => Verdict::Finished,
         (Ending::Finished, false) => Verdict::Wrong,
@@ -247,8 +255,8 @@ fn run_cell(
     Cell {
         verdict,
         ending: ending_name(&outcome.ending),
-        reason: failure.map(|f| f.message.clone()),
-        remedy: failure.map(|f| f.remedy.clone()),
+        reason: failure.map(|f| f.message.as_str()).or(stopped.map(|(reason, _)| reason)).map(str::to_owned),
+        remedy: failure.map(|f| f.remedy.as_str()).or(stopped.map(|(_, remedy)| remedy)).map(str::to_owned),
         balance_error: outcome.balance_error,
         growth: watch.growth(),
         contact_loss: watch.contact_loss(),
