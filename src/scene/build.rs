@@ -31,7 +31,7 @@ pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
 pub struct Builder<'a> {
     source: &'a dyn MeshSource,
     budget: &'a Budget,
-    files: BTreeMap<String, Option<Mesh>>,
+    files: BTreeMap<String, Result<Mesh, Problem>>,
     /// SHA-256 of each file, by its name in the scene.
     pub file_hashes: BTreeMap<String, [u8; 32]>,
     /// Elements that the budget still allows.
@@ -82,11 +82,19 @@ impl<'a> Builder<'a> {
         here: &Pointer,
         out: &mut Findings,
     ) -> Option<Mesh> {
+        let place = here.key("name");
         if !self.files.contains_key(&file.name) {
-            let mesh = self.read(&file.name, here, out);
+            let mesh = self.read(&file.name, &place);
             self.files.insert(file.name.clone(), mesh);
         }
-        let mesh = self.files.get(&file.name)?.clone()?;
+        let mesh = match self.files.get(&file.name)? {
+            Ok(mesh) => mesh.clone(),
+            // Each body that names the file has to change.
+            Err(problem) => {
+                out.push(Problem { pointer: place.as_str().to_owned(), ..problem.clone() });
+                return None;
+            }
+        };
         let mesh = match &file.parts {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
@@ -97,30 +105,19 @@ impl<'a> Builder<'a> {
         Some((0..file.refine).fold(mesh, |mesh, _| refined(&mesh)))
     }
 
-    fn read(&mut self, name: &str, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
-        let place = here.key("name");
-        let found = match self.source.read(name, self.budget.mesh_bytes) {
-            Ok(found) => found,
-            Err(error) => {
-                out.push(source_problem(&error, &place).value(name));
-                return None;
-            }
-        };
+    fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
+        let found = self.source.read(name, self.budget.mesh_bytes);
+        let found = found.map_err(|error| source_problem(&error, place).value(name))?;
         self.file_hashes.insert(name.to_owned(), Sha256::digest(&found.bytes).into());
         // A name without a known ending (an uploaded mesh) is told by its first bytes.
         let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
-        let Some(format) = format else {
-            out.push(
-                Problem::error("unknown_mesh_format", &place, "the format of the mesh is not known")
-                    .value(name)
-                    .limit("a name ending in .msh or .inp")
-                    .remedy("save the mesh as Gmsh .msh or Abaqus .inp"),
-            );
-            return None;
-        };
-        read_mesh(&found.bytes, format)
-            .map_err(|error| out.push(mesh_problem(&error, &place).value(name)))
-            .ok()
+        let format = format.ok_or_else(|| {
+            Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
+                .value(name)
+                .limit("a name ending in .msh or .inp")
+                .remedy("save the mesh as Gmsh .msh or Abaqus .inp")
+        })?;
+        read_mesh(&found.bytes, format).map_err(|error| mesh_problem(&error, place).value(name))
     }
 
     /// Takes elements from the budget.
@@ -254,10 +251,18 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
 fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
     match error {
         MeshSourceError::NotFound { name, known } => {
-            Problem::error("mesh_not_found", here, error.to_string())
-                .limit("a mesh file beside the scene, or an uploaded mesh")
-                .remedy(suggest(name, known.iter().map(String::as_str)))
+            let problem = Problem::error("mesh_not_found", here, error.to_string())
+                .limit("a mesh file in the folder of the scene");
+            if known.is_empty() {
+                problem.remedy("put the file beside the scene, where there is no mesh yet")
+            } else {
+                let others = suggest(name, known.iter().map(String::as_str));
+                problem.remedy(format!("{others}; a file that is elsewhere has to be put beside the scene"))
+            }
         }
+        MeshSourceError::NotUploaded { .. } => Problem::error("mesh_not_found", here, error.to_string())
+            .limit("the id of an uploaded mesh")
+            .remedy("upload the file by `POST /v1/meshes` and name the mesh by the id in the answer"),
         MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
             .limit("a relative path without \"..\" and without links that lead out")
             .remedy("copy the mesh into the folder of the scene"),

@@ -54,7 +54,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     let mut document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
         Ok(document) => document,
         Err(error) => {
-            checked.problems.push(Problem::refused_by_serde(&error));
+            checked.problems.push(Problem::refused_by_serde(&error, &mended));
             return Err(Problems(checked.problems));
         }
     };

@@ -88,7 +88,7 @@ impl MaterialQuestions {
         let questions: Self = match serde_path_to_error::deserialize(&checked.mended) {
             Ok(questions) => questions,
             Err(error) => {
-                checked.problems.push(Problem::refused_by_serde(&error));
+                checked.problems.push(Problem::refused_by_serde(&error, &checked.mended));
                 return Err(Problems(checked.problems));
             }
         };

@@ -55,18 +55,6 @@ impl Problem {
             remedy: String::new(),
         }
     }
-    /// What serde refuses though the schema let it pass; the last word on what a document is.
-    pub fn refused_by_serde(error: &serde_path_to_error::Error<serde_json::Error>) -> Self {
-        use serde_path_to_error::Segment;
-        let pointer = error.path().iter().fold(Pointer::root(), |p, segment| match segment {
-            Segment::Seq { index } => p.index(*index),
-            Segment::Map { key } => p.key(key),
-            Segment::Enum { .. } | Segment::Unknown => p,
-        });
-        Self::error("wrong_structure", &pointer, error.inner().to_string())
-            .limit("the scene document, see `contuse schema`")
-            .remedy("change the value; a count must be written without a decimal point")
-    }
     /// With the value found (shortened when it is long).
     #[must_use]
     pub fn value(mut self, value: impl Into<Value>) -> Self {

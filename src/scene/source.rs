@@ -32,6 +32,12 @@ pub enum MeshSourceError {
         /// The names there are.
         known: Vec<String>,
     },
+    /// No uploaded mesh of that id; what others are called is told to nobody.
+    #[error("there is no mesh {name:?}")]
+    NotUploaded {
+        /// The id asked for.
+        name: String,
+    },
     /// A name that leads out of the scene's folder.
     #[error("{name:?} leads out of the folder of the scene")]
     Outside {

@@ -254,6 +254,21 @@ fn what_is_kept_is_put_back_once() {
 }
 
 #[test]
+fn a_missing_mesh_is_told_of_every_body_that_names_it() {
+    let mut document = with("/bodies/0/mesh", json!({"file": {"name": "cueb.msh"}}));
+    set(&mut document, "/bodies/1/mesh", json!({"file": {"name": "cueb.msh"}}));
+    let found = problems(&document);
+    let missing: Vec<&Problem> = found.iter().filter(|p| p.code == "mesh_not_found").collect();
+    let places: Vec<&str> = missing.iter().map(|p| p.pointer.as_str()).collect();
+    assert_eq!(places, ["/bodies/0/mesh/file/name", "/bodies/1/mesh/file/name"], "{found:#?}");
+    assert!(missing[1].remedy.starts_with("did you mean \"cube.msh\"?"), "{}", missing[1]);
+
+    let Problems(found) = load(document.to_string().as_bytes(), &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+    let missing: Vec<&Problem> = found.iter().filter(|p| p.code == "mesh_not_found").collect();
+    assert!(missing.len() == 2 && missing[0].remedy.contains("beside the scene"), "{found:#?}");
+}
+
+#[test]
 fn a_key_written_twice_is_refused() {
     let text = sound().to_string().replacen("\"end_time_s\":", "\"end_time_s\":1.0,\"end_time_s\":", 1);
     let Problems(found) = load(text.as_bytes(), &files(), &Budget::COMMAND_LINE).unwrap_err();

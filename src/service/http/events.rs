@@ -25,7 +25,10 @@ const BATCH: u32 = 100;
 /// Follow a job.
 ///
 /// Events `queued`, `running`, `progress`, `requeued`, and last `succeeded`, `failed` or `cancelled`; each has an id and
-/// JSON data. The stream ends after the last one. A client that comes back with `Last-Event-ID` hears what it missed;
+/// JSON data. A what-if question also has a `case` for every case (its `index`, how many there are `of`, its numbers), in the
+/// order of the cases; `error_bars` once, where those of the base are for all cases; and a `limit` for every limit asked for.
+/// After `requeued` the work begins anew, and so do the cases: the later `case` of an index replaces the earlier one, and its
+/// numbers are the same. The stream ends after the last one. A client that comes back with `Last-Event-ID` hears what it missed;
 /// when nothing is left the answer is 204, which tells a browser to stop asking.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", tag = "jobs", operation_id = "follow_job",

@@ -5,8 +5,10 @@ use super::extract::{JobPath, JsonText, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};
 use crate::plan::PlanReport;
+use crate::scene::json;
 use crate::service::jobs::JobState;
 use crate::service::jobs::engine::{CheckedScene, SceneProblem};
+use crate::service::jobs::job_document::JobDocument;
 use crate::service::jobs::recordings::hexadecimal;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
 use crate::service::meshes::MeshShelf;
@@ -28,7 +30,7 @@ const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Header)]
 pub struct SubmitHeaders {
-    /// 1 to 255 visible ASCII characters of the client's choice
+    /// 1 to 255 visible ASCII characters of the client's choice; given once, for one body at one address
     #[serde(rename = "Idempotency-Key")]
     _idempotency_key: Option<String>,
 }
@@ -45,7 +47,7 @@ pub enum SubmitAnswer {
     /// Not JSON
     #[response(status = 400, content_type = "application/problem+json")]
     NotJson(ProblemBody),
-    /// Idempotency-Key of another body
+    /// Idempotency-Key of another body or another address
     #[response(status = 409, content_type = "application/problem+json")]
     KeyReused(ProblemBody),
     /// Too large
@@ -78,23 +80,43 @@ pub async fn submit(
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
     let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
-    accept(&app, &owner, &headers, &body, kept, move |scene, shelf| engine.check(scene, shelf)).await
+    let request = Submission { address: "/v1/jobs", what: "scene", headers: &headers, body: &body };
+    accept(&app, &owner, &request, kept, move |scene, shelf| engine.check(scene, shelf)).await
+}
+
+/// A request that is to become a job.
+pub(super) struct Submission<'a> {
+    /// Where it was sent.
+    pub address: &'static str,
+    /// What is sent there, in a word.
+    pub what: &'static str,
+    /// Its headers.
+    pub headers: &'a HeaderMap,
+    /// Its body.
+    pub body: &'a Bytes,
+}
+
+impl Submission<'_> {
+    /// By which it is known again: the same body at another address is another request.
+    fn sha256(&self) -> String {
+        let digest = Sha256::new().chain_update(self.address).chain_update([0]).chain_update(self.body);
+        hexadecimal(&digest.finalize())
+    }
 }
 
 /// Makes a job of a body. What is `kept` of it, and what `check` must find good, is asked for unless the request is a replay.
 pub(super) async fn accept(
     app: &Arc<App>,
     owner: &str,
-    headers: &HeaderMap,
-    body: &Bytes,
+    request: &Submission<'_>,
     kept: impl Future<Output = Result<Bytes, Problem>>,
     check: impl FnOnce(&[u8], &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> + Send + 'static,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    let idempotency_key = idempotency_key(headers)?;
-    let body_sha256 = hexadecimal(&Sha256::digest(body));
+    let idempotency_key = idempotency_key(request.headers)?;
+    let body_sha256 = request.sha256();
     // A replay needs no second judgement of the scene.
     if let Some(key) = &idempotency_key
         && let Some(earlier) = app.queue.store.replay(owner, key, &body_sha256).await?
@@ -103,7 +125,7 @@ pub(super) async fn accept(
     }
     let kept = kept.await?;
     let scene = kept.to_vec();
-    let checked = judge(app, owner, move |shelf| check(&kept, shelf)).await?;
+    let checked = judge(app, owner, request.what, move |shelf| check(&kept, shelf)).await?;
     let new = NewJob {
         owner: owner.to_owned(),
         idempotency_key,
@@ -138,7 +160,7 @@ pub async fn validate(
     JsonText(body): JsonText,
 ) -> Result<Json<Validation>, Problem> {
     let engine = Arc::clone(&app.queue.engine);
-    let preview = judge(&app, &owner, move |shelf| engine.preview(&body, shelf)).await?;
+    let preview = judge(&app, &owner, "scene", move |shelf| engine.preview(&body, shelf)).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -269,7 +291,7 @@ pub async fn summary(
     get, path = "/v1/jobs/{id}/plan", tag = "jobs", operation_id = "get_plan", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "The plan", body = PlanReport),
-        (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No such job, or a what-if question or a study, which have no plan", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "The scene is not valid any more: a mesh is gone", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -279,19 +301,44 @@ pub async fn plan(
     JobPath(id): JobPath,
 ) -> Result<Json<PlanReport>, Problem> {
     let scene = app.queue.store.scene(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    if let Some(purpose) = JobDocument::of(&scene).purpose() {
+        return Err(Problem::no_plan(purpose));
+    }
     let engine = Arc::clone(&app.queue.engine);
-    let preview = judge(&app, &owner, move |shelf| engine.preview(&scene, shelf)).await?;
+    let preview = judge(&app, &owner, "scene", move |shelf| engine.preview(&scene, shelf)).await?;
     Ok(Json(preview.plan))
 }
 
-/// Judges a scene, with the meshes of its owner at hand.
+/// Judges a scene or what holds one (`what`), with the meshes of its owner at hand.
 async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
+    what: &str,
     judgement: impl FnOnce(&MeshShelf) -> Result<T, Vec<SceneProblem>> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
-    app.judges.call(move || judgement(&shelf)).await?.map_err(Problem::invalid_scene)
+    let judged = app.judges.call(move || judgement(&shelf)).await?;
+    judged.map_err(|errors| Problem::invalid_scene(what, errors))
+}
+
+/// What a check found, after the keys that the body has twice: where members are read by their names, one of them is lost.
+pub(super) fn with_repeated_keys<T>(
+    body: &[u8],
+    found: Result<T, Vec<SceneProblem>>,
+) -> Result<T, Vec<SceneProblem>> {
+    let mut problems = repeated_keys(body);
+    match found {
+        Ok(good) if problems.is_empty() => return Ok(good),
+        Ok(_) => {}
+        Err(others) => problems.extend(others),
+    }
+    Err(problems)
+}
+
+/// The problem of each key that a body, which is JSON, has twice.
+pub(super) fn repeated_keys(body: &[u8]) -> Vec<SceneProblem> {
+    let problems = json::parse(body).map(|parsed| parsed.problems).unwrap_or_default();
+    problems.into_iter().map(SceneProblem::from).collect()
 }
 
 /// The answer to a submission.
@@ -313,7 +360,11 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
 
 /// The client's name for its request, if it gave one.
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
-    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let mut values = headers.get_all("idempotency-key").iter();
+    let Some(value) = values.next() else { return Ok(None) };
+    if values.next().is_some() {
+        return Err(Problem::bad_header("Idempotency-Key", "given once"));
+    }
     let key = value
         .to_str()
         .ok()

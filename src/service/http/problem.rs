@@ -169,19 +169,20 @@ impl Problem {
             .remedy("The operator can allow the origin with --cors-origin.")
     }
 
-    /// The scene cannot run.
-    pub fn invalid_scene(errors: Vec<SceneProblem>) -> Self {
+    /// What was sent cannot run: `what` is a scene, or holds one.
+    pub fn invalid_scene(what: &str, errors: Vec<SceneProblem>) -> Self {
         let count = errors.iter().filter(|e| e.severity == "error").count();
-        let detail = format!("The scene has {count} error(s); every one is listed with its place.");
+        let detail = format!("The {what} has {count} error(s); every one is listed with its place.");
         let mut problem =
             Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
         problem.body.errors = errors;
         problem
     }
 
-    /// The key names an earlier request with another body.
+    /// The key names an earlier request with another body, or to another address.
     pub fn idempotency_key_reused() -> Self {
-        let detail = "This Idempotency-Key belongs to an earlier request with another body.";
+        let detail =
+            "This Idempotency-Key belongs to an earlier request with another body or to another address.";
         Self::new(StatusCode::CONFLICT, "idempotency-key-reused", "Idempotency-Key reused", detail)
             .remedy("Take a new key for a new request.")
     }
@@ -205,6 +206,13 @@ impl Problem {
         let detail = format!("The job has {} and left no {what}.", state.as_str());
         Self::new(StatusCode::NOT_FOUND, "not-left", "Nothing left", detail)
             .remedy("The job says why at /v1/jobs/{id}.")
+    }
+
+    /// The job is for something that has no plan.
+    pub fn no_plan(purpose: &str) -> Self {
+        let detail = format!("The job {purpose}: it has no scene of its own, and so no plan.");
+        Self::new(StatusCode::NOT_FOUND, "no-plan", "No plan", detail)
+            .remedy("Send the scene to /v1/jobs/validate, which answers with its plan.")
     }
 
     /// The recording that the job left is not on the disk any more, or not the whole of it.

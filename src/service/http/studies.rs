@@ -2,7 +2,7 @@
 
 use super::App;
 use super::extract::{JsonText, Owner};
-use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
+use super::jobs::{Submission, SubmitAnswer, SubmitHeaders, accept, with_repeated_keys};
 use super::problem::Problem;
 use crate::service::jobs::study_job::StudyDocument;
 use axum::extract::State;
@@ -27,5 +27,9 @@ pub async fn submit(
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
     let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
-    accept(&app, &owner, &headers, &body, kept, move |study, shelf| engine.check_study(study, shelf)).await
+    let request = Submission { address: "/v1/studies", what: "study", headers: &headers, body: &body };
+    accept(&app, &owner, &request, kept, move |study, shelf| {
+        with_repeated_keys(study, engine.check_study(study, shelf))
+    })
+    .await
 }

@@ -2,10 +2,11 @@
 
 use super::App;
 use super::extract::{JsonText, Owner};
-use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
+use super::jobs::{Submission, SubmitAnswer, SubmitHeaders, accept, repeated_keys, with_repeated_keys};
 use super::problem::Problem;
 use crate::service::jobs::JobId;
 use crate::service::jobs::engine::SceneProblem;
+use crate::service::jobs::job_document::JobDocument;
 use crate::study::what_if::WhatIfDocument;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -31,9 +32,10 @@ pub async fn ask(
     JsonText(body): JsonText,
 ) -> Result<Response, Problem> {
     let engine = Arc::clone(&app.queue.engine);
-    let question = with_scene(&app, &owner, &body);
-    accept(&app, &owner, &headers, &body, question, move |question, shelf| {
-        engine.check_what_if(question, shelf)
+    let request = Submission { address: "/v1/what-if", what: "question", headers: &headers, body: &body };
+    let (question, written) = (with_scene(&app, &owner, &body), body.clone());
+    accept(&app, &owner, &request, question, move |question, shelf| {
+        with_repeated_keys(&written, engine.check_what_if(question, shelf))
     })
     .await
 }
@@ -43,30 +45,41 @@ async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Probl
     // A body that is no such object is judged like any other.
     let Ok(Value::Object(mut question)) = serde_json::from_slice(body) else { return Ok(body.clone()) };
     let Some(job) = question.remove("job") else { return Ok(body.clone()) };
-    let refuse = |message: &str, limit: &str, remedy: &str| {
-        Problem::invalid_scene(vec![SceneProblem {
-            code: "bad_base".into(),
+    let refuse = |code: &str, message: &str, limit: &str, remedy: &str| {
+        let problem = SceneProblem {
+            code: code.into(),
             pointer: "/job".into(),
             value: job.clone(),
             limit: limit.into(),
             remedy: remedy.into(),
             ..SceneProblem::of_document(message)
-        }])
+        };
+        Problem::invalid_scene("question", repeated_keys(body).into_iter().chain([problem]).collect())
     };
     if question.contains_key("scene") {
         return Err(refuse(
+            "bad_base",
             "the question has two bases",
             "one of `scene` and `job`",
             "leave one of them out",
         ));
     }
     let id: Option<JobId> = job.as_str().and_then(|text| text.parse().ok());
-    let scene = match id {
+    let kept = match id {
         Some(id) => app.queue.store.scene(owner, id).await?,
         None => None,
     };
-    let scene: Option<Value> = scene.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    let scene = scene.ok_or_else(|| refuse("there is no such job", "the id of a job", "see /v1/jobs"))?;
+    if let Some(purpose) = kept.as_deref().and_then(|document| JobDocument::of(document).purpose()) {
+        return Err(refuse(
+            "no_base",
+            &format!("this job {purpose}: it has no scene of its own"),
+            "the id of a job that runs a scene",
+            "name the job of its base, or send the scene of the base as `scene`",
+        ));
+    }
+    let scene: Option<Value> = kept.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let unknown = || refuse("bad_base", "there is no such job", "the id of a job", "see /v1/jobs");
+    let scene = scene.ok_or_else(unknown)?;
     question.insert("scene".into(), scene);
     Ok(Bytes::from(Value::Object(question).to_string()))
 }

@@ -11,12 +11,14 @@
 pub mod control;
 pub mod engine;
 mod error;
+pub mod job_document;
 pub mod queue;
 pub mod recordings;
 pub mod simulator;
 pub mod snapshots;
 mod spending;
 pub mod store;
+mod study_entries;
 pub mod study_job;
 pub mod what_if_job;
 pub mod worker;

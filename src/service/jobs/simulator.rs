@@ -4,8 +4,9 @@ use super::engine::{
     BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
     SceneProblem,
 };
+use super::job_document::JobDocument;
 use super::spending::Spending;
-use super::study_job::{self, StudyDocument};
+use super::study_job;
 use super::what_if_job::{self, SharedResults};
 use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::mesh::Mesh;
@@ -22,7 +23,6 @@ use crate::scene::{
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
 use crate::step::{Ending, Failure, FailureCause};
-use crate::study::what_if::WhatIfDocument;
 use crate::study::{self, RunRequest, run_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -148,11 +148,10 @@ impl Engine for Simulator {
     }
 
     fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
-        if let Some(study) = StudyDocument::of(order.scene) {
-            return study_job::run(self, study, &mut order);
-        }
-        if let Some(question) = WhatIfDocument::of(order.scene) {
-            return what_if_job::run(self, &question, &mut order);
+        match JobDocument::of(order.scene) {
+            JobDocument::Study(study) => return study_job::run(self, *study, &mut order),
+            JobDocument::Question(question) => return what_if_job::run(self, &question, &mut order),
+            JobDocument::Scene => {}
         }
         let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
         let estimated_steps = loaded.estimate.steps;
@@ -232,8 +231,7 @@ impl Engine for Simulator {
 impl MeshSource for MeshShelf {
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
         let (path, _) = self.find(name).map_err(|error| match error {
-            // Other ids are not offered: a list of them would help nobody find a name.
-            ShelfError::Unknown => MeshSourceError::NotFound { name: name.to_owned(), known: Vec::new() },
+            ShelfError::Unknown => MeshSourceError::NotUploaded { name: name.to_owned() },
             ShelfError::Jobs(error) => unreadable(name, &error),
         })?;
         let size = std::fs::metadata(&path).map_err(|error| unreadable(name, &error))?.len();

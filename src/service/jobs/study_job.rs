@@ -2,6 +2,7 @@
 
 use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
 use super::simulator::{Simulator, invalid_scene};
+use super::study_entries::{Entries, too_many};
 use super::{JobFailure, JobFailureCause, Phase, RunProgress};
 use crate::scene::Problem;
 use crate::scene::document::{ContactSolver, Formulation};
@@ -16,8 +17,10 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use utoipa::ToSchema;
 
-/// Entries that a list of settings may have: each is a run or more.
-const MOST_ENTRIES: usize = 16;
+/// Implicit steps of the matrix over the explicit one that are offered.
+const STEP_RATIOS: RangeInclusive<u32> = 1..=100_000;
+/// Shortest implicit step [s]: what is shorter resolves nothing.
+const SHORTEST_STEP_S: f64 = 1e-12;
 
 /// A study that is asked for.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
@@ -46,7 +49,7 @@ pub struct ErrorStudyDocument {
     #[serde(default)]
     #[schema(value_type = Vec<String>)]
     formulations: Vec<Formulation>,
-    /// Lengths of implicit steps beside the scene's own stepping [s].
+    /// Lengths of implicit steps beside the scene's own stepping, from 1e-12 to `end_time_s` of the scene, each once [s].
     #[serde(default)]
     implicit_steps_s: Vec<f64>,
     /// Solvers of contact problems beside the scene's own, with its own stepping and with each of those steps.
@@ -70,7 +73,9 @@ pub struct StabilityStudyDocument {
     /// The ends of each axis only.
     #[serde(default = "yes")]
     short: bool,
-    /// Steps of the implicit scheme over the explicit one.
+    /// Steps of the implicit scheme over the explicit one, from 1 to 100000, each once; no step is longer than half its run. None by
+    /// default, which leaves the implicit scheme out; `contuse study stability` runs 1, 10, 100 and 1000 by default, and with `--short`
+    /// all but the first.
     #[serde(default)]
     implicit: Vec<u32>,
 }
@@ -106,11 +111,7 @@ impl StudyDocument {
                     .remedy("name the kind of the study; its members are described at /docs"));
             }
         };
-        read.map_err(|error| {
-            let problem = Problem::refused_by_serde(&error);
-            let found = document.pointer(&problem.pointer).cloned().unwrap_or_default();
-            problem.value(found).limit("a study, see /docs").remedy("change, add or remove the member")
-        })
+        read.map_err(|error| Problem::refused_by_serde(&error, &document))
     }
 }
 
@@ -122,18 +123,44 @@ pub(super) fn check(
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
     match StudyDocument::read(body).map_err(|problem| vec![problem.into()])? {
         StudyDocument::Error(study) => check_error(simulator, &study, meshes),
-        StudyDocument::Stability(StabilityStudyDocument { implicit, .. })
-            if implicit.len() > MOST_ENTRIES =>
-        {
-            Err(vec![too_many("implicit", implicit.len())])
+        StudyDocument::Stability(study) => {
+            let problems = problems_of_ratios(&study.implicit);
+            if !problems.is_empty() {
+                return Err(problems);
+            }
+            Ok(CheckedScene {
+                name: "stability".into(),
+                content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
+                end_time_s: 1.0,
+                warnings: Vec::new(),
+            })
         }
-        StudyDocument::Stability(_) => Ok(CheckedScene {
-            name: "stability".into(),
-            content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
-            end_time_s: 1.0,
-            warnings: Vec::new(),
-        }),
     }
+}
+
+fn problems_of_ratios(ratios: &[u32]) -> Vec<SceneProblem> {
+    let list = Entries {
+        name: "implicit",
+        written: ratios,
+        limit: format!("from {} to {}", STEP_RATIOS.start(), STEP_RATIOS.end()),
+        remedy: "give implicit steps as multiples of the explicit one, such as 1, 10 and 100; none leaves the scheme out",
+    };
+    list.problems(|ratio| STEP_RATIOS.contains(&ratio))
+}
+
+fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<SceneProblem> {
+    // A scene without an end is refused for that.
+    let end_s = scene.get("end_time_s").and_then(Value::as_f64).filter(|end_s| *end_s > 0.0);
+    let list = Entries {
+        name: "implicit_steps_s",
+        written: steps_s,
+        limit: match end_s {
+            Some(end_s) => format!("from {SHORTEST_STEP_S:e} to {end_s}, the end of the scene"),
+            None => format!("from {SHORTEST_STEP_S:e} to the end of the scene"),
+        },
+        remedy: "give steps in seconds, about as long as an explicit one or some times that",
+    };
+    list.problems(|step_s| step_s >= SHORTEST_STEP_S && end_s.is_none_or(|end_s| step_s <= end_s))
 }
 
 fn check_error(
@@ -151,14 +178,9 @@ fn check_error(
         exact,
         ..
     } = study;
-    let lists = [
-        ("formulations", formulations.len()),
-        ("implicit_steps_s", implicit_steps_s.len()),
-        ("contact_solvers", contact_solvers.len()),
-    ];
-    let long = lists.into_iter().filter(|(_, n)| *n > MOST_ENTRIES).map(|(name, n)| too_many(name, n));
-    let bad_steps = implicit_steps_s.iter().enumerate().filter(|(_, step)| !(**step > 0.0));
-    let bad_steps = bad_steps.take(MOST_ENTRIES).map(|(index, step)| bad_step(index, *step));
+    let lists = [("formulations", formulations.len()), ("contact_solvers", contact_solvers.len())];
+    let long = lists.into_iter().filter_map(|(name, count)| too_many(name, count));
+    let bad_steps = problems_of_steps(implicit_steps_s, scene);
     let levels = [("coarsest", *coarsest, COARSEST), ("finest", *finest, FINEST)].into_iter();
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
@@ -175,28 +197,6 @@ fn check_error(
             problems.extend(placed.map(|p| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p }));
             Err(problems)
         }
-    }
-}
-
-fn too_many(name: &str, count: usize) -> SceneProblem {
-    SceneProblem {
-        code: "too_many".into(),
-        pointer: format!("/{name}"),
-        value: count.into(),
-        limit: format!("at most {MOST_ENTRIES} entries"),
-        remedy: "each entry is a run or more: ask for those that differ".into(),
-        ..SceneProblem::of_document(&format!("{name} is too long"))
-    }
-}
-
-fn bad_step(index: usize, step: f64) -> SceneProblem {
-    SceneProblem {
-        code: "out_of_range".into(),
-        pointer: format!("/implicit_steps_s/{index}"),
-        value: step.into(),
-        limit: "> 0".into(),
-        remedy: "give steps in seconds, about as long as an explicit one or some times that".into(),
-        ..SceneProblem::of_document("a step must be positive")
     }
 }
 

@@ -4,6 +4,7 @@ use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
 use super::simulator::{Simulator, invalid_scene};
 use super::study_job::{nothing_finished, out_of_time};
 use super::{JobFailure, Phase, RunProgress};
+use crate::scene::problem::Pointer;
 use crate::scene::{Loaded, Problem};
 use crate::service::meshes::MeshShelf;
 use crate::study::what_if::{
@@ -35,13 +36,10 @@ pub(super) fn check(
     body: &[u8],
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let question: WhatIfDocument = serde_path_to_error::deserialize(
-        &mut serde_json::Deserializer::from_slice(body),
-    )
-    .map_err(|error| {
-        let problem = Problem::refused_by_serde(&error);
-        vec![problem.limit("a question, see /docs").remedy("change, add or remove the member").into()]
-    })?;
+    let document: Value = serde_json::from_slice(body)
+        .map_err(|error| vec![Problem::error("syntax", &Pointer::root(), error.to_string()).into()])?;
+    let question: WhatIfDocument = serde_path_to_error::deserialize(&document)
+        .map_err(|error| vec![Problem::refused_by_serde(&error, &document).into()])?;
     let base = base(simulator, &question, meshes)?;
     let runs = count(&question);
     let mut problems: Vec<SceneProblem> = Vec::new();

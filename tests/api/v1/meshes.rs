@@ -74,3 +74,21 @@ fn a_mesh_is_judged_before_it_is_kept() {
     assert!(huge["detail"].as_str().unwrap().contains("element 0"), "{huge}");
     assert_eq!(upload(&client, "", cube("1e-300", "1e-300").as_bytes()).status, 201);
 }
+
+#[test]
+fn every_body_whose_mesh_was_not_uploaded_is_told_how_to() {
+    let server = Server::simulating();
+    let text = include_str!("../../../api/examples/job.request.json");
+    let mut scene: serde_json::Value = serde_json::from_str(text).unwrap();
+    for body in 0..2 {
+        scene["bodies"][body]["mesh"] = json!({"file": {"name": "ball.msh"}});
+    }
+    let answer = problem(&server.client().post_json("/v1/jobs/validate", &scene), 422, "invalid-scene");
+    let errors = answer["errors"].as_array().unwrap().iter();
+    let missing: Vec<_> = errors.filter(|e| e["code"] == "mesh_not_found").collect();
+    assert_eq!(missing.len(), 2, "{answer}");
+    for (body, error) in missing.into_iter().enumerate() {
+        assert_eq!(error["pointer"], format!("/bodies/{body}/mesh/file/name"));
+        assert!(error["remedy"].as_str().unwrap().contains("POST /v1/meshes"), "{answer}");
+    }
+}

@@ -68,3 +68,27 @@ fn every_problem_of_a_study_has_its_place() {
     let study = json!({"kind": "stability"});
     assert_eq!(server.client().post_json("/v1/jobs", &study).status, 422);
 }
+
+#[test]
+fn every_entry_of_a_list_of_steps_is_judged() {
+    let server = Server::simulating();
+    let places = |body: &Value| -> Vec<String> {
+        let answer = problem(&server.client().post_json("/v1/studies", body), 422, "invalid-scene");
+        assert!(answer["detail"].as_str().unwrap().starts_with("The study has "), "{answer}");
+        let errors = answer["errors"].as_array().unwrap();
+        assert!(errors.iter().all(|e| e["limit"] != "" && e["remedy"] != ""), "{answer}");
+        errors.iter().map(|e| e["pointer"].as_str().unwrap().to_owned()).collect()
+    };
+    let ratios = json!([0, 10, 4_294_967_295_u32, 10, 100_000]);
+    let matrix = json!({"kind": "stability", "implicit": ratios});
+    assert_eq!(places(&matrix), ["/implicit/0", "/implicit/2", "/implicit/3"]);
+    let many: Vec<u32> = (1..=17).collect();
+    assert_eq!(places(&json!({"kind": "stability", "implicit": many})), ["/implicit"]);
+
+    let steps_s = json!([1e-3, 0, 1e-13, 1.2, 1.3, -1, 1e-3]);
+    let study = json!({"kind": "error", "scene": scene(), "implicit_steps_s": steps_s});
+    assert_eq!(places(&study), [1, 2, 4, 5, 6].map(|i| format!("/implicit_steps_s/{i}")));
+    let answer = server.client().post_json("/v1/studies", &study).json();
+    assert_eq!(answer["errors"][2]["limit"], "from 1e-12 to 1.2, the end of the scene");
+    assert_eq!(answer["errors"][2]["value"], 1.3);
+}

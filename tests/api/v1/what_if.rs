@@ -2,6 +2,7 @@
 
 use crate::support::*;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 
 /// A soft block that hits a wall: a few milliseconds a run.
 fn scene() -> Value {
@@ -117,4 +118,77 @@ fn every_problem_of_a_question_has_its_place() {
     assert_eq!(places(&twice), ["/job"]);
     // A question is no scene.
     assert_eq!(client.post_json("/v1/jobs", &question()).status, 422);
+}
+
+#[test]
+fn what_has_no_scene_is_no_base_and_has_no_plan() {
+    let server = Server::simulating();
+    let client = server.client();
+    let study = client.post_json("/v1/studies", &json!({"kind": "error", "scene": scene()})).json();
+    let asked = client.post_json("/v1/what-if", &question()).json();
+    for (job, purpose) in [(study, "is a study"), (asked, "answers a what-if question")] {
+        let mut of_it = question();
+        of_it.as_object_mut().unwrap().remove("scene");
+        of_it["job"] = job["id"].clone();
+        let answer = problem(&client.post_json("/v1/what-if", &of_it), 422, "invalid-scene");
+        assert_eq!(answer["detail"], "The question has 1 error(s); every one is listed with its place.");
+        let errors = answer["errors"].as_array().unwrap();
+        assert_eq!(
+            (errors.len(), &errors[0]["code"], &errors[0]["pointer"]),
+            (1, &json!("no_base"), &json!("/job"))
+        );
+        assert_eq!(errors[0]["value"], job["id"]);
+        assert!(errors[0]["message"].as_str().unwrap().contains(purpose), "{answer}");
+        let address = job["links"]["self"].as_str().unwrap();
+        let answer = problem(&client.get(&format!("{address}/plan")), 404, "no-plan");
+        assert!(answer["detail"].as_str().unwrap().contains(purpose), "{answer}");
+    }
+}
+
+#[test]
+fn keys_written_twice_are_refused() {
+    let server = Server::simulating();
+    let client = server.client();
+    let places = |address: &str, body: &str| -> BTreeSet<String> {
+        let answer = problem(&client.post_text(address, body), 422, "invalid-scene");
+        let errors = answer["errors"].as_array().unwrap();
+        assert!(errors.iter().all(|e| e["code"] == "repeated_key"), "{answer}");
+        errors.iter().map(|e| e["pointer"].as_str().unwrap().to_owned()).collect()
+    };
+    let set = |places: &[&str]| places.iter().map(|place| (*place).to_owned()).collect::<BTreeSet<_>>();
+    let text = question().to_string();
+    let text = text.replacen("\"sample\":", "\"sample\":null,\"sample\":", 1);
+    let text = text.replacen("\"end_time_s\":", "\"end_time_s\":1,\"end_time_s\":", 1);
+    assert_eq!(places("/v1/what-if", &text), set(&["/sample", "/scene/end_time_s"]));
+
+    let job = client.post_json("/v1/jobs", &scene()).json()["id"].clone();
+    let mut of_job = question();
+    of_job.as_object_mut().unwrap().remove("scene");
+    of_job["job"] = job;
+    let text = of_job.to_string().replacen("\"job\":", "\"job\":\"x\",\"job\":", 1);
+    assert_eq!(places("/v1/what-if", &text), set(&["/job"]));
+
+    let study = json!({"kind": "error", "scene": scene(), "geometry": false}).to_string();
+    let study = study.replacen("\"geometry\":", "\"geometry\":true,\"geometry\":", 1);
+    let study = study.replacen("\"planes\":", "\"planes\":[],\"planes\":", 1);
+    assert_eq!(places("/v1/studies", &study), set(&["/geometry", "/scene/planes"]));
+}
+
+#[test]
+fn what_is_no_question_is_told_in_words_of_json() {
+    let server = Server::simulating();
+    let mut unknown = question();
+    unknown["caes"] = json!([]);
+    for (body, place, limit) in [
+        (json!([]), "", "an object"),
+        (json!({}), "/parameters", "present"),
+        (json!({"parameters": "x"}), "/parameters", "a list"),
+        (unknown, "/caes", "one of scene, job, parameters"),
+    ] {
+        let answer = problem(&server.client().post_json("/v1/what-if", &body), 422, "invalid-scene");
+        let error = &answer["errors"][0];
+        assert_eq!(error["pointer"], place, "{answer}");
+        assert!(error["limit"].as_str().unwrap().starts_with(limit), "{answer}");
+        assert!(error["remedy"] != "" && !answer.to_string().contains("struct "), "{answer}");
+    }
 }

@@ -13,7 +13,7 @@ pub struct NewJob {
     pub owner: String,
     /// The client's name for the request, by which it may ask twice.
     pub idempotency_key: Option<String>,
-    /// SHA-256 of the body, hexadecimal.
+    /// SHA-256 of the address and the body of the request, hexadecimal.
     pub body_sha256: String,
     /// The scene document as it came.
     pub scene: Vec<u8>,

@@ -146,6 +146,31 @@ fn bad_keys_are_refused() {
 }
 
 #[test]
+fn a_key_is_of_one_address_and_given_once() {
+    let server = Server::start();
+    let client = server.client();
+    // Of this engine: a scene, and a question about one.
+    let mut body = quick();
+    body["scene"] = quick();
+    let body = body.to_string();
+    let headers = [("Content-Type", "application/json"), ("Idempotency-Key", "k-1")];
+    let send = |address: &str| client.send("POST", address, &headers, body.as_bytes());
+    let first = send("/v1/what-if");
+    assert_eq!(first.status, 202, "{first:?}");
+    for address in ["/v1/jobs", "/v1/studies"] {
+        problem(&send(address), 409, "idempotency-key-reused");
+    }
+    let again = send("/v1/what-if");
+    assert_eq!((again.status, again.header("location")), (202, first.header("location")));
+
+    for other in ["k-2", "k-3"] {
+        let headers = [headers[0], ("Idempotency-Key", "k-2"), ("Idempotency-Key", other)];
+        let answer = client.send("POST", "/v1/jobs", &headers, quick().to_string().as_bytes());
+        problem(&answer, 400, "bad-header");
+    }
+}
+
+#[test]
 fn names_of_files_are_no_meshes() {
     let server = Server::start();
     std::fs::write(server.data.path().join("meshes/ball.msh"), "$").unwrap();
