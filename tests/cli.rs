@@ -405,7 +405,18 @@ fn what_if_answers_case_by_case() {
     assert_eq!(std::fs::read_to_string(&csv).unwrap().lines().count(), 5);
     let table = run(&[&["what-if", scene][..], &flags[..]].concat());
     assert!(text(&table.stdout).contains("One at a time"), "{}", text(&table.stdout));
+    assert!(text(&table.stdout).contains("numerical errors not yet known"), "{}", text(&table.stdout));
     let refused = run(&["what-if", scene, "--vary", "speed=3..1", "--one-at-a-time"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("/parameters/0/high"), "{}", text(&refused.stderr));
+    // What is said twice is refused, and what was stopped says so at both ends and on standard error.
+    let refused = run(&["what-if", scene, "--vary", "speed=1..3", "--vary", "speed=2..4", "--sample", "2"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("given twice"), "{}", text(&refused.stderr));
+    assert_eq!(run(&["what-if", scene, "--case", "speed=1,speed=2"]).status.code(), Some(2));
+    let stopped = run(&[&["what-if", scene, "--deadline-s", "0"][..], &flags[..]].concat());
+    assert_eq!(stopped.status.code(), Some(4));
+    let said = "STOPPED (deadline): 0 of 4 case(s)";
+    assert_eq!(text(&stopped.stdout).matches(said).count(), 2, "{}", text(&stopped.stdout));
+    assert!(text(&stopped.stderr).contains(said), "{}", text(&stopped.stderr));
 }

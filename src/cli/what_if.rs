@@ -2,8 +2,8 @@
 
 use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, deadline, read_scene, watch_for_ctrl_c};
-use super::what_if_table::{write_answer, write_case_line, write_csv};
-use super::what_if_words::{case, limit, parameter};
+use super::what_if_table::{stopped, write_answer, write_case_line, write_csv};
+use super::what_if_words::{add_parameters, case, limit, parameter};
 use super::{CliError, Exit};
 use crate::scene::{Budget, FolderSource, Problems};
 use crate::step::Interrupt;
@@ -26,7 +26,7 @@ use std::time::Instant;
 pub struct WhatIfArgs {
     /// The scene document of the base; its mesh files lie beside it.
     pub scene: PathBuf,
-    /// The question as JSON; what the other flags ask comes on top.
+    /// The question as JSON; what the other flags ask comes on top. A parameter has one range: that of the file or that of a flag.
     #[arg(short, long, value_name = "FILE")]
     pub question: Option<PathBuf>,
     /// A parameter and its range: `speed=80..120`. May be given several times.
@@ -128,11 +128,14 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
         },
         tell: &mut |partial| {
             if written.is_ok() {
-                written = tell(args, &partial, out);
+                written = tell(args, &partial, question.error_bars, out);
             }
         },
     });
     written?;
+    if let Some(stopped) = stopped(&answer) {
+        eprintln!("{stopped}");
+    }
     if args.json {
         let text = serde_json::to_value(&answer).map_err(|error| CliError::Other(Box::new(error)))?;
         writeln!(out, "{}", serde_json::json!({"event": "answer", "answer": text}))?;
@@ -164,12 +167,8 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
             question
         }
     };
-    let named = args.vary.iter().chain(args.case.iter().flat_map(|(parameters, _)| parameters));
-    for parameter in named {
-        if question.parameters.iter().all(|known| known.name != parameter.name) {
-            question.parameters.push(parameter.clone());
-        }
-    }
+    let of_cases = args.case.iter().flat_map(|(parameters, _)| parameters);
+    add_parameters(&mut question.parameters, &args.vary, of_cases).map_err(CliError::Usage)?;
     question.cases.extend(args.case.iter().map(|(_, case)| case.clone()));
     question.limits.extend(args.limit.iter().cloned());
     question.one_at_a_time |= args.one_at_a_time;
@@ -191,10 +190,18 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
 }
 
 /// A part of the answer as it comes.
-fn tell(args: &WhatIfArgs, partial: &Partial, out: &mut dyn Write) -> std::io::Result<()> {
+fn tell(
+    args: &WhatIfArgs,
+    partial: &Partial,
+    errors: ErrorSource,
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
     match partial {
         _ if args.json => writeln!(out, "{}", serde_json::to_string(partial)?)?,
-        Partial::Case { of, case } => write_case_line(case, *of, out)?,
+        Partial::Case { of, case } => {
+            // The base is told before the runs that its error bars come from.
+            write_case_line(case, *of, case.index == 0 && errors == ErrorSource::Base, out)?;
+        }
         Partial::ErrorBars { .. } | Partial::Limit(_) => {}
     }
     out.flush()

@@ -6,7 +6,7 @@ use crate::study::error::Quantity;
 use crate::study::what_if::document::LimitMeasure;
 use crate::study::what_if::limit::Verdict;
 use crate::study::what_if::surrogate::Surrogate;
-use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Number};
+use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Matrix, Number, Origin};
 use std::io::{self, Write};
 
 /// The numbers of the table: the four that the run is made for.
@@ -16,23 +16,45 @@ const SHOWN: [Quantity; 4] =
 /// Said of a change that the mesh does not resolve.
 const BELOW_ERROR: &str = "smaller than the numerical error of the number itself";
 
+/// Said of a sensitivity over a range that does not hold the base.
+const BASE_OUTSIDE: &str = "the base lies outside of the range: elasticity is at mid-range";
+
 /// Cases of the answer beyond which the table has only the first.
 const MOST_ROWS: usize = 40;
 
-/// One case as it comes.
-pub(super) fn write_case_line(case: &CaseAnswer, of: usize, out: &mut dyn Write) -> io::Result<()> {
+/// One case as it comes; those before the error bars are known say so.
+pub(super) fn write_case_line(
+    case: &CaseAnswer,
+    of: usize,
+    awaits_errors: bool,
+    out: &mut dyn Write,
+) -> io::Result<()> {
     let number = |q: Quantity| {
         let (title, unit) = q.title();
         case.numbers.get(&q).map(|n| format!("{title} {} {unit}", with_error(n)))
     };
     let numbers: Vec<String> = SHOWN.into_iter().filter_map(number).collect();
     let what = if numbers.is_empty() { case.ending.replace('_', " ") } else { numbers.join(", ") };
-    writeln!(out, "{:>3} of {of}  {}: {what}", case.index + 1, case.name)
+    let remark = if awaits_errors && !numbers.is_empty() { " (numerical errors not yet known)" } else { "" };
+    writeln!(out, "{:>3} of {of}  {}: {what}{remark}", case.index + 1, case.name)
+}
+
+/// What is missing of an answer that was stopped; `None` of one that was not.
+pub(super) fn stopped(answer: &Answer) -> Option<String> {
+    let why = answer.stopped?;
+    let looked_for = match (answer.limits.len(), answer.limits_asked) {
+        (_, 0) => String::new(),
+        (0, _) => "; limits were not looked for".into(),
+        (found, asked) => format!("; {found} of {asked} limit(s) were looked for"),
+    };
+    Some(format!("STOPPED ({why}): {} of {} case(s){looked_for}", answer.cases.len(), answer.cases_asked))
 }
 
 /// The whole answer.
 pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "\n{}: {} case(s)\n", answer.scene, answer.cases.len())?;
+    let stopped = stopped(answer);
+    let extent = stopped.clone().unwrap_or_else(|| format!("{} case(s)", answer.cases.len()));
+    writeln!(out, "\n{}: {extent}\n", answer.scene)?;
     let mut header = vec!["case".to_owned()];
     header.extend(SHOWN.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
@@ -40,7 +62,10 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     let is_unresolved =
         |case: &CaseAnswer| SHOWN.iter().any(|q| case.numbers.get(q).is_some_and(Number::is_unresolved));
     if answer.cases.iter().any(is_unresolved) {
-        writeln!(out, "(in brackets: smaller than its numerical error, not resolved by the mesh)")?;
+        writeln!(
+            out,
+            "(in brackets: not resolved by the mesh, smaller than its numerical error or a peak at a point)"
+        )?;
     }
     if answer.cases.len() > MOST_ROWS {
         writeln!(out, "… and {} more: --csv or --json has them all", answer.cases.len() - MOST_ROWS)?;
@@ -61,7 +86,13 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
         "\n{} run(s) computed, {} known before, {} side by side, {:.2} s (first answer after {:.2} s)",
         effort.computed, effort.from_cache, effort.threads, effort.wall_s, effort.first_answer_s
     )?;
+    stopped.map_or(Ok(()), |stopped| writeln!(out, "{stopped}"))?;
     writeln!(out, "\n{}", answer.notice)
+}
+
+/// Said of what was made of fewer cases than were asked.
+fn of_stopped(answer: &Answer) -> &'static str {
+    if answer.cases.len() < answer.cases_asked { " (STOPPED: not all that were asked)" } else { "" }
 }
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
@@ -75,7 +106,7 @@ fn title(answer: &Answer, quantity: Quantity) -> String {
     format!("{title} [{unit}]")
 }
 
-/// A number that is smaller than its error stands in brackets.
+/// A number that is not resolved stands in brackets.
 fn with_error(number: &Number) -> String {
     let value = rounded(number.value);
     let value = if number.is_unresolved() { format!("({value})") } else { value };
@@ -89,15 +120,18 @@ fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let degrees = if shown.iter().all(|s| s.degree == 2) { "second" } else { "first" };
     writeln!(
         out,
-        "\nPolynomials of {degrees} degree through {} cases would propose others (`surrogates` in --json); on a case that they have not seen they are off by",
-        first.cases
+        "\nPolynomials of {degrees} degree through {} cases{} would propose others (`surrogates` in --json); on a case that they have not seen they are off by",
+        first.cases,
+        of_stopped(answer)
     )?;
     let header = ["number", "", "share of the variance foretold"];
     let rows: Vec<[String; 3]> = shown
         .iter()
         .map(|s| {
+            let share =
+                |s: &Surrogate| s.hold_out_share.map_or_else(|| "the number is constant".into(), rounded);
             let (title, unit) = answer.title(s.quantity);
-            [title.to_owned(), format!("{} {unit}", two_digits(s.hold_out_error)), rounded(s.hold_out_share)]
+            [title.to_owned(), format!("{} {unit}", two_digits(s.hold_out_error)), share(s)]
         })
         .collect();
     write_table(&header, &rows, out)
@@ -126,6 +160,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
             let (title, unit) = answer.title(s.quantity);
             let mut remarks = Vec::new();
             remarks.extend((!s.is_monotone).then_some("not monotone"));
+            remarks.extend((!s.is_base_in_range).then_some(BASE_OUTSIDE));
             remarks.extend((s.exceeds_numerical_error == Some(false)).then_some(BELOW_ERROR));
             [
                 title.to_owned(),
@@ -150,7 +185,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
 
 fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     if !answer.spread.is_empty() {
-        writeln!(out, "\nSpread over the sample:")?;
+        writeln!(out, "\nSpread over the sample{}:", of_stopped(answer))?;
         let header =
             ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)", ""];
         let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
@@ -195,8 +230,15 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
             })
             .collect();
         write_table(&["number", "parameter", "first order", "total", ""], &rows, out)?;
+    } else if answer.cases.len() < answer.cases_asked && answer.cases.iter().any(is_for_indices) {
+        writeln!(out, "\nNo Sobol indices: they take all points of the sample")?;
     }
     Ok(())
+}
+
+/// Whether a case was run for Sobol indices alone.
+fn is_for_indices(case: &CaseAnswer) -> bool {
+    matches!(case.origin, Origin::Sample { matrix: Matrix::B | Matrix::Mixed(_), .. })
 }
 
 /// What is to be said of the spread of a number.
@@ -216,6 +258,7 @@ fn in_words(answer: &LimitAnswer) -> String {
     };
     let (name, unit, limit) = (&answer.parameter, answer.unit, rounded(answer.at_most));
     let measured = answer.measure.unit();
+    let ends = |values: &[f64; 2]| format!("{} and {} {measured}", rounded(values[0]), rounded(values[1]));
     let head = format!("{name}: the {number} stays at or below {limit} {measured}");
     let bracket = |word: &str, kept: f64, value: f64, broken: f64, value_broken: f64| {
         format!(
@@ -236,14 +279,14 @@ fn in_words(answer: &LimitAnswer) -> String {
             bracket("from", *kept_at, *value, *broken_at, *value_broken)
         }
         Verdict::KeptAtBothEnds { values } => format!(
-            "{head} at both ends of the range ({} and {}): no crossing is bracketed",
-            rounded(values[0]),
-            rounded(values[1])
+            "{head} at both ends of the range ({}): no crossing is bracketed; {}",
+            ends(values),
+            error_in_words(answer)
         ),
         Verdict::BrokenAtBothEnds { values } => format!(
-            "{name}: the {number} is above {limit} {measured} at both ends of the range ({} and {}): no crossing is bracketed",
-            rounded(values[0]),
-            rounded(values[1])
+            "{name}: the {number} is above {limit} {measured} at both ends of the range ({}): no crossing is bracketed; {}",
+            ends(values),
+            error_in_words(answer)
         ),
         Verdict::NoNumber { at, reason } => {
             format!("{name}: no answer, since there is no number at {} {unit}: {reason}", rounded(*at))
@@ -255,16 +298,20 @@ fn in_words(answer: &LimitAnswer) -> String {
 fn error_in_words(answer: &LimitAnswer) -> String {
     let Some(error) = answer.relative_error else { return "numerical error not estimated".into() };
     let at = |verdict: &Option<Verdict>| match verdict {
-        Some(Verdict::KeptUpTo { kept_at, .. } | Verdict::KeptFrom { kept_at, .. }) => {
-            format!("{} {}", rounded(*kept_at), answer.unit)
-        }
-        Some(Verdict::KeptAtBothEnds { .. }) => "kept in all of the range".into(),
-        Some(Verdict::BrokenAtBothEnds { .. }) => "broken in all of the range".into(),
+        Some(Verdict::KeptUpTo { kept_at, .. }) => format!("up to {} {}", rounded(*kept_at), answer.unit),
+        Some(Verdict::KeptFrom { kept_at, .. }) => format!("from {} {} on", rounded(*kept_at), answer.unit),
+        Some(Verdict::KeptAtBothEnds { .. }) => "kept at both ends of the range".into(),
+        Some(Verdict::BrokenAtBothEnds { .. }) => "broken at both ends of the range".into(),
         Some(Verdict::NoNumber { .. }) | None => "no answer".into(),
     };
     let percent = format!("± {} %", two_digits(100.0 * error));
-    if error >= 1.0 {
-        return format!("NOT RESOLVED: the number has a numerical error of {percent}");
+    if answer.resolved == Some(false) {
+        let why = if error < 1.0 {
+            ", and is a peak of which two meshes cannot tell whether it converges"
+        } else {
+            ""
+        };
+        return format!("NOT RESOLVED: the number has a numerical error of {percent}{why}");
     }
     format!(
         "with the numerical error of {percent}: {} if the number is larger by it, {} if it is smaller",
@@ -312,4 +359,61 @@ fn significant(value: f64, digits: i32) -> String {
     let decimals = digits - 1 - magnitude;
     let unit = 10_f64.powi(-decimals);
     format!("{:.*}", decimals.max(0).unsigned_abs() as usize, (value / unit).round() * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limit(verdict: Verdict, relative_error: Option<f64>, resolved: Option<bool>) -> LimitAnswer {
+        LimitAnswer {
+            parameter: "speed".into(),
+            unit: "m/s",
+            measure: LimitMeasure::Quantity(Quantity::PeakForceN),
+            at_most: 2000.0,
+            verdict,
+            relative_error,
+            resolved,
+            if_larger: None,
+            if_smaller: None,
+            runs: 2,
+        }
+    }
+
+    #[test]
+    fn limits_without_a_bracket_tell_of_the_error() {
+        let kept = || Verdict::KeptAtBothEnds { values: [1500.0, 1900.0] };
+        let broken = || Verdict::BrokenAtBothEnds { values: [2100.0, 2900.0] };
+        for verdict in [kept(), broken()] {
+            let words = in_words(&limit(verdict.clone(), Some(1.2), Some(false)));
+            assert!(words.contains("NOT RESOLVED: the number has a numerical error of ± 120 %"), "{words}");
+            let words = in_words(&limit(verdict.clone(), Some(0.62), Some(false)));
+            assert!(words.contains("NOT RESOLVED") && words.contains("a peak"), "{words}");
+            assert!(in_words(&limit(verdict, None, None)).contains("numerical error not estimated"));
+        }
+        let bracket =
+            Verdict::KeptUpTo { kept_at: 93.0, value: 1999.0, broken_at: 93.1, value_broken: 2001.0 };
+        let words = in_words(&LimitAnswer {
+            if_larger: Some(bracket),
+            if_smaller: Some(kept()),
+            ..limit(kept(), Some(0.1), Some(true))
+        });
+        assert!(words.contains("up to 93.00 m/s if the number is larger by it"), "{words}");
+        assert!(words.contains("kept at both ends of the range if it is smaller"), "{words}");
+    }
+
+    #[test]
+    fn numbers_that_are_not_resolved_stand_in_brackets() {
+        assert_eq!(with_error(&Number::new(2730.0, Some(140.0), true)), "2730 ± 140");
+        assert_eq!(with_error(&Number::new(2730.0, Some(140.0), false)), "(2730) ± 140");
+        assert_eq!(with_error(&Number::new(2730.0, Some(2800.0), true)), "(2730) ± 2800");
+        assert_eq!(with_error(&Number::new(0.0, Some(0.0), true)), "0 ± 0");
+        assert_eq!(with_error(&Number::new(2730.0, None, true)), "2730");
+    }
+
+    #[test]
+    fn numbers_are_short_whatever_their_size() {
+        let all = [1e300, -3.21e-9, 123_456.0, 0.5].map(rounded);
+        assert_eq!(all, ["1.000e300", "-3.210e-9", "123500", "0.5000"]);
+    }
 }

@@ -19,9 +19,41 @@ pub(super) fn case(text: &str) -> Result<(Vec<ParameterDocument>, CaseDocument),
     for setting in text.split(',') {
         let (name, value) = setting.split_once('=').ok_or("write PARAMETER=VALUE,PARAMETER=VALUE")?;
         parameters.push(named(name)?);
-        set.insert(name.to_owned(), number(value)?);
+        if set.insert(name.to_owned(), number(value)?).is_some() {
+            return Err(format!(
+                "{name:?} has two values in one case: give each of them a --case of its own"
+            ));
+        }
     }
     Ok((parameters, CaseDocument { name: None, set }))
+}
+
+/// Adds the parameters of flags to those of a file: ranges that are new, and what cases name and nobody has named before.
+pub(super) fn add_parameters<'a>(
+    known: &mut Vec<ParameterDocument>,
+    vary: &[ParameterDocument],
+    of_cases: impl Iterator<Item = &'a ParameterDocument>,
+) -> Result<(), String> {
+    let of_file = known.len();
+    for parameter in vary {
+        let name = &parameter.name;
+        match known.iter().position(|known| known.name == *name) {
+            None => known.push(parameter.clone()),
+            Some(index) if index < of_file => {
+                return Err(format!(
+                    "--vary {name}: the question of the file has a parameter of this name: change its range there, or name one of them \
+                     otherwise"
+                ));
+            }
+            Some(_) => return Err(format!("--vary {name} is given twice: a parameter has one range")),
+        }
+    }
+    for parameter in of_cases {
+        if known.iter().all(|known| known.name != parameter.name) {
+            known.push(parameter.clone());
+        }
+    }
+    Ok(())
 }
 
 /// "speed:peak_force_n<=2000" or "speed:von_mises@0.01<=30e3".
@@ -104,5 +136,21 @@ mod tests {
             assert!(parameter(wrong).is_err());
         }
         assert!(super::limit("speed:force<=1").is_err());
+    }
+
+    #[test]
+    fn what_is_said_twice_is_refused() {
+        assert!(case("speed=1,speed=2").unwrap_err().contains("two values"));
+        let add = |file: &[&str], vary: &[&str], cases: &[&str]| {
+            let mut known: Vec<_> = file.iter().map(|text| parameter(text).unwrap()).collect();
+            let vary: Vec<_> = vary.iter().map(|text| parameter(text).unwrap()).collect();
+            let of_cases: Vec<_> = cases.iter().flat_map(|text| case(text).unwrap().0).collect();
+            add_parameters(&mut known, &vary, of_cases.iter())?;
+            Ok::<_, String>(known.iter().map(|known| known.name.clone()).collect::<Vec<_>>())
+        };
+        assert!(add(&["speed=1..2"], &["speed=1..2"], &[]).unwrap_err().contains("of the file"));
+        assert!(add(&[], &["fat=1..2", "fat=2..3"], &[]).unwrap_err().contains("twice"));
+        let all = add(&["speed=1..2"], &["fat=1..2"], &["speed=3,fat=1", "skin=2", "skin=3"]);
+        assert_eq!(all.unwrap(), ["speed", "fat", "skin"]);
     }
 }

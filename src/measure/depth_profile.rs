@@ -18,22 +18,50 @@ pub struct DepthProfile {
     bodies: Vec<usize>,
     /// Depth of the quadrature points, 8 a slot [m]; NaN until somebody needs it.
     depth: Vec<f64>,
+    /// The largest of them so far [m].
+    deepest: f64,
+}
+
+/// Depth of the deepest quadrature point of the tissue below the skin [m], or of any that is at least `enough` deep; `None` without
+/// tissue or skin.
+pub fn deepest_point(plan: &Plan, enough: f64) -> Option<f64> {
+    let skin = DepthField::new(&plan.measures.tissue_skin, &plan.X).ok()?;
+    let bodies = tissue(plan);
+    let mut deepest = None;
+    for block in plan.blocks.iter().filter(|block| bodies.contains(&block.body)) {
+        for slot in 0..block.elements.len() {
+            for q in 0..POINTS {
+                let depth = skin.depth(&block.point_position(slot, q, &plan.X));
+                deepest = Some(deepest.map_or(depth, |known: f64| known.max(depth)));
+            }
+            if deepest >= Some(enough) {
+                return deepest;
+            }
+        }
+    }
+    deepest
+}
+
+/// The tissue's bodies.
+fn tissue(plan: &Plan) -> Vec<usize> {
+    (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == Role::Tissue).collect()
 }
 
 impl DepthProfile {
     /// Of layers that begin at these depths [m], ascending. What lies above the first is not looked at.
     pub fn new(from: Vec<f64>) -> Self {
-        Self { peaks: vec![0.0; from.len()], from, skin: None, bodies: Vec::new(), depth: Vec::new() }
+        let peaks = vec![0.0; from.len()];
+        Self { peaks, from, skin: None, bodies: Vec::new(), depth: Vec::new(), deepest: f64::NEG_INFINITY }
     }
 
-    /// Largest von Mises stress from the depth of each layer on [Pa]; empty without tissue or skin.
+    /// Largest von Mises stress from the depth of each layer on [Pa], as far as the tissue goes; empty without tissue or skin.
     pub fn peaks_from_each(&self) -> Vec<f64> {
         (0..self.from.len()).filter_map(|layer| self.peak_from(layer)).collect()
     }
 
-    /// Largest von Mises stress from the depth of a layer on [Pa]; `None` without tissue or skin.
+    /// Largest von Mises stress from the depth of a layer on [Pa]; `None` where no point of the tissue lies that deep.
     pub fn peak_from(&self, layer: usize) -> Option<f64> {
-        self.skin.as_ref()?;
+        self.skin.as_ref().filter(|_| self.from.get(layer).is_some_and(|from| *from <= self.deepest))?;
         Some(self.peaks.get(layer..)?.iter().copied().fold(0.0, f64::max))
     }
 }
@@ -45,7 +73,7 @@ impl Recorder for DepthProfile {
         if !faces.is_empty() && !self.from.is_empty() {
             let skin = DepthField::new(faces, &plan.X).map_err(|error| RecorderError(Box::new(error)))?;
             self.skin = Some(skin);
-            self.bodies = (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == Role::Tissue).collect();
+            self.bodies = tissue(plan);
             self.depth = vec![f64::NAN; POINTS * plan.slot_count()];
         }
         Ok(())
@@ -62,6 +90,7 @@ impl Recorder for DepthProfile {
                         let depth = &mut self.depth[POINTS * (block.first_slot + slot) + q];
                         if depth.is_nan() {
                             *depth = skin.depth(&block.point_position(slot, q, &frame.plan.X));
+                            self.deepest = self.deepest.max(*depth);
                         }
                         // The layer that begins last before it; none above the first.
                         let layers = self.from.partition_point(|from| from <= depth);

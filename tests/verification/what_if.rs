@@ -1,6 +1,8 @@
 //! What-if: sharing and remembering change no bit, the edits that are told make the case, and what must rise rises.
 
+use contuse::measure::summary::ErrorEstimate;
 use contuse::scene::{Budget, Loaded, NoFiles, load};
+use contuse::step::Interrupt;
 use contuse::study::error::Quantity;
 use contuse::study::what_if::limit::Verdict;
 use contuse::study::what_if::{
@@ -8,6 +10,7 @@ use contuse::study::what_if::{
 };
 use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A rubber ball on a coarse limb.
 fn limb() -> Value {
@@ -268,4 +271,146 @@ fn all_that_is_wrong_is_told_at_once() {
     }));
     let problems = check(&asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
     assert!(problems.iter().all(|problem| problem.pointer == "/parameters/0/high"), "{problems:#?}");
+}
+
+#[test]
+fn speeds_that_no_body_has_are_told_where_they_stand() {
+    let mut scene = limb();
+    scene["end_time_s"] = json!(2e-5);
+    let base = loaded(&scene);
+    let pointers = |asked: Value| {
+        let problems = check(&question(asked), &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+        let of = |problem: &contuse::scene::Problem| (problem.pointer.clone(), problem.message.clone());
+        problems.iter().map(of).unzip::<String, String, Vec<_>, Vec<_>>()
+    };
+    let speed = json!({"kind": "speed_m_per_s"});
+    let (found, messages) = pointers(json!({
+        "parameters": [{"name": "speed", "change": speed, "low": -5, "high": 60}],
+        "cases": [{"set": {"speed": 10}}, {"name": "back", "set": {"speed": -1}}],
+        "one_at_a_time": true
+    }));
+    assert_eq!(found, ["/parameters/0/low", "/cases/1/set/speed"]);
+    assert!(messages[1].contains("back"), "{messages:?}");
+    let normal = json!({"kind": "normal", "mean": 0, "standard_deviation": 30});
+    let (found, _) = pointers(json!({
+        "parameters": [{"name": "speed", "change": speed, "distribution": normal}],
+        "sample": {"count": 4}
+    }));
+    assert_eq!(found, ["/parameters/0/distribution"]);
+
+    // Of a sample they are cases that cannot run.
+    let asked = question(json!({
+        "parameters": [{"name": "speed", "change": speed, "low": 1, "high": 60, "distribution": normal}],
+        "sample": {"count": 4},
+        "error_bars": "none"
+    }));
+    let cases = answer(&base, &asked).cases;
+    assert!(cases.iter().any(|case| case.ending == "invalid"));
+    for case in &cases {
+        assert_eq!(case.ending == "invalid", case.parameters["speed"] < 0.0, "{case:?}");
+        assert!(case.ending != "invalid" || case.numbers.is_empty() && case.reason.is_some());
+    }
+}
+
+#[test]
+fn below_the_deepest_point_there_is_no_stress() {
+    let base = loaded(&limb());
+    let bone = "/bodies/1/mesh/generator/bone_semi_axis_x_m";
+    let limits = |depth: f64| {
+        question(json!({
+            "parameters": [{"name": "bone", "change": {"kind": "number", "pointer": bone}, "low": 0.01, "high": 0.016}],
+            "limits": [{"parameter": "bone", "measure": {"von_mises_pa_below_depth_m": depth}, "at_most": 30e3}],
+            "error_bars": "none"
+        }))
+    };
+    for depth in [0.05, 1e300] {
+        let problems = check(&limits(depth), &base, &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
+        assert_eq!(problems[0].pointer, "/limits/0/measure/von_mises_pa_below_depth_m");
+        // Muscle, fat and skin are 24 mm thick where they are thickest.
+        let limit = problems[0].limit.strip_prefix("at most ").unwrap().strip_suffix(" m").unwrap();
+        assert!((0.02..0.024).contains(&limit.parse::<f64>().unwrap()), "{limit}");
+    }
+    // Round a thicker bone they are 18 mm thick.
+    let limits = answer(&base, &limits(0.02)).limits;
+    let Verdict::NoNumber { at, reason } = &limits[0].verdict else { panic!("{limits:?}") };
+    assert!((at - 0.016).abs() < 1e-15 && reason.contains("deep"), "{reason}");
+}
+
+#[test]
+fn what_the_summary_does_not_resolve_no_answer_resolves() {
+    let mut scene = limb();
+    let asked = question(json!({
+        "parameters": [{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70}],
+        "cases": [{"set": {"speed": 60.5}}],
+        "limits": [{"parameter": "speed", "measure": {"quantity": "principal_strain"}, "at_most": 0.2, "tolerance": 0.5}]
+    }));
+    let answer = answer(&loaded(&scene), &asked);
+    scene["solver"] = json!({"error_bars": "two_levels"});
+    let scene = loaded(&scene);
+    let result = run_scene(RunRequest {
+        scene: &scene.scene,
+        document_json: b"{}",
+        recording: None,
+        also: None,
+        threads: 1,
+        interrupt: &|| None,
+        progress: &mut |_| {},
+    })
+    .unwrap();
+    for (quantity, number) in &answer.cases[0].numbers {
+        let ErrorEstimate::Estimated(error) = quantity.number(&result.summary).unwrap().error else {
+            panic!("{quantity}")
+        };
+        assert_eq!(number.resolved, Some(error.resolved), "{quantity}");
+    }
+    // A peak at a point never is, whatever its error.
+    assert!(answer.cases.iter().all(|case| case.numbers[&Quantity::PrincipalStrain].is_unresolved()));
+    let limit = &answer.limits[0];
+    assert_eq!((limit.resolved, &limit.if_larger, &limit.if_smaller), (Some(false), &None, &None));
+    assert!(limit.relative_error.is_some());
+}
+
+#[test]
+fn what_was_stopped_says_what_is_missing() {
+    let mut scene = limb();
+    scene["end_time_s"] = json!(2e-5);
+    let base = loaded(&scene);
+    // Stopped when it has asked so many times whether to stop; how often it has asked. One thread always asks as often.
+    let stopped_after = |asked: &WhatIfDocument, most: usize| {
+        let asking = AtomicUsize::new(0);
+        check(asked, &base, &NoFiles, &Budget::COMMAND_LINE).unwrap();
+        let answer = study_what_if(&mut WhatIfRequest {
+            question: asked,
+            base: &base,
+            source: &NoFiles,
+            budget: &Budget::COMMAND_LINE,
+            threads: 1,
+            cache: &Cache::default(),
+            shares_plans: true,
+            interrupt: &|| (asking.fetch_add(1, Ordering::SeqCst) >= most).then_some(Interrupt::Deadline),
+            tell: &mut |_| {},
+        });
+        (answer, asking.into_inner())
+    };
+    let parameters = json!([{"name": "speed", "change": {"kind": "speed_m_per_s"}, "low": 50, "high": 70}]);
+    let asked = question(json!({
+        "parameters": parameters,
+        "sample": {"count": 4, "indices": true},
+        "limits": [{"parameter": "speed", "measure": {"quantity": "peak_force_n"}, "at_most": 0}],
+        "error_bars": "none"
+    }));
+    let (all, count) = stopped_after(&asked, usize::MAX);
+    assert_eq!((all.stopped, all.cases.len(), all.limits.len()), (None, 13, 1));
+    assert!(!all.sobol_indices.is_empty());
+    let (answer, _) = stopped_after(&asked, count / 3);
+    assert_eq!((answer.stopped, answer.cases_asked, answer.limits_asked), (Some("deadline"), 13, 1));
+    assert!((1..13).contains(&answer.cases.len()) && answer.limits.is_empty());
+    assert_eq!(answer.sobol_indices, [], "they take all points");
+
+    // Nothing is missing of what was stopped after its end.
+    let asked =
+        question(json!({"parameters": parameters, "cases": [{"set": {"speed": 50}}], "error_bars": "none"}));
+    let (_, count) = stopped_after(&asked, usize::MAX);
+    let (answer, _) = stopped_after(&asked, count - 1);
+    assert_eq!((answer.stopped, answer.cases.len()), (None, 2));
 }

@@ -27,18 +27,22 @@ pub struct Answer {
     pub error_bars: String,
     /// The cases that were run, in their order; the first is the base.
     pub cases: Vec<CaseAnswer>,
+    /// How many cases the question has; there are fewer only when it was stopped.
+    pub cases_asked: usize,
     /// What each parameter does by itself.
     pub sensitivities: Vec<Sensitivity>,
     /// How the numbers are spread over the sample.
     pub spread: Vec<Spread>,
     /// Which parameters the numbers go with over the sample.
     pub correlations: Vec<Correlation>,
-    /// Which parameters the variance over the sample comes from.
+    /// Which parameters the variance over the sample comes from; none where the question was stopped before its last case.
     pub sobol_indices: Vec<SobolIndex>,
     /// Polynomials through the cases, which propose what the model would say of others; none where cases are few.
     pub surrogates: Vec<Surrogate>,
     /// Up to which values limits are kept.
     pub limits: Vec<LimitAnswer>,
+    /// How many limits the question has; there are fewer only when it was stopped.
+    pub limits_asked: usize,
     /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<&'static str>,
@@ -108,12 +112,21 @@ pub struct Number {
     /// Its numerical error, in the same unit; absent where it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
+    /// Whether the mesh resolves it: it is larger than its error, and no peak at a point of which two meshes cannot tell whether it
+    /// converges. Absent where the error is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<bool>,
 }
 
 impl Number {
-    /// Whether its error leaves nothing of it.
+    /// With its error, where that is known, and whether the run that the error comes from may resolve such a number at all.
+    pub fn new(value: f64, error: Option<f64>, may_be_resolved: bool) -> Self {
+        let resolved = error.map(|error| error == 0.0 || may_be_resolved && error < value.abs());
+        Self { value, error, resolved }
+    }
+    /// Whether it is known not to be resolved.
     pub fn is_unresolved(&self) -> bool {
-        self.error.is_some_and(|error| error > 0.0 && error >= self.value.abs())
+        self.resolved == Some(false)
     }
 }
 
@@ -131,9 +144,12 @@ pub struct LimitAnswer {
     /// What was found on the model itself.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// The number's relative numerical error in the base [-]; absent where it is not known. From 1 on the number is not resolved.
+    /// The number's relative numerical error in the base [-]; absent where it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_error: Option<f64>,
+    /// Whether the number is resolved in the base, see [`Number::resolved`]; from an error of 1 on it never is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<bool>,
     /// What would be found if the number were larger by its error, everywhere; absent where that is not known, or not resolved.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_larger: Option<Verdict>,

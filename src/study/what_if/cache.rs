@@ -4,7 +4,7 @@ use super::super::error::Quantity;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -30,6 +30,9 @@ pub struct Numbers {
     /// Their errors, where they were estimated for this very run.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<Quantity, f64>,
+    /// Those of them that are not resolved.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub unresolved: BTreeSet<Quantity>,
     /// Largest von Mises stress from each of the asked depths on [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_pa: Vec<f64>,

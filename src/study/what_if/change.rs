@@ -1,6 +1,7 @@
 //! A parameter's value → an edited scene document.
 
 use super::base_facts::BaseFacts;
+use super::cases::short;
 use super::distribution::{log_sigma, normal_quantile};
 use super::document::{Change, Layer};
 use super::over_skin::{aim, move_over_skin};
@@ -101,6 +102,7 @@ impl Change {
         match self {
             Self::Speed { body } => {
                 let index = striker(scene, body.as_ref())?;
+                fits(value >= 0.0, value, "a speed", ">= 0", "turn the velocity round in the scene")?;
                 let velocity = Vec3::from(scene.bodies[index].velocity_m_per_s);
                 // The very numbers of the document where nothing changes: the length of a vector is rounded.
                 if velocity.norm().total_cmp(&value).is_ne() {
@@ -161,6 +163,7 @@ impl Change {
             }
             Self::StiffnessPercentile { body, part, coefficient_of_variation } => {
                 let [body, part] = part_of(scene, body, part)?;
+                fits(value > 0.0 && value < 100.0, value, "a percentile", "> 0 and < 100", "take 5 to 95")?;
                 let factor = (log_sigma(*coefficient_of_variation) * normal_quantile(value / 100.0)).exp();
                 scene.bodies[body].parts[part].material.scale_stiffness(factor);
             }
@@ -168,6 +171,17 @@ impl Change {
         }
         Ok(())
     }
+}
+
+/// A value that no such change can have does not fit.
+fn fits(holds: bool, value: f64, what: &str, limit: &str, remedy: &str) -> Result<(), Misfit> {
+    holds.then_some(()).ok_or_else(|| Misfit {
+        field: "kind",
+        value: json!(value),
+        message: format!("{what} cannot be {}", short(value)),
+        limit: limit.into(),
+        remedy: remedy.into(),
+    })
 }
 
 /// The unit at the end of the last member of a pointer, as far as it is one of those that scene documents use.

@@ -1,11 +1,13 @@
 //! Everything that is wrong with a question, at once; pointers are into the question.
 
 use super::base_facts::BaseFacts;
-use super::cases::{Case, Origin, cases, count};
+use super::cases::{Case, Origin, cases, count, short};
 use super::change::Misfit;
-use super::document::{Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
+use super::document::{Change, Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
 use super::sampling::MOST_SOBOL_DIMENSIONS;
+use crate::measure::depth_profile::deepest_point;
 use crate::mesh::names::shortened;
+use crate::plan::compile;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::validate::names::check_name;
 use crate::scene::validate::{Findings, check_document};
@@ -46,6 +48,7 @@ pub fn check(
     if out.0.is_empty() {
         try_ends(question, base, &facts, source, budget, &mut out);
         try_cases(question, base, &facts, budget, &mut out);
+        try_depths(question, base, &mut out);
     }
     if out.0.is_empty() { Ok(()) } else { Err(out.0) }
 }
@@ -124,8 +127,11 @@ fn check_parameter(
     match parameter.distribution {
         None => {}
         Some(Distribution::Normal { mean, standard_deviation }) => {
-            let remedy = "give the mean in the unit of the change";
-            out.between(&spread.key("mean"), "the mean", mean, [f64::MIN, f64::MAX], remedy);
+            out.require(mean.is_finite(), || {
+                Problem::error("not_finite", &spread.key("mean"), "the mean is not finite")
+                    .limit("a finite number")
+                    .remedy("give the mean in the unit of the change")
+            });
             let remedy = "give it in the unit of the change";
             out.positive(
                 &spread.key("standard_deviation"),
@@ -152,7 +158,7 @@ fn check_parameter(
         Some([low, high]) => out.require(low < high || !needs_range, || {
             Problem::error("empty_range", &index("high"), "the range is empty")
                 .value(high)
-                .limit(format!("> {low}"))
+                .limit(format!("> {}", short(low)))
                 .remedy("give `low` below `high`")
         }),
         None => out.require(!needs_range, || {
@@ -161,26 +167,13 @@ fn check_parameter(
                 .remedy("say from where to where it varies")
         }),
     }
-    check_change(&here.key("change"), question, parameter, out);
+    check_change(&here.key("change"), &parameter.change, out);
 }
 
 /// What of a change can be judged without a scene.
-fn check_change(
-    here: &Pointer,
-    question: &WhatIfDocument,
-    parameter: &ParameterDocument,
-    out: &mut Findings,
-) {
-    use super::document::Change;
-    match &parameter.change {
+fn check_change(here: &Pointer, change: &Change, out: &mut Findings) {
+    match change {
         Change::Angle { about, .. } => out.direction(&here.key("about"), "the axis", *about),
-        Change::Speed { .. } => {
-            let place = here.key("kind");
-            for value in values_of(question, parameter) {
-                let remedy = "a speed is the length of the velocity: turn its direction round in the scene";
-                out.not_negative(&place, &format!("the speed {:?}", parameter.name), value, remedy);
-            }
-        }
         Change::Offset { along, .. } | Change::ImpactOffset { along, .. } => {
             out.direction(&here.key("along"), "the direction", *along);
         }
@@ -191,26 +184,9 @@ fn check_change(
                 *variation,
                 "0.3 is thirty per cent",
             );
-            for value in values_of(question, parameter) {
-                out.require(value > 0.0 && value < 100.0, || {
-                    Problem::error("out_of_range", here, "a percentile is out of its range")
-                        .value(value)
-                        .limit("> 0 and < 100")
-                        .remedy("5 and 95 are usual ends")
-                });
-            }
         }
         _ => {}
     }
-}
-
-/// Every value that a question gives a parameter by hand.
-fn values_of<'a>(
-    question: &'a WhatIfDocument,
-    parameter: &'a ParameterDocument,
-) -> impl Iterator<Item = f64> + use<'a> {
-    let asked = question.cases.iter().filter_map(|case| case.set.get(&parameter.name).copied());
-    parameter.range().into_iter().flatten().chain(asked)
 }
 
 fn check_names(question: &WhatIfDocument, out: &mut Findings) {
@@ -307,7 +283,10 @@ fn try_ends(
     out: &mut Findings,
 ) {
     for (index, parameter) in question.parameters.iter().enumerate() {
-        for (end, value) in ["low", "high"].into_iter().zip(parameter.range().into_iter().flatten()) {
+        // An end that is not written comes of the distribution.
+        let ends = [("low", parameter.low), ("high", parameter.high)]
+            .map(|(end, written)| if written.is_some() { end } else { "distribution" });
+        for (end, value) in ends.into_iter().zip(parameter.range().into_iter().flatten()) {
             let here = Pointer::root().key("parameters").index(index).key(end);
             let values = BTreeMap::from([(index, value)]);
             let case = Case { name: String::new(), origin: Origin::Base, values };
@@ -322,7 +301,7 @@ fn try_ends(
                     load(&json, source, budget).err().map_or_else(Vec::new, |problems| problems.0)
                 }),
             };
-            let what = format!("with {:?} = {value}", parameter.name);
+            let what = format!("with {:?} = {}", parameter.name, short(value));
             out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| placed(p, &here, &what, value)));
         }
     }
@@ -339,14 +318,22 @@ fn try_cases(
     let by_hand = cases(question).into_iter().filter(|case| case.origin == Origin::Case).enumerate();
     for (index, case) in by_hand {
         let here = Pointer::root().key("cases").index(index);
+        let place = |parameter: usize| here.key("set").key(&question.parameters[parameter].name);
+        let what = format!("in the case {:?}", case.name);
         let found = match case.scene(question, &base.scene.document, facts) {
-            Err((_, misfit)) => {
-                out.push(misplaced(&misfit, &here));
+            Err((parameter, misfit)) => {
+                let problem = misplaced(&misfit, &place(parameter));
+                out.push(Problem { message: format!("{what}: {}", problem.message), ..problem });
                 continue;
             }
             Ok(scene) => check_document(&scene, budget).0,
         };
-        let what = format!("in the case {:?}", case.name);
+        // Of several values nobody knows which of them the scene cannot have.
+        let mut set = case.values.keys();
+        let here = match (set.next(), set.next()) {
+            (Some(only), None) => place(*only),
+            _ => here,
+        };
         let mut told: Vec<Problem> = Vec::new();
         for problem in found.into_iter().filter(Problem::is_error) {
             // One value may stand in several places of the scene: it is wrong once.
@@ -356,6 +343,28 @@ fn try_cases(
             }
         }
         out.0.extend(told);
+    }
+}
+
+/// Whether the tissue of the base is as deep as the limits look.
+fn try_depths(question: &WhatIfDocument, base: &Loaded, out: &mut Findings) {
+    let depths = question.limits.iter().map(|limit| limit.measure.depth());
+    let Some(largest) = depths.clone().flatten().max_by(f64::total_cmp) else { return };
+    // A base that cannot be compiled says so when it runs.
+    let Ok(plan) = compile(&base.scene) else { return };
+    let deepest = deepest_point(&plan, largest);
+    for (index, depth) in depths.enumerate().filter_map(|(index, depth)| Some((index, depth?))) {
+        let here = Pointer::root().key("limits").index(index).key("measure");
+        out.require(deepest.is_some_and(|deepest| depth <= deepest), || {
+            let here = here.key("von_mises_pa_below_depth_m");
+            Problem::error("too_deep", &here, "no quadrature point of the base's tissue lies that deep")
+                .value(depth)
+                .limit(
+                    deepest
+                        .map_or_else(|| "a tissue with a skin".into(), |d| format!("at most {} m", short(d))),
+                )
+                .remedy("give a smaller depth in metres: 10 mm is 0.01")
+        });
     }
 }
 

@@ -17,7 +17,7 @@ use super::surrogate::surrogates;
 use crate::measure::summary::{NOTICE, number};
 use crate::scene::document::SceneDocument;
 use crate::step::Interrupt;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 /// Makes the answer.
@@ -28,10 +28,13 @@ pub(super) struct Composer<'a> {
     count: usize,
     parameters: Vec<ParameterAnswer>,
     relative_errors: BTreeMap<Quantity, f64>,
+    /// Numbers that the base does not resolve.
+    unresolved: BTreeSet<Quantity>,
     /// Of the stress from each asked depth on, in the base [-].
     relative_errors_below: Vec<Option<f64>>,
     cases: Vec<CaseAnswer>,
     limits: Vec<LimitAnswer>,
+    limit_was_stopped: bool,
     started: Instant,
     effort: Effort,
 }
@@ -57,9 +60,11 @@ impl<'a> Composer<'a> {
             count,
             parameters: parameters.collect(),
             relative_errors: BTreeMap::new(),
+            unresolved: BTreeSet::new(),
             relative_errors_below: Vec::new(),
             cases: Vec::new(),
             limits: Vec::new(),
+            limit_was_stopped: false,
             started: Instant::now(),
             effort: Effort { threads: 0, computed: 0, from_cache: 0, first_answer_s: 0.0, wall_s: 0.0 },
         }
@@ -73,7 +78,8 @@ impl<'a> Composer<'a> {
     pub fn take_errors(&mut self, answered: &Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(answered);
         self.take_errors_below(&answered.numbers);
-        let Numbers { values, errors, .. } = &answered.numbers;
+        let Numbers { values, errors, unresolved, .. } = &answered.numbers;
+        self.unresolved.clone_from(unresolved);
         let relative = |(quantity, error): (&Quantity, &f64)| {
             let value = values.get(quantity).filter(|value| **value != 0.0)?;
             Some((*quantity, (error / value).abs()))
@@ -81,7 +87,8 @@ impl<'a> Composer<'a> {
         self.relative_errors = errors.iter().filter_map(relative).collect();
         for case in &mut self.cases {
             for (quantity, number) in &mut case.numbers {
-                number.error = relative_error(&self.relative_errors, *quantity, number.value);
+                let error = relative_error(&self.relative_errors, *quantity, number.value);
+                *number = Number::new(number.value, error, !unresolved.contains(quantity));
             }
         }
         tell(Partial::ErrorBars { relative_errors: &self.relative_errors });
@@ -102,11 +109,13 @@ impl<'a> Composer<'a> {
             self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
-        let Numbers { ending, reason, steps, values, errors, .. } = answered.numbers;
+        let Numbers { ending, reason, steps, values, errors, unresolved, .. } = answered.numbers;
         let number = |(quantity, value): (Quantity, f64)| {
-            let own = errors.get(&quantity).copied();
-            let error = own.or_else(|| relative_error(&self.relative_errors, quantity, value));
-            (quantity, Number { value, error })
+            let (error, unresolved) = match errors.get(&quantity) {
+                Some(own) => (Some(*own), &unresolved),
+                None => (relative_error(&self.relative_errors, quantity, value), &self.unresolved),
+            };
+            (quantity, Number::new(value, error, !unresolved.contains(&quantity)))
         };
         let of_parameter = |(index, parameter): (usize, &ParameterAnswer)| {
             (parameter.name.clone(), case.values.get(&index).copied().unwrap_or(parameter.base_value))
@@ -138,13 +147,16 @@ impl<'a> Composer<'a> {
             return;
         };
         let Some(range) = self.question.parameters[index].range() else { return };
-        let relative_error_of_base = self.relative_error_of(limit.measure, &runner.depths);
-        let (mut memory, mut runs) = (Memory::default(), 0);
+        let error_of_base = self.relative_error_of(limit.measure, &runner.depths);
+        let relative_error = error_of_base.map(|(error, _)| error);
+        let resolved = error_of_base.map(|(_, resolved)| resolved);
+        let (mut memory, mut runs, mut was_stopped) = (Memory::default(), 0, false);
         let mut find = |at_most: f64| {
             find_limit(range, at_most, limit.tolerance, &mut |value| {
                 let values = BTreeMap::from([(index, value)]);
                 let case = Case { name: String::new(), origin: Origin::Case, values };
                 let answered = runner.answer(&Task { case: &case, with_errors: false }, threads, &mut memory);
+                was_stopped |= answered.is_none();
                 let answered = answered.ok_or("it was stopped")?;
                 runs += 1;
                 self.note(&answered);
@@ -152,10 +164,10 @@ impl<'a> Composer<'a> {
             })
         };
         let verdict = find(limit.at_most);
-        let relative_error = relative_error_of_base;
-        let resolved = relative_error.filter(|error| *error < 1.0);
-        let if_larger = resolved.map(|error| find(limit.at_most / (1.0 + error)));
-        let if_smaller = resolved.map(|error| find(limit.at_most / (1.0 - error)));
+        let known = relative_error.filter(|_| resolved == Some(true));
+        let if_larger = known.map(|error| find(limit.at_most / (1.0 + error)));
+        let if_smaller = known.map(|error| find(limit.at_most / (1.0 - error)));
+        self.limit_was_stopped |= was_stopped;
         let answer = LimitAnswer {
             parameter: limit.parameter.clone(),
             unit: self.parameters[index].unit,
@@ -163,6 +175,7 @@ impl<'a> Composer<'a> {
             at_most: limit.at_most,
             verdict,
             relative_error,
+            resolved,
             if_larger,
             if_smaller,
             runs,
@@ -171,16 +184,27 @@ impl<'a> Composer<'a> {
         self.limits.push(answer);
     }
 
-    /// The relative error of a number of the base [-], where it is known.
-    fn relative_error_of(&self, measure: LimitMeasure, depths: &[f64]) -> Option<f64> {
+    /// The relative error of a number of the base [-], where it is known, and whether the number is resolved.
+    fn relative_error_of(&self, measure: LimitMeasure, depths: &[f64]) -> Option<(f64, bool)> {
         let quantity = match measure {
             LimitMeasure::Quantity(quantity) => quantity,
             LimitMeasure::VonMisesPaBelowDepthM(depth) => {
-                return *self.relative_errors_below.get(index_of(depth, depths)?)?;
+                let error = (*self.relative_errors_below.get(index_of(depth, depths)?)?)?;
+                return Some((error, error < 1.0));
             }
         };
         let number = self.cases.first()?.numbers.get(&quantity)?;
-        number.error.map(|error| relative_to(error, number.value))
+        Some((relative_to(number.error?, number.value), number.resolved?))
+    }
+
+    /// Whether every case and every limit that was asked has its answer.
+    fn is_complete(&self) -> bool {
+        let has_limits = self.limits.len() == self.question.limits.len() && !self.limit_was_stopped;
+        self.has_all_cases() && has_limits
+    }
+
+    fn has_all_cases(&self) -> bool {
+        self.cases.len() == self.count
     }
 
     /// What the numbers are called in this scene.
@@ -202,6 +226,8 @@ impl<'a> Composer<'a> {
     /// The whole answer.
     pub fn finish(self, interrupt: Option<Interrupt>, threads: usize) -> Answer {
         let (spread, correlations) = self.spread();
+        // What was stopped after its end was not stopped.
+        let interrupt = interrupt.filter(|_| !self.is_complete());
         Answer {
             notice: NOTICE,
             engine_version: env!("CARGO_PKG_VERSION"),
@@ -215,7 +241,9 @@ impl<'a> Composer<'a> {
             surrogates: surrogates(&self.cases),
             parameters: self.parameters,
             cases: self.cases,
+            cases_asked: self.count,
             limits: self.limits,
+            limits_asked: self.question.limits.len(),
             stopped: interrupt.map(|interrupt| match interrupt {
                 Interrupt::Cancel => "cancelled",
                 Interrupt::Deadline => "deadline",
@@ -229,6 +257,7 @@ impl<'a> Composer<'a> {
         match self.question.error_bars {
             ErrorSource::None => "not estimated: nobody asked for error bars".into(),
             ErrorSource::Full => "of each case, from runs of it on a coarser mesh: two levels, first order assumed, factor of safety 3".into(),
+            ErrorSource::Base if self.cases.len() <= 1 && !self.has_all_cases() => "not estimated: it was stopped before".into(),
             ErrorSource::Base if self.relative_errors.is_empty() => "not estimated: the base has no error bars".into(),
             ErrorSource::Base => "the relative errors of the base, taken over to every case: from runs of the base on a coarser mesh \
                  (two levels, first order assumed, factor of safety 3)"
@@ -293,7 +322,8 @@ impl<'a> Composer<'a> {
     }
 
     fn sobol_indices(&self) -> Vec<SobolIndex> {
-        let Some(sample) = self.question.sample.filter(|sample| sample.indices) else { return Vec::new() };
+        let asked = self.question.sample.filter(|sample| sample.indices && self.has_all_cases());
+        let Some(sample) = asked else { return Vec::new() };
         let mut all = Vec::new();
         for quantity in Quantity::ALL {
             let rows: Vec<SobolRow> =
@@ -350,8 +380,12 @@ fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result
             index_of(depth, depths).and_then(|layer| numbers.von_mises_below_pa.get(layer))
         }
     };
+    let missing = match measure {
+        LimitMeasure::Quantity(_) => "the scene has no such number",
+        LimitMeasure::VonMisesPaBelowDepthM(_) => "no quadrature point of the tissue lies that deep",
+    };
     found.copied().ok_or_else(|| {
-        let reason = numbers.reason.clone().unwrap_or_else(|| "the scene has no such number".into());
+        let reason = numbers.reason.clone().unwrap_or_else(|| missing.into());
         format!("{}: {reason}", numbers.ending)
     })
 }

@@ -14,7 +14,7 @@ use crate::plan::{CompileError, Plan, compile, recompile};
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, MeshSource, Scene, load, with_motion};
 use crate::step::{Ending, Interrupt, Outcome, Recorder, RunOptions};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
@@ -176,6 +176,7 @@ fn invalid(reason: String) -> Numbers {
         steps: 0,
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
+        unresolved: BTreeSet::new(),
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }
@@ -209,6 +210,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
                 ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => None,
             })
             .collect(),
+        unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }

@@ -8,6 +8,8 @@ use serde::Serialize;
 const RESAMPLES: usize = 1000;
 /// The interval leaves out this share at each end: 90 % lie within.
 const TAIL: f64 = 0.05;
+/// Differences below this share are of rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// What one parameter does to one number, the others as in the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -22,14 +24,17 @@ pub struct Sensitivity {
     pub values: [f64; 3],
     /// From the low to the high end.
     pub change: f64,
+    /// Whether the base lies within the range. Where it does not, it is in neither `span` nor `is_monotone` nor `elasticity`.
+    pub is_base_in_range: bool,
     /// The largest difference of the three: more than |change| where the number goes up and down.
     pub span: f64,
     /// `change` over the range of the parameter: per unit.
     pub per_unit: f64,
-    /// Relative change of the number over relative change of the parameter, over the range [-]; absent where one is 0 in the base.
+    /// Relative change of the number over relative change of the parameter, over the range [-]: relative to the base, or to the mean
+    /// of both ends where the base lies outside of the range; absent where one of them is 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elasticity: Option<f64>,
-    /// Whether the base lies between the two ends.
+    /// Whether the number of the base lies between those of the two ends; two ends alone always rise or fall.
     pub is_monotone: bool,
     /// 1 for the parameter with the largest span of this number.
     pub rank: usize,
@@ -48,26 +53,36 @@ impl Sensitivity {
         numerical_error: Option<f64>,
     ) -> Self {
         let [low, base, high] = parameter_values;
+        // An end that is the base but for its rounding is the base.
+        let slack = ROUNDING * low.abs().max(high.abs());
+        let is_base_in_range = low - slack <= base && base <= high + slack;
         let change = values[2] - values[0];
         let per_unit = change / (high - low);
         // Differences of rounding are none.
-        let rounding = 1e-12 * values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
+        let rounding = ROUNDING * values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
         let [rise, further] = [values[1] - values[0], values[2] - values[1]]
             .map(|step| if step.abs() > rounding { step } else { 0.0 });
         let [least, greatest] =
             values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-        let span = greatest - least;
-        let elasticity = (values[1] != 0.0 && base != 0.0).then(|| per_unit * base / values[1]);
+        let span = if is_base_in_range { greatest - least } else { change.abs() };
+        let [parameter_there, value_there] = if is_base_in_range {
+            [base, values[1]]
+        } else {
+            [0.5 * (low + high), 0.5 * (values[0] + values[2])]
+        };
+        let elasticity =
+            (value_there != 0.0 && parameter_there != 0.0).then(|| per_unit * parameter_there / value_there);
         Self {
             quantity,
             parameter: parameter.to_owned(),
             parameter_values,
             values,
             change,
+            is_base_in_range,
             span,
             per_unit,
             elasticity,
-            is_monotone: rise * further >= 0.0,
+            is_monotone: !is_base_in_range || rise * further >= 0.0,
             rank: 0,
             exceeds_numerical_error: numerical_error.map(|error| span > error),
         }
@@ -325,6 +340,26 @@ mod tests {
         assert_eq!((speed.rank, angle.rank), (2, 1));
         assert!((angle.change + 16.0).abs() < 1e-9 && (angle.span - 1443.0).abs() < 1e-9);
         assert_eq!((angle.is_monotone, angle.exceeds_numerical_error), (false, Some(true)));
+    }
+
+    #[test]
+    fn a_base_outside_of_the_range_is_left_out() {
+        let of = |parameter_values: [f64; 3], values: [f64; 3]| {
+            Sensitivity::new(Quantity::PeakForceN, "speed", parameter_values, values, Some(300.0))
+        };
+        let outside = of([50.0, 100.0, 60.0], [800.0, 2734.0, 1046.0]);
+        assert_eq!((outside.is_base_in_range, outside.is_monotone), (false, true));
+        assert_eq!((outside.span, outside.exceeds_numerical_error), (246.0, Some(false)));
+        // At mid-range: 246 of 923 over 10 of 55.
+        assert!((outside.elasticity.unwrap() - (246.0 / 923.0) / (10.0 / 55.0)).abs() < 1e-12);
+        let about_zero = of([-5.0, 100.0, 5.0], [800.0, 2734.0, 1046.0]);
+        assert_eq!(about_zero.elasticity, None);
+        // At an end it is within, whatever its rounding.
+        for base in [50.0, 50.0 - 7e-15] {
+            let at_end = of([50.0, base, 60.0], [800.0, 800.0, 1046.0]);
+            assert!(at_end.is_base_in_range && at_end.is_monotone);
+            assert!((at_end.elasticity.unwrap() - (246.0 / 800.0) / (10.0 / 50.0)).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -13,6 +13,8 @@ use std::collections::BTreeMap;
 const CASES_PER_TERM: f64 = 1.5;
 /// A singular value below this share of the largest: the cases do not tell all coefficients apart.
 const SINGULAR: f64 = 1e-9;
+/// Differences below this share of the number are of rounding.
+const ROUNDING: f64 = 1e-12;
 /// A case with a leverage above this cannot be foretold from the others.
 const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
 
@@ -31,8 +33,10 @@ pub struct Surrogate {
     pub terms: Vec<Term>,
     /// By how much it is off on a case that it has not seen: root of the mean square, in the unit of the number.
     pub hold_out_error: f64,
-    /// Share of the variance of unseen cases that it foretells [-]; 1 is all, below 0 is worse than their mean.
-    pub hold_out_share: f64,
+    /// Share of the variance of unseen cases that it foretells [-]; 1 is all, below 0 is worse than their mean. Absent where the
+    /// number is the same in all cases but for rounding: there is no variance to foretell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hold_out_share: Option<f64>,
 }
 
 /// A coefficient times parameters.
@@ -88,6 +92,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
         let (coefficients, press) =
             least_squares(DMatrix::from_fn(given.len(), terms.len(), entry), &values)?;
         let variance = values.map(|value| value - values.mean()).norm_squared();
+        let rounding = (ROUNDING * values.norm()).powi(2);
         let named = |(term, coefficient): (&Vec<usize>, &f64)| Term {
             parameters: term.iter().map(|i| names[*i].clone()).collect(),
             coefficient: *coefficient,
@@ -99,7 +104,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
             ranges: ranges.clone(),
             terms: terms.iter().zip(&coefficients).map(named).collect(),
             hold_out_error: (press / given.len() as f64).sqrt(),
-            hold_out_share: if variance > 0.0 { 1.0 - press / variance } else { 1.0 },
+            hold_out_share: (variance > rounding).then(|| 1.0 - press / variance),
         })
     })
 }
@@ -174,7 +179,7 @@ mod tests {
             ending: "finished".into(),
             reason: None,
             steps: 1,
-            numbers: BTreeMap::from([(Quantity::PeakForceN, Number { value: number(*point), error: None })]),
+            numbers: BTreeMap::from([(Quantity::PeakForceN, Number::new(number(*point), None, true))]),
         };
         points.iter().enumerate().map(case).collect()
     }
@@ -199,7 +204,7 @@ mod tests {
         let all = surrogates(&cases(&spread(20), law));
         let [surrogate] = &all[..] else { panic!("{all:?}") };
         assert_eq!((surrogate.degree, surrogate.cases, surrogate.terms.len()), (2, 20, 6));
-        assert!(surrogate.hold_out_error < 1e-8 && surrogate.hold_out_share > 1.0 - 1e-9);
+        assert!(surrogate.hold_out_error < 1e-8 && surrogate.hold_out_share.unwrap() > 1.0 - 1e-9);
         let at = BTreeMap::from([("speed".into(), 97.0), ("fat".into(), 0.0091)]);
         assert!((surrogate.propose(&at).unwrap() - law([97.0, 0.0091])).abs() < 1e-8);
         let outside = BTreeMap::from([("speed".into(), 130.0), ("fat".into(), 0.0091)]);
@@ -239,6 +244,16 @@ mod tests {
             "{} {error}",
             surrogate.hold_out_error
         );
+    }
+
+    #[test]
+    fn of_a_constant_there_is_no_share() {
+        for constant in [0.0, 27.316] {
+            let all = surrogates(&cases(&spread(20), |_| constant));
+            let [surrogate] = &all[..] else { panic!("{all:?}") };
+            assert_eq!(surrogate.hold_out_share, None);
+            assert!(surrogate.hold_out_error < 1e-12, "{}", surrogate.hold_out_error);
+        }
     }
 
     #[test]
