@@ -180,13 +180,22 @@ pub struct Correlation {
     pub rank: usize,
 }
 
-/// Spearman's rank correlation; ties have their mean rank. `None` where one of the two is constant.
+/// Spearman's rank correlation; ties have their mean rank. `None` where one of the two is constant but for rounding.
 pub fn spearman(x: &[f64], y: &[f64]) -> Option<f64> {
+    if is_constant(x) || is_constant(y) {
+        return None;
+    }
     let [x, y] = [x, y].map(mean_ranks);
     let mean = (x.len() as f64 - 1.0) / 2.0;
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
     let scale = (product(&x, &x) * product(&y, &y)).sqrt();
     (scale > 0.0).then(|| product(&x, &y) / scale)
+}
+
+fn is_constant(values: &[f64]) -> bool {
+    let [least, greatest] =
+        values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+    greatest - least <= ROUNDING * least.abs().max(greatest.abs())
 }
 
 fn mean_ranks(values: &[f64]) -> Vec<f64> {

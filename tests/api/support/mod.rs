@@ -125,7 +125,7 @@ pub fn submit(client: &Client, scene: &Value) -> String {
 
 /// Waits until a job is in a state.
 pub fn wait_for(client: &Client, job: &str, state: &str) -> Value {
-    let limit = Instant::now() + Duration::from_secs(60);
+    let limit = Instant::now() + Duration::from_secs(300);
     loop {
         let answer = client.get(job);
         assert_eq!(answer.status, 200, "{answer:?}");
@@ -149,7 +149,7 @@ pub fn finished(client: &Client, scene: &Value) -> (String, Value) {
 
 /// Waits until something holds.
 pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
-    let limit = Instant::now() + Duration::from_secs(30);
+    let limit = Instant::now() + Duration::from_secs(300);
     while !holds() {
         assert!(Instant::now() < limit, "never: {what}");
         std::thread::sleep(Duration::from_millis(10));
