@@ -74,9 +74,8 @@ struct Look {
     tangential: f64,
     /// Radius, from the second moment of the pressure: ⟨r²⟩ = 2/5 a² [m].
     a: f64,
-    /// Pressure and tangential traction at the pole [Pa].
+    /// Pressure at the pole [Pa].
     p0: f64,
-    q0: f64,
     /// Second moments of normal and tangential traction about the pole [N m²].
     normal_moment: f64,
     tangential_moment: f64,
@@ -98,7 +97,7 @@ fn look(frame: &Frame, plan: &Plan, share: f64) -> Look {
         look.tangential_moment += along / share * r_squared;
         if plan.X[contact.slave as usize].xy().norm() < 1e-9 {
             let area = pole_area(frame, plan, contact.slave);
-            (look.p0, look.q0) = (p_n / area, along / area);
+            look.p0 = p_n / area;
         }
     }
     look.a = (2.5 * look.normal_moment / look.normal.max(1e-300)).sqrt();
@@ -142,7 +141,6 @@ fn at(looks: &[Look], of: impl Fn(&Look) -> f64, value: f64) -> Look {
         tangential: mix(|l| l.tangential),
         a: mix(|l| l.a),
         p0: mix(|l| l.p0),
-        q0: mix(|l| l.q0),
         normal_moment: mix(|l| l.normal_moment),
         tangential_moment: mix(|l| l.tangential_moment),
         delta: mix(|l| l.delta),
@@ -171,9 +169,10 @@ fn a_ball_on_a_plane_touches_as_hertz_says() {
     }
 }
 
-/// c/a at Q/(μ P) = 0.5, twice: from the traction at the pole, q₀ = μ p₀ (1 − c/a), and from the second moments of all tractions
-/// about the pole, M_q = μ M_p (1 − (c/a)⁵), since q is μ p less the same for a contact of radius c.
-fn stick_radius(n: u32) -> [f64; 2] {
+/// c/a at Q/(μ P) = 0.5, from the second moments of the tractions about the pole: M_q = μ M_p (1 − (c/a)⁵), since q is μ p less the
+/// same for a contact of radius c. (The traction at the pole alone, q₀ = μ p₀ (1 − c/a), is a small difference of two pressures that
+/// the meshes know to 5 %.)
+fn stick_radius(n: u32) -> f64 {
     let (shear, friction) = (1e6 / 3.0, 0.3);
     let ramp = json!({"kind": "table", "times_s": [0, 1], "factors": [0, 1]});
     let prescribed = json!([
@@ -185,20 +184,12 @@ fn stick_radius(n: u32) -> [f64; 2] {
     let looks = looks(&scene, foot(n, true), 0.5);
     let ratio = |look: &Look| -look.tangential / (friction * look.normal.max(1e-300));
     let found = at(&looks, ratio, 0.5);
-    println!(
-        "{n}: {found:?} p0/(1.5 P/(pi a2)) = {}",
-        found.p0 / (1.5 * found.normal / (std::f64::consts::PI * found.a.powi(2)))
-    );
-    let at_the_pole = 1.0 + found.q0 / (friction * found.p0);
-    let of_moments = (1.0 + found.tangential_moment / (friction * found.normal_moment)).powf(0.2);
-    [at_the_pole, of_moments]
+    (1.0 + found.tangential_moment / (friction * found.normal_moment)).powf(0.2)
 }
 
 #[test]
 fn a_tangential_load_slips_outside_of_the_radius_of_cattaneo_and_mindlin() {
-    for n in [6, 12] {
-        println!("{n}: {:?}", stick_radius(n));
-    }
-    // The pole's traction on a mesh of some four elements across the radius; 0.7400 was measured.
-    assert_close(stick_radius(6)[0], 0.7937, 0.08, "c/a");
+    // Measured: 0.7449 on four elements across the radius, 0.7897 on seven.
+    assert_close(stick_radius(6), 0.7937, 0.07, "c/a");
+    assert_close(stick_radius(12), 0.7937, 0.01, "c/a");
 }
