@@ -1,5 +1,6 @@
 //! What-if: sharing and remembering change no bit, the edits that are told make the case, and what must rise rises.
 
+use contuse::measure::Summary;
 use contuse::measure::summary::ErrorEstimate;
 use contuse::scene::{Budget, Loaded, NoFiles, load};
 use contuse::step::Interrupt;
@@ -74,6 +75,20 @@ fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
     ask(base, asked, &Cache::default(), 2, true)
 }
 
+/// What a run of the scene by itself says.
+fn summary_of(loaded: &Loaded) -> Summary {
+    let request = RunRequest {
+        scene: &loaded.scene,
+        document_json: b"{}",
+        recording: None,
+        also: None,
+        threads: 1,
+        interrupt: &|| None,
+        progress: &mut |_| {},
+    };
+    run_scene(request).unwrap().summary
+}
+
 fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
     case.numbers[&quantity].value
 }
@@ -136,18 +151,9 @@ fn a_case_is_the_run_of_the_scene_with_its_edits() {
     edited["solver"] = json!({"error_bars": "none"});
     let edited = loaded(&edited);
     assert!((edited.bodies[0].mass_kg - 0.012).abs() < 1e-12);
-    let result = run_scene(RunRequest {
-        scene: &edited.scene,
-        document_json: b"{}",
-        recording: None,
-        also: None,
-        threads: 1,
-        interrupt: &|| None,
-        progress: &mut |_| {},
-    })
-    .unwrap();
+    let summary = summary_of(&edited);
     for (quantity, number) in &case.numbers {
-        assert_eq!(Some(number.value), quantity.of(&result.summary), "{quantity}");
+        assert_eq!(Some(number.value), quantity.of(&summary), "{quantity}");
     }
     // It strikes the new place as squarely as it struck the old one.
     assert!(value(case, Quantity::PeakForceN) > 0.5 * value(&answer.cases[0], Quantity::PeakForceN));
@@ -346,19 +352,9 @@ fn what_the_summary_does_not_resolve_no_answer_resolves() {
     }));
     let answer = answer(&loaded(&scene), &asked);
     scene["solver"] = json!({"error_bars": "two_levels"});
-    let scene = loaded(&scene);
-    let result = run_scene(RunRequest {
-        scene: &scene.scene,
-        document_json: b"{}",
-        recording: None,
-        also: None,
-        threads: 1,
-        interrupt: &|| None,
-        progress: &mut |_| {},
-    })
-    .unwrap();
+    let summary = summary_of(&loaded(&scene));
     for (quantity, number) in &answer.cases[0].numbers {
-        let ErrorEstimate::Estimated(error) = quantity.number(&result.summary).unwrap().error else {
+        let ErrorEstimate::Estimated(error) = quantity.number(&summary).unwrap().error else {
             panic!("{quantity}")
         };
         assert_eq!(number.resolved, Some(error.resolved), "{quantity}");
