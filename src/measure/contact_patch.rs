@@ -52,6 +52,8 @@ pub struct PatchGeometry {
     shapes: Vec<(u64, FaceShape)>,
     evaluation: u64,
     pressed: Vec<Pressed>,
+    /// Of each node: the evaluation that it was last pressed in, and its place in `pressed`.
+    places: Vec<(u64, u32)>,
     pressed_faces: Vec<u32>,
 }
 
@@ -84,6 +86,7 @@ impl PatchGeometry {
         Self {
             body,
             faces: surface.faces.clone(),
+            places: vec![(0, 0); nodes.len()],
             nodes,
             start,
             incident,
@@ -128,25 +131,32 @@ impl PatchGeometry {
         self.evaluation += 1;
         self.pressed.clear();
         self.pressed_faces.clear();
-        let mut last = None;
-        // Contacts are sorted by (pair, slave, face): all contacts of a node stand together and count once.
         for (contact, reaction) in frame.contacts.iter().zip(frame.reactions) {
             if contact.pair != pair || reaction.impulse[0] <= 0.0 {
                 continue;
             }
-            let normal_force = reaction.impulse[0] / frame.mean_step;
-            if last == Some(contact.slave) {
-                if let Some(Pressed { normal_force: sum, .. }) = self.pressed.last_mut() {
-                    *sum += normal_force;
-                }
-                continue;
+            for (node, share) in contact.stencil.slave() {
+                self.press(node, &contact.frame[0], share * reaction.impulse[0] / frame.mean_step, &position);
             }
-            last = Some(contact.slave);
-            let area = self.tributary_area(contact.slave, &contact.frame[0], &position);
-            self.pressed.push(Pressed { position: position(contact.slave), area, normal_force });
         }
         let spacing = self.spacing();
         patch_of(&self.pressed, spacing)
+    }
+
+    /// Adds a force [N] along the normal `n` to a node, which counts once.
+    fn press(&mut self, node: u32, n: &Vec3, normal_force: f64, position: &impl Fn(u32) -> Vec3) {
+        let place = self.nodes.binary_search(&node).ok();
+        if let Some((of, at)) = place.map(|place| self.places[place])
+            && of == self.evaluation
+        {
+            self.pressed[at as usize].normal_force += normal_force;
+            return;
+        }
+        if let Some(place) = place {
+            self.places[place] = (self.evaluation, self.pressed.len() as u32);
+        }
+        let area = self.tributary_area(node, n, position);
+        self.pressed.push(Pressed { position: position(node), area, normal_force });
     }
 
     /// Mean edge of the pressed faces [m].

@@ -2,6 +2,7 @@
 
 use super::{Integrator, Plan};
 use crate::mechanics::contact::compliance::MOST_NODES;
+use crate::mechanics::contact::stencil::Stencil;
 use crate::mechanics::contact::{Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
@@ -75,7 +76,7 @@ const BYTES_PER_LEAF: usize = 128;
 const BYTES_PER_SURFACE_NODE: usize = 40;
 /// Share of a slave's nodes that are candidates at a time, each with contact, row and reaction: a patch, not the surface.
 const CANDIDATES: f64 = 0.2;
-const BYTES_PER_CANDIDATE: usize = 500 + size_of::<Reaction>();
+const BYTES_PER_CANDIDATE: usize = 344 + 2 * size_of::<Stencil>() + size_of::<Reaction>();
 
 fn contact_bytes(plan: &Plan) -> u64 {
     let Some(contact) = &plan.contact else { return 0 };

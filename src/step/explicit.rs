@@ -306,7 +306,7 @@ impl ExplicitStepper<'_> {
         let Self { activity, forces, v_after, contact, .. } = self;
         activity.wake_moving(forces, blocks, assembly, v_after);
         let contacts = contact.as_ref().map_or(&[][..], |contact| contact.results().0);
-        let nodes = contacts.iter().flat_map(|contact| contact.master.into_iter().chain([contact.slave]));
+        let nodes = contacts.iter().flat_map(|contact| contact.stencil.nodes().iter().copied());
         let moving = nodes.filter(|node| v_after[*node as usize] != Vec3::zeros());
         activity.wake_nodes(forces, blocks, assembly, moving);
     }

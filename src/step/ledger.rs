@@ -12,6 +12,7 @@
 use super::motion::Motion;
 use super::rigid::RigidWork;
 use super::state::State;
+use crate::mechanics::contact::stencil::weighted;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
 use crate::mechanics::force::Activity;
 use crate::mechanics::tensor::Vec3;
@@ -326,8 +327,11 @@ impl Ledger {
         };
         let has_rigid_side = contact.pair as usize >= plan.mesh_pairs;
         let turning = if has_rigid_side { [turning(0), turning(1)] } else { [Vec3::zeros(); 2] };
-        let master_v = |v: &[Vec3]| master_velocity(contact, v) + flight(master_body) + turning[1];
-        let slave_v = |v: &[Vec3]| v[contact.slave as usize] + flight(Some(slave_body)) + turning[0];
+        let stencil = &contact.stencil;
+        let master_v =
+            |v: &[Vec3]| flight(master_body) - weighted(stencil.master(), |n| v[n as usize]) + turning[1];
+        let slave_v =
+            |v: &[Vec3]| weighted(stencil.slave(), |n| v[n as usize]) + flight(Some(slave_body)) + turning[0];
 
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
@@ -431,15 +435,6 @@ impl Ledger {
         energy.scale_j = self.scale(work.plan);
         energy.balance_error = (energy.total_j - initial - energy.external_work_j).abs() / energy.scale_j;
     }
-}
-
-/// Velocity of the master at the contact point, relative to its flight [m/s].
-fn master_velocity(contact: &Contact, v: &[Vec3]) -> Vec3 {
-    let mut sum = Vec3::zeros();
-    for (node, weight) in contact.master.iter().zip(&contact.weights) {
-        sum += v[*node as usize] * *weight;
-    }
-    sum
 }
 
 /// Law of each pair while settling: nothing slips.

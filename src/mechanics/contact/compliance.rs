@@ -6,7 +6,7 @@
 //! when S changes or new nodes come in, not in every iteration. A rigid side of a contact is the two nodes of its body, its centre
 //! and its spin.
 
-use super::contact_row::{Levers, signed_weights};
+use super::contact_row::Levers;
 use super::delassus::Block;
 use super::local::Local;
 use super::{Contact, RigidSides};
@@ -177,9 +177,8 @@ impl Share {
 }
 
 /// The shares of all nodes of a contact.
-fn shares(contact: &Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<> {
-    let (nodes, weights, count) = signed_weights(contact);
-    let moved = (0..count).map(move |i| Share::Moved(nodes[i], weights[i]));
+fn shares<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<'a> {
+    let moved = contact.stencil.each().map(|(node, weight)| Share::Moved(node, weight));
     let levers = Levers::new(contact, rigid.of_pair(contact.pair), rigid);
     moved.chain(levers.into_each().map(|(spin, J)| Share::Turned(spin, J)))
 }

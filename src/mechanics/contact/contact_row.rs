@@ -5,6 +5,7 @@
 //! planes have none, `()`, and no trace of them.
 
 use super::local::{Local, LocalOperator};
+use super::stencil::Stencil;
 use super::{Contact, RigidSides};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -87,10 +88,8 @@ impl Turning for Levers {
 /// The normal direction of one contact, ready for sweeps.
 #[derive(Clone, Debug)]
 pub(super) struct NormalRow<T = ()> {
-    /// Its nodes and their signed weights: the slave (+1), then the master's with a weight (−w).
-    nodes: [u32; 5],
-    weights: [f64; 5],
-    node_count: usize,
+    /// Its nodes and their signed weights.
+    stencil: Stencil,
     normal: Vec3,
     /// Normal drift + max(gap, 0)/h.
     bias: f64,
@@ -161,7 +160,7 @@ impl NormalRow<Levers> {
 impl NormalRow<Levers> {
     /// The nodes whose velocities make that of the contact, and how: 3×3 in space, ±weight for one that is moved.
     pub fn shares(&self) -> impl Iterator<Item = (u32, Mat3)> {
-        let moved = self.nodes.into_iter().zip(self.weights).take(self.node_count);
+        let moved = self.stencil.each();
         let turned = self.turning.each().map(|(spin, J)| (*spin, *J));
         moved.map(|(node, weight)| (node, Mat3::identity() * weight)).chain(turned)
     }
@@ -170,29 +169,25 @@ impl NormalRow<Levers> {
 impl<T: Turning> NormalRow<T> {
     /// Nodes, normal and bias; the operator is still to come, its diagonal by the nodes comes along.
     fn of_nodes(contact: &Contact, inverse_mass: &[Vec3], h: f64, turning: T) -> (Self, Vec3) {
-        let (nodes, weights, node_count) = signed_weights(contact);
         // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
         let mut diagonal = Vec3::zeros();
-        for i in 0..node_count {
-            diagonal += inverse_mass[nodes[i] as usize] * (weights[i] * weights[i]);
+        for (node, w) in contact.stencil.each() {
+            diagonal += inverse_mass[node as usize] * (w * w);
         }
         let normal = contact.frame[0];
         let opening = contact.gap.max(0.0) / h;
         let bias = normal.dot(&contact.drift) + opening;
         let bias_size = contact.drift.amax() + opening;
         let (w_nn, d, isotropic) = (0.0, 0.0, false);
-        let row = Self { nodes, weights, node_count, normal, bias, bias_size, w_nn, d, isotropic, turning };
+        let stencil = contact.stencil.clone();
+        let row = Self { stencil, normal, bias, bias_size, w_nn, d, isotropic, turning };
         (row, diagonal)
     }
 
-    /// `v_slave − Σ w_a v_a`, in space.
+    /// Velocity of the slave side less that of the master's, in space.
     #[inline]
     fn difference(&self, v: &[Vec3]) -> Vec3 {
-        let mut sum = v[self.nodes[0] as usize];
-        for i in 1..self.node_count {
-            sum += v[self.nodes[i] as usize] * self.weights[i];
-        }
-        self.turning.add_velocity(sum, v)
+        self.turning.add_velocity(self.stencil.difference(v), v)
     }
 
     /// `u_n`.
@@ -210,16 +205,16 @@ impl<T: Turning> NormalRow<T> {
     /// Adds `M⁻¹ Cᵀ` of an impulse in space.
     #[inline]
     fn push_in_space(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
-        for i in 0..self.node_count {
-            let node = self.nodes[i] as usize;
-            v[node] += inverse_mass[node].component_mul(&impulse) * self.weights[i];
+        for (&node, &w) in self.stencil.nodes().iter().zip(self.stencil.weights()) {
+            let node = node as usize;
+            v[node] += inverse_mass[node].component_mul(&impulse) * w;
         }
         self.turning.push(&impulse, inverse_mass, v);
     }
 
     /// The size of the velocities that add up to `u`.
     pub fn roundable(&self, v: &[Vec3]) -> f64 {
-        let nodes = (0..self.node_count).map(|i| v[self.nodes[i] as usize].amax() * self.weights[i].abs());
+        let nodes = self.stencil.each().map(|(node, w)| v[node as usize].amax() * w.abs());
         nodes.sum::<f64>() + self.bias_size + self.turning.roundable(v)
     }
 }
@@ -270,25 +265,4 @@ impl<T: Turning> Row<T> {
         let in_space = self.normal.normal * impulse[0] + t1 * impulse[1] + t2 * impulse[2];
         self.normal.push_in_space(in_space, inverse_mass, v);
     }
-}
-
-/// The nodes of a contact with signed weights: the slave first, then the master's nodes of non-zero weight, each once.
-pub(super) fn signed_weights(contact: &Contact) -> ([u32; 5], [f64; 5], usize) {
-    let mut nodes = [contact.slave; 5];
-    let mut weights = [0.0; 5];
-    weights[0] = 1.0;
-    let mut count = 1;
-    for (&node, &w) in contact.master.iter().zip(&contact.weights) {
-        if w == 0.0 {
-            continue;
-        }
-        if let Some(i) = nodes[..count].iter().position(|&n| n == node) {
-            weights[i] -= w;
-        } else {
-            nodes[count] = node;
-            weights[count] = -w;
-            count += 1;
-        }
-    }
-    (nodes, weights, count)
 }

@@ -1,12 +1,13 @@
 //! The contacts of one pair in one step: each slave node against the faces that the broad phase left.
 
-use super::Contact;
 use super::broad_phase::Motion;
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
 use super::narrow_phase::{NEAR, Proximity, choose_face};
 use super::skin::Skin;
+use super::stencil::Stencil;
 use super::time_of_impact::{Impact, Search};
+use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 
 /// A gap below this share of the face's size is a touch.
@@ -54,10 +55,10 @@ impl Finder<'_> {
         let (start, end) = (gap(self.motion.x), gap(self.motion.x_end));
         (start.min(end) <= NEAR * size).then_some(Contact {
             pair: self.index,
+            kind: Kind::Node,
             slave: node,
             face: u32::MAX,
-            master: [node; 4],
-            weights: [0.0; 4],
+            stencil: Stencil::of_node(node),
             frame: *frame,
             gap: start,
             point: self.motion.x[node as usize],
@@ -140,7 +141,7 @@ impl Finder<'_> {
     fn near_contact(&self, master: &Skin, node: u32, p: &Proximity) -> Contact {
         let nodes = master.faces[p.face as usize];
         let (along, _) = Patch::new(&nodes, self.motion.x).tangents(&p.weights);
-        self.contact(node, p.face, nodes, p.weights, local_frame(&p.normal, &along), p.gap)
+        self.contact(master, node, p.face, &p.weights, local_frame(&p.normal, &along), p.gap)
     }
 
     fn impact_contact(&self, master: &Skin, node: u32, face: u32, hit: &Impact) -> Contact {
@@ -151,20 +152,22 @@ impl Finder<'_> {
         let normal = then.normal(&weights);
         let gap = normal.dot(&(x[node as usize] - Patch::new(&nodes, x).point(&weights)));
         let (along, _) = then.tangents(&weights);
-        self.contact(node, face, nodes, weights, local_frame(&normal, &along), gap)
+        self.contact(master, node, face, &weights, local_frame(&normal, &along), gap)
     }
 
     fn contact(
         &self,
+        master: &Skin,
         slave: u32,
         face: u32,
-        master: [u32; 4],
-        weights: [f64; 4],
+        weights: &[f64; 4],
         frame: [Vec3; 3],
         gap: f64,
     ) -> Contact {
         let point = self.motion.x[slave as usize];
-        Contact { pair: self.index, slave, face, master, weights, frame, gap, point, drift: self.drift }
+        let stencil = Stencil::node_on_face(slave, &master.faces[face as usize], weights);
+        let (pair, drift) = (self.index, self.drift);
+        Contact { pair, kind: Kind::Node, slave, face, stencil, frame, gap, point, drift }
     }
 }
 

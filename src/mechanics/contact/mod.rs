@@ -27,11 +27,13 @@ mod skin;
 pub mod slave_choice;
 mod slip;
 pub mod solvers;
+pub mod stencil;
 pub mod step_problem;
 pub mod time_of_impact;
 
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
+use stencil::Stencil;
 
 /// The skin of one body. That of a rigid body is its centre, without faces.
 #[derive(Clone, Debug, PartialEq)]
@@ -101,20 +103,29 @@ impl ContactLaw {
     }
 }
 
-/// One candidate contact of a step: a slave node against a point of a face (or of a plane). A side that is a rigid body is
-/// the node of its centre of mass with weight 1, and is turned too, about `point`.
+/// How the gap of a contact follows the positions within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A slave node against a face, a plane or a rigid body, at the place closest to it: once a node and pair of meshes.
+    Node,
+    /// Weights that stand, such as of two edges: the gap is `n · Σ w x`. A slave node may be in several.
+    Fixed,
+}
+
+/// One candidate contact of a step: a point of the slave side against one of the master side, each a mean of nodes. A side
+/// that is a rigid body is the node of its centre of mass with weight 1, and is turned too, about `point`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Index of the pair.
     pub pair: u32,
-    /// Slave node (global).
+    /// How its gap follows the positions.
+    pub kind: Kind,
+    /// Slave node (global); where the slave side has several, the one that stands for it.
     pub slave: u32,
-    /// Index of the master's face, `u32::MAX` for a plane or a rigid body.
+    /// Index of the master's face, or of one that stands for what is met; `u32::MAX` for a plane or a rigid body.
     pub face: u32,
-    /// The face's nodes (global); all equal to `slave` for a plane, with zero weights.
-    pub master: [u32; 4],
-    /// Shape functions of the face at the contact point; zero for a plane.
-    pub weights: [f64; 4],
+    /// The nodes of both sides with signed weights.
+    pub stencil: Stencil,
     /// Local frame: n (from the master towards the slave), t1, t2, right-handed orthonormal.
     pub frame: [Vec3; 3],
     /// Signed gap at the start of the step, along n [m], positive open.

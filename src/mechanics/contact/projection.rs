@@ -4,9 +4,10 @@
 //! velocities for it (`v⁺ = −g/h`) would throw the node off. Instead the nodes of the contact are moved apart along
 //! its normal, each by its share of the inverse masses, so that the centre of mass stays; fixed axes do not move.
 
-use super::Contact;
 use super::detection::Detector;
 use super::narrow_phase::{DEPTH, eval_proximity};
+use super::stencil::Stencil;
+use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 
 /// At most this share of the face's size is removed from a contact in a step: more, within a fraction of a microsecond,
@@ -30,7 +31,7 @@ pub struct ProjectionReport {
 
 /// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
 ///
-/// Gaps are measured anew for the same node and face; a node that has slid off its face is left to the next detection.
+/// Gaps are measured anew, for the same node and face or with the same weights; a node that has slid off its face is left to the next detection.
 /// `inverse_mass` [1/kg] per node and axis. `moved` is cleared and receives each displacement (node, Δx [m]) that was
 /// applied, a node possibly more than once, so that its work against the internal forces can be counted.
 pub fn project_positions(
@@ -49,7 +50,7 @@ pub fn project_positions(
             let Some(found) = penetration(contact, detector, x) else { continue };
             report.left = report.left.max(found.depth);
             let cap = CAP / PASSES as f64 * found.size;
-            if separate(contact, &found, found.depth.min(cap), inverse_mass, x, moved) {
+            if separate(&found, found.depth.min(cap), inverse_mass, x, moved) {
                 corrected += 1;
             }
         }
@@ -68,30 +69,36 @@ pub fn project_positions(
 struct Penetration {
     depth: f64,
     normal: Vec3,
-    weights: [f64; 4],
+    stencil: Stencil,
     size: f64,
 }
 
 fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
     let s = &x[contact.slave as usize];
+    let stencil = || contact.stencil.clone();
     let found = if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
-        Penetration { depth: -normal.dot(&(s - point)), normal, weights: [0.0; 4], size }
+        Penetration { depth: -normal.dot(&(s - point)), normal, stencil: stencil(), size }
     } else {
         let skin = detector.master_skin(contact.pair as usize)?;
         let size = skin.sizes[contact.face as usize];
+        if contact.kind == Kind::Fixed {
+            let (normal, stencil) = (contact.frame[0], stencil());
+            let depth = -normal.dot(&stencil.difference(x));
+            return (depth > TOLERANCE * size).then_some(Penetration { depth, normal, stencil, size });
+        }
         let p = eval_proximity(skin, contact.face, s, x)?;
         // Slid off the face: whether it is inside is for its new face to say.
         if p.beyond || p.gap < -DEPTH * size {
             return None;
         }
-        Penetration { depth: -p.gap, normal: p.normal, weights: p.weights, size }
+        let stencil = Stencil::node_on_face(contact.slave, &skin.faces[contact.face as usize], &p.weights);
+        Penetration { depth: -p.gap, normal: p.normal, stencil, size }
     };
     (found.depth > TOLERANCE * found.size).then_some(found)
 }
 
 /// Opens the gap by `distance`; whether anything could move.
 fn separate(
-    contact: &Contact,
     found: &Penetration,
     distance: f64,
     inverse_mass: &[Vec3],
@@ -99,15 +106,14 @@ fn separate(
     moved: &mut Vec<(u32, Vec3)>,
 ) -> bool {
     let n = &found.normal;
-    let master = || contact.master.into_iter().zip(found.weights).filter(|(_, w)| *w != 0.0);
-    let nodes = || std::iter::once((contact.slave, 1.0)).chain(master().map(|(node, w)| (node, -w)));
+    let nodes = found.stencil.each();
     let compliance: f64 =
-        nodes().map(|(node, w)| w * w * inverse_mass[node as usize].component_mul(n).dot(n)).sum();
+        nodes.clone().map(|(node, w)| w * w * inverse_mass[node as usize].component_mul(n).dot(n)).sum();
     let impulse = distance / compliance;
     if !impulse.is_finite() {
         return false;
     }
-    for (node, w) in nodes() {
+    for (node, w) in nodes {
         let step = inverse_mass[node as usize].component_mul(n) * (w * impulse);
         if step != Vec3::zeros() {
             x[node as usize] += step;

@@ -15,7 +15,8 @@
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
-use super::{Contact, ContactPair, Master, Surface};
+use super::stencil::Stencil;
+use super::{Contact, ContactPair, Kind, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::shape::SharedShape;
@@ -243,13 +244,14 @@ impl Finder<'_> {
 
     /// A contact of the slave's node (the centre of a rigid slave) with a rigid body or a plane.
     fn contact(&self, slave: u32, master: Option<usize>, normal: &Vec3, gap: f64, point: Vec3) -> Contact {
-        let (master, weight) = master.map_or((slave, 0.0), |body| (self.bodies[body].centre, 1.0));
+        let centre = master.map_or(slave, |body| self.bodies[body].centre);
+        let weight = if master.is_some() { 1.0 } else { 0.0 };
         Contact {
             pair: self.pair,
+            kind: Kind::Node,
             slave,
             face: u32::MAX,
-            master: [master; 4],
-            weights: [weight, 0.0, 0.0, 0.0],
+            stencil: Stencil::node_on_face(slave, &[centre; 4], &[weight, 0.0, 0.0, 0.0]),
             frame: local_frame(normal, &Vec3::zeros()),
             gap,
             point,

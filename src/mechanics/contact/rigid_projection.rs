@@ -78,7 +78,7 @@ impl RigidProjection {
         let Self { contacts, laws, d, reactions, workspace, .. } = self;
         solve_with_rigid(contacts, laws, &rigid, inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
         for contact in &self.contacts {
-            for node in [contact.slave, contact.master[0]] {
+            for &node in contact.stencil.nodes() {
                 let step = std::mem::replace(&mut self.d[node as usize], Vec3::zeros());
                 if step != Vec3::zeros() {
                     x[node as usize] += step;

@@ -100,6 +100,7 @@ fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
 mod tests {
     use super::*;
     use crate::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
+    use crate::mechanics::contact::{Kind, stencil::Stencil};
 
     #[test]
     fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
@@ -107,10 +108,10 @@ mod tests {
         let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
         let contact = |slave, weights| Contact {
             pair: 0,
+            kind: Kind::Node,
             slave,
             face: 0,
-            master: [0, 1, 2, 3],
-            weights,
+            stencil: Stencil::node_on_face(slave, &[0, 1, 2, 3], &weights),
             frame,
             gap: 1e-4 * f64::from(slave),
             point: Vec3::zeros(),

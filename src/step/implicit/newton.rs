@@ -8,7 +8,7 @@ use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
 use super::system::System;
 use crate::mechanics::contact::compliance::add_impulse;
-use crate::mechanics::contact::{Contact, Reaction, RigidSides};
+use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
@@ -305,11 +305,15 @@ impl Newton {
             // The node of a mesh is in a pair once; a rigid body touches at several points.
             let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
             let is_known = contacts.iter().any(|c| {
-                (c.pair, c.slave) == (candidate.pair, candidate.slave)
-                    && (!slave_is_rigid || c.point == candidate.point)
+                let is_same = match candidate.kind {
+                    Kind::Node => !slave_is_rigid || c.point == candidate.point,
+                    Kind::Fixed => c.stencil.nodes() == candidate.stencil.nodes(),
+                };
+                (c.pair, c.kind, c.slave) == (candidate.pair, candidate.kind, candidate.slave) && is_same
             });
             let opening = closing(step, &candidate, &sides, &self.end.v)[0];
-            let size = self.end.v[candidate.slave as usize].amax() + candidate.drift.amax();
+            let size = candidate.stencil.slave().map(|(n, w)| self.end.v[n as usize].amax() * w).sum::<f64>()
+                + candidate.drift.amax();
             if !is_known && opening < -CLOSING * size {
                 let key = |c: &Contact| (c.pair, c.slave, c.face);
                 let place = contacts.partition_point(|c| key(c) < key(&candidate));

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::mechanics::contact::ContactLaw;
+use crate::mechanics::contact::stencil::weighted;
 
 /// A flat box of n × n × m cells, as a closed skin appended to `x`; `place` maps its unit cube.
 fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Surface {
@@ -55,8 +56,7 @@ fn detect(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3], x_end: &[Vec3
 /// The gap at the end of the step by the linear constraint.
 fn linear_gap(c: &Contact, x: &[Vec3], x_end: &[Vec3]) -> f64 {
     let step = |n: u32| x_end[n as usize] - x[n as usize];
-    let point: Vec3 = c.master.iter().zip(&c.weights).map(|(&n, &w)| step(n) * w).sum();
-    c.gap + c.frame[0].dot(&(step(c.slave) - point))
+    c.gap + c.frame[0].dot(&weighted(c.stencil.each(), step))
 }
 
 fn assert_frames(contacts: &[Contact]) {
@@ -87,7 +87,7 @@ fn node_falling_on_a_moving_warped_face_is_stopped_on_it() {
     // At the time of impact the node is on the face with these weights.
     let tau = c.gap / (c.gap - linear_gap(c, &x, &x_end));
     let at = |n: u32| x[n as usize] + (x_end[n as usize] - x[n as usize]) * tau;
-    let point: Vec3 = c.master.iter().zip(&c.weights).map(|(&n, &w)| at(n) * w).sum();
+    let point = -weighted(c.stencil.master(), at);
     assert!((point - at(4)).norm() < 1e-12);
 }
 
@@ -234,7 +234,9 @@ fn planes_hold_all_that_come_near() {
     let still = detect(std::slice::from_ref(&cube), &[pair(0, floor.clone())], &x, &x);
     assert_eq!(still.len(), 9);
     assert!(
-        still.iter().all(|c| (c.gap - 0.01).abs() < 1e-15 && c.face == u32::MAX && c.weights == [0.0; 4])
+        still
+            .iter()
+            .all(|c| (c.gap - 0.01).abs() < 1e-15 && c.face == u32::MAX && c.stencil.nodes().len() == 1)
     );
     let x_end: Vec<Vec3> = x.iter().map(|p| p - Vec3::new(0.0, 0.0, 5.0)).collect();
     assert_eq!(detect(&[cube], &[pair(0, floor)], &x, &x_end).len(), 26);
@@ -349,7 +351,10 @@ fn random_motion_gives_finite_contacts_and_broken_positions_an_error() {
         detector.detect(&y, &y_end, &drifts, &mut contacts).unwrap();
         assert_frames(&contacts);
         for c in &contacts {
-            assert!(c.gap.is_finite() && (c.weights.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{c:?}");
+            assert!(
+                c.gap.is_finite() && (c.stencil.master().map(|(_, w)| w).sum::<f64>() + 1.0).abs() < 1e-9,
+                "{c:?}"
+            );
         }
     }
     x[3].y = f64::NAN;

@@ -4,7 +4,9 @@
 use super::super::contact_row::squared;
 use super::super::local::natural_map;
 use super::*;
+use crate::mechanics::contact::Kind;
 use crate::mechanics::contact::local::proj_coulomb_cone;
+use crate::mechanics::contact::stencil::Stencil;
 
 /// SplitMix64, uniform in (−1, 1).
 struct Random(u64);
@@ -30,10 +32,10 @@ impl Random {
 fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], gap: f64) -> Contact {
     Contact {
         pair: 0,
+        kind: Kind::Node,
         slave,
         face: 0,
-        master,
-        weights,
+        stencil: Stencil::node_on_face(slave, &master, &weights),
         frame,
         gap,
         point: Vec3::zeros(),
@@ -89,9 +91,8 @@ fn dense_c(contacts: &[Contact], nodes: usize) -> nalgebra::DMatrix<f64> {
     for (k, contact) in contacts.iter().enumerate() {
         for (i, axis) in contact.frame.iter().enumerate() {
             for d in 0..3 {
-                c[(3 * k + i, 3 * contact.slave as usize + d)] += axis[d];
-                for (&node, &w) in contact.master.iter().zip(&contact.weights) {
-                    c[(3 * k + i, 3 * node as usize + d)] -= w * axis[d];
+                for (node, w) in contact.stencil.each() {
+                    c[(3 * k + i, 3 * node as usize + d)] += w * axis[d];
                 }
             }
         }
@@ -143,9 +144,7 @@ fn nodal_form_agrees_with_the_dense_delassus_operator() {
             // A flight of each node, which drifts put into the contacts.
             let flight: Vec<Vec3> = (0..13).map(|_| random.vector()).collect();
             for c in &mut contacts {
-                let master: Vec3 =
-                    c.master.iter().zip(&c.weights).map(|(&n, &w)| flight[n as usize] * w).sum();
-                c.drift = flight[c.slave as usize] - master;
+                c.drift = c.stencil.difference(&flight);
             }
         }
         let mut v = v_star.clone();

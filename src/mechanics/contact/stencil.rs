@@ -1,0 +1,135 @@
+//! The nodes of a contact with signed weights: how the velocity of a contact is made of those of its nodes.
+
+use crate::mechanics::tensor::Vec3;
+use std::ops::Range;
+
+/// Most nodes of a contact, both sides together.
+pub const MOST_NODES: usize = 32;
+
+/// The nodes of both sides of a contact with their signed weights: those of the slave side add up to +1, those of a meshed
+/// master to −1; a plane has none. A rigid body is the node of its centre of mass.
+///
+/// With `x` the places of the nodes, `Σ w x` is the vector from the master to the slave, and with nodal velocities it is the
+/// relative velocity; an impulse `p` on the slave side is `w p` on each node. So linear momentum is conserved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stencil {
+    nodes: [u32; MOST_NODES],
+    weights: [f64; MOST_NODES],
+    slaves: u8,
+    count: u8,
+}
+
+impl Stencil {
+    /// One slave node; nothing of a master yet.
+    pub fn of_node(slave: u32) -> Self {
+        let (mut nodes, mut weights) = ([0; MOST_NODES], [0.0; MOST_NODES]);
+        (nodes[0], weights[0]) = (slave, 1.0);
+        Self { nodes, weights, slaves: 1, count: 1 }
+    }
+
+    /// Of nodes (global) with weights that add up to 1 on either side, which have no node in common. Weights of zero are left
+    /// out, those of a node that is named twice on a side are added. `None` where the nodes are more than [`MOST_NODES`].
+    pub fn new(
+        slave: impl IntoIterator<Item = (u32, f64)>,
+        master: impl IntoIterator<Item = (u32, f64)>,
+    ) -> Option<Self> {
+        let mut stencil = Self { nodes: [0; MOST_NODES], weights: [0.0; MOST_NODES], slaves: 0, count: 0 };
+        for (node, weight) in slave {
+            stencil.add(0, node, weight)?;
+        }
+        stencil.slaves = stencil.count;
+        for (node, weight) in master {
+            stencil.add(stencil.len_of_slave(), node, -weight)?;
+        }
+        Some(stencil)
+    }
+
+    /// A slave node against a point of a face, by its nodes and shape functions; zero weights for a plane.
+    pub fn node_on_face(slave: u32, face: &[u32; 4], weights: &[f64; 4]) -> Self {
+        let mut stencil = Self::of_node(slave);
+        for (&node, &weight) in face.iter().zip(weights) {
+            // Five nodes are never too many.
+            let _ = stencil.add(1, node, -weight);
+        }
+        stencil
+    }
+
+    fn add(&mut self, side: usize, node: u32, weight: f64) -> Option<()> {
+        if weight == 0.0 {
+            return Some(());
+        }
+        let count = usize::from(self.count);
+        if let Some(i) = self.nodes[side..count].iter().position(|&n| n == node) {
+            self.weights[side + i] += weight;
+            return Some(());
+        }
+        *self.nodes.get_mut(count)? = node;
+        self.weights[count] = weight;
+        self.count += 1;
+        Some(())
+    }
+
+    fn len_of_slave(&self) -> usize {
+        usize::from(self.slaves)
+    }
+
+    fn range(&self, range: Range<usize>) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
+        self.nodes[range.clone()].iter().copied().zip(self.weights[range].iter().copied())
+    }
+
+    /// All nodes (global), the slave's first, each once.
+    #[inline]
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes[..usize::from(self.count)]
+    }
+
+    /// Their signed weights.
+    #[inline]
+    pub fn weights(&self) -> &[f64] {
+        &self.weights[..usize::from(self.count)]
+    }
+
+    /// All nodes with their signed weights.
+    pub fn each(&self) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
+        self.range(0..usize::from(self.count))
+    }
+
+    /// The nodes of the slave side with their weights, which add up to 1.
+    pub fn slave(&self) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
+        self.range(0..self.len_of_slave())
+    }
+
+    /// The nodes of the master side with their signed weights, which add up to −1; none for a plane.
+    pub fn master(&self) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
+        self.range(self.len_of_slave()..usize::from(self.count))
+    }
+
+    /// `Σ w a` of a vector at each node.
+    #[inline]
+    pub fn difference(&self, a: &[Vec3]) -> Vec3 {
+        let (nodes, weights) = (self.nodes(), self.weights());
+        nodes.iter().zip(weights).fold(Vec3::zeros(), |sum, (&node, &w)| sum + a[node as usize] * w)
+    }
+}
+
+/// `Σ w a` over nodes with weights.
+pub fn weighted(nodes: impl Iterator<Item = (u32, f64)>, a: impl Fn(u32) -> Vec3) -> Vec3 {
+    nodes.fold(Vec3::zeros(), |sum, (node, w)| sum + a(node) * w)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_stand_once_a_side_and_weights_are_signed() {
+        let s = Stencil::new([(7, 0.5), (3, 0.5)], [(4, 0.25), (5, 0.0), (4, 0.75)]).unwrap();
+        assert_eq!((s.nodes(), s.weights()), (&[7, 3, 4][..], &[0.5, 0.5, -1.0][..]));
+        assert_eq!(s.slave().map(|(_, w)| w).sum::<f64>(), 1.0);
+        assert_eq!(s.master().collect::<Vec<_>>(), [(4, -1.0)]);
+        let plane = Stencil::node_on_face(2, &[2; 4], &[0.0; 4]);
+        assert_eq!(plane, Stencil::of_node(2));
+        assert_eq!(Stencil::new([(0, 1.0)], (1..40).map(|n| (n, 1.0 / 39.0))), None);
+    }
+}
