@@ -3,6 +3,7 @@
 use super::run::Interrupt;
 use super::state::State;
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
+use crate::mechanics::force::stretch_rate;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -151,8 +152,8 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
     let rate = |hex: &[u32; 8]| {
         let along = |(a, b): (usize, usize)| {
             let (a, b) = (hex[a] as usize, hex[b] as usize);
-            let dx = plan.X[b] - plan.X[a] + (u[b] - u[a]);
-            (v[b] - v[a]).dot(&dx).abs() / dx.norm_squared().max(f64::MIN_POSITIVE)
+            let dX = plan.X[b] - plan.X[a];
+            stretch_rate(&dX, &(dX + (u[b] - u[a])), &(v[b] - v[a]))
         };
         HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)
     };

@@ -27,6 +27,7 @@ pub use assembly::Assembly;
 pub use block::{BlockInput, BlockParameters, ElementBlock, Formulation};
 pub use forces::ElementForces;
 pub use points::{PointBatch, PointField, PointScalar};
+pub use rate::stretch_rate;
 pub use stiffness::{CORNER_PAIRS, StiffnessBatch, corner_pair};
 pub use sweep::SweepInput;
 pub use threads::Threads;

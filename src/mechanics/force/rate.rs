@@ -13,8 +13,18 @@ use pulp::{Simd, WithSimd};
 /// A rate below this share of the allowed one is below it in exact arithmetic too.
 const CERTAIN: f64 = 1.0 - 1e-12;
 
+/// Least length that stretch is relative to, over that at rest. Where an edge or diagonal passes through zero while its element
+/// is well (hourglass modes that add up at one corner), a rate relative to its own length would let the step follow it to zero.
+const LEAST_LENGTH: f64 = 0.25;
+
+/// Relative stretch rate `|Δv·Δx| / max(|Δx|², (¼ |ΔX|)²)` of an edge or diagonal ΔX [m] at rest, Δx [m] now, Δv [m/s] [1/s].
+pub fn stretch_rate(dX: &Vec3, dx: &Vec3, dv: &Vec3) -> f64 {
+    let least = LEAST_LENGTH * LEAST_LENGTH * dX.norm_squared();
+    dv.dot(dx).abs() / dx.norm_squared().max(least).max(f64::MIN_POSITIVE)
+}
+
 impl ElementForces {
-    /// Largest relative stretch rate `|Δv·Δx| / |Δx|²` of the edges and body diagonals of all elements [1/s], at the
+    /// Largest [`stretch_rate`] of the edges and body diagonals of all elements [1/s], at the
     /// positions of the last sweep and the velocities `v` [m/s], nodes × 3; 0 when it is certain that a step of `h` [s]
     /// stretches none by more than `limit` [-]; infinite when a velocity or position is not finite.
     ///
@@ -74,8 +84,8 @@ impl ElementForces {
     }
 }
 
-/// Shortest length of a chunk, from its `u` and `v`, beside its largest rate where that is `EXACT`, else by how much
-/// `|Δv·Δx|` exceeds `allowed` [1/s] times `|Δx|²` at most.
+/// Shortest length of a chunk that stretch is relative to, from its `u` and `v`, beside its largest rate where that is `EXACT`,
+/// else by how much `|Δv·Δx|` exceeds `allowed` [1/s] times the square of that length at most.
 struct Rate<'a, const EXACT: bool> {
     block: &'a ElementBlock,
     chunk: &'a ChunkForces,
@@ -126,6 +136,7 @@ fn rate_of_batch<S: Simd, const EXACT: bool>(
     pairs[12..].copy_from_slice(&HEX8_DIAGONALS);
     for (a, b) in pairs {
         let (mut along, mut length) = (Lane::splat(simd, 0.0), Lane::splat(simd, f64::MIN_POSITIVE));
+        let mut at_rest = along;
         for i in 0..3 {
             let dX =
                 Lane::load(simd, &batch.corners[i][b], part) - Lane::load(simd, &batch.corners[i][a], part);
@@ -134,9 +145,11 @@ fn rate_of_batch<S: Simd, const EXACT: bool>(
             let dv = Lane::load(simd, &v[i][b], part) - Lane::load(simd, &v[i][a], part);
             along = dx.mul_add(dv, along);
             length = dx.mul_add(dx, length);
+            at_rest = dX.mul_add(dX, at_rest);
         }
         let along = along.abs();
         witness += along + length;
+        let length = length.max(at_rest * (LEAST_LENGTH * LEAST_LENGTH * CORNER_SCALE * CORNER_SCALE));
         largest = largest.max(if EXACT { along / length } else { along - length * allowed });
         shortest = shortest.min(length);
     }
@@ -196,11 +209,32 @@ mod tests {
             for (a, b) in HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS) {
                 let (dx, dv) =
                     (x[8 * element + b] - x[8 * element + a], v[8 * element + b] - v[8 * element + a]);
-                expected = expected.max(dx.dot(&dv).abs() / dx.norm_squared());
+                expected = expected.max(stretch_rate(&dx, &dx, &dv));
             }
         }
         let found = rate(block, &v);
         assert!((found - expected).abs() <= 1e-14 * expected, "{found} against {expected}");
+    }
+
+    #[test]
+    fn an_edge_that_passes_through_zero_is_stretched_at_a_finite_rate() {
+        let x = row().0;
+        let (a, b) = (x[0], x[1]);
+        for share in [1e-3, 1e-6, 0.0, -1e-6] {
+            let mut u = vec![Vec3::zeros(); x.len()];
+            u[1] = (a - b) * (1.0 - share);
+            let mut v = vec![Vec3::zeros(); x.len()];
+            v[1] = a - b;
+            let blocks = [row().1];
+            let zero = vec![0.0; 24];
+            let mut forces = ElementForces::new(&blocks);
+            let input = SweepInput { u: &u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+            forces.sweep(&Threads::ONE, &blocks, &input);
+            // Within the step that a limit of a tenth allows the edge gets to the other side.
+            let rate = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, 1.0, 0.0);
+            assert!((0.1..4.0).contains(&rate), "{share}: {rate}");
+            assert!(stretch_rate(&(b - a), &((b - a) * share), &(a - b)) <= 16.0 * share.abs() + 1e-15);
+        }
     }
 
     #[test]
