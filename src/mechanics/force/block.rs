@@ -3,7 +3,7 @@
 use super::chunk::{Chunk, ChunkForces, cut_chunks};
 use super::reduced::ReducedBatch;
 use super::sweep::{self, SweepInput};
-use crate::mechanics::element::{POINTS, ReferenceGeometry};
+use crate::mechanics::element::{POINTS, ReferenceGeometry, corner_stiffness};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -63,7 +63,7 @@ pub struct BlockInput {
 /// `w P F_X⁻ᵀ d = d³ P cof g(X)`, which is `P cof g(X / s)` for `s = d^(−3/2)`. Then `det g(X / s) = w / s`.
 pub(super) const CORNER_SCALE: f64 = 5.765_680_169_303_579;
 
-/// Constants of a batch of elements, lane by lane: 304 bytes an element.
+/// Constants of a batch of elements, lane by lane: 320 bytes an element.
 ///
 /// The reference geometry at the points is made again from the corners at every sweep, for a tenth of its arithmetic;
 /// stored, it would be 640 bytes an element, which a large mesh waits for.
@@ -82,6 +82,10 @@ pub(super) struct Batch {
     /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
     /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: Row,
+    /// Stiffness of the corner penalty [Pa/m³]; zero in padding.
+    pub corner_stiffness: Row,
+    /// 1/(ρ V_c), V_c the least volume of a corner: ω² of a stiffness is at most that times its norm [1/kg]; zero in padding.
+    pub inverse_least_mass: Row,
     /// Corner nodes, numbered within the chunk: `[corner][lane]`.
     pub nodes: [[u16; BATCH]; 8],
 }
@@ -116,7 +120,7 @@ impl ElementBlock {
             parameters,
             elements: inputs.iter().map(|i| i.element).collect(),
             first_slot,
-            batches: inputs.chunks(BATCH).map(|lanes| pack(lanes, parameters.density)).collect(),
+            batches: inputs.chunks(BATCH).map(|lanes| pack(lanes, &parameters)).collect(),
             reduced: match parameters.formulation {
                 Formulation::Full | Formulation::MeanDilatation => Vec::new(),
                 Formulation::Reduced => {
@@ -204,7 +208,8 @@ impl ElementBlock {
 }
 
 /// One batch; lanes beyond the chunk repeat its last element with zero volume. The nodes are numbered later.
-fn pack(chunk: &[BlockInput], density: f64) -> Batch {
+fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Batch {
+    let (density, mu) = (parameters.density, parameters.material.moduli_at_rest().0);
     let mut batch = Batch {
         corners: [[Row::default(); 8]; 3],
         inverse_weight: [Row::default(); POINTS],
@@ -212,6 +217,8 @@ fn pack(chunk: &[BlockInput], density: f64) -> Batch {
         scaled_inverse_volume: Row::default(),
         frequency_bound: Row::default(),
         length: Row([1.0; BATCH]),
+        corner_stiffness: Row::default(),
+        inverse_least_mass: Row::default(),
         nodes: [[0; BATCH]; 8],
     };
     for lane in 0..BATCH {
@@ -232,6 +239,9 @@ fn pack(chunk: &[BlockInput], density: f64) -> Batch {
         batch.scaled_inverse_volume.0[lane] = CORNER_SCALE / geometry.total_volume();
         batch.frequency_bound.0[lane] = geometry.gradient_bound / density;
         batch.length.0[lane] = 2.0 / geometry.gradient_bound.sqrt();
+        batch.corner_stiffness.0[lane] = corner_stiffness(mu, geometry.total_volume());
+        let least = geometry.corner_volume.iter().copied().fold(f64::INFINITY, f64::min);
+        batch.inverse_least_mass.0[lane] = 1.0 / (density * least);
     }
     batch
 }

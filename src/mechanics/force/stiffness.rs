@@ -7,15 +7,16 @@
 //! K = Σ_q w ∇Nᵀ (∂²ψ/∂F² + U′(J̄) ∂cof F/∂F) ∇N + U″(J̄)/V c cᵀ          c = Σ_q w cof F ∇N = V ∂J̄/∂u
 //! ```
 //!
-//! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included. Bulk viscosity is no part
+//! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included, and so is the corner penalty. Bulk viscosity is no part
 //! of implicit steps, so it is none of this either.
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
 use super::reduced::{OnePointElement, ReducedBatch};
 use super::rows::{load_corners, load_fibres};
+use super::sweep::corners_may_fold;
 use crate::mechanics::dual::Dual;
-use crate::mechanics::element::{Hex8, Hourglass, Modes, POINTS};
+use crate::mechanics::element::{Hex8, Hourglass, Modes, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
@@ -114,6 +115,16 @@ fn fixed_tensor<R: Real>(t: &Tensor<R>) -> Tensor<Dual<R>> {
     out
 }
 
+/// [`fixed`] in every corner.
+#[inline(always)]
+fn fixed_corners<R: Real>(values: &[[R; 8]; 3]) -> [[Dual<R>; 8]; 3] {
+    let mut out = [[fixed(values[0][0]); 8]; 3];
+    for (out, value) in out.as_flattened_mut().iter_mut().zip(values.as_flattened()) {
+        *out = fixed(*value);
+    }
+    out
+}
+
 impl<L: Law> Stiffness<'_, L> {
     /// Fibre directions of the elements of a register, without slope.
     #[inline(always)]
@@ -139,13 +150,16 @@ impl<L: Law> Stiffness<'_, L> {
         // Reference geometry as in the sweep: gradients are those of the local cube times `cof`, weights over CORNER_SCALE.
         let (mut cof, mut H) = ([Tensor::diagonal(zero); POINTS], [Tensor::diagonal(zero); POINTS]);
         let (mut w, mut change) = ([zero; POINTS], zero);
+        let mut smallest = zero;
         for q in 0..POINTS {
             let X = Hex8::local_gradient_at(&local_X, q);
             let cof_X = X.cofactor();
             w[q] = X.determinant_by(&cof_X);
             cof[q] = cof_X.scaled(Lane::load(simd, &self.batch.inverse_weight[q], part));
             H[q] = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof[q]);
-            change = w[q].mul_add(volume_change(&H[q]), change);
+            let j = volume_change(&H[q]);
+            change = w[q].mul_add(j, change);
+            smallest = smallest.min(j);
         }
         let inverse_volume = Lane::load(simd, &self.batch.scaled_inverse_volume, part);
         let mean = Dual { value: change * inverse_volume, slope: zero + 1.0 };
@@ -185,6 +199,31 @@ impl<L: Law> Stiffness<'_, L> {
                 }
             }
         }
+        let mut smallest_j = Row::default();
+        smallest.store(&mut smallest_j, part);
+        if corners_may_fold::<S>(&smallest_j, part) {
+            self.add_corner_penalty(simd, part);
+        }
+    }
+
+    /// The force of the corner penalty differentiated along each nodal displacement.
+    #[inline(always)]
+    fn add_corner_penalty<S: Simd>(&mut self, simd: S, part: usize) {
+        let X = fixed_corners(&self.batch.corners_at_rest(simd, part));
+        let k = fixed(Lane::load(simd, &self.batch.corner_stiffness, part));
+        let mut u = fixed_corners(&load_corners(simd, self.u, part));
+        for column in 0..24 {
+            let (b, j) = (column / 3, column % 3);
+            u[j][b].slope = u[j][b].value.constant(1.0);
+            let forces = eval_corner_penalty(&X, &u, k).forces;
+            for a in b..8 {
+                for i in 0..3 {
+                    let to = &mut self.to.0[corner_pair(a, b)][3 * i + j];
+                    (Lane::load(simd, to, part) + forces[i][a].slope).store(to, part);
+                }
+            }
+            u[j][b].slope = u[j][b].value.zero();
+        }
     }
 
     /// One-point elements: the force differentiated along each nodal displacement.
@@ -193,13 +232,7 @@ impl<L: Law> Stiffness<'_, L> {
         let (A, B) = batch.gradient_vectors(simd, part);
         let element = lift(&batch.one_point(simd, part, A, B));
         let directions = self.directions(simd, part);
-        let values = load_corners(simd, self.u, part);
-        let mut u = [[fixed(values[0][0]); 8]; 3];
-        for i in 0..3 {
-            for corner in 0..8 {
-                u[i][corner] = fixed(values[i][corner]);
-            }
-        }
+        let mut u = fixed_corners(&load_corners(simd, self.u, part));
         for column in 0..24 {
             let (b, j) = (column / 3, column % 3);
             u[j][b].slope = u[j][b].value.constant(1.0);

@@ -6,7 +6,7 @@ use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous
 use super::reduced::OnePoint;
 use super::rows::{add, gather, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::element::{CornerResponse, Hex8, LocalGradients, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material, volume_change};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
@@ -200,6 +200,40 @@ impl<const MEAN: bool> ElementKernel for GaussPoints<MEAN> {
     }
 }
 
+/// J − 1 at the points above which no corner is looked at: none of an incompressible element is penalised there.
+const CORNERS_ARE_WELL: f64 = -0.1;
+
+/// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
+#[inline(always)]
+pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::F64_LANES;
+    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
+}
+
+impl Batch {
+    /// The penalty on the corners of the elements of a register, from their displacements [m].
+    #[inline(always)]
+    pub(super) fn corner_penalty<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        u: &[[Lane<S>; 8]; 3],
+    ) -> CornerResponse<Lane<S>> {
+        let k = Lane::load(simd, &self.corner_stiffness, part);
+        eval_corner_penalty(&self.corners_at_rest(simd, part), u, k)
+    }
+
+    /// X [m] of the elements of a register.
+    #[inline(always)]
+    pub(super) fn corners_at_rest<S: Simd>(&self, simd: S, part: usize) -> [[Lane<S>; 8]; 3] {
+        let mut X = load_corners(simd, &self.corners, part);
+        for X in X.as_flattened_mut() {
+            *X = *X * CORNER_SCALE;
+        }
+        X
+    }
+}
+
 impl<L: Law> ElementSweep<'_, L, Batch> {
     #[inline(always)]
     fn sweep<S: Simd, const MEAN: bool>(
@@ -287,13 +321,26 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             strain = volume.mul_add(U.energy(mean), strain);
         }
 
-        store_corners(&Hex8::nodal_forces(&sums.0), &mut lanes.nodal, part);
+        let mut forces = Hex8::nodal_forces(&sums.0);
+        let (mut stabilisation, mut corner_frequency) = (zero, zero);
+        smallest.store(&mut totals.smallest_j, part);
+        if corners_may_fold::<S>(&totals.smallest_j, part) {
+            let corners = self.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
+            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
+                *f += *on;
+            }
+            stabilisation = corners.energy;
+            strain += corners.energy;
+            corner_frequency = corners.stiffness * load!(&self.batch.inverse_least_mass);
+        }
+        store_corners(&forces, &mut lanes.nodal, part);
         strain.store(&mut totals.strain, part);
+        stabilisation.store(&mut totals.hourglass, part);
         lanes.store_history(mean, viscous.0, part);
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&self.batch.frequency_bound);
-        stable_step(bound * tangent, bound * cofactor * viscous.1).store(&mut totals.stable_step, part);
-        smallest.store(&mut totals.smallest_j, part);
+        stable_step(bound.mul_add(tangent, corner_frequency), bound * cofactor * viscous.1)
+            .store(&mut totals.stable_step, part);
         exponent.store(&mut totals.fibre_exponent, part);
     }
 }
