@@ -115,6 +115,17 @@ impl<R: Real> Modes<R> {
     }
 }
 
+impl Modes<f64> {
+    /// `l_k = Σ_a λ_ka u_a`, `[k][corner]`.
+    pub fn linear_vectors() -> [[f64; 8]; 3] {
+        std::array::from_fn(|k| {
+            let mut unit = Self { linear: [[0.0; 3]; 3], bilinear: [[0.0; 3]; 4] };
+            unit.linear[k][0] = 1.0;
+            unit.nodal_forces()[0]
+        })
+    }
+}
+
 /// Reference geometry of one element by its modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalGeometry {

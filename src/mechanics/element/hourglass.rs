@@ -58,6 +58,8 @@ pub struct Hourglass<R> {
     pub fourth: R,
     /// 1/(μV) [1/J]; 0 without stiffness.
     pub inverse_scale: R,
+    /// Largest stiffness of a plane against its strains ε_kk, ε_ll, γ_kl/√2 [J].
+    pub largest: R,
 }
 
 /// ψ_hg and its derivatives.
@@ -69,8 +71,11 @@ pub struct HourglassResponse<R> {
     pub on_linear: [V3<R>; 3],
     /// ∂ψ_hg/∂q_α [N].
     pub on_hourglass: [V3<R>; 4],
-    /// Bound of the stiffness against hourglass over that at rest, [`Hourglass::stiffness_bound`] [-]; 1 at rest.
+    /// Bound s of the stiffness against hourglass over that at rest, [`Hourglass::stiffness_bound`] [-]; 1 at rest.
     pub stiffening: R,
+    /// Bound β of the stiffness against the unit base vectors [J]: `δ²ψ_hg ≤ s Σ_α κ_α |δq_α|² + β Σ_k |δl_k|²/|G_k|²`; 0 without
+    /// hourglass.
+    pub base_stiffness: R,
 }
 
 impl Hourglass<f64> {
@@ -99,6 +104,7 @@ impl Hourglass<f64> {
             plane,
             fourth: 4.0 / 3.0 * mu * geometry.volume / 9.0,
             inverse_scale: if mu > 0.0 { 1.0 / (mu * geometry.volume) } else { 0.0 },
+            largest: plane.iter().map(largest_plane_stiffness).fold(0.0, f64::max),
         }
     }
 
@@ -186,12 +192,11 @@ impl<R: Real> Hourglass<R> {
             pull[k] = lengths.own_slope[k].mul_add(s * raw, pull[k]);
         }
 
-        // ψ₂ (1 + s), s = ψ₂/(μV): its derivative is 1 + 2s times that of ψ₂; of its Hessian, which has the square of the gradient
-        // in it, and |∇ψ₂|² ≤ 2 κ ψ₂, 1 + 6s times that of ψ₂ is a bound.
+        // ψ₂ (1 + s), s = ψ₂/(μV): its derivative is 1 + 2s times that of ψ₂.
         let s = twice * self.inverse_scale * 0.5;
         let growth = s * 2.0 + 1.0;
         let energy = (s + 1.0) * twice * 0.5;
-        let stiffening = lengths.stiffening(&x) * (s * 6.0 + 1.0);
+        let (stiffening, base_stiffness) = self.stiffness(&lengths, &x, q, s);
         let (mut on_linear, mut on_hourglass) = ([[zero; 3]; 3], [[zero; 3]; 4]);
         for k in 0..3 {
             for i in 0..3 {
@@ -206,7 +211,40 @@ impl<R: Real> Hourglass<R> {
         for on in on_hourglass.as_flattened_mut() {
             *on = *on * growth;
         }
-        HourglassResponse { energy, on_linear, on_hourglass, stiffening }
+        HourglassResponse { energy, on_linear, on_hourglass, stiffening, base_stiffness }
+    }
+}
+
+impl<R: Real> Hourglass<R> {
+    /// (s, β) of [`HourglassResponse`], from `growth = ψ₂/(μV)`.
+    ///
+    /// A strain is e = m(j)·u with `m(j) = c j` and the relative hourglass vector u = q/|G|; of the shear, which has both base
+    /// vectors as one j and both hourglass vectors as one u, likewise. Since m is a multiple of j and of its inversion j/|j|²,
+    /// `|m| = c |j|`, `|∂m| ≤ c`, `|∂²m| ≤ 3/2 |j|⁻³`. With C the bound of |m|² over that at rest, c the largest of its kind,
+    /// x = min |j|², w = Σ |u|², D the largest stiffness, Q = Σ κ_α |δq_α|² and T = Σ |δj_k|²:
+    ///
+    /// ```text
+    /// δe D δe   ≤ C Q + 2 √(C Q) √(3/2 c² D w T) + 3/2 c² D w T
+    /// s · δ²e   ≤       2 √(C Q) √(3/2 c² D w T) + 3/2 √(5/2) √C x^(−3/2) D w T
+    /// ```
+    ///
+    /// the latter since the stress s has s·s ≤ 2 D ψ₂ ≤ 2 D² C w. Of ψ₂ (1 + ψ₂/(μV)), whose Hessian has the square of the gradient in
+    /// it, (1 + 6 ψ₂/(μV)) times the sum is a bound. The mixed term is split by the share 2 c √w.
+    #[inline(always)]
+    fn stiffness(&self, lengths: &RelativeLengths<R>, x: &V3<R>, q: &[V3<R>; 4], growth: R) -> (R, R) {
+        let square = self.inverse_length.map(|inverse| inverse * inverse);
+        let sum = square[0] + square[1] + square[2];
+        let mut w = sum * dot(&q[3], &q[3]);
+        for k in 0..3 {
+            w = (sum - square[k]).mul_add(dot(&q[k], &q[k]), w);
+        }
+        let c = lengths.own[0].max(lengths.own[1]).max(lengths.own[2]);
+        let (C, growth) = (lengths.stiffening(x), growth * 6.0 + 1.0);
+        let root = w.sqrt();
+        // x^(−3/2) √C ≤ ½ (C + 1/x)/x, and 1/x ≤ 4/3 c.
+        let second = (c * 3.61).mul_add(c, C * c * 1.59);
+        let base = second.mul_add(w, c * root * 3.0) * self.largest;
+        (C * (c * root).scale_add(2.0, 1.0) * growth, base * growth)
     }
 }
 

@@ -11,6 +11,9 @@ mod assembly;
 mod block;
 mod chunk;
 mod conserving;
+#[cfg(test)]
+mod crushed;
+mod ellipticity;
 mod forces;
 mod points;
 mod pressure;

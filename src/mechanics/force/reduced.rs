@@ -42,8 +42,12 @@ pub(super) struct ReducedBatch {
     pub fourth: Row,
     /// Inverse of the energy that the stabilisation's fourth order is measured with [1/J].
     pub inverse_scale: Row,
+    /// Largest stiffness of the stabilisation's planes [J].
+    pub largest: Row,
     /// λ / ρ: largest ω² per tangent norm, the stabilisation's share in it [1/(m² kg/m³)].
     pub frequency_bound: Row,
+    /// Largest ω² per stiffness against the unit base vectors [1/(kg m²)].
+    pub base_bound: Row,
     /// Tangent norm at rest α₀ [Pa].
     pub tangent_at_rest: f64,
     /// Length L of the bulk viscosity [m], as in other formulations; 1 in padding.
@@ -66,7 +70,9 @@ impl ReducedBatch {
             plane: [Row::default(); 12],
             fourth: Row::default(),
             inverse_scale: Row::default(),
+            largest: Row::default(),
             frequency_bound: Row::default(),
+            base_bound: Row::default(),
             tangent_at_rest,
             length: Row([1.0; BATCH]),
         };
@@ -92,9 +98,11 @@ impl ReducedBatch {
             }
             batch.fourth[lane] = hourglass.fourth;
             batch.inverse_scale[lane] = hourglass.inverse_scale;
+            batch.largest[lane] = hourglass.largest;
             let corner_volume = &input.geometry.corner_volume;
             let largest = frequency_eigenvalue(&modal, &hourglass, corner_volume, tangent_at_rest);
             batch.frequency_bound[lane] = largest / parameters.density;
+            batch.base_bound[lane] = base_eigenvalue(&hourglass, corner_volume) / parameters.density;
             batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
         }
         batch
@@ -146,6 +154,7 @@ impl ReducedBatch {
             plane: [[zero; 4]; 3],
             fourth: load!(&self.fourth),
             inverse_scale: load!(&self.inverse_scale),
+            largest: load!(&self.largest),
         };
         for n in 0..3 {
             constants.inverse_length[n] = load!(&self.inverse_length[n]);
@@ -203,8 +212,7 @@ impl<R: Real> OnePointElement<R> {
 /// The largest λ with `ω² ≤ max(α, s α₀) λ/ρ`, α₀ the tangent norm at rest, s the stiffening of the stabilisation: of the 8×8 matrix
 /// `D^(−½) [V Σ_j b_j b_jᵀ + 1/α₀ Σ_α κ_α γ_α γ_αᵀ] D^(−½)`, D the corner volumes [1/m²].
 ///
-/// As `α bbᵀ + s κγγᵀ ≤ max(α, s α₀) (bbᵀ + κγγᵀ/α₀)`. What the base vectors' part in the stabilisation adds is of the order of the
-/// hourglass strain times κ, for which the bounds κ_α leave room.
+/// As `α bbᵀ + s κγγᵀ ≤ max(α, s α₀) (bbᵀ + κγγᵀ/α₀)`. What the base vectors' part in the stabilisation adds is [`base_eigenvalue`].
 fn frequency_eigenvalue(
     modal: &ModalGeometry,
     hourglass: &Hourglass<f64>,
@@ -219,6 +227,19 @@ fn frequency_eigenvalue(
             let stabilisation: f64 =
                 (0..4).map(|alpha| kappa[alpha] * gamma[alpha][a] * gamma[alpha][c]).sum();
             (modal.volume * b[a].dot(&b[c]) + stabilisation) * scale[a] * scale[c]
+        })
+    }))
+}
+
+/// The largest λ with `ω² ≤ β λ/ρ`, β the stiffness against the unit base vectors: of the 8×8 matrix
+/// `D^(−½) [Σ_k λ_k λ_kᵀ/|G_k|²] D^(−½)`, D the corner volumes, λ_k those combinations of corners that are l_k [1/m⁵].
+fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64; 8]) -> f64 {
+    let linear = Modes::linear_vectors();
+    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
+        std::array::from_fn(|c| {
+            let of = |k: usize| hourglass.inverse_length[k].powi(2) * linear[k][a] * linear[k][c];
+            (0..3).map(of).sum::<f64>() * scale[a] * scale[c]
         })
     }))
 }
@@ -298,7 +319,8 @@ impl ElementKernel for OnePoint {
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&batch.frequency_bound);
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
-        stable_step(bound * tangent, bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);
+        let base = load!(&batch.base_bound) * hourglass.base_stiffness;
+        stable_step(bound.mul_add(tangent, base), bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);
         k.j.store(&mut totals.smallest_j, part);
         point.fibre_exponent.store(&mut totals.fibre_exponent, part);
     }

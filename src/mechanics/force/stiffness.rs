@@ -332,6 +332,7 @@ fn lift<R: Real>(element: &OnePointElement<R>) -> OnePointElement<Dual<R>> {
         plane: [[zero; 4]; 3],
         fourth: fixed(c.fourth),
         inverse_scale: fixed(c.inverse_scale),
+        largest: fixed(c.largest),
     };
     for n in 0..3 {
         constants.inverse_length[n] = fixed(c.inverse_length[n]);
