@@ -118,6 +118,13 @@ impl ElementBlock {
         batch * BATCH..((batch + 1) * BATCH).min(self.elements.len())
     }
 
+    /// All points of one batch, for those who keep no buffer.
+    pub(super) fn points_of(&self, b: usize, u: &[Vec3]) -> Box<PointBatch> {
+        let mut points = Box::<PointBatch>::default();
+        self.eval_points(b, u, &mut points);
+        points
+    }
+
     /// All points of one batch.
     fn eval_points(&self, b: usize, u: &[Vec3], points: &mut PointBatch) {
         let families = self.parameters.material.family_count();

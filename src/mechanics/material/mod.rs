@@ -4,6 +4,7 @@
 //! rounding, so that no second formula can disagree with the first.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
+mod ellipticity;
 mod fibres;
 mod holzapfel_gasser_ogden;
 mod isochoric;
@@ -16,13 +17,14 @@ mod tangent;
 mod tests;
 mod volumetric;
 
+pub use ellipticity::least_acoustic_eigenvalue;
 pub use fibres::{FibreFamilies, MAX_FAMILIES};
 pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4Form, MatrixForm};
 pub use kinematics::{Invariants, Kinematics, volume_change};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
-pub use tangent::{assemble_tangent, tangent_along};
+pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use volumetric::Volumetric;
 
 use super::real::Real;
