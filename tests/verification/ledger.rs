@@ -64,8 +64,8 @@ fn a_crushed_element_is_named_with_its_place_and_the_time() {
     let plan = plan(&scene(300.0));
     let (outcome, state) = run_on(&plan, State::new(&plan), 1, |_| {});
     let failure = failure(outcome);
-    // Twice the speed of sound: the foot of the ball is crushed along an edge without turning inside out.
-    assert_eq!(failure.cause, FailureCause::StepCollapsed);
+    // Twice the speed of sound: the foot of the ball is crushed until a point of it turns inside out.
+    assert_eq!(failure.cause, FailureCause::ElementInverted);
     let place = failure.element.unwrap();
     assert_eq!((place.body.as_str(), place.part.as_str()), ("ball", "ball"));
     let [x, y, z] = place.position_m;

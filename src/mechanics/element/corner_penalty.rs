@@ -97,11 +97,7 @@ fn norm<R: Real>(a: &V3<R>) -> R {
 
 #[inline(always)]
 fn cross<R: Real>(a: &V3<R>, b: &V3<R>) -> V3<R> {
-    [
-        a[1].mul_sub(b[2], a[2] * b[1]),
-        a[2].mul_sub(b[0], a[0] * b[2]),
-        a[0].mul_sub(b[1], a[1] * b[0]),
-    ]
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
 }
 
 #[cfg(test)]

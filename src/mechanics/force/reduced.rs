@@ -320,7 +320,8 @@ impl ElementKernel for OnePoint {
         let bound = load!(&batch.frequency_bound);
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
         let base = load!(&batch.base_bound) * hourglass.base_stiffness;
-        stable_step(bound.mul_add(tangent, base), bound * invariants.I2 * viscous.1).store(&mut totals.stable_step, part);
+        stable_step(bound.mul_add(tangent, base), bound * invariants.I2 * viscous.1)
+            .store(&mut totals.stable_step, part);
         k.j.store(&mut totals.smallest_j, part);
         point.fibre_exponent.store(&mut totals.fibre_exponent, part);
     }
