@@ -59,12 +59,13 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     header.extend(SHOWN.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
     write_table(&header, &rows, out)?;
-    let is_unresolved =
-        |case: &CaseAnswer| SHOWN.iter().any(|q| case.numbers.get(q).is_some_and(Number::is_unresolved));
-    if answer.cases.iter().any(is_unresolved) {
+    let has_brackets = |case: &CaseAnswer| {
+        SHOWN.iter().filter_map(|q| case.numbers.get(q)).any(|number| !number.is_resolved())
+    };
+    if answer.cases.iter().any(has_brackets) {
         writeln!(
             out,
-            "(in brackets: not resolved by the mesh, smaller than its numerical error or a peak at a point)"
+            "(in brackets: error not estimated, or not resolved by the mesh: smaller than its numerical error, or a peak at a point)"
         )?;
     }
     if answer.cases.len() > MOST_ROWS {
@@ -106,10 +107,10 @@ fn title(answer: &Answer, quantity: Quantity) -> String {
     format!("{title} [{unit}]")
 }
 
-/// A number that is not resolved stands in brackets.
+/// A number that is not resolved, or whose error nobody knows, stands in brackets.
 fn with_error(number: &Number) -> String {
     let value = rounded(number.value);
-    let value = if number.is_unresolved() { format!("({value})") } else { value };
+    let value = if number.is_resolved() { value } else { format!("({value})") };
     number.error.map_or(value.clone(), |error| format!("{value} ± {}", two_digits(error)))
 }
 

@@ -1,9 +1,16 @@
 //! Impact force of a contact pair: from its impulse over time, so that the number converges with the step.
 
+use super::channel_class::filtered_peak;
 use super::contact_patch::ContactPatch;
+use super::impulse_history::{ImpulseHistory, ImpulseSample, PeakForce, SlidingWindow};
 use crate::mechanics::tensor::Vec3;
+use crate::plan::ForceAverage;
 use crate::step::Frame;
-use std::collections::VecDeque;
+
+/// The share of a contact's duration that its force is averaged over where nothing else is asked for [-].
+pub const SHARE_OF_CONTACT: f64 = 1.0 / 50.0;
+/// The fewest steps that it is then averaged over.
+pub const FEWEST_STEPS: f64 = 10.0;
 
 /// What a pair does at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,28 +25,16 @@ pub struct PairSample {
     pub patch: ContactPatch,
 }
 
-/// A peak of the windowed force.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PeakForce {
-    /// |ΔI| / τ [N].
-    pub force: f64,
-    /// Middle of the window [s].
-    pub time: f64,
-    /// The patch at that time.
-    pub patch: ContactPatch,
-}
-
-/// Accumulates the force measures of one pair, in memory bounded by the steps of one window.
+/// Accumulates the force measures of one pair, in bounded memory.
 #[derive(Clone, Debug)]
 pub struct ImpactForce {
-    /// Window τ [s].
-    window: f64,
-    /// Samples of the last window, and one before it.
-    history: VecDeque<PairSample>,
-    /// Largest |ΔI|/τ.
-    pub peak: PeakForce,
-    /// The same of the windows that begin at a sample, and of those that end at one [N].
-    largest: [f64; 2],
+    average: ForceAverage,
+    /// The window, where the scene gives one.
+    sliding: Option<SlidingWindow>,
+    /// The history, where the window is chosen at the end.
+    history: ImpulseHistory,
+    now: PairSample,
+    sums: ImpulseSample,
     /// Largest force of a single step, with its time [N, s].
     pub peak_step: (f64, f64),
     /// Largest patch so far.
@@ -48,43 +43,52 @@ pub struct ImpactForce {
     pub contact_span: Option<[f64; 2]>,
     /// Time with r_n > 0, summed over the steps that begin so [s].
     pub contact_time: f64,
+    /// Number of those steps, and of all.
+    steps: [u64; 2],
     /// Where the first contact was [m].
     pub first_contact: Option<Vec3>,
 }
 
 impl ImpactForce {
-    /// With window τ [s]; a window of 0 takes the force of single steps.
-    pub fn new(window: f64) -> Self {
+    /// Not started.
+    pub fn new(average: ForceAverage) -> Self {
+        let sliding = match average {
+            ForceAverage::Window(window) => Some(SlidingWindow::new(window)),
+            ForceAverage::OfContact | ForceAverage::Filter(_) => None,
+        };
         Self {
-            window,
-            history: VecDeque::new(),
-            peak: PeakForce::default(),
-            largest: [0.0; 2],
+            average,
+            sliding,
+            history: ImpulseHistory::default(),
+            now: PairSample::default(),
+            sums: ImpulseSample::default(),
             peak_step: (0.0, 0.0),
             largest_patch: ContactPatch::default(),
             contact_span: None,
             contact_time: 0.0,
+            steps: [0; 2],
             first_contact: None,
         }
     }
 
     /// The latest sample.
     pub fn now(&self) -> PairSample {
-        self.history.back().copied().unwrap_or_default()
+        self.now
     }
 
     /// Whether the pair was pressed at the latest sample.
     pub fn is_touching(&self) -> bool {
-        self.now().patch.nodes > 0
+        self.now.patch.nodes > 0
     }
 
     /// Takes in one step.
     pub fn accumulate(&mut self, sample: PairSample) {
-        let before = self.now();
+        let before = self.now;
+        self.steps[1] += 1;
         if before.patch.nodes > 0 {
             self.contact_time += sample.time - before.time;
+            self.steps[0] += 1;
         }
-        self.history.push_back(sample);
         if sample.patch.nodes > 0 {
             let first = self.contact_span.map_or(sample.time, |span| span[0]);
             self.contact_span = Some([first, sample.time]);
@@ -97,74 +101,65 @@ impl ImpactForce {
         if step_force > self.peak_step.0 {
             self.peak_step = (step_force, sample.time);
         }
-        self.accumulate_window(sample, step_force);
+        self.sums = self.sums.next(sample.time, sample.impulse, &before.patch, &sample.patch);
+        match &mut self.sliding {
+            Some(sliding) => sliding.accumulate(self.sums),
+            None => self.history.accumulate(self.sums),
+        }
+        self.now = sample;
     }
 
-    /// Slides the window to end at `sample` and compares its mean force with the peak.
-    fn accumulate_window(&mut self, sample: PairSample, step_force: f64) {
-        if self.window <= 0.0 {
-            self.history.truncate(0);
-            self.history.push_back(sample);
-            if step_force > self.peak.force {
-                self.peak = PeakForce { force: step_force, time: sample.time, patch: sample.patch };
+    /// Mean step with contact [s]; before it ends one, of all.
+    pub fn mean_step(&self) -> f64 {
+        match self.steps {
+            [0, 0] => 0.0,
+            [0, all] => self.now.time / all as f64,
+            [touching, _] => self.contact_time / touching as f64,
+        }
+    }
+
+    /// The window that the force is averaged over [s]; `None` where it is filtered instead.
+    pub fn window(&self) -> Option<f64> {
+        match self.average {
+            ForceAverage::OfContact => {
+                Some(f64::max(SHARE_OF_CONTACT * self.contact_time, FEWEST_STEPS * self.mean_step()))
             }
-            return;
-        }
-        let begin = sample.time - self.window;
-        // The impulse is linear between samples, so the largest change is over a window that begins or ends at one.
-        let before = self.history.len().checked_sub(2).map_or(sample, |last| self.history[last]);
-        let begins = |s: &&PairSample| s.time > before.time - self.window && s.time <= begin;
-        let ends = |s: &PairSample| {
-            let share = (s.time + self.window - before.time) / (sample.time - before.time);
-            (before.impulse + (sample.impulse - before.impulse) * share - s.impulse, s.time)
-        };
-        let windows: Vec<(Vec3, f64)> = self.history.iter().filter(begins).map(ends).collect();
-        for (change, begin) in windows {
-            self.compare(change, begin, 0);
-        }
-        while self.history.len() > 1 && self.history[1].time <= begin {
-            self.history.pop_front();
-        }
-        self.compare(sample.impulse - self.impulse_at(begin), begin, 1);
-    }
-
-    /// What the place of the window among the steps does to the peak force [N]: nothing where steps are short, or the window a whole
-    /// number of them.
-    pub fn placing(&self) -> f64 {
-        (self.largest[0] - self.largest[1]).abs()
-    }
-
-    /// Compares the mean force of the window from `begin` [s], in which the impulse changed so [N s], with the peak; `end` is which
-    /// end of it is at a sample.
-    fn compare(&mut self, change: Vec3, begin: f64, end: usize) {
-        let force = change.norm() / self.window;
-        self.largest[end] = self.largest[end].max(force);
-        if force > self.peak.force {
-            let time = begin + 0.5 * self.window;
-            self.peak = PeakForce { force, time: time.max(0.0), patch: self.patch_near(time) };
+            ForceAverage::Window(window) => Some(window),
+            ForceAverage::Filter(_) => None,
         }
     }
 
-    /// Impulse at a time in the history, linear between samples; what there was before the first sample is zero.
-    fn impulse_at(&self, time: f64) -> Vec3 {
-        match (self.history.front(), self.history.get(1)) {
-            (Some(a), Some(b)) if a.time <= time && b.time > a.time => {
-                a.impulse + (b.impulse - a.impulse) * ((time - a.time) / (b.time - a.time)).min(1.0)
+    /// How it is asked for.
+    pub fn average(&self) -> ForceAverage {
+        self.average
+    }
+
+    /// The largest force so far, averaged as the scene asks.
+    pub fn peak(&self) -> PeakForce {
+        match (self.average, &self.sliding) {
+            (_, Some(sliding)) => sliding.peak(),
+            (ForceAverage::Filter(filter), None) => filtered_peak(&self.history, filter.class()),
+            (_, None) => self.window().filter(|w| *w > 0.0).map_or_else(PeakForce::default, |w| self.history.peak_over(w)),
+        }
+    }
+
+    /// What the force over another window would come from; `None` where it is not averaged over a window that depends on the run.
+    pub fn history(&self) -> Option<&ImpulseHistory> {
+        (self.average == ForceAverage::OfContact).then_some(&self.history)
+    }
+
+    /// How the force was averaged, in words.
+    pub fn words(&self, seconds: impl Fn(f64) -> String) -> String {
+        match (self.average, self.window()) {
+            (ForceAverage::Filter(filter), _) => format!("filtered by SAE J211 {}", filter.name()),
+            (ForceAverage::OfContact, Some(window)) if window > SHARE_OF_CONTACT * self.contact_time => {
+                format!("mean over {}, {FEWEST_STEPS} steps", seconds(window))
             }
-            (Some(a), _) if a.time <= time => a.impulse,
-            _ => Vec3::zeros(),
+            (ForceAverage::OfContact, Some(window)) => {
+                format!("mean over {}, 1/{:.0} of the contact", seconds(window), 1.0 / SHARE_OF_CONTACT)
+            }
+            (_, window) => format!("mean over {}", seconds(window.unwrap_or_default())),
         }
-    }
-
-    /// Patch of the sample nearest to a time at which the pair is pressed, if it is in the window.
-    fn patch_near(&self, time: f64) -> ContactPatch {
-        let distance = |s: &&PairSample| (s.time - time).abs();
-        self.history
-            .iter()
-            .filter(|s| s.patch.nodes > 0)
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .map(|s| s.patch)
-            .unwrap_or_default()
     }
 }
 
@@ -180,12 +175,20 @@ pub fn resultant_force(frame: &Frame, pair: u32) -> Vec3 {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
+    use super::super::impulse_history::FEWEST_SAMPLES;
     use super::*;
+    use crate::scene::document::ForceFilter;
 
     /// Feeds a force F(t) with exact impulse I(t) = ∫F.
     fn feed(window: f64, step: f64, end: f64, impulse: impl Fn(f64) -> f64) -> ImpactForce {
-        let mut measure = ImpactForce::new(window);
+        feed_to(ForceAverage::Window(window), step, end, impulse)
+    }
+
+    /// The same, averaged as asked.
+    fn feed_to(average: ForceAverage, step: f64, end: f64, impulse: impl Fn(f64) -> f64) -> ImpactForce {
+        let mut measure = ImpactForce::new(average);
         let steps = (end / step).round() as u32;
         for n in 0..=steps {
             let t = f64::from(n) * step;
@@ -203,8 +206,8 @@ mod tests {
     fn a_plateau_has_its_own_force() {
         // 7 N from 1 to 3 s.
         let measure = feed(0.5, 0.01, 5.0, |t| 7.0 * (t.clamp(1.0, 3.0) - 1.0));
-        assert!((measure.peak.force - 7.0).abs() < 1e-12);
-        assert!(measure.peak.time >= 1.2 && measure.peak.time <= 2.8);
+        assert!((measure.peak().force - 7.0).abs() < 1e-12);
+        assert!(measure.peak().time >= 1.2 && measure.peak().time <= 2.8);
         assert!((measure.contact_time - 2.0).abs() < 0.03);
     }
 
@@ -214,12 +217,9 @@ mod tests {
         // F = sin(π t), I = (1 − cos π t)/π; a window of 0.2 about the peak averages sin(0.1 π)/(0.1 π).
         let measure = feed(0.2, 0.001, 1.0, |t| (1.0 - (PI * t.clamp(0.0, 1.0)).cos()) / PI);
         let exact = (0.1 * PI).sin() / (0.1 * PI);
-        assert!((measure.peak.force - exact).abs() < 1e-6, "{} {exact}", measure.peak.force);
-        assert!((measure.peak.time - 0.5).abs() < 2e-3);
-        assert!(
-            (measure.peak.patch.area - 1.0).abs() < 1e-5,
-            "the patch is that of the middle of the window"
-        );
+        assert!((measure.peak().force - exact).abs() < 1e-6, "{} {exact}", measure.peak().force);
+        assert!((measure.peak().time - 0.5).abs() < 2e-3);
+        assert!((measure.peak().patch.area - exact).abs() < 1e-6, "the patch is the mean over the window, too");
         assert!((measure.peak_step.0 - 1.0).abs() < 1e-5);
     }
 
@@ -236,19 +236,61 @@ mod tests {
             .map(|i| f64::from(i) * 1e-4)
             .map(|t| sampled(t + 0.6) - sampled(t))
             .fold(0.0, f64::max);
-        assert!((measure.peak.force - best / 0.6).abs() < 1e-9, "{} {}", measure.peak.force, best / 0.6);
+        assert!((measure.peak().force - best / 0.6).abs() < 1e-9, "{} {}", measure.peak().force, best / 0.6);
     }
 
     #[test]
-    fn memory_is_bounded_by_the_window() {
-        let measure = feed(0.05, 0.001, 10.0, |t| t);
-        assert!(measure.history.len() <= 53, "{}", measure.history.len());
+    fn a_window_is_a_fiftieth_of_the_contact_and_ten_steps_at_least() {
+        use std::f64::consts::PI;
+        let impulse = |t: f64| (1.0 - (PI * t.clamp(0.0, 1.0)).cos()) / PI;
+        // Contact of 1 s: 20 ms, over which the mean at the peak is sin(0.01 π)/(0.01 π). Then nothing, which changes nothing.
+        for end in [1.5, 9.0] {
+            let fine = feed_to(ForceAverage::OfContact, 1e-4, end, impulse);
+            assert!((fine.window().unwrap() - 0.02).abs() < 1e-5, "{:?}", fine.window());
+            let exact = (0.01 * PI).sin() / (0.01 * PI);
+            assert!((fine.peak().force - exact).abs() < 1e-6 && (fine.peak().time - 0.5).abs() < 1e-3);
+        }
+        // Steps of 10 ms: ten of them.
+        let coarse = feed_to(ForceAverage::OfContact, 0.01, 1.5, impulse);
+        assert!((coarse.window().unwrap() - 0.1).abs() < 1e-12);
+        assert!(coarse.words(|s| format!("{s:.1} s")).contains("0.1 s, 10 steps"));
+        // So far: half of the contact, half of the window.
+        let half = feed_to(ForceAverage::OfContact, 1e-4, 0.5, impulse);
+        assert!((half.window().unwrap() - 0.01).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_long_history_is_thinned_without_losing_impulse() {
+        use std::f64::consts::PI;
+        // 200 000 steps of contact: kept are some ten thousand, and the force over a fiftieth is the same.
+        let impulse = |t: f64| (1.0 - (PI * t.clamp(0.0, 1.0)).cos()) / PI;
+        let measure = feed_to(ForceAverage::OfContact, 5e-6, 1.0, impulse);
+        let kept = measure.history().unwrap().samples();
+        assert!((FEWEST_SAMPLES..2 * FEWEST_SAMPLES).contains(&kept.len()), "{}", kept.len());
+        let last = kept.last().unwrap();
+        assert!((last.time - 1.0).abs() < 1e-9 && (last.impulse.z - 2.0 / PI).abs() < 1e-9);
+        let exact = (0.01 * PI).sin() / (0.01 * PI);
+        assert!((measure.peak().force - exact).abs() < 1e-6, "{}", measure.peak().force);
+    }
+
+    #[test]
+    fn a_class_filters_the_force() {
+        // 100 N for 50 ms: CFC 1000 passes the plateau; 2 N s in 0.1 ms by CFC 60: the filter's own answer to a blow.
+        let plateau = |t: f64| 100.0 * (t - 0.01).clamp(0.0, 0.05);
+        let wide = feed_to(ForceAverage::Filter(ForceFilter::Cfc1000), 1e-4, 0.1, plateau);
+        assert!((wide.peak().force / 100.0 - 1.0).abs() < 0.1, "{}", wide.peak().force);
+        assert!(wide.window().is_none() && wide.words(|_| String::new()).contains("CFC 1000"));
+        let blow = |t: f64| 2.0 * ((t - 0.01) / 1e-4).clamp(0.0, 1.0);
+        let narrow = feed_to(ForceAverage::Filter(ForceFilter::Cfc60), 1e-5, 0.1, blow);
+        let exact = 2.0 * std::f64::consts::PI * 2.0775 * 60.0 / 2.0_f64.sqrt();
+        assert!((narrow.peak().force / exact - 1.0).abs() < 0.01, "{} {exact}", narrow.peak().force);
+        assert!((narrow.peak().time - 0.01005).abs() < 1e-3, "nothing is delayed: {}", narrow.peak().time);
     }
 
     #[test]
     fn a_spike_counts_as_its_impulse_over_the_window() {
         // 1 N s between t = 0.999 and 1: 1000 N in a step, 10 N over a window of 0.1 s.
         let measure = feed(0.1, 0.001, 2.0, |t| ((t - 0.999) * 1000.0).clamp(0.0, 1.0));
-        assert!((measure.peak.force - 10.0).abs() < 1e-9, "{}", measure.peak.force);
+        assert!((measure.peak().force - 10.0).abs() < 1e-9, "{}", measure.peak().force);
     }
 }

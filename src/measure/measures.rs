@@ -198,7 +198,7 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             on_tissue: tissue(slave) || master.is_some_and(tissue),
             told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
-            force: ImpactForce::new(plan.measures.force_window),
+            force: ImpactForce::new(plan.measures.force_average),
             geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
         })
         .collect()

@@ -7,6 +7,7 @@
 
 pub mod absorbed_energy;
 pub mod artificial_end;
+pub mod channel_class;
 pub mod contact_patch;
 pub mod convergence;
 pub mod deflection;
@@ -16,6 +17,7 @@ mod face_shape;
 pub mod fields;
 pub mod hourglass_energy;
 pub mod impact_force;
+pub mod impulse_history;
 mod measures;
 pub mod presented_area;
 pub mod stress_depth;

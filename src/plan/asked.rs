@@ -1,8 +1,8 @@
 //! What a scene asks to be recorded and measured.
 
-use super::{MeasurePlan, PlanBody};
+use super::{ForceAverage, MeasurePlan, PlanBody};
 use crate::scene::Scene;
-use crate::scene::document::Role;
+use crate::scene::document::{BodyDocument, Role, SceneDocument};
 use crate::scene::exposed_faces::exposed_faces;
 
 /// Field frames of a run that asks for none in particular.
@@ -53,7 +53,28 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
         energy_density_thresholds: ascending(&document.strain_energy_density_thresholds_j_per_m3),
         strain_thresholds: ascending(&document.principal_strain_thresholds),
         person: document.person,
-        force_window: document.force_window_s,
+        force_average: match (document.force_filter, document.force_window_s) {
+            (Some(filter), _) => ForceAverage::Filter(filter),
+            (None, Some(window)) => ForceAverage::Window(window),
+            (None, None) => ForceAverage::OfContact,
+        },
+        moved_by_contact_alone: is_moved_by_contact_alone(&scene.document),
         tissue_skin: skin,
     }
+}
+
+/// Whether the tissue is at rest in its own frame and undeformed, and no load or support can deform it.
+fn is_moved_by_contact_alone(document: &SceneDocument) -> bool {
+    let is_still = |body: &BodyDocument| {
+        let flies_freely = body.fixed.is_empty() || body.velocity_m_per_s == [0.0; 3];
+        flies_freely
+            && body.spin_rad_per_s == [0.0; 3]
+            && body.initial_deformation.is_none()
+            && body.prescribed.is_empty()
+            && body.face_loads.is_empty()
+    };
+    let is_loaded = document.gravity_m_per_s2.is_some_and(|g| g != [0.0; 3])
+        || document.preload.is_some()
+        || document.settle.is_some();
+    !is_loaded && document.bodies.iter().filter(|body| body.role == Role::Tissue).all(is_still)
 }

@@ -33,7 +33,7 @@ use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{FieldName, PersonDocument, Role};
+use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -237,6 +237,18 @@ impl SystemSize {
     }
 }
 
+/// What the peak force of a contact is averaged over.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ForceAverage {
+    /// A share of the contact's duration, and some steps at least.
+    #[default]
+    OfContact,
+    /// This time [s].
+    Window(f64),
+    /// Filtered instead.
+    Filter(ForceFilter),
+}
+
 /// What the measures need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasurePlan {
@@ -248,8 +260,10 @@ pub struct MeasurePlan {
     pub strain_thresholds: Vec<f64>,
     /// Who is hit, and where.
     pub person: Option<PersonDocument>,
-    /// Window τ of the peak force [s].
-    pub force_window: f64,
+    /// What the peak force is averaged over.
+    pub force_average: ForceAverage,
+    /// Whether the tissue starts undeformed and at rest in its own frame, and nothing but contact can deform it.
+    pub moved_by_contact_alone: bool,
     /// Skin of the tissue from which depth is measured: faces with global nodes; empty when there is no tissue.
     pub tissue_skin: Vec<[u32; 4]>,
 }

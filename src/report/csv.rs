@@ -1,18 +1,25 @@
 //! The recorded lines as a table.
 
 use super::RecordedRun;
+use super::read::Average;
+use crate::measure::impact_force::SHARE_OF_CONTACT;
+use crate::scene::document::ForceFilter;
 use std::io::{self, Write};
 
-/// What is to be known of the table, in lines that begin with `#`; then one line a recorded time: each pair's force over the window of the summary and patch area, then the energies.
+/// What is to be known of the table, in lines that begin with `#`; then one line a recorded time: each pair's force, averaged as in the summary, and patch area, then the energies.
 ///
 /// # Errors
 /// When it cannot be written.
 pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
-    let window = force_window(run);
+    let average = force_average(run);
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
     for (name, pair) in &run.pairs {
-        let force = pair.windowed_force(window).into_iter().map(|(_, force)| force).collect();
-        columns.push((format!("{name} mean force over the last {window} s [N]"), force));
+        let force = pair.averaged_force(average).into_iter().map(|(_, force)| force).collect();
+        let words = match average {
+            Average::Window(window) => format!("mean force over the last {window} s"),
+            Average::Filter(filter) => format!("force, filtered by {}", filter.name()),
+        };
+        columns.push((format!("{name} {words} [N]"), force));
         columns.push((format!("{name} patch area [m²]"), pair.patch_area_m2.clone()));
     }
     for (name, line) in &run.bodies {
@@ -62,11 +69,16 @@ pub fn text_cell(text: &str) -> String {
     format!("\"{mark}{}\"", text.replace('"', "\"\""))
 }
 
-/// Window of the peak force [s], as the summary says.
-pub(super) fn force_window(run: &RecordedRun) -> f64 {
-    let told = super::headline_impact(super::values(&run.summary))
-        .and_then(|impact| impact["force_window_s"].as_f64());
-    told.filter(|window| *window > 0.0).unwrap_or(5e-6)
+/// How the summary averages the peak force; a fiftieth of the run where it says nothing.
+pub(super) fn force_average(run: &RecordedRun) -> Average {
+    let impact = super::headline_impact(super::values(&run.summary));
+    let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);
+    let window = impact.and_then(|i| i["force_window_s"].as_f64()).filter(|window| *window > 0.0);
+    let of_run = || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| SHARE_OF_CONTACT * time);
+    match filter {
+        Some(filter) => Average::Filter(filter),
+        None => Average::Window(window.or_else(of_run).unwrap_or(1.0)),
+    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Codes are of an own code system: none of LOINC's is about a simulated impact, and none is invented. Units are UCUM.
 
-use super::{RecordedRun, Shown, headline_impact, values};
+use super::{RecordedRun, Shown, headline_impact, is_miss, values};
 use crate::measure::summary::{number, rounded};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -85,11 +85,12 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
         }
     };
     let impact = headline_impact(values);
+    let average = impact.and_then(|i| i["force_average"].as_str()).map_or_else(String::new, |words| format!(", {words}"));
     for (code, text, unit, name) in [
-        ("peak-force", "Peak impact force", "N", "peak_force_n"),
+        ("peak-force", &*format!("Peak impact force{average}"), "N", "peak_force_n"),
         ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
         ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
-        ("contact-patch-area", "Area of the contact patch at the peak force", "mm2", "patch_area_mm2"),
+        ("contact-patch-area", "Mean area of the contact patch over the window of the peak force", "mm2", "patch_area_mm2"),
     ] {
         add(code, text, unit, impact.map(|impact| &impact[name]));
     }
@@ -151,6 +152,7 @@ fn without_value(code: &Value, summary: &Value, device: &str) -> Value {
 fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
     let mut resource = without_value(&coded(&observed.code, &observed.text), summary, device);
     let withheld = summary.pointer("/withheld/reason").and_then(Value::as_str);
+    let withheld = if is_miss(summary) { Some("Nothing touched: there was no impact") } else { withheld };
     match (withheld, Shown::of(observed.quantity)) {
         (None, Some(shown)) => set_value(&mut resource, shown, observed.unit),
         (reason, _) => {
@@ -161,21 +163,25 @@ fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
     resource
 }
 
-/// The value with its error; where the error leaves nothing of it there is none, but the reason.
+/// The value with its error; where the error leaves nothing of it, or is not known, there is none, but the reason.
 fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     let error = coded("numerical-error", "Estimated numerical error, half width");
+    // UCUM's unit of a pure number is for machines.
+    let told = if unit == "1" { String::new() } else { format!(" {unit}") };
     match shown.error {
-        Some(half_width) if shown.is_unresolved => {
-            // UCUM's unit of a pure number is for machines.
-            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        Some(_) if shown.is_resolved => resource["valueQuantity"] = quantity(shown.value, unit),
+        Some(half_width) => {
             let text = format!(
-                "Not resolved by the mesh: about {}{unit}, with a numerical error of ± {}{unit}",
+                "Not resolved by the mesh: about {}{told}, with a numerical error of ± {}{told}",
                 number(shown.value),
                 rounded(half_width)
             );
             resource["dataAbsentReason"] = absent("error", &text);
         }
-        _ => resource["valueQuantity"] = quantity(shown.value, unit),
+        None => {
+            let text = format!("Its numerical error was not estimated: about {}{told}", rounded(shown.value));
+            resource["dataAbsentReason"] = absent("unknown", &text);
+        }
     }
     resource["component"] = json!([match shown.error {
         Some(half_width) => json!({"code": error, "valueQuantity": quantity(half_width, unit)}),

@@ -1,7 +1,7 @@
 //! The report as one page of HTML: self-contained, printable.
 
 use super::pictures::pictures;
-use super::{RecordedRun, Shown, headline_impact, headline_stress};
+use super::{RecordedRun, Shown, headline_impact, headline_stress, is_miss};
 use crate::measure::summary::{number, rounded};
 use serde_json::Value;
 use std::fmt::Write as _;
@@ -76,6 +76,9 @@ fn header(out: &mut String, run: &RecordedRun) {
         ),
     );
     push(out, format_args!("<p class=\"notice\">{}</p></header>", text(&summary["notice"])));
+    if is_miss(summary) {
+        out.push_str("<p class=\"withheld\">Nothing touched: there are no numbers of an impact.</p>\n");
+    }
     if let Some(reason) = summary.pointer("/withheld/reason") {
         push(out, format_args!("<p class=\"withheld\">The results are withheld: {}.</p>", text(reason)));
     }
@@ -83,13 +86,18 @@ fn header(out: &mut String, run: &RecordedRun) {
 
 /// The four numbers.
 fn cards(out: &mut String, summary: &Value) {
+    if is_miss(summary) {
+        return;
+    }
     let results = &summary["results"];
     let (impact, depth) = (headline_impact(results), headline_stress(results));
     let threshold = depth.and_then(|s| s["threshold_pa"].as_f64());
     let depth_title = threshold
         .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
+    let average = impact.and_then(|i| i["force_average"].as_str());
+    let force_title = average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
     let all = [
-        ("Peak impact force".to_owned(), impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
+        (force_title, impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
         ("Contact patch".into(), impact.and_then(|i| Shown::of(&i["patch_area_mm2"])), "mm²"),
         (depth_title, depth.and_then(|s| Shown::of(&s["depth_mm"])), "mm"),
         ("Absorbed energy".into(), Shown::of(&results["tissue"]["absorbed_energy_j"]), "J"),
@@ -97,19 +105,15 @@ fn cards(out: &mut String, summary: &Value) {
     out.push_str("<section class=\"cards\">\n");
     for (title, shown, unit) in all {
         let value = shown.map_or_else(|| "–".into(), value_of);
-        let error = match shown {
-            Some(Shown { error: Some(error), .. }) => format!("± {} {unit}", rounded(error)),
-            Some(Shown { error: None, .. }) => "error not estimated".into(),
-            None => "no number".into(),
-        };
-        let doubtful = shown.is_some_and(|s| s.is_unresolved);
-        let class = if doubtful { " doubtful" } else { "" };
+        let half_width = shown.and_then(|s| s.error).map(|error| format!("± {} {unit}", rounded(error)));
+        let doubt = shown.map_or(Some("no number"), |s| s.doubt()).map(str::to_owned);
+        let error = [half_width, doubt].into_iter().flatten().collect::<Vec<_>>().join(": ");
+        let class = if shown.is_some_and(|s| s.is_resolved) { "" } else { " doubtful" };
         push(
             out,
             format_args!(
-                "<div class=\"card{class}\"><h2>{}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{error}{}</p></div>",
-                escaped(&title),
-                if doubtful { ": not resolved" } else { "" }
+                "<div class=\"card{class}\"><h2>{}</h2><p class=\"value\">{value} <span>{unit}</span></p><p class=\"error\">{error}</p></div>",
+                escaped(&title)
             ),
         );
     }
@@ -148,19 +152,22 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     out.push_str("</tbody></table></section>\n");
 }
 
-/// A number that is smaller than its error stands in brackets.
+/// A number whose error is not known, or larger than itself, stands in brackets.
 fn value_of(shown: Shown) -> String {
-    if shown.is_unresolved { format!("({})", number(shown.value)) } else { number(shown.value) }
+    if shown.is_resolved { number(shown.value) } else { format!("({})", number(shown.value)) }
 }
 
 fn with_error(quantity: &Value) -> String {
-    let Some(shown @ Shown { error, is_unresolved, .. }) = Shown::of(quantity) else { return "–".into() };
-    let value = value_of(shown);
-    let verdict = if is_unresolved { ", not resolved" } else { "" };
-    error.map_or_else(|| value.clone(), |error| format!("{value} ± {}{verdict}", rounded(error)))
+    let Some(shown) = Shown::of(quantity) else { return "–".into() };
+    let error = shown.error.map_or_else(String::new, |error| format!(" ± {}", rounded(error)));
+    let doubt = shown.doubt().map_or_else(String::new, |doubt| format!(", {doubt}"));
+    format!("{}{error}{doubt}", value_of(shown))
 }
 
 fn stress_table(out: &mut String, summary: &Value) {
+    if is_miss(summary) {
+        return;
+    }
     let tissue = &summary["results"]["tissue"];
     let mut rows = Vec::new();
     for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
@@ -196,6 +203,8 @@ fn criteria_table(out: &mut String, summary: &Value) {
         let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
         let unit = if criterion["unit"] == "-" { String::new() } else { format!(" {}", text("unit")) };
         let value = match criterion["value"].as_f64() {
+            // What comes of the scene alone has no error.
+            Some(value) if criterion.get("error").is_none() => format!("{}{unit}", number(value)),
             Some(_) => format!("{}{unit}", with_error(criterion)),
             None => "–".into(),
         };
@@ -250,5 +259,21 @@ mod tests {
         cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
         assert!(page.contains("(2730) <span>N</span>") && page.contains("± 5300 N: not resolved"), "{page}");
         assert!(page.contains(">482.0 <span>mm²</span>") && page.contains("no number"), "{page}");
+    }
+
+    #[test]
+    fn a_number_without_an_error_is_no_plain_one_and_a_miss_has_none() {
+        let unknown = json!({"value": 2730.0, "error": "not estimated"});
+        let impact = json!({"peak_force_n": unknown, "patch_area_mm2": unknown});
+        let mut page = String::new();
+        cards(&mut page, &json!({"results": {"impacts": [impact], "headline": {"impact": 0}}}));
+        assert!(page.contains("card doubtful") && page.contains("(2730)"), "{page}");
+        assert!(page.contains("error not estimated") && !page.contains(">2730"), "{page}");
+        assert_eq!(with_error(&unknown), "(2730), error not estimated");
+        let mut miss = String::new();
+        let summary = json!({"results": {"nothing_touched": true, "impacts": [], "headline": {}}});
+        cards(&mut miss, &summary);
+        stress_table(&mut miss, &summary);
+        assert!(miss.is_empty(), "{miss}");
     }
 }

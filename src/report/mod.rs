@@ -19,8 +19,8 @@ pub struct Shown {
     pub value: f64,
     /// Its numerical error, where it was estimated.
     pub error: Option<f64>,
-    /// Whether the error was estimated to leave nothing of the number: then it is no plain one.
-    pub is_unresolved: bool,
+    /// Whether the error was estimated and leaves something of the number: only then it is a plain one.
+    pub is_resolved: bool,
 }
 
 impl Shown {
@@ -31,9 +31,23 @@ impl Shown {
         Some(Self {
             value,
             error,
-            is_unresolved: quantity.pointer("/error/resolved") == Some(&Value::Bool(false)),
+            is_resolved: quantity.pointer("/error/resolved") == Some(&Value::Bool(true)),
         })
     }
+
+    /// What is said of its error besides the number; nothing of a resolved one.
+    pub fn doubt(&self) -> Option<&'static str> {
+        match (self.is_resolved, self.error) {
+            (true, _) => None,
+            (false, Some(_)) => Some("not resolved"),
+            (false, None) => Some("error not estimated"),
+        }
+    }
+}
+
+/// Whether nothing touched in a run: then none of its numbers is of an impact.
+pub fn is_miss(summary: &Value) -> bool {
+    values(summary)["nothing_touched"] == true
 }
 
 /// What a run computed, whether or not it may be shown as results.

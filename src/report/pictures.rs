@@ -34,7 +34,7 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
     let impact = headline_impact(&run.summary["results"]);
     let pair = impact.and_then(|impact| run.pairs.get(impact["pair"].as_str()?));
     if let (Some(impact), Some(pair)) = (impact, pair) {
-        let force = pair.windowed_force(super::csv::force_window(run));
+        let force = pair.averaged_force(super::csv::force_average(run));
         add("Impact force", &|area| force_picture(area, &force, impact))?;
     }
     if run.total.len() > 1 {

@@ -1,8 +1,10 @@
 //! A recording, read back: the summary, and force and energy over time. One chunk is in memory at a time.
 
+use crate::measure::channel_class::filtered_force;
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
 use crate::record::reader::for_each_record;
+use crate::scene::document::ForceFilter;
 use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
@@ -144,7 +146,38 @@ impl RecordedRun {
     }
 }
 
+/// How a force is averaged over time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Average {
+    /// Over this time [s].
+    Window(f64),
+    /// Filtered instead.
+    Filter(ForceFilter),
+}
+
+/// The most that a filtered recording's length times its class may be [-]: scenes that ask for more are refused.
+const LONGEST_FILTERED: f64 = 1e3;
+
 impl RecordedPair {
+    /// The force at each time [N], averaged; none where the recording is longer than any that is filtered.
+    pub fn averaged_force(&self, average: Average) -> Series {
+        let filter = match average {
+            Average::Window(window) => return self.windowed_force(window),
+            Average::Filter(filter) => filter,
+        };
+        let (Some(&first), Some(&last)) = (self.time_s.first(), self.time_s.last()) else { return Series::new() };
+        let is_short = last >= first && (last - first) * filter.class() <= LONGEST_FILTERED;
+        if !is_short {
+            return Series::new();
+        }
+        let forces = filtered_force(|time| self.impulse_at(time).into(), [first, last], filter.class());
+        let at = |&time: &f64| {
+            let nearest = forces.partition_point(|(t, _)| *t < time).min(forces.len() - 1);
+            (time, forces[nearest].1.norm())
+        };
+        self.time_s.iter().map(at).collect()
+    }
+
     /// Mean force over a window that ends at each time, |I(t) − I(t − τ)|/τ [N], told at the middle of the window.
     pub fn windowed_force(&self, window: f64) -> Series {
         let force = |(&time, impulse): (&f64, &[f64; 3])| {

@@ -10,7 +10,7 @@ pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDoc
 pub use super::material_document::{
     Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
 };
-pub use super::measures_document::{MeasuresDocument, PersonDocument, Region};
+pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument, Region};
 pub use super::mesh_document::{
     Count, Generator, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,

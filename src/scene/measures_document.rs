@@ -16,9 +16,12 @@ pub struct MeasuresDocument {
     /// Thresholds of the largest principal Green–Lagrange strain: the volume above each is told [-].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub principal_strain_thresholds: Vec<f64>,
-    /// Window τ of the peak force: the maximum of ΔI/τ [s].
-    #[serde(default = "default_force_window")]
-    pub force_window_s: f64,
+    /// Window τ of the peak force: the maximum of ΔI/τ [s]; by default 1/50 of the contact's duration, and ten steps at least.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_window_s: Option<f64>,
+    /// Filter the force instead, as in crash tests, and tell its largest value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_filter: Option<ForceFilter>,
     /// Node set of the tissue that is its skin, from which depth is measured; by default the whole outer surface that is
     /// not fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,6 +29,51 @@ pub struct MeasuresDocument {
     /// Who is hit, and where: what published injury criteria ask for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub person: Option<PersonDocument>,
+}
+
+/// Channel frequency classes of SAE J211-1 (ISO 6487): a low-pass filter without delay, −3 dB at class / 0.6 Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ForceFilter {
+    /// CFC 60: 100 Hz.
+    #[serde(rename = "cfc_60")]
+    Cfc60,
+    /// CFC 180: 300 Hz.
+    #[serde(rename = "cfc_180")]
+    Cfc180,
+    /// CFC 600: 1000 Hz.
+    #[serde(rename = "cfc_600")]
+    Cfc600,
+    /// CFC 1000: 1650 Hz.
+    #[serde(rename = "cfc_1000")]
+    Cfc1000,
+}
+
+impl ForceFilter {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Cfc60, Self::Cfc180, Self::Cfc600, Self::Cfc1000];
+
+    /// The class [Hz].
+    pub fn class(self) -> f64 {
+        match self {
+            Self::Cfc60 => 60.0,
+            Self::Cfc180 => 180.0,
+            Self::Cfc600 => 600.0,
+            Self::Cfc1000 => 1000.0,
+        }
+    }
+    /// As engineers write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cfc60 => "CFC 60",
+            Self::Cfc180 => "CFC 180",
+            Self::Cfc600 => "CFC 600",
+            Self::Cfc1000 => "CFC 1000",
+        }
+    }
+    /// That of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|filter| filter.name() == name)
+    }
 }
 
 /// Who is hit, and where.
@@ -62,9 +110,6 @@ pub enum Region {
 fn default_thresholds() -> Vec<f64> {
     vec![10e3, 30e3, 100e3]
 }
-fn default_force_window() -> f64 {
-    5e-6
-}
 
 impl Default for MeasuresDocument {
     fn default() -> Self {
@@ -72,7 +117,8 @@ impl Default for MeasuresDocument {
             stress_thresholds_pa: default_thresholds(),
             strain_energy_density_thresholds_j_per_m3: Vec::new(),
             principal_strain_thresholds: Vec::new(),
-            force_window_s: default_force_window(),
+            force_window_s: None,
+            force_filter: None,
             skin_set: None,
             person: None,
         }

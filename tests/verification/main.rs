@@ -30,6 +30,7 @@ mod momentum;
 mod oblique_soft_ball;
 mod parity;
 mod patch_test;
+mod plausible;
 mod pressurised_ball;
 mod quasi_static;
 mod record;

@@ -7,7 +7,7 @@ import { FIELDS, Legend } from "../mesh/colours.js";
 import { MeshView } from "../mesh/mesh_view.js";
 import { contactPlots, energyPlot } from "../plots/run_plots.js";
 import { Recording } from "../recording/recording.js";
-import { bracketed, errorWords, hasError, headline } from "../summary/headline.js";
+import { bracketed, errorWords, hasError, headline, isMiss } from "../summary/headline.js";
 import { stoppedAt } from "../summary/trust.js";
 import { TimeBar } from "./time_bar.js";
 import { ViewSettings, forceWindow } from "./view_settings.js";
@@ -52,7 +52,7 @@ function numbersTable([a, b]) {
     // Depths above different thresholds are different numbers.
     const isSame = p.label === q.label;
     const name = `${isSame ? p.label : `${p.label}; ${q.label}`} [${p.unit}]`;
-    const isComparable = isSame && p.quantity && q.quantity && !a.summary.withheld && !b.summary.withheld;
+    const isComparable = isSame && p.quantity && q.quantity && [a, b].every(({ summary }) => !summary.withheld && !isMiss(summary));
     return [name, numberCell(a.summary, p), numberCell(b.summary, q), isComparable ? differenceCell(p.quantity, q.quantity) : "–"];
   });
   return html("section", { class: "panel" }, table("The four numbers with their errors", ["", runTitle(a), runTitle(b), "B − A"], rows));
@@ -65,6 +65,7 @@ function runTitle({ label, job, summary }) {
 
 function numberCell(summary, { quantity }) {
   if (!quantity) return "–";
+  if (isMiss(summary)) return "nothing touched";
   return summary.withheld ? "withheld" : `${bracketed(quantity)} ${hasError(quantity) ? errorWords(quantity, "") : `(error ${errorWords(quantity, "")})`}`;
 }
 

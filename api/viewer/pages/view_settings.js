@@ -5,7 +5,7 @@ import { niceAbove } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
 import { boxAround } from "../mesh/hexahedra.js";
 import { impactLine } from "../plots/depth_profile.js";
-import { resultsOf } from "../summary/headline.js";
+import { mainImpact, resultsOf } from "../summary/headline.js";
 
 /** Fields that the frames of a recording have. */
 function fieldsOf(recording) {
@@ -156,9 +156,9 @@ export class ViewSettings {
   }
 }
 
-/** The window of the mean force of a summary [s]. */
+/** The window that forces are averaged over in plots [s]: that of the summary's main impact, or a fiftieth of the run. */
 export function forceWindow(summary) {
-  return summary && resultsOf(summary).impacts?.[0]?.force_window_s;
+  return summary && (mainImpact(resultsOf(summary))?.force_window_s || summary.time_s / 50);
 }
 
 /** The button that looks at the whole again. */

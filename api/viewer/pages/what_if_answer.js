@@ -15,11 +15,11 @@ function numbersAbove(pascal) {
   ];
 }
 
-/** A number with its error; in brackets when the error is as large. */
+/** A number with its error; in brackets when the error is as large, or not known. */
 function words(quantity) {
   if (!quantity) return "–";
   const { value, error } = quantity;
-  if (error == null) return number(value);
+  if (error == null) return `(${number(value)})`;
   return `${bracketed(value, error)}\u00a0±\u00a0${number(error, 2)}`;
 }
 

@@ -33,7 +33,7 @@ export function contactPlots(runs, shared) {
     width: more?.width,
   });
   const columns = ({ recording }) => recording.series.pairs.get(mainPair(recording));
-  const window = (run) => run.window ?? 5e-6;
+  const window = (run) => run.window;
   const force = {
     ...shared,
     title: "Contact force",

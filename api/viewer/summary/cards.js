@@ -2,12 +2,17 @@
 
 import { html, svg } from "../dom.js";
 import { number } from "../format.js";
-import { bracketed, errorWords, hasError, headline, isResolved } from "./headline.js";
+import { bracketed, errorWords, hasError, headline, isMiss, isResolved } from "./headline.js";
 import { stoppedAt } from "./trust.js";
 
 /** The four cards. */
 export function headlineCards(summary) {
+  if (isMiss(summary)) return html("section", { class: "cards", "aria-label": "Nothing touched" }, missCard(summary));
   return html("section", { class: "cards", "aria-label": "The four numbers" }, headline(summary).map((item) => card(item, summary)));
+}
+
+function missCard({ plain_words: words = [] }) {
+  return html("article", { class: "card" }, html("h2", {}, "Nothing touched"), html("p", { class: "notes" }, words[0] ?? "There was no impact, and there are no numbers of one."));
 }
 
 function card({ label, unit, quantity, notes }, summary) {
@@ -19,7 +24,7 @@ function card({ label, unit, quantity, notes }, summary) {
     "article",
     { class: "card" },
     html("h2", {}, label),
-    html("p", { class: "big" }, html("span", {}, html("b", {}, bracketed(quantity)), ` ${unit} `), hasError(quantity) && html("span", { class: "error" }, errorWords(quantity, unit))),
+    html("p", { class: "big" }, html("span", {}, html(isResolved(quantity) ? "b" : "span", {}, bracketed(quantity)), ` ${unit} `), hasError(quantity) && html("span", { class: "error" }, errorWords(quantity, unit))),
     html("div", { class: "error-row" }, errorBar(quantity), badge(quantity)),
     html("ul", { class: "notes" }, [stopped && `only to ${stopped}, where the run ended`, ...notes].filter(Boolean).map((note) => html("li", {}, note))),
   );
@@ -27,7 +32,7 @@ function card({ label, unit, quantity, notes }, summary) {
 
 function badge(quantity) {
   const resolved = isResolved(quantity);
-  if (resolved === null) return html("span", { class: "badge" }, "error not estimated");
+  if (resolved === null) return html("span", { class: "badge warn", title: "Nobody knows how far off the number is" }, "error not estimated");
   if (resolved) return html("span", { class: "badge good" }, "resolved");
   return html("span", { class: "badge warn", title: "The estimated error is larger than the number" }, "not resolved");
 }

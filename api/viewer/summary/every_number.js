@@ -14,7 +14,7 @@ export function allNumbers(summary) {
     if (value && typeof value === "object" && "value" in value && "error" in value) {
       const words = path.join(" › ").replaceAll("_", " ");
       const parts = hasError(value) ? ["total", ...ERROR_PARTS].map((k) => number(value.error[k], 2)) : [value.error, ...ERROR_PARTS.map(() => "")];
-      rows.push([words, summary.withheld ? "withheld" : bracketed(value), ...parts]);
+      rows.push([words, summary.withheld ? "withheld" : value.error === "nothing touched" ? "–" : bracketed(value), ...parts]);
     } else if (value && typeof value === "object") {
       for (const [key, inner] of Object.entries(value)) {
         const name = Array.isArray(value) ? inner?.pair ?? (inner?.threshold_pa ? `${inner.threshold_pa / 1e3} kPa` : key) : key;

@@ -17,6 +17,11 @@ export function mainImpact(results) {
   return among.reduce((best, impact) => (!best || force(impact) > force(best) ? impact : best), null);
 }
 
+/** Whether nothing touched in a run: then none of its numbers is of an impact. */
+export function isMiss(summary) {
+  return resultsOf(summary).nothing_touched === true;
+}
+
 /** Whether a number is larger than its error; null when nobody knows. */
 export function isResolved(quantity) {
   return hasError(quantity) ? quantity.error.resolved : null;
@@ -27,9 +32,9 @@ export function hasError(quantity) {
   return quantity.error != null && typeof quantity.error === "object";
 }
 
-/** A number; in brackets when its error is larger. */
+/** A number; in brackets when its error is larger, or was not estimated. */
 export function bracketed(quantity) {
-  return isResolved(quantity) === false ? `(${number(quantity.value)})` : number(quantity.value);
+  return isResolved(quantity) ? number(quantity.value) : `(${number(quantity.value)})`;
 }
 
 /** The error of a number in words. */
@@ -40,7 +45,7 @@ export function errorWords(quantity, unit) {
 
 /** A number with its error and its unit, in one phrase. */
 function phrase(quantity, unit) {
-  return hasError(quantity) ? `${bracketed(quantity)} ${errorWords(quantity, unit)}` : withUnit(quantity.value, unit);
+  return hasError(quantity) ? `${bracketed(quantity)} ${errorWords(quantity, unit)}` : `${bracketed(quantity)}\u202f${unit}`;
 }
 
 /** A threshold of stress. */
@@ -82,8 +87,7 @@ function note(words, quantity, unit, card) {
 
 function forceNotes(impact) {
   const { peak_force_n: card, peak_force_time_s: time } = impact;
-  const window = `${setting(impact.force_window_s * 1e6)} µs`;
-  return [...note(`mean over ${window}, at`, time && times(time, 1e6), "µs", card), ...note("impulse", impact.impulse_n_s, "N s", card)];
+  return [...note(`${impact.force_average}, at`, time && times(time, 1e6), "µs", card), ...note("impulse", impact.impulse_n_s, "N s", card)];
 }
 
 /** A quantity in another unit. */
@@ -95,9 +99,9 @@ function times(quantity, factor) {
 function patchNotes(impact) {
   const { patch_area_mm2: card } = impact;
   return [
-    ...note("at the peak force; long axis", impact.patch_long_axis_mm, "mm", card),
+    ...note("mean over the window of the peak force; long axis", impact.patch_long_axis_mm, "mm", card),
     ...note("short axis", impact.patch_short_axis_mm, "mm", card),
-    ...note("largest", impact.largest_patch_area_mm2, "mm²", card),
+    ...note("largest at any time", impact.largest_patch_area_mm2, "mm²", card),
   ];
 }
 

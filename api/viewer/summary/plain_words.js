@@ -39,7 +39,7 @@ const unitOf = ({ unit }) => (unit && unit !== "-" ? ` ${unit}` : "");
 /** A value with its numerical error; one that comes of the scene alone has none. */
 function valueOf({ value, error }) {
   if (error == null) return number(value, 3);
-  return hasError({ error }) ? `${bracketed({ value, error })} ${errorWords({ error }, "")}` : `${number(value, 3)} (error ${error})`;
+  return hasError({ error }) ? `${bracketed({ value, error })} ${errorWords({ error }, "")}` : `(${number(value, 3)}) (error ${error})`;
 }
 
 function reference(measure) {

@@ -6,7 +6,7 @@
 //! order of the mesh be *observed*.
 
 use super::super::convergence::{Reference, are_equal, assumed_error, assumed_step_error, extrapolate};
-use super::Results;
+use super::{Impact, Results};
 use super::listed::Listed;
 use serde::Serialize;
 
@@ -22,6 +22,9 @@ pub enum ErrorEstimate {
     /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
     #[serde(rename = "not estimated: the three meshes show no order of convergence")]
     NoOrder,
+    /// Nothing touched: there is no impact that the number could be of.
+    #[serde(rename = "nothing touched")]
+    NothingTouched,
     /// So much.
     #[serde(untagged)]
     Estimated(Estimate),
@@ -35,6 +38,10 @@ impl ErrorEstimate {
             Self::Estimated(estimate) => Self::Estimated(estimate.scaled(factor)),
             other => other.clone(),
         }
+    }
+    /// Whether the error was estimated, and the number is larger than it: only then it is shown as a plain number.
+    pub fn is_resolved(&self) -> bool {
+        matches!(self, Self::Estimated(estimate) if estimate.resolved)
     }
     /// Whether the number was estimated to be off by as much as itself.
     pub fn is_unresolved(&self) -> bool {
@@ -76,8 +83,8 @@ impl Estimate {
 /// A cheaper run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cheaper {
-    /// The numbers of its results, in the order in which they are listed.
-    numbers: Vec<f64>,
+    /// Its results.
+    results: Results,
     /// Largest von Mises stress from each of the asked depths on [Pa], see [`CheaperRuns::error_below`].
     von_mises_below_pa: Vec<f64>,
     /// Its steps.
@@ -87,9 +94,16 @@ pub struct Cheaper {
 impl Cheaper {
     /// Of what a run found, and the stresses below the depths that were asked for.
     pub fn new(results: &Results, von_mises_below_pa: Vec<f64>, steps: u64) -> Self {
-        let mut results = results.clone();
-        let numbers = results.list_mut().iter().map(|listed| listed.quantity.value).collect();
-        Self { numbers, von_mises_below_pa, steps }
+        Self { results: results.clone(), von_mises_below_pa, steps }
+    }
+
+    /// The numbers, in the order in which they are listed, with forces over the windows of `own` results.
+    fn numbers(&self, own: &Results) -> Vec<f64> {
+        let mut results = self.results.clone();
+        for (impact, own) in results.impacts.iter_mut().zip(&own.impacts) {
+            own.force_window_s.filter(|window| *window > 0.0).into_iter().for_each(|w| impact.average_over(w));
+        }
+        results.list_mut().iter().map(|listed| listed.quantity.value).collect()
     }
 }
 
@@ -122,15 +136,23 @@ impl CheaperRuns {
     pub fn error_below(&self, index: usize, own: f64, own_steps: u64) -> Option<f64> {
         let all = [&self.coarse, &self.small_steps, &self.loose_contact].into_iter().chain(&self.coarser);
         all.into_iter().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
-        let found = self.differences(own, own_steps, |run| run.von_mises_below_pa[index])?;
+        let of = |run: &Cheaper| run.von_mises_below_pa[index];
+        let values = [&self.coarse, &self.small_steps, &self.loose_contact].map(of);
+        let found = self.differences(own, own_steps, &values, self.coarser.as_ref().map(of))?;
         let total = found.mesh + found.step + found.contact;
         total.is_finite().then_some(total)
     }
 
-    /// How far the cheaper runs are from a number of a run of so many steps; `None` where three meshes allow no order.
-    fn differences(&self, own: f64, own_steps: u64, of: impl Fn(&Cheaper) -> f64) -> Option<Differences> {
-        let [coarse, small_steps, loose] = [&self.coarse, &self.small_steps, &self.loose_contact].map(&of);
-        let (mesh, order) = self.mesh_error(self.coarser.as_ref().map(of), coarse, own)?;
+    /// How far the cheaper runs (coarse, small steps, loose contact; coarser) are from a number of a run of so many steps; `None`
+    /// where three meshes allow no order.
+    fn differences(
+        &self,
+        own: f64,
+        own_steps: u64,
+        &[coarse, small_steps, loose]: &[f64; 3],
+        coarser: Option<f64>,
+    ) -> Option<Differences> {
+        let (mesh, order) = self.mesh_error(coarser, coarse, own)?;
         let steps = (self.coarse.steps, self.small_steps.steps);
         Some(Differences {
             mesh,
@@ -158,20 +180,34 @@ impl CheaperRuns {
 }
 
 impl Results {
+    /// Says of every number that would be of an impact that did not happen that nothing touched.
+    pub(super) fn mark_misses(&mut self) {
+        let nothing_touched = self.nothing_touched;
+        let missed = |impact: &&mut Impact| impact.contact_span_s.is_none();
+        for impact in self.impacts.iter_mut().filter(missed) {
+            impact.quantities_mut().into_iter().for_each(|q| q.error = ErrorEstimate::NothingTouched);
+        }
+        if nothing_touched {
+            self.list_mut().into_iter().for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
+        }
+    }
+
     /// Gives every number of a run of so many steps [s] its error bar; those that a cheaper run does not have keep theirs.
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
         let own_step = time_s / own_steps as f64;
+        let numbers: [Vec<f64>; 3] =
+            [&runs.coarse, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
+        let coarser = runs.coarser.as_ref().map(|run| run.numbers(self));
         let mut all_listed = self.list_mut();
         let count = all_listed.len();
-        let mut all = [&runs.coarse, &runs.small_steps, &runs.loose_contact].into_iter().chain(&runs.coarser);
-        if all.any(|run| run.numbers.len() != count) {
+        if numbers.iter().chain(&coarser).any(|run| run.len() != count) {
             return;
         }
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
             let Some(Differences { mesh, order, step, contact }) =
-                runs.differences(quantity.value, own_steps, |run| run.numbers[i])
+                runs.differences(quantity.value, own_steps, &numbers.each_ref().map(|run| run[i]), coarser.as_ref().map(|run| run[i]))
             else {
                 quantity.error = ErrorEstimate::NoOrder;
                 continue;
@@ -203,7 +239,10 @@ mod tests {
             on_tissue: true,
             peak_force_n: quantity(),
             peak_force_time_s: quantity(),
-            force_window_s: 5e-6,
+            force_average: "mean over 5 µs".into(),
+            force_window_s: Some(5e-6),
+            force_filter: None,
+            history: None,
             peak_force_placing_n: 0.0,
             peak_step_force_n: quantity(),
             impulse_n_s: quantity(),
@@ -220,7 +259,7 @@ mod tests {
             friction_dissipation_j: quantity(),
             numerical_contact_dissipation_j: quantity(),
         };
-        Results { impacts: vec![impact], tissue: None, headline: Headline::default() }
+        Results { nothing_touched: false, impacts: vec![impact], tissue: None, headline: Headline::default() }
     }
 
     fn cheaper(value: f64, steps: u64) -> Cheaper {

@@ -7,7 +7,9 @@ use super::results::{
     DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
 use super::{ErrorEstimate, GateResult, Quantity, RunState};
-use crate::plan::Plan;
+use super::table::seconds;
+use crate::plan::{ForceAverage, Plan};
+use std::sync::Arc;
 
 /// Makes quantities that share one verdict.
 #[derive(Clone, Copy)]
@@ -30,14 +32,27 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
         .pairs
         .iter()
         .enumerate()
-        .map(|(index, pair)| impact(measures, plan, index, pair, mint))
+        .map(|(index, pair)| impact(measures, index, pair, (mint, *state != RunState::Running)))
         .collect();
     let tissue = tissue(measures, state, mint);
     let headline = Headline {
         impact: headline_impact(&impacts),
         significant_stress: tissue.as_ref().and_then(|t| (!t.significant_stress.is_empty()).then_some(0)),
     };
-    Results { impacts, tissue, headline }
+    let nothing_touched = *state != RunState::Running && has_missed(measures, plan);
+    Results { nothing_touched, impacts, tissue, headline }
+}
+
+/// Whether nothing touched the tissue, or, in a scene without any, nothing touched at all; not where loads move the tissue, too.
+fn has_missed(measures: &Measures, plan: &Plan) -> bool {
+    let has_tissue = measures.stress.is_some();
+    let mut counted = measures.pairs.iter().filter(|pair| pair.on_tissue || !has_tissue);
+    let any = if has_tissue {
+        plan.measures.moved_by_contact_alone
+    } else {
+        !measures.pairs.is_empty() || !plan.distant_pairs.is_empty()
+    };
+    any && counted.all(|pair| pair.force.contact_span.is_none())
 }
 
 fn headline_impact(impacts: &[Impact]) -> Option<usize> {
@@ -47,18 +62,25 @@ fn headline_impact(impacts: &[Impact]) -> Option<usize> {
     candidates.max_by(|(_, a), (_, b)| force(a).total_cmp(&force(b))).map(|(index, _)| index)
 }
 
-fn impact(measures: &Measures, plan: &Plan, index: usize, pair: &PairMeasures, mint: Mint) -> Impact {
+fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_ended): (Mint, bool)) -> Impact {
     let (force, now) = (&pair.force, pair.force.now());
-    let patch = &force.peak.patch;
+    let peak = force.peak();
+    let patch = &peak.patch;
     let ledger = measures.energy.pairs.get(index).copied().unwrap_or_default();
     Impact {
         pair: pair.name.clone(),
         between: pair.between.clone(),
         on_tissue: pair.on_tissue,
-        peak_force_n: mint.quantity(force.peak.force),
-        peak_force_time_s: mint.quantity(force.peak.time),
-        force_window_s: plan.measures.force_window,
-        peak_force_placing_n: force.placing(),
+        peak_force_n: mint.quantity(peak.force),
+        peak_force_time_s: mint.quantity(peak.time),
+        force_average: force.words(seconds),
+        force_window_s: force.window(),
+        force_filter: match force.average() {
+            ForceAverage::Filter(filter) => Some(filter.name()),
+            ForceAverage::OfContact | ForceAverage::Window(_) => None,
+        },
+        history: force.history().filter(|_| has_ended).map(|history| Arc::new(history.clone())),
+        peak_force_placing_n: peak.placing,
         peak_step_force_n: mint.quantity(force.peak_step.0),
         impulse_n_s: mint.quantity(now.impulse.norm()),
         impulse_on: pair.between[pair.told_for].clone(),

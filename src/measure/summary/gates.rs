@@ -2,7 +2,7 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
-use super::table::number;
+use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
 use crate::step::{Energy, FailureCause, Outcome};
@@ -17,6 +17,8 @@ const PROJECTION_WARNING: f64 = 0.01;
 const INERTIA_WARNING: f64 = 0.01;
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
+/// A force window of fewer steps than this is told to the user.
+const FEWEST_STEPS_OF_WINDOW: f64 = 2.0;
 /// Nodes across a contact patch that are the least for a resolved patch.
 const NODES_ACROSS: u32 = 5;
 
@@ -101,14 +103,8 @@ pub(super) fn own_warnings(
     has_ended: bool,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
-    let window = plan.measures.force_window;
-    let is_touched = measures.pairs.iter().any(|pair| pair.force.contact_span.is_some());
-    if has_ended && is_touched && measures.time < window {
-        warnings.push(format!(
-            "The run ended after {:.3e} s, before the {window:.3e} s that the force is averaged over: it saw no peak force.",
-            measures.time
-        ));
-    }
+    let touched = measures.pairs.iter().filter(|pair| has_ended && pair.force.contact_span.is_some());
+    warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
     let share = numerics.numerical_contact_dissipation_share;
     // At the end the stepper itself says so.
     if share > CONTACT_DISSIPATION_WARNING && !has_ended {
@@ -167,7 +163,7 @@ pub(super) fn own_warnings(
                 pair.name
             ));
         }
-        let patch = &pair.force.peak.patch;
+        let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
             warnings.push(format!(
                 "Only {} nodes lie across the contact patch of {} at the peak force (fewer than {NODES_ACROSS}): its area \
@@ -191,6 +187,28 @@ pub(super) fn own_warnings(
         }
     }
     warnings
+}
+
+/// A force window that is too long for the run, or shorter than two of its steps.
+fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
+    let (window, step) = (pair.force.window()?, pair.force.mean_step());
+    if end < window {
+        return Some(format!(
+            "The run ended after {}, before the {} that the force of {} is averaged over: it saw no peak force.",
+            seconds(end),
+            seconds(window),
+            pair.name
+        ));
+    }
+    (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
+        format!(
+            "The force of {} is averaged over {}, less than two steps of {}: its peak is one of single steps, which does not converge. \
+             Leave out `measures.force_window_s` (the window is then 1/50 of the contact, ten steps at least), or take shorter steps.",
+            pair.name,
+            seconds(window),
+            seconds(step)
+        )
+    })
 }
 
 /// Where moving caught nodes out of what they had entered did work that is worth a word.

@@ -43,7 +43,7 @@ pub struct InjuryMeasure {
     pub source: &'static str,
 }
 
-/// All criteria; none where the scene has no projectile, or no tissue. What comes of the run itself is withheld with its results.
+/// All criteria; none where the scene has no projectile, or no tissue, or nothing touched. What comes of the run itself is withheld with its results.
 pub(super) fn injury_measures(
     measures: &Measures,
     plan: &Plan,
@@ -51,6 +51,9 @@ pub(super) fn injury_measures(
     results: &Shown,
 ) -> Vec<InjuryMeasure> {
     let Some(onslaught) = Onslaught::new(plan) else { return Vec::new() };
+    if matches!(results, Shown::Results(results) if results.nothing_touched) {
+        return Vec::new();
+    }
     let person = plan.measures.person.as_ref();
     let mut all = vec![penetration(&onslaught, person), blunt(&onslaught, person)];
     if let Shown::Results(results) = results

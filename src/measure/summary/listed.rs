@@ -1,6 +1,6 @@
 //! All numbers of a summary that can have an error bar, and what is known of each besides its value.
 
-use super::{Quantity, Results};
+use super::{Impact, Quantity, Results};
 use std::f64::consts::PI;
 
 /// A number.
@@ -36,6 +36,25 @@ impl<'a> Listed<'a> {
     }
     fn peak(quantity: &'a mut Quantity) -> Self {
         Self { is_peak: true, ..Self::sum(quantity) }
+    }
+}
+
+impl Impact {
+    /// Every number of it.
+    pub(super) fn quantities_mut(&mut self) -> [&mut Quantity; 11] {
+        [
+            &mut self.peak_force_n,
+            &mut self.peak_force_time_s,
+            &mut self.peak_step_force_n,
+            &mut self.impulse_n_s,
+            &mut self.contact_duration_s,
+            &mut self.patch_area_mm2,
+            &mut self.patch_long_axis_mm,
+            &mut self.patch_short_axis_mm,
+            &mut self.largest_patch_area_mm2,
+            &mut self.friction_dissipation_j,
+            &mut self.numerical_contact_dissipation_j,
+        ]
     }
 }
 

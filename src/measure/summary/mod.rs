@@ -232,6 +232,9 @@ impl Summary {
                 _ => error_bars = "not estimated: the run has not come to its end".into(),
             }
         }
+        if outcome.is_some() {
+            values.mark_misses();
+        }
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(

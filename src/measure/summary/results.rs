@@ -1,11 +1,15 @@
 //! The numbers of the summary.
 
 use super::Quantity;
+use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// The numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Results {
+    /// Whether the run has ended, and nothing touched: then no number here is of an impact, and none has an error.
+    pub nothing_touched: bool,
     /// One for each contact pair.
     pub impacts: Vec<Impact>,
     /// The tissue; absent without one.
@@ -35,12 +39,21 @@ pub struct Impact {
     pub between: [String; 2],
     /// Whether one of them is the tissue.
     pub on_tissue: bool,
-    /// Largest mean force over the window: max |ΔI|/τ [N].
+    /// Largest mean force over the window: max |ΔI|/τ; or the largest filtered force [N].
     pub peak_force_n: Quantity,
-    /// Middle of that window [s].
+    /// Middle of that window, or when the filtered force is largest [s].
     pub peak_force_time_s: Quantity,
-    /// The window τ [s].
-    pub force_window_s: f64,
+    /// How the force was averaged, in words.
+    pub force_average: String,
+    /// The window τ [s]; absent where the force is filtered instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_window_s: Option<f64>,
+    /// The channel frequency class that it is filtered by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force_filter: Option<&'static str>,
+    /// What the force over another window would come from, where the window depends on the run.
+    #[serde(skip)]
+    pub history: Option<Arc<ImpulseHistory>>,
     /// What the place of the window among the steps does to the peak force, part of its error [N].
     pub peak_force_placing_n: f64,
     /// Largest force of a single step [N]: not a converged quantity.
@@ -58,11 +71,11 @@ pub struct Impact {
     pub contact_span_s: Option<[f64; 2]>,
     /// Whether contact has ended.
     pub contact_ended: bool,
-    /// Area of the patch at the peak force [mm²].
+    /// Area of the patch, its mean over the window of the peak force [mm²].
     pub patch_area_mm2: Quantity,
-    /// Its long axis [mm].
+    /// Its long axis, the mean as well [mm].
     pub patch_long_axis_mm: Quantity,
-    /// Its short axis [mm].
+    /// Its short axis, the mean as well [mm].
     pub patch_short_axis_mm: Quantity,
     /// Largest area at any time [mm²].
     pub largest_patch_area_mm2: Quantity,
@@ -72,6 +85,26 @@ pub struct Impact {
     pub friction_dissipation_j: Quantity,
     /// Numerical contact dissipation [J].
     pub numerical_contact_dissipation_j: Quantity,
+}
+
+impl Impact {
+    /// Tells the peak force, and the patch, over another window τ > 0 [s]; only where the window depends on the run.
+    pub(super) fn average_over(&mut self, window: f64) {
+        let Some(history) = &self.history else { return };
+        let PeakForce { force, time, patch, placing } = history.peak_over(window);
+        self.force_window_s = Some(window);
+        self.peak_force_placing_n = placing;
+        self.nodes_across_patch[0] = patch.nodes_across;
+        for (quantity, value) in [
+            (&mut self.peak_force_n, force),
+            (&mut self.peak_force_time_s, time),
+            (&mut self.patch_area_mm2, 1e6 * patch.area),
+            (&mut self.patch_long_axis_mm, 1e3 * patch.axes[0]),
+            (&mut self.patch_short_axis_mm, 1e3 * patch.axes[1]),
+        ] {
+            quantity.value = value;
+        }
+    }
 }
 
 /// What happened to the tissue.

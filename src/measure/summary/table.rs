@@ -22,13 +22,16 @@ pub fn render_table(summary: &Summary) -> String {
     if let RunState::Failed { failure } = &summary.state {
         table.line(&format!("  {failure}"));
     }
+    if summary.values().nothing_touched {
+        table.line("  Nothing touched: there are no numbers of an impact.");
+    }
     match &summary.results {
         Shown::Withheld { reason, .. } => {
             table.line(&format!("  The results are withheld: {reason}."));
         }
         Shown::Results(results) => {
             results.impacts.iter().for_each(|impact| table.impact(impact));
-            if let Some(tissue) = &results.tissue {
+            if let Some(tissue) = results.tissue.as_ref().filter(|_| !results.nothing_touched) {
                 table.tissue(tissue);
             }
         }
@@ -106,26 +109,26 @@ impl Table {
     fn impact(&mut self, impact: &Impact) {
         self.heading(&format!("Contact {}", impact.pair));
         if impact.contact_span_s.is_none() {
-            self.line("  never touched");
+            self.line("  Nothing touched.");
             return;
         }
         self.quantity(
-            &format!("peak force, over {}", seconds(impact.force_window_s)),
+            &format!("peak force, {}", impact.force_average),
             &impact.peak_force_n,
             "N",
         );
-        self.row("  at", &seconds(impact.peak_force_time_s.value), "");
+        self.row("  at", &time(&impact.peak_force_time_s), "");
         self.row(
             "peak force of a single step",
-            &format!("{} N", number(impact.peak_step_force_n.value)),
+            &plain(&impact.peak_step_force_n, 1.0, "N"),
             "not a converged quantity",
         );
         self.quantity("impulse", &impact.impulse_n_s, "N s");
         let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
-        self.row("duration of contact", &seconds(impact.contact_duration_s.value), going_on);
-        self.quantity("patch at the peak force, area", &impact.patch_area_mm2, "mm²");
+        self.row("duration of contact", &time(&impact.contact_duration_s), going_on);
+        self.quantity("patch at the peak force, mean area", &impact.patch_area_mm2, "mm²");
         let axes =
-            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| number(q.value)).join(" × ");
+            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| in_brackets(q, number(q.value))).join(" × ");
         self.row("  axes", &format!("{axes} mm"), &format!("{} nodes across", impact.nodes_across_patch[0]));
         self.quantity("largest patch, area", &impact.largest_patch_area_mm2, "mm²");
     }
@@ -135,12 +138,12 @@ impl Table {
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
         self.row(
             "  from the work of the reactions",
-            &format!("{} J", number(tissue.absorbed_energy_by_work_j.value)),
+            &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"),
             "",
         );
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
         self.quantity("absorbed energy at its peak", &tissue.peak_absorbed_energy_j, "J");
-        self.row("  at", &seconds(tissue.peak_absorbed_energy_time_s.value), "");
+        self.row("  at", &time(&tissue.peak_absorbed_energy_time_s), "");
         self.split(&tissue.peak_absorbed_split, &tissue.peak_absorbed_energy_j);
         if let Some(loss) = &tissue.projectile_loss_j {
             self.quantity("lost by the projectile", loss, "J");
@@ -173,7 +176,10 @@ impl Table {
         self.heading("Injury criteria");
         for criterion in criteria {
             let unit = if criterion.unit == "-" { String::new() } else { format!(" {}", criterion.unit) };
-            let value = criterion.value.map_or_else(|| "-".into(), |v| format!("{}{unit}", number(v)));
+            // What comes of the scene alone has no error.
+            let is_plain = criterion.error.as_ref().is_none_or(ErrorEstimate::is_resolved);
+            let shown = |v: f64| if is_plain { number(v) } else { format!("({})", number(v)) };
+            let value = criterion.value.map_or_else(|| "-".into(), |v| format!("{}{unit}", shown(v)));
             self.row(criterion.title, &value, &criterion.statement);
         }
     }
@@ -189,10 +195,19 @@ impl Table {
     }
 }
 
-/// The number with its unit; one that is smaller than its error is not shown as a plain number.
+/// The number with its unit; one whose error is not known, or larger than itself, stands in brackets.
 fn plain(quantity: &Quantity, scale: f64, unit: &str) -> String {
-    let value = number(scale * quantity.value);
-    if quantity.error.is_unresolved() { format!("({value}) {unit}") } else { format!("{value} {unit}") }
+    format!("{} {unit}", in_brackets(quantity, number(scale * quantity.value)))
+}
+
+/// The shown number, in brackets unless it is resolved.
+fn in_brackets(quantity: &Quantity, shown: String) -> String {
+    if quantity.error.is_resolved() { shown } else { format!("({shown})") }
+}
+
+/// A time, in brackets unless it is resolved.
+fn time(quantity: &Quantity) -> String {
+    in_brackets(quantity, seconds(quantity.value))
 }
 
 /// "± 200 N (mesh 150, step 45, contact 5)".
@@ -200,6 +215,7 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     let error = match &quantity.error {
         ErrorEstimate::Estimated(error) => error,
         ErrorEstimate::NotEstimated => return "error not estimated".into(),
+        ErrorEstimate::NothingTouched => return "nothing touched".into(),
         ErrorEstimate::NoOrder => return "error not estimated: the meshes show no order".into(),
     };
     let [total, mesh, step, contact] =

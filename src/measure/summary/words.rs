@@ -22,6 +22,10 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64) -> Vec<S
         RunState::Cancelled => words.push(until("The run was stopped")),
         RunState::Failed { .. } => words.push(until("The run failed")),
     }
+    if results.nothing_touched {
+        words.insert(0, nothing_touched(results));
+        return words;
+    }
     contact(results, &mut words);
     if let Some(tissue) = &results.tissue {
         stress(tissue, *state == RunState::Finished, &mut words);
@@ -30,11 +34,22 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64) -> Vec<S
     words
 }
 
+/// What is said first, and alone, of a run in which nothing touched.
+fn nothing_touched(results: &Results) -> String {
+    let names = results.impacts.iter().map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
+    let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
+    format!(
+        "Nothing touched{pairs}: there was no impact, and there are no numbers of one. Look at the direction of the velocity, the gap and \
+         the end time."
+    )
+}
+
 /// "123 N (± 4)"; a number that is not larger than its error is said to be uncertain.
 fn value(quantity: &Quantity, unit: &str) -> String {
     match &quantity.error {
+        ErrorEstimate::NothingTouched => "nothing".into(),
         ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => {
-            format!("{} {unit} (error not estimated)", number(quantity.value))
+            format!("about {} {unit} (error not estimated)", rounded(quantity.value))
         }
         ErrorEstimate::Estimated(error) if error.resolved => {
             format!("{} {unit} (± {})", number(quantity.value), rounded(error.total))
@@ -49,7 +64,7 @@ fn contact(results: &Results, words: &mut Vec<String>) {
     for impact in results.impacts.iter().filter(|impact| impact.on_tissue) {
         let [a, b] = &impact.between;
         if impact.contact_span_s.is_none() {
-            words.push(format!("{a} and {b} never touched."));
+            words.push(format!("Nothing touched between {a} and {b}."));
             continue;
         }
         words.push(format!(
@@ -82,10 +97,10 @@ fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
 /// What of one part saw more than the threshold.
 fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) -> String {
     let volume = layer.volume_mm3;
-    let volume = if stress.volume_mm3.error.is_unresolved() {
-        format!("about {}", rounded(volume))
-    } else {
+    let volume = if stress.volume_mm3.error.is_resolved() {
         number(volume)
+    } else {
+        format!("about {}", rounded(volume))
     };
     let part = &layer.part;
     match layer.depth_mm {

@@ -35,8 +35,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
             }
         }
     }
-    let remedy = "5e-6 s is the default";
-    out.positive(&here.key("force_window_s"), "the window", measures.force_window_s, remedy);
+    check_force(document, &here, out);
     check_person(&here.key("person"), measures, out);
     if let Some(set) = &measures.skin_set {
         out.require(document.bodies.iter().any(|b| b.role == Role::Tissue), || {
@@ -46,6 +45,33 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 .remedy("give a body the role \"tissue\", or leave skin_set out")
         });
     }
+}
+
+/// The history of a force is kept in so many pieces at least; a filter needs ten of them in the time 1 / class (SAE J211).
+const FORCE_PIECES: f64 = 8192.0;
+const PIECES_OF_CLASS: f64 = 10.0;
+
+/// A window or a filter, not both; and a filter that the history of the force is fine enough for.
+fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
+    let measures = &document.measures;
+    if let Some(window) = measures.force_window_s {
+        let remedy = "left out, it is 1/50 of the contact's duration";
+        out.positive(&here.key("force_window_s"), "the window", window, remedy);
+    }
+    let Some(filter) = measures.force_filter else { return };
+    let place = here.key("force_filter");
+    out.require(measures.force_window_s.is_none(), || {
+        Problem::error("contradiction", &place, "the force is either averaged over a window or filtered")
+            .value(filter.name())
+            .remedy("leave out force_window_s or force_filter")
+    });
+    let longest = FORCE_PIECES / (PIECES_OF_CLASS * filter.class());
+    out.require(document.end_time_s <= longest, || {
+        Problem::error("out_of_range", &place, "the run is too long for this class: the history of its force is too coarse")
+            .value(document.end_time_s)
+            .limit(format!("at most {longest:.3} s with {}", filter.name()))
+            .remedy("choose a lower class, or a window, or end the run earlier")
+    });
 }
 
 fn check_thresholds(here: &Pointer, thresholds: &[f64], remedy: &str, out: &mut Findings) {

@@ -124,9 +124,9 @@ impl Number {
         let resolved = error.map(|error| error == 0.0 || may_be_resolved && error < value.abs());
         Self { value, error, resolved }
     }
-    /// Whether it is known not to be resolved.
-    pub fn is_unresolved(&self) -> bool {
-        self.resolved == Some(false)
+    /// Whether its error is known, and the mesh resolves it.
+    pub fn is_resolved(&self) -> bool {
+        self.resolved == Some(true)
     }
 }
 

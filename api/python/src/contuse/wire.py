@@ -95,9 +95,10 @@ class Quantity:
 
     def __str__(self) -> str:
         if self.error is None:
-            return f"{self.value:.4g} {self.unit}, error not estimated"
-        verdict = "" if self.is_resolved else ": not resolved"
-        return f"{self.value:.4g} ± {self.error:.2g} {self.unit}{verdict}"
+            return f"({self.value:.4g}) {self.unit}: error not estimated"
+        if not self.is_resolved:
+            return f"({self.value:.4g}) ± {self.error:.2g} {self.unit}: not resolved"
+        return f"{self.value:.4g} ± {self.error:.2g} {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -137,9 +138,16 @@ class Summary:
         return results
 
     @property
+    def nothing_touched(self) -> bool:
+        """Whether the run ended without an impact."""
+        return bool(self.results.get("nothing_touched"))
+
+    @property
     def impact(self) -> dict[str, Any]:
-        """The hardest impact on the tissue, or of all where no tissue is hit."""
+        """The hardest impact on the tissue, or of all where no tissue is hit; raises `NotMeasured` where nothing touched."""
         results = self.results
+        if self.nothing_touched:
+            raise NotMeasured("nothing touched: there was no impact")
         impacts = results["impacts"]
         named = results.get("headline", {}).get("impact")
         if named is not None:
@@ -152,7 +160,9 @@ class Summary:
 
     @property
     def tissue(self) -> dict[str, Any]:
-        """What became of the tissue; raises `NotMeasured` where the scene has none."""
+        """What became of the tissue; raises `NotMeasured` where the scene has none, or nothing touched."""
+        if self.nothing_touched:
+            raise NotMeasured("nothing touched: there was no impact")
         tissue: dict[str, Any] | None = self.results.get("tissue")
         if tissue is None:
             raise NotMeasured("the scene has no body of role `tissue`")
