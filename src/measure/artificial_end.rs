@@ -1,12 +1,9 @@
 //! Artificial ends of the model: where a limb was cut off, waves come back that the real limb would let pass.
 
 use crate::mechanics::tensor::Vec3;
-use crate::plan::Plan;
+use crate::plan::{CUTS, Plan};
 use crate::scene::Scene;
 use crate::scene::document::{Generator, MeshDocument, Role};
-
-/// Node sets that are artificial ends of a generated limb segment.
-const END_SETS: [&str; 2] = ["end_low", "end_high"];
 
 /// Ends of the tissue that are not there in reality, and how fast waves run to them.
 ///
@@ -30,7 +27,7 @@ impl ArtificialEnds {
             if document.role != Role::Tissue || !is_limb {
                 continue;
             }
-            let ends = END_SETS.iter().filter_map(|set| body.mesh.node_sets.get(*set)).flatten();
+            let ends = CUTS.iter().filter_map(|set| body.mesh.node_sets.get(*set)).flatten();
             nodes.extend(ends.map(|&node| body.mesh.nodes[node as usize]));
             let blocks = plan.blocks.iter().filter(|b| b.body == index);
             wave_speed = blocks.map(|b| b.parameters.wave_speed()).fold(wave_speed, f64::max);

@@ -7,8 +7,10 @@ use super::deflection::Deflection;
 use super::fields::Fields;
 use super::hourglass_energy::HourglassEnergy;
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
+use super::law_range::LawRanges;
 use super::stress_depth::StressDepth;
 use super::summary::{ErrorBars, Summary};
+use super::wave_reach::{Source, WaveSpeed};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
@@ -28,6 +30,12 @@ pub struct PairMeasures {
     pub is_of_points: bool,
     /// Forces.
     pub force: ImpactForce,
+    /// Where it first touched the tissue, and how far its patch has spread; `None` before.
+    pub source: Option<Source>,
+    /// Velocity of the frame of its tissue [m/s].
+    tissue_flight: Vec3,
+    /// How fast its two sides fly at each other [m/s].
+    pub approach: f64,
     geometry: PatchGeometry,
 }
 
@@ -42,6 +50,10 @@ pub struct Measures {
     pub stress: Option<StressDepth>,
     /// The stabilisation's share in the strain energy.
     pub hourglass: HourglassEnergy,
+    /// How far the laws were stretched.
+    pub laws: LawRanges,
+    /// How fast waves run in the tissue; `None` where nothing follows of it.
+    wave_speed: Option<WaveSpeed>,
     /// The skin's deflection.
     pub deflection: Deflection,
     /// Fields at the latest field time; `None` when the plan asks for none.
@@ -90,22 +102,22 @@ impl Measures {
 
     /// Takes in a frame's stresses.
     fn accumulate_points(&mut self, frame: &Frame) {
-        let (stress, fields) = (&mut self.stress, &mut self.fields);
-        if stress.is_none() && fields.is_none() {
-            return;
-        }
+        let reach = self.wave_speed.as_ref().map(|speed| speed.reach(&self.pairs, frame));
+        let (stress, fields, laws) = (&mut self.stress, &mut self.fields, &mut self.laws);
+        laws.begin();
         if let Some(stress) = stress {
-            stress.begin(frame.time);
+            stress.begin(frame.time, reach);
         }
         if let Some(fields) = fields {
             fields.clear();
         }
         for block in &frame.plan.blocks {
             block.for_each_moved_batch(frame.u, &mut |slots, points| {
+                let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
+                laws.accumulate(among_all.clone(), points);
                 if let Some(stress) = stress {
                     let position =
                         |lane: usize, q: usize| block.point_position(slots.start + lane, q, &frame.plan.X);
-                    let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
                     let body = &frame.plan.bodies[block.body];
                     let nodes = |lane: usize| {
                         let element = block.elements[slots.start + lane] - body.elements.start;
@@ -118,6 +130,7 @@ impl Measures {
                 }
             });
         }
+        laws.end(frame.time);
         if let Some(stress) = stress {
             stress.end();
         }
@@ -139,6 +152,8 @@ impl Recorder for Measures {
             pairs: pairs_of(plan),
             absorbed: AbsorbedEnergy::new(plan),
             stress: StressDepth::new(plan).map_err(boxed)?,
+            laws: LawRanges::new(plan),
+            wave_speed: WaveSpeed::new(plan),
             deflection: Deflection::new(plan),
             fields: Fields::new(plan),
             artificial_ends: self.artificial_ends.take(),
@@ -162,6 +177,10 @@ impl Recorder for Measures {
                 patch: pair.geometry.eval(frame, index as u32),
             };
             pair.force.accumulate(sample);
+            if pair.on_tissue && sample.patch.nodes > 0 {
+                let centre = sample.patch.centre - pair.tissue_flight * time;
+                Source::widen(&mut pair.source, centre, sample.patch.axes[0]);
+            }
         }
         if let Some(absorbed) = &mut self.absorbed {
             absorbed.accumulate(time, frame.energy);
@@ -188,8 +207,13 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
     let Some(contact) = &plan.contact else { return Vec::new() };
     let tissue = |body: usize| plan.bodies[body].role == crate::scene::document::Role::Tissue;
     let pairs = contact.pairs.iter().zip(&contact.pair_bodies);
+    let flight = |body: Option<usize>| body.map_or_else(Vec3::zeros, |b| plan.bodies[b].flight_velocity);
+    let tissue_of = |slave: usize, master: Option<usize>| if tissue(slave) { Some(slave) } else { master };
     pairs
         .map(|(pair, &(slave, master))| PairMeasures {
+            source: None,
+            tissue_flight: flight(tissue_of(slave, master)),
+            approach: (flight(Some(slave)) - flight(master)).norm(),
             name: pair.name.clone(),
             between: [
                 plan.bodies[slave].name.clone(),

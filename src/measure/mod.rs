@@ -18,10 +18,12 @@ pub mod fields;
 pub mod hourglass_energy;
 pub mod impact_force;
 pub mod impulse_history;
+pub mod law_range;
 mod measures;
 pub mod presented_area;
 pub mod stress_depth;
 pub mod summary;
+pub mod wave_reach;
 
 pub use convergence::REFINEMENT;
 pub use measures::Measures;

@@ -4,6 +4,7 @@
 //! field times that are close enough to each other.
 
 use super::element_depth::{ElementDepths, Place};
+use super::wave_reach::WaveReach;
 use crate::mechanics::element::POINTS;
 use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
@@ -29,6 +30,14 @@ pub struct Exceedance {
     pub largest_volume: f64,
     /// Largest volume that one of the points above stands for, at any field time so far [m³].
     pub largest_point: f64,
+    /// Volume above the threshold where no wave can have been at the latest field time [m³]: of the mesh, and counted nowhere else.
+    numerical: f64,
+    /// Largest such volume at any field time so far [m³].
+    pub largest_numerical: f64,
+    /// When that was, and how far a wave can have come then [s, m].
+    pub numerical_at: (f64, f64),
+    /// Which ends of the tissue its elements lie at, bit by bit, see [`StressDepth::ends`].
+    pub reached: u32,
     /// The same part by part, in the order of [`StressDepth::parts`].
     pub layers: Vec<Layer>,
 }
@@ -101,6 +110,12 @@ pub struct StressDepth {
     bodies: Vec<usize>,
     /// The latest field time [s].
     pub time: f64,
+    /// Where waves can be in this sweep; `None` where that is not known.
+    reach: Option<WaveReach>,
+    /// Names of the tissue's ends, 32 at most.
+    pub ends: Vec<String>,
+    /// For each slot the ends that its element lies at, bit by bit; empty when there is none.
+    at_ends: Vec<u32>,
     /// Names of the tissue's parts.
     pub parts: Vec<String>,
     /// For each slot the index of its part; empty when there is none.
@@ -138,6 +153,8 @@ impl StressDepth {
         let mut measure = Self::of(skin, bodies, plan.slot_count(), &plan.measures.stress_thresholds);
         measure.exceedances.iter_mut().for_each(|e| e.layers = vec![Layer::NOTHING; parts.len()]);
         Ok(Some(Self {
+            ends: plan.measures.tissue_ends.iter().map(|end| end.name.clone()).collect(),
+            at_ends: at_ends(plan),
             parts,
             part_of,
             energy_doses: Dose::of(&plan.measures.energy_density_thresholds),
@@ -154,6 +171,9 @@ impl StressDepth {
             depths: skin.map(|skin| ElementDepths::new(skin, slots)),
             bodies,
             time: 0.0,
+            reach: None,
+            ends: Vec::new(),
+            at_ends: Vec::new(),
             parts: Vec::new(),
             part_of: Vec::new(),
             energy_doses: Vec::new(),
@@ -166,17 +186,23 @@ impl StressDepth {
         }
     }
 
+    /// Names of the ends of the tissue that what is above a threshold lies at.
+    pub fn reached(&self, exceedance: &Exceedance) -> Vec<String> {
+        let named = self.ends.iter().enumerate().take(32);
+        named.filter(|(bit, _)| exceedance.reached >> bit & 1 == 1).map(|(_, name)| name.clone()).collect()
+    }
+
     /// Whether depth can be told.
     pub fn has_skin(&self) -> bool {
         self.depths.is_some()
     }
 
-    /// Begins a sweep over all points at a time [s].
-    pub fn begin(&mut self, time: f64) {
-        self.time = time;
+    /// Begins a sweep over all points at a time [s] at which waves can be so far, if that is known.
+    pub fn begin(&mut self, time: f64, reach: Option<WaveReach>) {
+        (self.time, self.reach) = (time, reach);
         self.samples += 1;
         for exceedance in &mut self.exceedances {
-            exceedance.volume = 0.0;
+            (exceedance.volume, exceedance.numerical) = (0.0, 0.0);
             exceedance.layers.iter_mut().for_each(|layer| layer.volume = 0.0);
         }
         self.energy_doses.iter_mut().chain(&mut self.strain_doses).for_each(|dose| dose.volume = 0.0);
@@ -195,22 +221,42 @@ impl StressDepth {
         if !self.bodies.contains(&body) {
             return;
         }
-        let lowest = self.exceedances.first().map_or(f64::INFINITY, |e| e.threshold);
         for (lane, slot) in slots.enumerate() {
             let place = Place { point: &|q| position(lane, q), nodes: &|| nodes(lane) };
             for q in 0..POINTS {
-                let (stress, at) = (points.von_mises[q][lane], || position(lane, q));
-                self.von_mises.raise(stress, at, self.time);
-                self.principal_strain.raise(points.principal_strain[q][lane], at, self.time);
-                self.energy_density.raise(points.psi[q][lane], at, self.time);
-                let volume = points.volume[q][lane];
-                if stress > lowest {
+                let [stress, strain, psi, volume] =
+                    [&points.von_mises, &points.principal_strain, &points.psi, &points.volume].map(|field| field[q][lane]);
+                // Most points raise no peak and pass no threshold: where they are need not be known.
+                if !self.tells_anything(stress, strain, psi) {
+                    continue;
+                }
+                let X = position(lane, q);
+                if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt())) {
+                    let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
+                    above.for_each(|exceedance| exceedance.numerical += volume);
+                    continue;
+                }
+                self.von_mises.raise(stress, || X, self.time);
+                self.principal_strain.raise(strain, || X, self.time);
+                self.energy_density.raise(psi, || X, self.time);
+                if self.exceedances.first().is_some_and(|lowest| stress > lowest.threshold) {
                     self.accumulate_exceedance((stress, volume), (slot, q), &place);
                 }
-                accumulate_dose(&mut self.energy_doses, points.psi[q][lane], volume);
-                accumulate_dose(&mut self.strain_doses, points.principal_strain[q][lane], volume);
+                accumulate_dose(&mut self.energy_doses, psi, volume);
+                accumulate_dose(&mut self.strain_doses, strain, volume);
             }
         }
+    }
+
+    /// Whether a point is above a threshold or a peak.
+    fn tells_anything(&self, stress: f64, strain: f64, psi: f64) -> bool {
+        let above = |value: f64, peak: &Peak, doses: &[Dose]| {
+            value > peak.value || doses.first().is_some_and(|lowest| value > lowest.threshold)
+        };
+        stress > self.von_mises.value
+            || self.exceedances.first().is_some_and(|lowest| stress > lowest.threshold)
+            || above(strain, &self.principal_strain, &self.strain_doses)
+            || above(psi, &self.energy_density, &self.energy_doses)
     }
 
     /// Takes in one point above the lowest threshold.
@@ -220,6 +266,7 @@ impl StressDepth {
         (slot, q): (usize, usize),
         place: &Place,
     ) {
+        let ends = self.at_ends.get(slot).copied().unwrap_or(0);
         let part = self.part_of.get(slot).map(|part| *part as usize);
         let (mut depth, mut edges) = (0.0, [0.0; 2]);
         if let Some(depths) = &mut self.depths {
@@ -227,6 +274,7 @@ impl StressDepth {
         }
         for exceedance in self.exceedances.iter_mut().take_while(|e| stress > e.threshold) {
             exceedance.volume += volume;
+            exceedance.reached |= ends;
             exceedance.largest_point = exceedance.largest_point.max(volume);
             if let Some(layer) = part.and_then(|part| exceedance.layers.get_mut(part)) {
                 layer.volume += volume;
@@ -243,6 +291,11 @@ impl StressDepth {
     pub fn end(&mut self) {
         for exceedance in &mut self.exceedances {
             exceedance.largest_volume = exceedance.largest_volume.max(exceedance.volume);
+            if exceedance.numerical > exceedance.largest_numerical {
+                exceedance.largest_numerical = exceedance.numerical;
+                let reach = self.reach.as_ref().map_or(0.0, WaveReach::farthest);
+                exceedance.numerical_at = (self.time, reach);
+            }
             for layer in &mut exceedance.layers {
                 layer.largest_volume = layer.largest_volume.max(layer.volume);
             }
@@ -258,6 +311,22 @@ fn accumulate_dose(doses: &mut [Dose], value: f64, volume: f64) {
         dose.volume += volume;
         dose.largest_point = dose.largest_point.max(volume);
     }
+}
+
+/// For each slot of a plan the ends of the tissue that its element has nodes at, bit by bit.
+fn at_ends(plan: &Plan) -> Vec<u32> {
+    let mut of_node = vec![0u32; plan.node_count()];
+    for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(32) {
+        end.nodes.iter().for_each(|node| of_node[*node as usize] |= 1 << bit);
+    }
+    let mut at_ends = vec![0; plan.slot_count()];
+    for block in &plan.blocks {
+        for slot in 0..block.elements.len() {
+            let nodes = block.nodes_of(slot);
+            at_ends[block.first_slot + slot] = nodes.iter().fold(0, |bits, node| bits | of_node[*node as usize]);
+        }
+    }
+    at_ends
 }
 
 /// Names of the parts of some bodies, each once, and for each slot of the plan the index of its part (0 in other bodies, which
@@ -300,13 +369,13 @@ mod tests {
         let corners = [Vec3::zeros(), Vec3::x(), Vec3::new(1.0, 1.0, 0.0), Vec3::y()];
         let skin = DepthField::new(&[[0, 1, 2, 3]], &corners).unwrap();
         let mut measure = StressDepth::of(Some(skin), vec![1], 4, &[1.0, 5.0]);
-        measure.begin(1.0);
+        measure.begin(1.0, None);
         feed(&mut measure, 0, 0, (-9.0, 100.0)); // another body
         feed(&mut measure, 1, 1, (-0.1, 7.0));
         feed(&mut measure, 1, 2, (-0.3, 2.0));
         feed(&mut measure, 1, 3, (-0.8, 0.5));
         measure.end();
-        measure.begin(2.0);
+        measure.begin(2.0, None);
         feed(&mut measure, 1, 1, (-0.1, 3.0));
         feed(&mut measure, 1, 3, (-0.8, 0.5));
         measure.end();
@@ -335,7 +404,7 @@ mod tests {
             (points.volume[q][0], points.von_mises[q][0]) = (0.125, if q < 4 { 9.0 } else { 2.0 });
         }
         let height = |is_upper: bool| if is_upper { -upper } else { -lower };
-        measure.begin(0.0);
+        measure.begin(0.0, None);
         measure.accumulate(
             0,
             0..1,
@@ -353,9 +422,31 @@ mod tests {
     }
 
     #[test]
+    fn what_no_wave_can_have_reached_counts_nowhere() {
+        use crate::measure::wave_reach::Source;
+        let mut source = None;
+        Source::widen(&mut source, Vec3::new(0.5, 0.5, 0.0), 0.3);
+        let mut measure = StressDepth::of(None, vec![0], 2, &[1.0]);
+        measure.at_ends = vec![0, 1];
+        // Elements of 2 m³, so 1.26 m: within 0.3 m and that there is stress, beyond it is the mesh's.
+        measure.begin(1.0, source.map(WaveReach::of));
+        feed(&mut measure, 0, 0, (-1.5, 2.0));
+        feed(&mut measure, 0, 1, (-1.7, 3.0));
+        measure.end();
+        let found = &measure.exceedances[0];
+        assert_eq!((found.largest_volume, found.largest_numerical, found.reached), (2.0, 2.0, 0));
+        assert_eq!((measure.von_mises.value, found.numerical_at), (2.0, (1.0, 0.3)));
+        // Without a known wave all counts, and what lies at an end says so.
+        measure.begin(2.0, None);
+        feed(&mut measure, 0, 1, (-1.7, 3.0));
+        measure.end();
+        assert_eq!((measure.exceedances[0].reached, measure.von_mises.value), (1, 3.0));
+    }
+
+    #[test]
     fn without_a_skin_there_is_volume_but_no_depth() {
         let mut measure = StressDepth::of(None, vec![0], 1, &[1.0]);
-        measure.begin(0.0);
+        measure.begin(0.0, None);
         feed(&mut measure, 0, 0, (-1.0, 2.0));
         measure.end();
         assert!(

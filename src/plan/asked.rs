@@ -1,9 +1,10 @@
 //! What a scene asks to be recorded and measured.
 
-use super::{ForceAverage, MeasurePlan, PlanBody};
+use super::{ForceAverage, MeasurePlan, PlanBody, TissueEnd};
 use crate::scene::Scene;
-use crate::scene::document::{BodyDocument, Role, SceneDocument};
+use crate::scene::document::{BodyDocument, Generator, MeshDocument, Role, SceneDocument};
 use crate::scene::exposed_faces::exposed_faces;
+use std::collections::BTreeSet;
 
 /// Field frames of a run that asks for none in particular.
 const DEFAULT_FIELD_FRAMES: u32 = 50;
@@ -58,9 +59,48 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
             (None, Some(window)) => ForceAverage::Window(window),
             (None, None) => ForceAverage::OfContact,
         },
+        tissue_ends: tissue_ends(scene, bodies, &skin),
         moved_by_contact_alone: is_moved_by_contact_alone(&scene.document),
         tissue_skin: skin,
     }
+}
+
+/// Node sets of a generated limb that are cuts through it.
+pub const CUTS: [&str; 2] = ["end_low", "end_high"];
+
+/// Held node sets by name, the cuts of generated limbs, and outer faces that are no skin; not those that a symmetry holds.
+fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<TissueEnd> {
+    let mut ends = Vec::new();
+    let mut add = |name: String, mut nodes: Vec<u32>| {
+        nodes.sort_unstable();
+        nodes.dedup();
+        if !nodes.is_empty() {
+            ends.push(TissueEnd { name, nodes });
+        }
+    };
+    let on_skin: BTreeSet<u32> = skin.iter().flatten().copied().collect();
+    for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue && body.rigid.is_none()) {
+        let (document, mesh) = (&scene.document.bodies[b], &scene.bodies[b].mesh);
+        let of_set = |name: &str| {
+            let nodes = mesh.node_sets.get(name).map_or(&[][..], Vec::as_slice);
+            nodes.iter().map(|node| node + body.nodes.start).collect::<Vec<_>>()
+        };
+        let mut known: BTreeSet<u32> = document.fixed.iter().flat_map(|fixed| of_set(&fixed.set)).collect();
+        for fixed in document.fixed.iter().filter(|fixed| fixed.axes.len() == 3) {
+            add(format!("the held nodes \u{201c}{}\u{201d}", fixed.set), of_set(&fixed.set));
+        }
+        if matches!(document.mesh, Some(MeshDocument::Generator(Generator::LimbSegment { .. }))) {
+            let cuts: Vec<u32> = CUTS.iter().flat_map(|set| of_set(set)).collect();
+            known.extend(&cuts);
+            add("an artificial end of the model".into(), cuts);
+        }
+        let is_back = |face: &&[u32; 4]| {
+            !face.iter().all(|node| on_skin.contains(node)) && !face.iter().all(|node| known.contains(node))
+        };
+        let back = body.skin.faces.iter().filter(is_back).flatten();
+        add("the back or a side of the model".into(), back.filter(|node| !on_skin.contains(node)).copied().collect());
+    }
+    ends
 }
 
 /// Whether the tissue is at rest in its own frame and undeformed, and no load or support can deform it.

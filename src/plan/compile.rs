@@ -13,6 +13,7 @@ use super::{Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
+use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
@@ -278,6 +279,7 @@ fn add_body(
         hexes: mesh.hexes.iter().map(|hex| hex.map(|node| node + first_node)).collect(),
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
+        validity: validity_of_parts(document, body),
         skin: Surface { nodes, faces },
         rigid: None,
         mass: mass.iter().sum(),
@@ -287,6 +289,16 @@ fn add_body(
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
     Ok(())
+}
+
+/// How far the law of each part of a mesh may be believed; a part without elements has no law, and the range of any.
+fn validity_of_parts(document: &BodyDocument, body: &crate::scene::SceneBody) -> Vec<Validity> {
+    let of_part = |part: usize| {
+        let element = body.mesh.part_of.iter().position(|p| *p as usize == part).unwrap_or(0);
+        let entry = *body.part_entry.get(element)? as usize;
+        Some(document.parts.get(entry)?.material.valid_to().range_of(body.materials.get(entry)?))
+    };
+    (0..body.mesh.parts.len()).filter_map(of_part).collect()
 }
 
 /// Two nodes: the centre of mass, and the spin in the axes of the body.
@@ -309,6 +321,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         hexes: Vec::new(),
         part_of: Vec::new(),
         parts: Vec::new(),
+        validity: Vec::new(),
         skin: Surface { nodes: vec![centre], faces: Vec::new() },
         rigid: Some(parts.rigid.bodies.len()),
         mass,

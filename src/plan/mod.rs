@@ -17,6 +17,7 @@ mod stepping;
 #[cfg(test)]
 mod tests;
 
+pub use asked::CUTS;
 pub use compile::{CompileError, compile, recompile};
 pub use distant::DistantPair;
 pub use left_out::LeftOut;
@@ -27,6 +28,7 @@ pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};
 
+use crate::mechanics::material::Validity;
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Surface};
@@ -117,6 +119,8 @@ pub struct PlanBody {
     pub part_of: Vec<u32>,
     /// Names of its parts.
     pub parts: Vec<String>,
+    /// How far the law of each part may be believed.
+    pub validity: Vec<Validity>,
     /// Its skin: outward faces with global nodes. A rigid body has its centre and no faces.
     pub skin: Surface,
     /// Its index among the rigid bodies, if it is one.
@@ -237,6 +241,15 @@ impl SystemSize {
     }
 }
 
+/// Where the tissue of the model ends: held nodes, cuts, what is no skin. What reaches it would go on in reality, or be reflected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TissueEnd {
+    /// What it is, in words.
+    pub name: String,
+    /// Its nodes (global), ascending.
+    pub nodes: Vec<u32>,
+}
+
 /// What the peak force of a contact is averaged over.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ForceAverage {
@@ -262,6 +275,8 @@ pub struct MeasurePlan {
     pub person: Option<PersonDocument>,
     /// What the peak force is averaged over.
     pub force_average: ForceAverage,
+    /// Where the tissue of the model ends.
+    pub tissue_ends: Vec<TissueEnd>,
     /// Whether the tissue starts undeformed and at rest in its own frame, and nothing but contact can deform it.
     pub moved_by_contact_alone: bool,
     /// Skin of the tissue from which depth is measured: faces with global nodes; empty when there is no tissue.

@@ -4,6 +4,7 @@ use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
 };
+use super::validity_document::ValidityDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,9 @@ pub enum MaterialDocument {
         /// Form of U(J).
         #[serde(default)]
         volumetric: VolumetricDocument,
+        /// How far the law may be believed; by default its own range.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        valid_to: Option<ValidityDocument>,
     },
     /// ψ = C10 (Ī1 − 3) + U(J)
     NeoHookean {
@@ -32,6 +36,9 @@ pub enum MaterialDocument {
         /// Form of U(J).
         #[serde(default)]
         volumetric: VolumetricDocument,
+        /// How far the law may be believed; by default its own range.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        valid_to: Option<ValidityDocument>,
     },
     /// ψ = μ/2 (I1 − 3) − μ ln J + λ/2 (ln J)²
     CoupledNeoHookean {
@@ -39,6 +46,9 @@ pub enum MaterialDocument {
         mu_pa: f64,
         /// First Lamé parameter λ [Pa].
         lambda_pa: f64,
+        /// How far the law may be believed; by default its own range.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        valid_to: Option<ValidityDocument>,
     },
     /// ψ = c/2 (Ī1 − 3) + Σ k1/(2 k2) (exp[k2 ⟨E⟩²] − 1) + U(J), E = κ (I1 − 3) + (1 − 3κ)(I4 − 1)
     HolzapfelGasserOgden {
@@ -64,6 +74,9 @@ pub enum MaterialDocument {
         /// Form of U(J).
         #[serde(default)]
         volumetric: VolumetricDocument,
+        /// How far the law may be believed; by default its own range.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        valid_to: Option<ValidityDocument>,
     },
 }
 
@@ -128,17 +141,17 @@ impl MaterialDocument {
     /// The law that is meant; `None` when its fibre directions are too many, or one has no direction.
     pub fn to_material(&self) -> Option<Material> {
         Some(match *self {
-            Self::MooneyRivlin { c10_pa: c10, c01_pa: c01, bulk_modulus_pa, volumetric } => {
+            Self::MooneyRivlin { c10_pa: c10, c01_pa: c01, bulk_modulus_pa, volumetric, .. } => {
                 Material::MooneyRivlin(MooneyRivlin {
                     c10,
                     c01,
                     volumetric: volumetric.with(bulk_modulus_pa),
                 })
             }
-            Self::NeoHookean { c10_pa: c10, bulk_modulus_pa, volumetric } => {
+            Self::NeoHookean { c10_pa: c10, bulk_modulus_pa, volumetric, .. } => {
                 Material::NeoHookean(NeoHookean { c10, volumetric: volumetric.with(bulk_modulus_pa) })
             }
-            Self::CoupledNeoHookean { mu_pa: mu, lambda_pa: lambda } => {
+            Self::CoupledNeoHookean { mu_pa: mu, lambda_pa: lambda, .. } => {
                 Material::CoupledNeoHookean(CoupledNeoHookean { mu, lambda })
             }
             Self::HolzapfelGasserOgden {
@@ -151,6 +164,7 @@ impl MaterialDocument {
                 matrix,
                 bulk_modulus_pa,
                 volumetric,
+                ..
             } => Material::HolzapfelGasserOgden(HolzapfelGasserOgden {
                 c,
                 k1,
@@ -168,6 +182,16 @@ impl MaterialDocument {
                 volumetric: volumetric.with(bulk_modulus_pa),
             }),
         })
+    }
+
+    /// What the scene says of how far the law may be believed.
+    pub fn valid_to(&self) -> ValidityDocument {
+        match self {
+            Self::MooneyRivlin { valid_to, .. }
+            | Self::NeoHookean { valid_to, .. }
+            | Self::CoupledNeoHookean { valid_to, .. }
+            | Self::HolzapfelGasserOgden { valid_to, .. } => valid_to.unwrap_or_default(),
+        }
     }
 
     /// The law's name in documents.

@@ -40,6 +40,7 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 pub mod validate;
+pub mod validity_document;
 
 pub use budget::Budget;
 pub use integrator_choice::{IntegratorChoice, SteppingEstimate};

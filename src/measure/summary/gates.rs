@@ -3,9 +3,10 @@
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
 use super::table::{number, seconds};
+use super::laws::{LawRange, law_excess, left_laws, numerical_stress};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
-use crate::step::{Energy, FailureCause, Outcome};
+use crate::step::{Ending, Energy, FailureCause, Outcome};
 
 /// Share of the energy scale above which numerical contact dissipation is warned about.
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
@@ -15,6 +16,8 @@ const CONTACT_CREATION_LIMIT: f64 = 0.001;
 const PROJECTION_WARNING: f64 = 0.01;
 /// Share of a body's inertia above which redistributed mass is warned of [-].
 const INERTIA_WARNING: f64 = 0.01;
+/// The gate of laws that were taken too far.
+const LAW_GATE: &str = "laws_within_limits";
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
 /// A force window of fewer steps than this is told to the user.
@@ -29,6 +32,8 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     // An empty sum is −0, and would be printed as such.
     let numerical: f64 = energy.numerical_contact_j() + 0.0;
+    // A run that broke off says itself what was crushed.
+    let smallest = outcome.filter(|o| o.ending == Ending::Finished).map(|o| o.smallest_jacobian);
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
@@ -41,6 +46,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         numerical_contact_dissipation_share: over(numerical, scale),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_share: measures.hourglass.largest_share(),
+        law_excess: law_excess(&measures.laws, smallest),
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
 }
@@ -78,17 +84,25 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             numerics.absorbed_energy_disagreement,
             limit,
         ),
+        gate(LAW_GATE, "largest deformation over the limit of its law", numerics.law_excess, 1.0),
     ]
 }
 
 /// Why the numbers are withheld, if they are.
-pub(super) fn withholding_reason(gates: &[Gate], state: &RunState) -> Option<String> {
+pub(super) fn withholding_reason(
+    gates: &[Gate],
+    state: &RunState,
+    beyond_limit: impl Fn() -> String,
+) -> Option<String> {
     if let RunState::Failed { failure } = state
         && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)
     {
         return Some(failure.message.trim_end_matches('.').to_owned());
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
+    if failed.name == LAW_GATE {
+        return Some(beyond_limit());
+    }
     Some(format!(
         "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
         failed.name, failed.meaning, failed.value, failed.limit
@@ -114,6 +128,8 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
+    warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(projection_warning(&measures.energy));
     for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
         warnings.push(format!(

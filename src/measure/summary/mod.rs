@@ -6,6 +6,7 @@ mod error_bars;
 mod from_measures;
 mod gates;
 mod injury;
+mod laws;
 mod listed;
 mod results;
 mod table;
@@ -13,6 +14,7 @@ mod words;
 
 pub use error_bars::{Cheaper, CheaperRuns, ErrorEstimate, Estimate};
 pub use injury::InjuryMeasure;
+pub use laws::LawRange;
 pub use results::{
     DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
@@ -24,6 +26,7 @@ use crate::step::{Ending, Failure, Outcome};
 use from_measures::{Mint, results};
 use gates::{gates, numerics, own_warnings, withholding_reason};
 use injury::injury_measures;
+use laws::{beyond_limit, left_laws};
 use serde::Serialize;
 use words::plain_words;
 
@@ -141,6 +144,9 @@ pub struct Summary {
     pub injury_measures: Vec<InjuryMeasure>,
     /// How good the computation was.
     pub numerics: Numerics,
+    /// Parts whose law was taken beyond what it is fitted to.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub law_ranges: Vec<LawRange>,
     /// The gates.
     pub gates: Vec<Gate>,
     /// Sentences to read before the numbers are used.
@@ -194,6 +200,8 @@ pub struct Numerics {
     pub hourglass_energy_share: f64,
     /// Largest difference of the absorbed energy's two computations over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
+    /// How far any law was taken beyond its limit, as a factor [-]: at most 1 within.
+    pub law_excess: f64,
 }
 
 impl RunState {
@@ -214,7 +222,7 @@ impl Summary {
         let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
-        let mut reason = withholding_reason(&gates, &state);
+        let mut reason = withholding_reason(&gates, &state, || beyond_limit(&measures.laws, &numerics));
         let verdict =
             |reason: &Option<String>| if reason.is_some() { GateResult::Failed } else { GateResult::Passed };
         let mut values = results(measures, plan, &state, Mint(verdict(&reason)));
@@ -243,6 +251,7 @@ impl Summary {
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
+        let law_ranges = left_laws(&measures.laws);
         let time_s = outcome.map_or(measures.time, |o| o.time_s);
         let results = match reason {
             None => Shown::Results(values),
@@ -255,11 +264,12 @@ impl Summary {
             time_s,
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            plain_words: plain_words(&results, &state, time_s),
+            plain_words: plain_words(&results, &state, time_s, &law_ranges),
             injury_measures: injury_measures(measures, plan, &state, &results),
             state,
             results,
             numerics,
+            law_ranges,
             gates,
             warnings,
             error_bars,

@@ -199,6 +199,12 @@ pub struct SignificantStress {
     /// Edge of the cube that stands for a quadrature point above the threshold, the largest [mm]: half of it times the surface of a
     /// ball of the volume is part of the volumes' errors.
     pub point_spacing_mm: f64,
+    /// Volume above the threshold where no wave from the contact can have been [mm³]: of the mesh, in no other number here. The largest at
+    /// any field time.
+    pub numerical_volume_mm3: f64,
+    /// Which ends of the tissue it reaches, in words: depth and volume end there because the model does.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reaches: Vec<String>,
     /// The parts of the tissue that exceed it.
     pub layers: Vec<StressedLayer>,
 }

@@ -154,6 +154,9 @@ impl Table {
                 self.quantity(&format!("depth of von Mises above {threshold}"), depth, "mm");
             }
             self.quantity(&format!("volume of von Mises above {threshold}"), &s.volume_mm3, "mm³");
+            if !s.reaches.is_empty() {
+                self.row("  reaches", &s.reaches.join(", "), "at least so deep and large");
+            }
         }
         for dose in &tissue.dose_volumes {
             let measure = match dose.measure {

@@ -1,10 +1,15 @@
 //! The summary in plain words, sentence by sentence.
 
 use super::table::{number, rounded, seconds};
-use super::{ErrorEstimate, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue};
+use super::{ErrorEstimate, LawRange, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue};
 
 /// What the numbers of a run that is at a time [s] say, for people who read no tables.
-pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64) -> Vec<String> {
+pub(super) fn plain_words(
+    results: &Shown,
+    state: &RunState,
+    time: f64,
+    laws: &[LawRange],
+) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, .. } => return vec![format!("No result can be given: {reason}.")],
@@ -31,6 +36,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64) -> Vec<S
         stress(tissue, *state == RunState::Finished, &mut words);
         energy(tissue, &mut words);
     }
+    words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     words
 }
 
@@ -91,6 +97,7 @@ fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
         }
         words.extend(stress.layers.iter().map(|layer| in_layer(layer, stress, &threshold)));
         words.push(reach(stress, &threshold));
+        words.extend(reaches_end(stress, &threshold));
     }
 }
 
@@ -110,6 +117,16 @@ fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) 
         ),
         None => format!("{volume} mm³ of the {part} saw more than {threshold} kPa (von Mises stress)."),
     }
+}
+
+/// Where what saw more than the threshold goes on beyond the model.
+pub(super) fn reaches_end(stress: &SignificantStress, threshold: &str) -> Option<String> {
+    (!stress.reaches.is_empty()).then(|| {
+        format!(
+            "The stress of {threshold} kPa reaches {}: its depth and volume end there because the model does, and are at least so large.",
+            stress.reaches.join(" and ")
+        )
+    })
 }
 
 /// How well it is known how much tissue saw more than the threshold.
@@ -170,6 +187,8 @@ mod tests {
                     volume_mm3: zero(),
                     volume_at_end_mm3: zero(),
                     point_spacing_mm: 0.0,
+                    numerical_volume_mm3: 0.0,
+                    reaches: Vec::new(),
                     layers: Vec::new(),
                 })
                 .collect(),

@@ -35,6 +35,10 @@ pub struct BlockParameters {
 }
 
 impl BlockParameters {
+    /// As [`BlockParameters::wave_speed`], along fibres that all lie in its direction [m/s]: nothing small is faster.
+    pub fn fastest_wave(&self) -> f64 {
+        self.wave_speed().hypot((self.material.fibre_modulus_at_rest() / self.density).sqrt())
+    }
     /// Speed of dilatational waves at rest, √((K + 4/3 G)/ρ) [m/s]; fibres apart.
     pub fn wave_speed(&self) -> f64 {
         let (G, K) = self.material.moduli_at_rest();

@@ -38,6 +38,10 @@ pub struct PointBatch {
     pub pressure: PointScalar,
     /// Largest principal Green–Lagrange strain, the largest eigenvalue of E = ½ (FᵀF − I) [-].
     pub principal_strain: PointScalar,
+    /// Its smallest eigenvalue [-].
+    pub least_principal_strain: PointScalar,
+    /// J = det F [-].
+    pub jacobian: PointScalar,
 }
 
 impl Default for PointBatch {
@@ -51,6 +55,8 @@ impl Default for PointBatch {
             von_mises: zero,
             pressure: zero,
             principal_strain: zero,
+            least_principal_strain: zero,
+            jacobian: zero,
         }
     }
 }
@@ -251,6 +257,9 @@ impl<L: Law> PointLaw<'_, L> {
             cauchy.von_mises().store(&mut points.von_mises[q], part);
             cauchy.pressure().store(&mut points.pressure[q], part);
             (k.C_minus_I.largest_principal() * 0.5).store(&mut points.principal_strain[q], part);
+            let least = k.C_minus_I.scaled(zero - 1.0).largest_principal() * -0.5;
+            least.store(&mut points.least_principal_strain[q], part);
+            k.J.store(&mut points.jacobian[q], part);
         }
     }
 }

@@ -15,6 +15,7 @@ mod paths;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod validity;
 mod volumetric;
 
 pub use ellipticity::least_acoustic_eigenvalue;
@@ -25,6 +26,7 @@ pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
+pub use validity::{Deformations, Validity};
 pub use volumetric::Volumetric;
 
 use super::real::Real;
@@ -145,6 +147,13 @@ impl Material {
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
     pub fn moduli_at_rest(&self) -> (f64, f64) {
         with_law!(self, law => law.moduli_at_rest())
+    }
+    /// What fibres add to the stiffness along one direction at rest when they are pulled, at most [Pa]: 4 k1 a family.
+    pub fn fibre_modulus_at_rest(&self) -> f64 {
+        match self {
+            Self::HolzapfelGasserOgden(law) => 4.0 * law.k1 * law.families.directions().len() as f64,
+            Self::MooneyRivlin(_) | Self::NeoHookean(_) | Self::CoupledNeoHookean(_) => 0.0,
+        }
     }
     /// Number of fibre families that the law reads.
     pub fn family_count(&self) -> usize {

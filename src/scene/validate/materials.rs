@@ -4,6 +4,7 @@ use super::Findings;
 use crate::mechanics::material::MAX_FAMILIES;
 use crate::scene::document::{Families, MaterialDocument, VolumetricDocument};
 use crate::scene::problem::{Pointer, Problem};
+use crate::scene::validity_document::ValidityDocument;
 
 /// A modulus outside this range [Pa] is probably in another unit.
 const USUAL_MODULUS: [f64; 2] = [1.0, 1e13];
@@ -25,16 +26,17 @@ const STIFF_RATIO: f64 = 1e4;
 
 /// Checks one material.
 pub fn check(material: &MaterialDocument, here: &Pointer, out: &mut Findings) {
+    check_validity(&material.valid_to(), &here.key("valid_to"), out);
     match material {
-        MaterialDocument::MooneyRivlin { c10_pa, c01_pa, bulk_modulus_pa, volumetric } => {
+        MaterialDocument::MooneyRivlin { c10_pa, c01_pa, bulk_modulus_pa, volumetric, .. } => {
             check_mooney_rivlin(*c10_pa, *c01_pa, here, out);
             check_bulk(*bulk_modulus_pa, 2.0 * (c10_pa + c01_pa), *volumetric, here, out);
         }
-        MaterialDocument::NeoHookean { c10_pa, bulk_modulus_pa, volumetric } => {
+        MaterialDocument::NeoHookean { c10_pa, bulk_modulus_pa, volumetric, .. } => {
             modulus(&here.key("c10_pa"), "C10", *c10_pa, out);
             check_bulk(*bulk_modulus_pa, 2.0 * c10_pa, *volumetric, here, out);
         }
-        MaterialDocument::CoupledNeoHookean { mu_pa, lambda_pa } => {
+        MaterialDocument::CoupledNeoHookean { mu_pa, lambda_pa, .. } => {
             modulus(&here.key("mu_pa"), "the shear modulus", *mu_pa, out);
             out.at_most(&here.key("lambda_pa"), "λ", *lambda_pa, MOST_MODULUS, "give it in Pa");
             let K = lambda_pa + 2.0 / 3.0 * mu_pa;
@@ -63,6 +65,31 @@ pub fn check(material: &MaterialDocument, here: &Pointer, out: &mut Findings) {
             check_families(fibres, *k1_pa, here, out);
             check_bulk(*bulk_modulus_pa, *c_pa, *volumetric, here, out);
         }
+    }
+}
+
+/// Ranges hold the state at rest, and limits hold what the law was fitted to.
+fn check_validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Findings) {
+    for (name, range) in valid_to.given() {
+        let Some([from, to]) = range else { continue };
+        out.require(from > 0.0 && from <= 1.0 && to >= 1.0, || {
+            Problem::error("out_of_range", &here.key(name), "the range does not hold the state at rest")
+                .value(format!("{from} to {to}"))
+                .limit("0 < from <= 1 <= to")
+                .remedy("30 % tension is a stretch of 1.3, 30 % compression one of 0.7")
+        });
+    }
+    for (limit, inner, name) in [
+        (valid_to.limit_stretch, valid_to.stretch, "limit_stretch"),
+        (valid_to.limit_jacobian, valid_to.jacobian, "limit_jacobian"),
+    ] {
+        let (Some(limit), Some(inner)) = (limit, inner) else { continue };
+        out.require(limit[0] <= inner[0] && limit[1] >= inner[1], || {
+            Problem::error("contradiction", &here.key(name), "the limit is within what the law was fitted to")
+                .value(format!("{} to {}", limit[0], limit[1]))
+                .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
+                .remedy("widen the limit, or leave it out")
+        });
     }
 }
 

@@ -1,0 +1,149 @@
+//! Whether the laws stay within the deformations that they are good for, part by part, at the field times.
+
+use crate::mechanics::element::POINTS;
+use crate::mechanics::force::PointBatch;
+use crate::mechanics::material::Validity;
+use crate::plan::Plan;
+use std::ops::Range;
+
+/// Reference volume outside of a range, and since when.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outside {
+    /// Now [m³].
+    volume: f64,
+    /// The largest at any field time so far [m³].
+    pub largest_volume: f64,
+    /// The first field time with any [s].
+    pub since: Option<f64>,
+}
+
+impl Outside {
+    fn end(&mut self, time: f64) {
+        self.largest_volume = self.largest_volume.max(self.volume);
+        if self.volume > 0.0 {
+            self.since.get_or_insert(time);
+        }
+    }
+}
+
+/// One part of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartRange {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the part.
+    pub part: String,
+    /// The range of its law.
+    pub validity: Validity,
+    /// Its reference volume [m³].
+    pub volume: f64,
+    /// Beyond what the law is fitted to.
+    pub left: Outside,
+    /// Beyond the law's limit.
+    pub beyond: Outside,
+    /// Least and largest principal stretch so far [-].
+    pub stretch: [f64; 2],
+    /// Least and largest J so far [-].
+    pub jacobian: [f64; 2],
+}
+
+impl PartRange {
+    /// The largest share of its volume that was outside.
+    pub fn share(&self, outside: &Outside) -> f64 {
+        if self.volume > 0.0 { outside.largest_volume / self.volume } else { 0.0 }
+    }
+    /// How far it was beyond its limit, as a factor [-]: at most 1 within.
+    pub fn excess(&self) -> f64 {
+        self.validity.limit.excess(self.stretch, self.jacobian)
+    }
+}
+
+/// All parts of all bodies.
+#[derive(Clone, Debug, Default)]
+pub struct LawRanges {
+    /// The parts.
+    pub parts: Vec<PartRange>,
+    /// Index of the part of each slot of the plan; padding has none that matters.
+    part_of: Vec<u32>,
+}
+
+impl LawRanges {
+    /// Not started.
+    pub fn new(plan: &Plan) -> Self {
+        let mut ranges = Self { parts: Vec::new(), part_of: vec![0; plan.slot_count()] };
+        for block in &plan.blocks {
+            let body = &plan.bodies[block.body];
+            for (slot, element) in block.elements.iter().enumerate() {
+                let element = (element - body.elements.start) as usize;
+                let part = body.part_of[element] as usize;
+                let name = &body.parts[part];
+                let is_it = |part: &PartRange| part.part == *name && part.body == body.name;
+                let known = ranges.parts.iter().position(is_it);
+                let index = known.unwrap_or_else(|| {
+                    ranges.parts.push(PartRange {
+                        body: body.name.clone(),
+                        part: name.clone(),
+                        validity: body.validity[part],
+                        volume: 0.0,
+                        left: Outside::default(),
+                        beyond: Outside::default(),
+                        stretch: [1.0; 2],
+                        jacobian: [1.0; 2],
+                    });
+                    ranges.parts.len() - 1
+                });
+                ranges.parts[index].volume += block.point_volumes(slot).iter().sum::<f64>();
+                ranges.part_of[block.first_slot + slot] = index as u32;
+            }
+        }
+        ranges
+    }
+
+    /// Begins a sweep over all points.
+    pub fn begin(&mut self) {
+        for part in &mut self.parts {
+            (part.left.volume, part.beyond.volume) = (0.0, 0.0);
+        }
+    }
+
+    /// Takes in the quadrature points of a batch of elements, with their slots among all.
+    pub fn accumulate(&mut self, slots: Range<usize>, points: &PointBatch) {
+        for (lane, slot) in slots.enumerate() {
+            let part = &mut self.parts[self.part_of[slot] as usize];
+            for q in 0..POINTS {
+                let stretch = |strain: f64| (1.0 + 2.0 * strain).max(0.0).sqrt();
+                let least = stretch(points.least_principal_strain[q][lane]);
+                let largest = stretch(points.principal_strain[q][lane]);
+                let J = points.jacobian[q][lane];
+                part.stretch = [part.stretch[0].min(least), part.stretch[1].max(largest)];
+                part.jacobian = [part.jacobian[0].min(J), part.jacobian[1].max(J)];
+                let Validity { fitted, limit } = part.validity;
+                if fitted.excess([least, largest], [J; 2]) > 1.0 {
+                    part.left.volume += points.volume[q][lane];
+                }
+                if limit.excess([least, largest], [J; 2]) > 1.0 {
+                    part.beyond.volume += points.volume[q][lane];
+                }
+            }
+        }
+    }
+
+    /// Ends the sweep at a time [s].
+    pub fn end(&mut self, time: f64) {
+        for part in &mut self.parts {
+            part.left.end(time);
+            part.beyond.end(time);
+        }
+    }
+
+    /// The part that is farthest beyond its limit, and by what factor.
+    pub fn worst(&self) -> Option<(&PartRange, f64)> {
+        let excesses = self.parts.iter().map(|part| (part, part.excess()));
+        excesses.max_by(|(_, a), (_, b)| a.total_cmp(b))
+    }
+
+    /// The least J that any part's limit allows; 0 without parts [-].
+    pub fn least_jacobian(&self) -> f64 {
+        self.parts.iter().map(|part| part.validity.limit.jacobian[0]).reduce(f64::min).unwrap_or(0.0)
+    }
+}

@@ -1,0 +1,134 @@
+//! Where the laws were left, and why numbers beyond their limits are withheld.
+
+use super::super::law_range::{LawRanges, Outside, PartRange};
+use super::super::stress_depth::StressDepth;
+use super::Numerics;
+use super::table::{number, seconds};
+use serde::Serialize;
+
+/// What is told of a part whose law was left: share of its volume [-].
+const NOTABLE_SHARE: f64 = 1e-3;
+/// Below this a J is as good as none [-].
+const VANISHING: f64 = 1e-9;
+
+/// A part whose law was taken beyond what it is fitted to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LawRange {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the part.
+    pub part: String,
+    /// Least and largest principal stretch at any field time [-].
+    pub stretch: [f64; 2],
+    /// What the law is fitted to [-].
+    pub fitted_stretch: [f64; 2],
+    /// Least and largest volume ratio J [-].
+    pub jacobian: [f64; 2],
+    /// What the law is fitted to [-].
+    pub fitted_jacobian: [f64; 2],
+    /// Largest share of the part's volume that was outside of it [-].
+    pub share_outside: f64,
+    /// First field time with any of it outside [s].
+    pub outside_since_s: f64,
+    /// Largest share of the part's volume that was beyond the limit of the law [-].
+    pub share_beyond_limit: f64,
+}
+
+/// Every part whose law was left, in the order of the plan.
+pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
+    let of = |part: &PartRange| {
+        Some(LawRange {
+            body: part.body.clone(),
+            part: part.part.clone(),
+            stretch: part.stretch,
+            fitted_stretch: part.validity.fitted.stretch,
+            jacobian: part.jacobian,
+            fitted_jacobian: part.validity.fitted.jacobian,
+            share_outside: part.share(&part.left),
+            outside_since_s: part.left.since?,
+            share_beyond_limit: part.share(&part.beyond),
+        })
+    };
+    ranges.parts.iter().filter_map(of).collect()
+}
+
+impl LawRange {
+    /// "The law of fat (thigh) was left in 3.2 % of its volume from 40 µs on: …".
+    pub fn in_words(&self) -> String {
+        let between = |[from, to]: [f64; 2]| format!("{} to {}", number(from), number(to));
+        format!(
+            "The law of {} ({}) was taken beyond what it is fitted to in {} % of its volume, from {} on: stretches {} (fitted to {}), J {} \
+             (fitted to {}).",
+            self.part,
+            self.body,
+            number(100.0 * self.share_outside),
+            seconds(self.outside_since_s),
+            between(self.stretch),
+            between(self.fitted_stretch),
+            between(self.jacobian),
+            between(self.fitted_jacobian)
+        )
+    }
+
+    /// Whether it is worth a sentence.
+    pub fn is_notable(&self) -> bool {
+        self.share_outside > NOTABLE_SHARE
+    }
+}
+
+/// How far any law was taken beyond its limit, as a factor [-]: at most 1 within. At the field times by stretch and J; besides by the
+/// smallest J of all steps, where the run tells it.
+pub(super) fn law_excess(ranges: &LawRanges, smallest_jacobian: Option<f64>) -> f64 {
+    let at_field_times = ranges.worst().map_or(0.0, |(_, excess)| excess);
+    let in_between = smallest_jacobian.map_or(0.0, |J| ranges.least_jacobian() / J.max(VANISHING));
+    at_field_times.max(in_between)
+}
+
+/// Why the numbers are withheld, when a law was taken beyond its limit.
+pub(super) fn beyond_limit(ranges: &LawRanges, numerics: &Numerics) -> String {
+    let Some((part, excess)) = ranges.worst().filter(|(_, excess)| *excess > 1.0) else {
+        let J = numerics.smallest_jacobian.unwrap_or_default();
+        return format!(
+            "an element was crushed to J = {} between field times, which is beyond the limit of every law ({})",
+            number(J),
+            number(ranges.least_jacobian())
+        );
+    };
+    let limit = part.validity.limit;
+    let ([thin, long], [small, large]) = (part.stretch, part.jacobian);
+    let mut what = Vec::new();
+    for (is_beyond, name, value, limit) in [
+        (long > limit.stretch[1], "stretched to", long, limit.stretch[1]),
+        (thin < limit.stretch[0], "compressed to", thin, limit.stretch[0]),
+        (small < limit.jacobian[0], "crushed to J =", small, limit.jacobian[0]),
+        (large > limit.jacobian[1], "swollen to J =", large, limit.jacobian[1]),
+    ] {
+        if is_beyond {
+            what.push(format!("{name} {} (limit {})", number(value), number(limit)));
+        }
+    }
+    let Outside { since, .. } = part.beyond;
+    format!(
+        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on ({excess:.1} times the limit)",
+        part.part,
+        part.body,
+        what.join(", "),
+        number(100.0 * part.share(&part.beyond)),
+        seconds(since.unwrap_or_default())
+    )
+}
+
+/// Stress where no wave can have been.
+pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = String> {
+    stress.exceedances.iter().filter(|e| e.largest_numerical > 0.0).map(|e| {
+        let (time, reach) = e.numerical_at;
+        format!(
+            "{} mm³ of tissue above {} kPa lie where no wave from the contact can have been at {} ({} mm from it): they are of the mesh, whose \
+             long elements carry something on in every step, and count nowhere. Grade the mesh less.",
+            number(1e9 * e.largest_numerical),
+            number(1e-3 * e.threshold),
+            seconds(time),
+            number(1e3 * reach)
+        )
+    })
+}

@@ -1,0 +1,102 @@
+//! How far a wave from the contact can have come into the tissue: stress beyond is the mesh's, not the tissue's.
+//!
+//! Each step carries something one element further, whatever the element's size, so that long elements are stressed long before
+//! any wave can be there.
+
+use super::measures::PairMeasures;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::step::Frame;
+
+/// Where waves can be at one time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WaveReach {
+    /// Reference place of the first contact of each pair with the tissue, and how far a wave from there can have come [m].
+    sources: Vec<(Vec3, f64)>,
+}
+
+impl WaveReach {
+    /// Around one place that has not sent anything further yet.
+    #[cfg(test)]
+    pub fn of(source: Source) -> Self {
+        Self { sources: vec![(source.place, source.spread)] }
+    }
+
+    /// Whether a point at `X` [m] of an element of that size [m] can have been reached.
+    pub fn holds(&self, X: &Vec3, size: f64) -> bool {
+        self.sources.iter().any(|(from, reach)| (X - from).norm() <= reach + size)
+    }
+
+    /// How far waves can have come, at most [m].
+    pub fn farthest(&self) -> f64 {
+        self.sources.iter().map(|(_, reach)| *reach).fold(0.0, f64::max)
+    }
+}
+
+/// The speed at which waves run in the tissue, at most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaveSpeed(f64);
+
+impl WaveSpeed {
+    /// `None` where something else than contact may deform the tissue, and in runs without mass, which have no waves.
+    pub fn new(plan: &Plan) -> Option<Self> {
+        let is_tissue = |body: usize| plan.bodies[body].role == crate::scene::document::Role::Tissue;
+        let blocks = plan.blocks.iter().filter(|block| is_tissue(block.body));
+        let speed = blocks.map(|block| block.parameters.fastest_wave()).fold(0.0, f64::max);
+        (plan.measures.moved_by_contact_alone && !plan.is_static() && speed > 0.0).then_some(Self(speed))
+    }
+
+    /// Where waves can be in a frame. From its first contact on a pair sends them from the whole of its patch; a step is one more,
+    /// because contact begins within it.
+    ///
+    /// A wave that crushes what it runs into is faster than one at rest: a plane shock runs at about c + s u, u the speed of the
+    /// matter behind it and s < 1 for the volumetric laws here. The speed of the impact bounds s u.
+    pub fn reach(&self, pairs: &[PairMeasures], frame: &Frame) -> WaveReach {
+        let of = |pair: &PairMeasures| {
+            let ([first, _], source) = (pair.force.contact_span?, pair.source.as_ref().filter(|_| pair.on_tissue)?);
+            let speed = self.0 + pair.approach;
+            Some((source.place, speed * (frame.time - first + frame.mean_step) + source.spread))
+        };
+        WaveReach { sources: pairs.iter().filter_map(of).collect() }
+    }
+}
+
+/// Where a pair first touched the tissue, in its reference configuration, and how far from there its patch has been [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Place [m].
+    pub place: Vec3,
+    /// How far [m].
+    pub spread: f64,
+}
+
+impl Source {
+    /// Takes in a patch: its centre in the reference configuration, and its long axis [m], which is more than its farthest node.
+    pub fn widen(this: &mut Option<Self>, centre: Vec3, long_axis: f64) {
+        let source = this.get_or_insert(Self { place: centre, spread: 0.0 });
+        source.spread = source.spread.max((centre - source.place).norm() + long_axis);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wave_reaches_as_far_as_it_runs_and_an_element_further() {
+        let reach = WaveReach { sources: vec![(Vec3::zeros(), 0.02), (Vec3::x(), 0.01)] };
+        assert!(reach.holds(&Vec3::new(0.0, 0.024, 0.0), 0.005) && !reach.holds(&Vec3::new(0.0, 0.026, 0.0), 0.005));
+        assert!(reach.holds(&Vec3::new(1.0, 0.0, 0.009), 0.0) && reach.farthest() == 0.02);
+        assert!(!WaveReach::default().holds(&Vec3::zeros(), 1.0), "before contact there is no wave");
+    }
+
+    #[test]
+    fn a_source_spreads_with_its_patch() {
+        let mut source = None;
+        Source::widen(&mut source, Vec3::x(), 0.1);
+        Source::widen(&mut source, Vec3::x() * 1.5, 0.2);
+        Source::widen(&mut source, Vec3::x(), 0.0);
+        let source = source.unwrap_or(Source { place: Vec3::zeros(), spread: 0.0 });
+        assert!(source.place == Vec3::x() && (source.spread - 0.7).abs() < 1e-15);
+    }
+}

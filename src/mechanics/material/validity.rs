@@ -1,0 +1,70 @@
+//! How far a law may be believed: the deformations that its parameters are usually fitted to, and those beyond which it says nothing.
+
+use super::Material;
+
+/// Principal stretches λ and volume ratio J, each from … to [-].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deformations {
+    /// λ.
+    pub stretch: [f64; 2],
+    /// J.
+    pub jacobian: [f64; 2],
+}
+
+impl Deformations {
+    /// How far beyond them the least and largest stretch and J are, as a factor [-]: at most 1 within.
+    pub fn excess(&self, stretch: [f64; 2], jacobian: [f64; 2]) -> f64 {
+        let beyond = |[least, most]: [f64; 2], [from, to]: [f64; 2]| {
+            f64::max(from / least.max(VANISHING), most / to)
+        };
+        beyond(stretch, self.stretch).max(beyond(jacobian, self.jacobian))
+    }
+}
+
+/// Below this a stretch or J is as good as none [-].
+const VANISHING: f64 = 1e-9;
+
+/// The range of a law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Validity {
+    /// What its parameters are fitted to.
+    pub fitted: Deformations,
+    /// Beyond these its numbers are none.
+    pub limit: Deformations,
+}
+
+/// Beyond a stretch of 4, or crushed to a tenth, no soft tissue or rubber of these laws is whole; with J below 0.1 the mesh has failed.
+const LIMIT: Deformations = Deformations { stretch: [0.1, 4.0], jacobian: [0.1, 10.0] };
+
+/// Of laws that are nearly incompressible: a change of volume by a tenth needs a tenth of the bulk modulus.
+const NEARLY_INCOMPRESSIBLE: [f64; 2] = [0.9, 1.1];
+
+impl Material {
+    /// The range of the law where a scene gives no other. One constant fits rubber in tension up to about 1.5, two up to about 2
+    /// (L. R. G. Treloar, The Physics of Rubber Elasticity, ch. 5); soft tissue is seldom tested beyond 1.5.
+    pub fn validity(&self) -> Validity {
+        let fitted = match self {
+            Self::NeoHookean(_) | Self::HolzapfelGasserOgden(_) => {
+                Deformations { stretch: [0.6, 1.5], jacobian: NEARLY_INCOMPRESSIBLE }
+            }
+            Self::MooneyRivlin(_) => Deformations { stretch: [0.5, 2.0], jacobian: NEARLY_INCOMPRESSIBLE },
+            Self::CoupledNeoHookean(_) => Deformations { stretch: [0.6, 1.5], jacobian: [0.7, 1.4] },
+        };
+        Validity { fitted, limit: LIMIT }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excess_is_one_at_the_edge_of_the_range() {
+        let range = Deformations { stretch: [0.5, 2.0], jacobian: [0.9, 1.1] };
+        let excess = |stretch, jacobian| range.excess(stretch, jacobian);
+        assert!((excess([1.0, 2.0], [1.0; 2]) - 1.0).abs() < 1e-15);
+        assert!((excess([0.25, 1.0], [1.0; 2]) - 2.0).abs() < 1e-15);
+        assert!((excess([1.0; 2], [0.3, 1.0]) - 3.0).abs() < 1e-12);
+        assert!(excess([0.8, 1.5], [0.95, 1.05]) < 1.0 && excess([0.0, 1.0], [1.0; 2]).is_finite());
+    }
+}

@@ -1,0 +1,51 @@
+//! How far a law may be believed, in a scene document.
+
+use crate::mechanics::material::{Deformations, Material, Validity};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The deformations that a law's parameters were fitted to, and those beyond which no number of a run is shown; what is left out is the
+/// law's own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ValidityDocument {
+    /// Principal stretches that it was fitted to, from … to [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<[f64; 2]>,
+    /// Volume ratios J that it was fitted to, from … to [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub jacobian: Option<[f64; 2]>,
+    /// Principal stretches beyond which the numbers of the run are withheld [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_stretch: Option<[f64; 2]>,
+    /// Volume ratios J beyond which they are withheld [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_jacobian: Option<[f64; 2]>,
+}
+
+impl ValidityDocument {
+    /// What is given, by name, in the order of the fields.
+    pub fn given(&self) -> [(&'static str, Option<[f64; 2]>); 4] {
+        [
+            ("stretch", self.stretch),
+            ("jacobian", self.jacobian),
+            ("limit_stretch", self.limit_stretch),
+            ("limit_jacobian", self.limit_jacobian),
+        ]
+    }
+
+    /// The range of a law: what is given, else the law's own, whose limits then reach as far as what is given.
+    pub fn range_of(&self, material: &Material) -> Validity {
+        let own = material.validity();
+        let wider = |limit: [f64; 2], range: [f64; 2]| [limit[0].min(range[0]), limit[1].max(range[1])];
+        let fitted = Deformations {
+            stretch: self.stretch.unwrap_or(own.fitted.stretch),
+            jacobian: self.jacobian.unwrap_or(own.fitted.jacobian),
+        };
+        let limit = Deformations {
+            stretch: self.limit_stretch.unwrap_or_else(|| wider(own.limit.stretch, fitted.stretch)),
+            jacobian: self.limit_jacobian.unwrap_or_else(|| wider(own.limit.jacobian, fitted.jacobian)),
+        };
+        Validity { fitted, limit }
+    }
+}
