@@ -139,7 +139,10 @@ impl ImpactForce {
         match (self.average, &self.sliding) {
             (_, Some(sliding)) => sliding.peak(),
             (ForceAverage::Filter(filter), None) => filtered_peak(&self.history, filter.class()),
-            (_, None) => self.window().filter(|w| *w > 0.0).map_or_else(PeakForce::default, |w| self.history.peak_over(w)),
+            (_, None) => self
+                .window()
+                .filter(|w| *w > 0.0)
+                .map_or_else(PeakForce::default, |w| self.history.peak_over(w)),
         }
     }
 
@@ -219,7 +222,10 @@ mod tests {
         let exact = (0.1 * PI).sin() / (0.1 * PI);
         assert!((measure.peak().force - exact).abs() < 1e-6, "{} {exact}", measure.peak().force);
         assert!((measure.peak().time - 0.5).abs() < 2e-3);
-        assert!((measure.peak().patch.area - exact).abs() < 1e-6, "the patch is the mean over the window, too");
+        assert!(
+            (measure.peak().patch.area - exact).abs() < 1e-6,
+            "the patch is the mean over the window, too"
+        );
         assert!((measure.peak_step.0 - 1.0).abs() < 1e-5);
     }
 

@@ -225,13 +225,15 @@ impl StressDepth {
             let place = Place { point: &|q| position(lane, q), nodes: &|| nodes(lane) };
             for q in 0..POINTS {
                 let [stress, strain, psi, volume] =
-                    [&points.von_mises, &points.principal_strain, &points.psi, &points.volume].map(|field| field[q][lane]);
+                    [&points.von_mises, &points.principal_strain, &points.psi, &points.volume]
+                        .map(|field| field[q][lane]);
                 // Most points raise no peak and pass no threshold: where they are need not be known.
                 if !self.tells_anything(stress, strain, psi) {
                     continue;
                 }
                 let X = position(lane, q);
-                if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt())) {
+                if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt()))
+                {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);
                     continue;
@@ -323,7 +325,8 @@ fn at_ends(plan: &Plan) -> Vec<u32> {
     for block in &plan.blocks {
         for slot in 0..block.elements.len() {
             let nodes = block.nodes_of(slot);
-            at_ends[block.first_slot + slot] = nodes.iter().fold(0, |bits, node| bits | of_node[*node as usize]);
+            at_ends[block.first_slot + slot] =
+                nodes.iter().fold(0, |bits, node| bits | of_node[*node as usize]);
         }
     }
     at_ends

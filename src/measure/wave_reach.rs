@@ -53,7 +53,8 @@ impl WaveSpeed {
     /// matter behind it and s < 1 for the volumetric laws here. The speed of the impact bounds s u.
     pub fn reach(&self, pairs: &[PairMeasures], frame: &Frame) -> WaveReach {
         let of = |pair: &PairMeasures| {
-            let ([first, _], source) = (pair.force.contact_span?, pair.source.as_ref().filter(|_| pair.on_tissue)?);
+            let ([first, _], source) =
+                (pair.force.contact_span?, pair.source.as_ref().filter(|_| pair.on_tissue)?);
             let speed = self.0 + pair.approach;
             Some((source.place, speed * (frame.time - first + frame.mean_step) + source.spread))
         };
@@ -85,7 +86,10 @@ mod tests {
     #[test]
     fn a_wave_reaches_as_far_as_it_runs_and_an_element_further() {
         let reach = WaveReach { sources: vec![(Vec3::zeros(), 0.02), (Vec3::x(), 0.01)] };
-        assert!(reach.holds(&Vec3::new(0.0, 0.024, 0.0), 0.005) && !reach.holds(&Vec3::new(0.0, 0.026, 0.0), 0.005));
+        assert!(
+            reach.holds(&Vec3::new(0.0, 0.024, 0.0), 0.005)
+                && !reach.holds(&Vec3::new(0.0, 0.026, 0.0), 0.005)
+        );
         assert!(reach.holds(&Vec3::new(1.0, 0.0, 0.009), 0.0) && reach.farthest() == 0.02);
         assert!(!WaveReach::default().holds(&Vec3::zeros(), 1.0), "before contact there is no wave");
     }

@@ -79,7 +79,9 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
         }
     };
     let on_skin: BTreeSet<u32> = skin.iter().flatten().copied().collect();
-    for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue && body.rigid.is_none()) {
+    for (b, body) in
+        bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue && body.rigid.is_none())
+    {
         let (document, mesh) = (&scene.document.bodies[b], &scene.bodies[b].mesh);
         let of_set = |name: &str| {
             let nodes = mesh.node_sets.get(name).map_or(&[][..], Vec::as_slice);
@@ -98,7 +100,10 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
             !face.iter().all(|node| on_skin.contains(node)) && !face.iter().all(|node| known.contains(node))
         };
         let back = body.skin.faces.iter().filter(is_back).flatten();
-        add("the back or a side of the model".into(), back.filter(|node| !on_skin.contains(node)).copied().collect());
+        add(
+            "the back or a side of the model".into(),
+            back.filter(|node| !on_skin.contains(node)).copied().collect(),
+        );
     }
     ends
 }

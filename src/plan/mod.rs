@@ -28,11 +28,11 @@ pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};
 
-use crate::mechanics::material::Validity;
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Surface};
 use crate::mechanics::force::ElementBlock;
+use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};

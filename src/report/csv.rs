@@ -74,7 +74,8 @@ pub(super) fn force_average(run: &RecordedRun) -> Average {
     let impact = super::headline_impact(super::values(&run.summary));
     let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);
     let window = impact.and_then(|i| i["force_window_s"].as_f64()).filter(|window| *window > 0.0);
-    let of_run = || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| SHARE_OF_CONTACT * time);
+    let of_run =
+        || run.summary["time_s"].as_f64().filter(|time| *time > 0.0).map(|time| SHARE_OF_CONTACT * time);
     match filter {
         Some(filter) => Average::Filter(filter),
         None => Average::Window(window.or_else(of_run).unwrap_or(1.0)),

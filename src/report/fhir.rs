@@ -85,12 +85,19 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
         }
     };
     let impact = headline_impact(values);
-    let average = impact.and_then(|i| i["force_average"].as_str()).map_or_else(String::new, |words| format!(", {words}"));
+    let average = impact
+        .and_then(|i| i["force_average"].as_str())
+        .map_or_else(String::new, |words| format!(", {words}"));
     for (code, text, unit, name) in [
         ("peak-force", &*format!("Peak impact force{average}"), "N", "peak_force_n"),
         ("impulse", "Impulse of the contact", "N.s", "impulse_n_s"),
         ("contact-duration", "Duration of contact", "s", "contact_duration_s"),
-        ("contact-patch-area", "Mean area of the contact patch over the window of the peak force", "mm2", "patch_area_mm2"),
+        (
+            "contact-patch-area",
+            "Mean area of the contact patch over the window of the peak force",
+            "mm2",
+            "patch_area_mm2",
+        ),
     ] {
         add(code, text, unit, impact.map(|impact| &impact[name]));
     }
@@ -111,7 +118,14 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     }
     for stress in tissue["significant_stress"].as_array().into_iter().flatten() {
         let threshold = stress["threshold_pa"].as_f64().unwrap_or_default();
-        let above = format!("von Mises stress above {threshold} Pa");
+        let ends: Vec<&str> =
+            stress["reaches"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        let at_least = if ends.is_empty() {
+            String::new()
+        } else {
+            format!(" (at least: it reaches {})", ends.join(", "))
+        };
+        let above = format!("von Mises stress above {threshold} Pa{at_least}");
         add(
             &format!("depth-above-{threshold}-pa"),
             &format!("Depth of {above}"),

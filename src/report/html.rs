@@ -95,7 +95,8 @@ fn cards(out: &mut String, summary: &Value) {
     let depth_title = threshold
         .map_or_else(|| "Depth of stress".into(), |t| format!("Depth of stress above {}", number_of_kpa(t)));
     let average = impact.and_then(|i| i["force_average"].as_str());
-    let force_title = average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
+    let force_title =
+        average.map_or_else(|| "Peak impact force".into(), |words| format!("Peak impact force, {words}"));
     let all = [
         (force_title, impact.and_then(|i| Shown::of(&i["peak_force_n"])), "N"),
         ("Contact patch".into(), impact.and_then(|i| Shown::of(&i["patch_area_mm2"])), "mm²"),
@@ -178,11 +179,13 @@ fn stress_table(out: &mut String, summary: &Value) {
             };
             format!("{} {}–{} mm", escaped(layer["part"].as_str().unwrap_or_default()), depth(0), depth(1))
         });
+        let ends = stress["reaches"].as_array().into_iter().flatten().filter_map(Value::as_str);
+        let ends = ends.map(|end| format!("reaches {}: at least so deep and large", escaped(end)));
         rows.push(vec![
             format!("von Mises &gt; {threshold}"),
             with_error(&stress["depth_mm"]),
             with_error(&stress["volume_mm3"]),
-            layers.collect::<Vec<_>>().join(", "),
+            layers.chain(ends).collect::<Vec<_>>().join(", "),
         ]);
     }
     for dose in tissue["dose_volumes"].as_array().into_iter().flatten() {

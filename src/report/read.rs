@@ -165,7 +165,9 @@ impl RecordedPair {
             Average::Window(window) => return self.windowed_force(window),
             Average::Filter(filter) => filter,
         };
-        let (Some(&first), Some(&last)) = (self.time_s.first(), self.time_s.last()) else { return Series::new() };
+        let (Some(&first), Some(&last)) = (self.time_s.first(), self.time_s.last()) else {
+            return Series::new();
+        };
         let is_short = last >= first && (last - first) * filter.class() <= LONGEST_FILTERED;
         if !is_short {
             return Series::new();

@@ -1,10 +1,10 @@
 //! Materials in a scene document.
 
+use super::validity_document::ValidityDocument;
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
 };
-use super::validity_document::ValidityDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -138,7 +138,9 @@ def main() -> None:
     rows = figure.add_gridspec(2, 1, height_ratios=[1, 0.95])
     draw_cuts(figure, rows[0].subgridspec(1, 4), recording)
     curves = rows[1].subgridspec(1, 2)
-    draw_force(figure.add_subplot(curves[0, 0]), recording, results["impacts"][0]["force_window_s"])
+    summary = recording.json("summary.json")
+    window = results["impacts"][0].get("force_window_s") or summary["time_s"] / 50
+    draw_force(figure.add_subplot(curves[0, 0]), recording, window)
     draw_energy(figure.add_subplot(curves[0, 1]), recording)
     run = recording.metadata["contuse.run"]
     figure.suptitle(f"{run['scene']} ({run['engine']} {run['engine_version']})")

@@ -1,6 +1,7 @@
 //! What is shown of a run that cannot be a result: nothing touched, nobody knows the error, the law was left.
 
 use crate::rig::MeshInMemory;
+use contuse::measure::summary::{ErrorEstimate, Shown};
 use contuse::measure::{Summary, render_table};
 use contuse::mesh::Mesh;
 use contuse::scene::{Budget, load};
@@ -76,4 +77,144 @@ fn a_number_whose_error_nobody_knows_is_no_plain_one() {
     let row = results.lines().find(|line| line.contains("peak force, ")).unwrap();
     assert!(row.contains("(") && row.contains(") N") && row.contains("error not estimated"), "{row}");
     assert!(summary.plain_words.iter().any(|words| words.contains("(error not estimated)")));
+}
+
+#[test]
+fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
+    let with_range = |valid_to: Value| {
+        let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["bodies"][1]["parts"][0]["material"]["valid_to"] = valid_to;
+        summary(&scene, None)
+    };
+    let left = with_range(json!({"stretch": [0.999, 1.001], "jacobian": [0.5, 2.0]}));
+    let gel = left.law_ranges.iter().find(|law| law.body == "gel").unwrap();
+    assert!(gel.share_outside > 0.01 && gel.share_outside <= 1.0 && gel.share_beyond_limit == 0.0, "{gel:?}");
+    assert!(gel.stretch[1] > 1.001 && gel.outside_since_s > 0.0, "{gel:?}");
+    let Shown::Results(results) = &left.results else { panic!("{:?}", left.plain_words) };
+    // The largest principal strain E of the summary is the same number as the largest stretch: 2E = λ² − 1.
+    let strain = results.tissue.as_ref().unwrap().peak_principal_strain.as_ref().unwrap().quantity.value;
+    assert!((gel.stretch[1].powi(2) - 1.0 - 2.0 * strain).abs() < 1e-12, "{strain} {gel:?}");
+    assert!(
+        left.warnings.iter().any(|w| w.contains("(gel) was taken beyond what it is fitted to")),
+        "{:?}",
+        left.warnings
+    );
+
+    let beyond = with_range(json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]}));
+    let Shown::Withheld { reason, .. } = &beyond.results else { panic!("{:?}", beyond.plain_words) };
+    assert!(reason.contains("(gel) was stretched to") && reason.contains("limit 1.001"), "{reason}");
+    assert!(beyond.plain_words[0].contains(reason), "{:?}", beyond.plain_words);
+    let table = render_table(&beyond);
+    assert!(table.contains("withheld") && !table.contains("peak force"), "{table}");
+    let gate = beyond.gates.iter().find(|gate| gate.name == "laws_within_limits").unwrap();
+    assert!(gate.value > gate.limit && gate.limit == 1.0, "{gate:?}");
+}
+
+/// The 44 mm ball at 100 m/s: principal strain above 8, J below 0.01.
+#[test]
+fn the_44_mm_ball_gives_no_numbers() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/flashball_thigh/scene_44mm.json");
+    let mut scene: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    scene["solver"] = json!({"error_bars": "none"});
+    let summary = summary(&scene, None);
+    let Shown::Withheld { reason, .. } = &summary.results else { panic!("{:?}", summary.plain_words) };
+    assert!(reason.contains("beyond the limit"), "{reason}");
+    assert!(!summary.plain_words.iter().any(|words| words.contains("kPa")), "{:?}", summary.plain_words);
+}
+
+/// A long block, hit at one end: its far elements are long, and each step carries something one of them further.
+#[test]
+fn stress_that_no_wave_can_have_brought_counts_nowhere() {
+    let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);
+    scene["solver"] = json!({"error_bars": "none"});
+    scene["bodies"][1]["mesh"]["generator"] = json!({"kind": "block", "min_m": [-0.03, -0.03, 0], "max_m": [0.37, 0.03, 0.04], "elements": [10, 8, 6]});
+    scene["measures"]["stress_thresholds_pa"] = json!([1e-6, 1000.0]);
+    let summary = summary(&scene, None);
+    let [tiny, real] = &summary.values().tissue.as_ref().unwrap().significant_stress[..] else { panic!() };
+    let first = summary.values().impacts[0].contact_span_s.unwrap()[0];
+    // The fastest wave: sqrt((K + 4/3 G)/ρ), G = 2 C10, and the speed of the impact; then a step, the patch and an element.
+    let farthest = (((1e6 + 4.0 / 3.0 * 6e4) / 1e3_f64).sqrt() + 5.0) * (1e-3 - first);
+    let slack = 0.02
+        + (0.04f64 * 0.0075 * 0.04 / 6.0).cbrt()
+        + 5.0 * summary.numerics.smallest_step_s.unwrap() * 38.0;
+    let most = (0.03 + farthest + slack) * 0.06 * 0.04 * 1e9;
+    assert!(tiny.numerical_volume_mm3 > 0.0, "{tiny:?}");
+    assert!(
+        tiny.volume_mm3.value < most && tiny.volume_mm3.value > 0.0,
+        "{} of {most}",
+        tiny.volume_mm3.value
+    );
+    assert_eq!(real.numerical_volume_mm3, 0.0);
+    assert!(
+        summary.warnings.iter().any(|w| w.contains("where no wave from the contact can have been")),
+        "{:?}",
+        summary.warnings
+    );
+}
+
+#[test]
+fn what_reaches_an_end_of_the_model_says_so() {
+    let reached = |threshold: f64, end: f64| {
+        let mut scene = ball_on_gel([0.0, 0.0, -5.0], end);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["measures"]["stress_thresholds_pa"] = json!([threshold]);
+        let summary = summary(&scene, None);
+        let stress = &summary.values().tissue.as_ref().unwrap().significant_stress[0];
+        (stress.reaches.clone(), summary.plain_words.join(" "), render_table(&summary))
+    };
+    let (held, words, table) = reached(1.0, 4e-3);
+    assert!(held.iter().any(|end| end.contains("z_min")), "{held:?}");
+    assert!(words.contains("reaches the held nodes") && words.contains("because the model does"), "{words}");
+    assert!(table.contains("at least so deep and large"), "{table}");
+    let (none, words, _) = reached(2000.0, 6e-4);
+    assert!(none.is_empty() && !words.contains("because the model does"), "{none:?} {words}");
+}
+
+#[test]
+fn the_force_is_averaged_over_a_share_of_the_contact_and_a_short_window_is_told() {
+    let told = |measures: Value| {
+        let mut scene = ball_on_gel([0.0, 0.0, -5.0], 2e-2);
+        scene["solver"] = json!({"error_bars": "none"});
+        scene["measures"] = measures;
+        summary(&scene, None)
+    };
+    let by_default = told(json!({"skin_set": "z_max"}));
+    let impact = &by_default.values().impacts[0];
+    let (window, duration) = (impact.force_window_s.unwrap(), impact.contact_duration_s.value);
+    assert!(impact.contact_ended && window >= duration / 50.0 * (1.0 - 1e-12), "{window} of {duration}");
+    assert!(
+        impact.force_average.contains("10 steps") || impact.force_average.contains("1/50"),
+        "{}",
+        impact.force_average
+    );
+    assert!(render_table(&by_default).contains(&impact.force_average));
+    assert!(impact.peak_force_n.value < impact.peak_step_force_n.value);
+    // A wider window flattens the peak, the same window gives the same force.
+    let same = told(json!({"skin_set": "z_max", "force_window_s": window}));
+    let asked = &same.values().impacts[0];
+    assert!((asked.peak_force_n.value / impact.peak_force_n.value - 1.0).abs() < 1e-9);
+    assert!((asked.patch_area_mm2.value / impact.patch_area_mm2.value - 1.0).abs() < 1e-9);
+    let short = told(json!({"skin_set": "z_max", "force_window_s": 1e-6}));
+    assert!(short.warnings.iter().any(|w| w.contains("less than two steps")), "{:?}", short.warnings);
+    // A class far above what the contact has in it changes little, and is named.
+    let filtered = told(json!({"skin_set": "z_max", "force_filter": "cfc_1000"}));
+    let by_class = &filtered.values().impacts[0];
+    assert_eq!((by_class.force_window_s, by_class.force_filter), (None, Some("CFC 1000")));
+    assert!(
+        (by_class.peak_force_n.value / impact.peak_force_n.value - 1.0).abs() < 0.2,
+        "{}",
+        by_class.peak_force_n.value
+    );
+}
+
+#[test]
+fn error_bars_of_a_force_compare_the_same_window() {
+    let summary = summary(&ball_on_gel([0.0, 0.0, -5.0], 5e-3), None);
+    let impact = &summary.values().impacts[0];
+    // The coarse mesh has steps twice as long, and by itself would take a window twice as wide.
+    let ErrorEstimate::Estimated(error) = &impact.peak_force_n.error else {
+        panic!("{}", summary.error_bars)
+    };
+    assert!(error.total.is_finite() && error.mesh > 0.0, "{error:?}");
 }

@@ -1,6 +1,6 @@
 // The plots of runs over time: force, impulse, energy. One run, or several for comparison.
 
-import { timeUnit } from "../format.js";
+import { setting, timeUnit } from "../format.js";
 import { Plot } from "./plot.js";
 
 /** The pair with the largest impulse, of those with the tissue if there are any. */
@@ -33,7 +33,8 @@ export function contactPlots(runs, shared) {
     width: more?.width,
   });
   const columns = ({ recording }) => recording.series.pairs.get(mainPair(recording));
-  const window = (run) => run.window;
+  // Without a summary yet: a fiftieth of the time so far.
+  const window = ({ window: told, recording }) => told || (recording.series.forceTimes.at(-1) || 1) / 50;
   const force = {
     ...shared,
     title: "Contact force",
@@ -41,7 +42,7 @@ export function contactPlots(runs, shared) {
     y: { label: "force", unit: "N" },
     x: x(),
     curves: withContact.flatMap((run) => {
-      const mean = curve(run, `mean over ${window(run) * 1e6} µs`, run.recording.series.meanForce(mainPair(run.recording), window(run)), { width: 2.5 });
+      const mean = curve(run, `mean over ${setting(window(run) * 1e6)} µs`, run.recording.series.meanForce(mainPair(run.recording), window(run)), { width: 2.5 });
       if (runs.length > 1) return [mean];
       return [mean, curve(run, "each step", columns(run).force, { width: 1, style: { stroke: "#9aa7b4", dash: [3, 3] } })];
     }),

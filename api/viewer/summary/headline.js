@@ -109,7 +109,12 @@ function depth(results) {
   const { main, others } = significant(results);
   const label = main ? `Depth of stress above ${threshold(main.threshold_pa)}` : "Depth of significant stress";
   const above = (stress) => note(`above ${threshold(stress.threshold_pa)}:`, stress.depth_mm, "mm", main.depth_mm);
-  return { label, unit: "mm", quantity: main?.depth_mm, notes: main && ["von Mises stress, below the skin", ...others.flatMap(above)] };
+  return { label, unit: "mm", quantity: main?.depth_mm, notes: main && ["von Mises stress, below the skin", ...ends(main), ...others.flatMap(above)] };
+}
+
+/** Where what is above a threshold goes on beyond the model. */
+function ends({ reaches = [] }) {
+  return reaches.map((end) => `reaches ${end}: at least so deep`);
 }
 
 function energyNotes(tissue) {

@@ -6,8 +6,8 @@
 //! order of the mesh be *observed*.
 
 use super::super::convergence::{Reference, are_equal, assumed_error, assumed_step_error, extrapolate};
-use super::{Impact, Results};
 use super::listed::Listed;
+use super::{Impact, Results};
 use serde::Serialize;
 
 /// What sums of many numbers are known to, as a share of them [-].
@@ -101,7 +101,10 @@ impl Cheaper {
     fn numbers(&self, own: &Results) -> Vec<f64> {
         let mut results = self.results.clone();
         for (impact, own) in results.impacts.iter_mut().zip(&own.impacts) {
-            own.force_window_s.filter(|window| *window > 0.0).into_iter().for_each(|w| impact.average_over(w));
+            own.force_window_s
+                .filter(|window| *window > 0.0)
+                .into_iter()
+                .for_each(|w| impact.average_over(w));
         }
         results.list_mut().iter().map(|listed| listed.quantity.value).collect()
     }
@@ -188,7 +191,9 @@ impl Results {
             impact.quantities_mut().into_iter().for_each(|q| q.error = ErrorEstimate::NothingTouched);
         }
         if nothing_touched {
-            self.list_mut().into_iter().for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
+            self.list_mut()
+                .into_iter()
+                .for_each(|listed| listed.quantity.error = ErrorEstimate::NothingTouched);
         }
     }
 
@@ -206,9 +211,12 @@ impl Results {
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
-            let Some(Differences { mesh, order, step, contact }) =
-                runs.differences(quantity.value, own_steps, &numbers.each_ref().map(|run| run[i]), coarser.as_ref().map(|run| run[i]))
-            else {
+            let Some(Differences { mesh, order, step, contact }) = runs.differences(
+                quantity.value,
+                own_steps,
+                &numbers.each_ref().map(|run| run[i]),
+                coarser.as_ref().map(|run| run[i]),
+            ) else {
                 quantity.error = ErrorEstimate::NoOrder;
                 continue;
             };

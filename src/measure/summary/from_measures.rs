@@ -6,8 +6,8 @@ use super::super::stress_depth::{Dose, Exceedance, Layer, Peak, StressDepth};
 use super::results::{
     DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
-use super::{ErrorEstimate, GateResult, Quantity, RunState};
 use super::table::seconds;
+use super::{ErrorEstimate, GateResult, Quantity, RunState};
 use crate::plan::{ForceAverage, Plan};
 use std::sync::Arc;
 

@@ -2,8 +2,8 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
-use super::table::{number, seconds};
 use super::laws::{LawRange, law_excess, left_laws, numerical_stress};
+use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
 use crate::step::{Ending, Energy, FailureCause, Outcome};

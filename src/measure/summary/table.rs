@@ -112,11 +112,7 @@ impl Table {
             self.line("  Nothing touched.");
             return;
         }
-        self.quantity(
-            &format!("peak force, {}", impact.force_average),
-            &impact.peak_force_n,
-            "N",
-        );
+        self.quantity(&format!("peak force, {}", impact.force_average), &impact.peak_force_n, "N");
         self.row("  at", &time(&impact.peak_force_time_s), "");
         self.row(
             "peak force of a single step",
@@ -127,8 +123,9 @@ impl Table {
         let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
         self.row("duration of contact", &time(&impact.contact_duration_s), going_on);
         self.quantity("patch at the peak force, mean area", &impact.patch_area_mm2, "mm²");
-        let axes =
-            [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm].map(|q| in_brackets(q, number(q.value))).join(" × ");
+        let axes = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm]
+            .map(|q| in_brackets(q, number(q.value)))
+            .join(" × ");
         self.row("  axes", &format!("{axes} mm"), &format!("{} nodes across", impact.nodes_across_patch[0]));
         self.quantity("largest patch, area", &impact.largest_patch_area_mm2, "mm²");
     }
@@ -136,11 +133,7 @@ impl Table {
     fn tissue(&mut self, tissue: &Tissue) {
         self.heading("Tissue");
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
-        self.row(
-            "  from the work of the reactions",
-            &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"),
-            "",
-        );
+        self.row("  from the work of the reactions", &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"), "");
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
         self.quantity("absorbed energy at its peak", &tissue.peak_absorbed_energy_j, "J");
         self.row("  at", &time(&tissue.peak_absorbed_energy_time_s), "");

@@ -1,15 +1,12 @@
 //! The summary in plain words, sentence by sentence.
 
 use super::table::{number, rounded, seconds};
-use super::{ErrorEstimate, LawRange, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue};
+use super::{
+    ErrorEstimate, LawRange, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue,
+};
 
 /// What the numbers of a run that is at a time [s] say, for people who read no tables.
-pub(super) fn plain_words(
-    results: &Shown,
-    state: &RunState,
-    time: f64,
-    laws: &[LawRange],
-) -> Vec<String> {
+pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, .. } => return vec![format!("No result can be given: {reason}.")],

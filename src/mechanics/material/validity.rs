@@ -14,9 +14,8 @@ pub struct Deformations {
 impl Deformations {
     /// How far beyond them the least and largest stretch and J are, as a factor [-]: at most 1 within.
     pub fn excess(&self, stretch: [f64; 2], jacobian: [f64; 2]) -> f64 {
-        let beyond = |[least, most]: [f64; 2], [from, to]: [f64; 2]| {
-            f64::max(from / least.max(VANISHING), most / to)
-        };
+        let beyond =
+            |[least, most]: [f64; 2], [from, to]: [f64; 2]| f64::max(from / least.max(VANISHING), most / to);
         beyond(stretch, self.stretch).max(beyond(jacobian, self.jacobian))
     }
 }

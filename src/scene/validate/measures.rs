@@ -67,10 +67,14 @@ fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
     });
     let longest = FORCE_PIECES / (PIECES_OF_CLASS * filter.class());
     out.require(document.end_time_s <= longest, || {
-        Problem::error("out_of_range", &place, "the run is too long for this class: the history of its force is too coarse")
-            .value(document.end_time_s)
-            .limit(format!("at most {longest:.3} s with {}", filter.name()))
-            .remedy("choose a lower class, or a window, or end the run earlier")
+        Problem::error(
+            "out_of_range",
+            &place,
+            "the run is too long for this class: the history of its force is too coarse",
+        )
+        .value(document.end_time_s)
+        .limit(format!("at most {longest:.3} s with {}", filter.name()))
+        .remedy("choose a lower class, or a window, or end the run earlier")
     });
 }
 

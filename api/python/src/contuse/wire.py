@@ -173,6 +173,18 @@ class Summary:
         return Quantity.of(self.impact["peak_force_n"], "N")
 
     @property
+    def force_average(self) -> str:
+        """What the peak force is averaged over, or filtered by."""
+        words: str = self.impact["force_average"]
+        return words
+
+    @property
+    def law_ranges(self) -> list[dict[str, Any]]:
+        """Parts whose law was taken beyond what it is fitted to."""
+        ranges: list[dict[str, Any]] = self.body.get("law_ranges", [])
+        return ranges
+
+    @property
     def patch_area_mm2(self) -> Quantity:
         return Quantity.of(self.impact["patch_area_mm2"], "mm²")
 
