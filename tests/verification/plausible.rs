@@ -121,6 +121,14 @@ fn the_44_mm_ball_gives_no_numbers() {
     let Shown::Withheld { reason, .. } = &summary.results else { panic!("{:?}", summary.plain_words) };
     assert!(reason.contains("beyond the limit"), "{reason}");
     assert!(!summary.plain_words.iter().any(|words| words.contains("kPa")), "{:?}", summary.plain_words);
+    let criteria = &summary.injury_measures;
+    assert!(
+        criteria
+            .iter()
+            .filter(|c| c.applicable)
+            .all(|c| c.statement.contains("the run itself gives no result")),
+        "{criteria:?}"
+    );
 }
 
 /// A long block, hit at one end: its far elements are long, and each step carries something one of them further.

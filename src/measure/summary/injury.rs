@@ -3,7 +3,7 @@
 //! A criterion is a fit to some experiments. Outside of what they covered it is told to be not applicable, with the reason.
 
 use super::super::measures::Measures;
-use super::{ErrorEstimate, Quantity, RunState, Shown, rounded};
+use super::{ErrorEstimate, Quantity, Results, RunState, Shown, rounded};
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
@@ -56,11 +56,17 @@ pub(super) fn injury_measures(
     }
     let person = plan.measures.person.as_ref();
     let mut all = vec![penetration(&onslaught, person), blunt(&onslaught, person)];
-    if let Shown::Results(results) = results
-        && let Some(tissue) = &results.tissue
-    {
-        let response = &tissue.viscous_response_m2_per_s;
-        all.push(viscous(response, unfinished(measures, state), person));
+    match results {
+        Shown::Results(Results { tissue: Some(tissue), .. }) => {
+            let response = &tissue.viscous_response_m2_per_s;
+            all.push(viscous(response, unfinished(measures, state), person));
+        }
+        Shown::Results(_) => {}
+        Shown::Withheld { .. } => {
+            for measure in all.iter_mut().filter(|measure| measure.applicable) {
+                measure.statement += " (of the scene alone: the run itself gives no result)";
+            }
+        }
     }
     all
 }
