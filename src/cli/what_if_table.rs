@@ -409,7 +409,7 @@ mod tests {
         assert_eq!(with_error(&Number::new(2730.0, Some(140.0), false)), "(2730) ± 140");
         assert_eq!(with_error(&Number::new(2730.0, Some(2800.0), true)), "(2730) ± 2800");
         assert_eq!(with_error(&Number::new(0.0, Some(0.0), true)), "0 ± 0");
-        assert_eq!(with_error(&Number::new(2730.0, None, true)), "2730");
+        assert_eq!(with_error(&Number::new(2730.0, None, true)), "(2730)");
     }
 
     #[test]

@@ -9,7 +9,7 @@ const DESIGN: f64 = 2.0775;
 /// Cut-off frequency over the class, at −3 dB [-].
 const CUT_OFF: f64 = 1.0 / 0.6;
 /// Samples in a period of the design frequency; the standard asks for about five.
-const SAMPLES: f64 = 20.0;
+const SAMPLES: f64 = 40.0;
 /// Time before and after the contact in which the filter comes to rest, in periods of the design frequency: e^(−2π·4/√2) is 2e-8.
 const REST: f64 = 4.0;
 
