@@ -1,6 +1,15 @@
 //! Energy absorbed by the tissue, computed both ways: from its own state, and from the work of the reactions on it.
+//!
+//! Both are told in an inertial frame of the tissue's own, so that they are the same for whoever looks: that of whoever holds it, or of
+//! the plane that it touches, and along axes where nobody does, that in which its centre of mass rested when it was first touched. In a frame
+//! that moves with V, bodies with the momentum p that contact has given the impulse P,
+//!
+//! ```text
+//! ΔK' = ΔK − V·Δp      W'_contact = W_contact − V·P      W'_ext = W_ext − V·(Δp − P)
+//! ```
 
-use crate::plan::Plan;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{Holder, Plan};
 use crate::scene::document::Role;
 use crate::step::Energy;
 
@@ -32,15 +41,46 @@ impl Absorbed {
     }
 }
 
+/// What bodies have at one time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    /// Strain energy [J].
+    strain: f64,
+    /// Kinetic energy [J].
+    kinetic: f64,
+    /// Momentum [kg m/s].
+    momentum: Vec3,
+}
+
+impl Motion {
+    fn of(bodies: &[usize], energy: &Energy) -> Self {
+        bodies.iter().map(|&b| &energy.bodies[b]).fold(Self::default(), |sum, b| Self {
+            strain: sum.strain + b.strain_j,
+            kinetic: sum.kinetic + b.kinetic_j,
+            momentum: sum.momentum + Vec3::from(b.momentum_kg_m_per_s),
+        })
+    }
+    /// Change of the kinetic energy since `start` in a frame that moves with `velocity` [J].
+    fn kinetic_since(&self, start: &Self, velocity: &Vec3) -> f64 {
+        self.kinetic - start.kinetic - velocity.dot(&(self.momentum - start.momentum))
+    }
+}
+
 /// Accumulates the energy of the bodies in the role of the tissue, and the loss of those in the role of the projectile.
 #[derive(Clone, Debug)]
 pub struct AbsorbedEnergy {
     tissue: Vec<usize>,
     projectile: Vec<usize>,
-    /// Strain and kinetic energy of the tissue at the start [J].
-    tissue_start: Option<[f64; 2]>,
-    /// Strain + kinetic energy of the projectile at the start [J].
-    projectile_start: f64,
+    /// Who holds the tissue.
+    pub holder: Holder,
+    /// What the impulse on the slave of each pair is to the tissue: 1, −1 where it is the master, else 0.
+    signs: Vec<f64>,
+    /// Mass of the tissue [kg].
+    mass: f64,
+    /// Of the frame, V [m/s].
+    velocity: Vec3,
+    /// Of tissue and projectile at the start.
+    start: Option<[Motion; 2]>,
     /// At the latest step.
     pub now: Absorbed,
     /// Where `by_state` was largest.
@@ -56,7 +96,18 @@ impl AbsorbedEnergy {
     pub fn new(plan: &Plan) -> Option<Self> {
         let with = |role| (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == role).collect::<Vec<_>>();
         let tissue = with(Role::Tissue);
-        (!tissue.is_empty()).then(|| Self::of_bodies(tissue, with(Role::Projectile)))
+        let of_pairs = plan.contact.as_ref().map_or(&[][..], |contact| &contact.pair_bodies);
+        let is_tissue = |body: usize| tissue.contains(&body);
+        let on_plane = of_pairs.iter().any(|&(slave, master)| master.is_none() && is_tissue(slave));
+        let side = |body: usize| f64::from(u8::from(is_tissue(body)));
+        let sign = |&(slave, master): &(usize, Option<usize>)| side(slave) - master.map_or(0.0, side);
+        let own = Self {
+            holder: Holder::new(plan, is_tissue, on_plane),
+            signs: of_pairs.iter().map(sign).collect(),
+            mass: tissue.iter().map(|&b| plan.bodies[b].mass).sum(),
+            ..Self::of_bodies(tissue.clone(), with(Role::Projectile))
+        };
+        (!tissue.is_empty()).then_some(own)
     }
 
     /// Of bodies by number.
@@ -64,8 +115,11 @@ impl AbsorbedEnergy {
         Self {
             tissue,
             projectile,
-            tissue_start: None,
-            projectile_start: 0.0,
+            holder: Holder::default(),
+            signs: Vec::new(),
+            mass: 0.0,
+            velocity: Vec3::zeros(),
+            start: None,
             now: Absorbed::default(),
             peak: Absorbed::default(),
             projectile_loss: 0.0,
@@ -78,30 +132,34 @@ impl AbsorbedEnergy {
         !self.projectile.is_empty()
     }
 
-    /// Takes in the ledger of one step.
-    pub fn accumulate(&mut self, time: f64, energy: &Energy) {
-        let sum = |bodies: &[usize], part: fn(&crate::step::BodyEnergy) -> f64| -> f64 {
-            bodies.iter().map(|&b| part(&energy.bodies[b])).sum()
+    /// Takes in the ledger of one step, and the velocity of the holder along each axis [m/s].
+    pub fn accumulate(&mut self, time: f64, energy: &Energy, held: [Option<f64>; 3]) {
+        let sum = |part: fn(&crate::step::BodyEnergy) -> f64| -> f64 {
+            self.tissue.iter().map(|&b| part(&energy.bodies[b])).sum()
         };
-        let strain = sum(&self.tissue, |b| b.strain_j);
-        let kinetic = sum(&self.tissue, |b| b.kinetic_j);
-        let projectile = sum(&self.projectile, |b| b.strain_j + b.kinetic_j);
-        let [strain_start, kinetic_start] = *self.tissue_start.get_or_insert_with(|| {
-            self.projectile_start = projectile;
-            [strain, kinetic]
-        });
+        let [tissue, projectile] = [&self.tissue, &self.projectile].map(|bodies| Motion::of(bodies, energy));
+        let impulse: Vec3 =
+            self.signs.iter().zip(&energy.pairs).map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign).sum();
+        if self.start.is_none() || impulse == Vec3::zeros() {
+            let rest = |axis: usize| if self.mass > 0.0 { tissue.momentum[axis] / self.mass } else { 0.0 };
+            self.velocity = Vec3::from_fn(|axis, _| held[axis].unwrap_or_else(|| rest(axis)));
+        }
+        let [tissue_start, projectile_start] = *self.start.get_or_insert([tissue, projectile]);
+        let given = tissue.momentum - tissue_start.momentum - impulse;
         self.now = Absorbed {
             time,
-            strain: strain - strain_start,
-            kinetic: kinetic - kinetic_start,
-            dissipated: sum(&self.tissue, |b| b.viscous_j + b.algorithmic_j),
-            not_from_contact: sum(&self.tissue, |b| b.external_work_j + b.projection_j),
-            work: sum(&self.tissue, |b| b.contact_work_j),
+            strain: tissue.strain - tissue_start.strain,
+            kinetic: tissue.kinetic_since(&tissue_start, &self.velocity),
+            dissipated: sum(|b| b.viscous_j + b.algorithmic_j),
+            not_from_contact: sum(|b| b.external_work_j + b.projection_j) - self.velocity.dot(&given),
+            work: sum(|b| b.contact_work_j) - self.velocity.dot(&impulse),
         };
         if self.now.by_state() > self.peak.by_state() {
             self.peak = self.now;
         }
-        self.projectile_loss = self.projectile_start - projectile;
+        self.projectile_loss = projectile_start.strain
+            - projectile.strain
+            - projectile.kinetic_since(&projectile_start, &self.velocity);
         self.disagreement = self.disagreement.max((self.now.by_state() - self.now.work).abs());
     }
 }
@@ -120,7 +178,7 @@ mod tests {
     fn both_ways_agree_when_the_ledger_is_closed() {
         let mut measure = AbsorbedEnergy::of_bodies(vec![1], vec![0]);
         let start = BodyEnergy { strain_j: 1.0, ..BodyEnergy::default() };
-        measure.accumulate(0.0, &energy(start, BodyEnergy { kinetic_j: 10.0, ..BodyEnergy::default() }));
+        measure.accumulate(0.0, &energy(start, BodyEnergy { kinetic_j: 10.0, ..BodyEnergy::default() }), [None; 3]);
         assert_eq!(measure.now, Absorbed::default());
         let middle = BodyEnergy {
             strain_j: 4.0,
@@ -131,10 +189,11 @@ mod tests {
             contact_work_j: 4.2,
             external_work_j: 0.2,
             projection_j: 0.1,
+            ..BodyEnergy::default()
         };
-        measure.accumulate(1.0, &energy(middle, BodyEnergy { kinetic_j: 5.5, ..BodyEnergy::default() }));
+        measure.accumulate(1.0, &energy(middle, BodyEnergy { kinetic_j: 5.5, ..BodyEnergy::default() }), [None; 3]);
         let end = BodyEnergy { strain_j: 2.0, viscous_j: 0.6, contact_work_j: 1.6, ..BodyEnergy::default() };
-        measure.accumulate(2.0, &energy(end, BodyEnergy { kinetic_j: 7.0, ..BodyEnergy::default() }));
+        measure.accumulate(2.0, &energy(end, BodyEnergy { kinetic_j: 7.0, ..BodyEnergy::default() }), [None; 3]);
         assert!((measure.peak.by_state() - 4.2).abs() < 1e-12 && measure.peak.time == 1.0);
         assert!((measure.peak.recoverable() - 4.0).abs() < 1e-12);
         assert!((measure.now.by_state() - 1.6).abs() < 1e-12);
@@ -145,9 +204,9 @@ mod tests {
     #[test]
     fn a_leak_is_seen() {
         let mut measure = AbsorbedEnergy::of_bodies(vec![1], vec![]);
-        measure.accumulate(0.0, &energy(BodyEnergy::default(), BodyEnergy::default()));
+        measure.accumulate(0.0, &energy(BodyEnergy::default(), BodyEnergy::default()), [None; 3]);
         let leak = BodyEnergy { strain_j: 3.0, contact_work_j: 2.0, ..BodyEnergy::default() };
-        measure.accumulate(1.0, &energy(leak, BodyEnergy::default()));
+        measure.accumulate(1.0, &energy(leak, BodyEnergy::default()), [None; 3]);
         assert!((measure.disagreement - 1.0).abs() < 1e-12);
         assert!(!measure.has_projectile());
     }

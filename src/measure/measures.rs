@@ -183,7 +183,8 @@ impl Recorder for Measures {
             }
         }
         if let Some(absorbed) = &mut self.absorbed {
-            absorbed.accumulate(time, frame.energy);
+            let held = absorbed.holder.velocity(&frame.plan.loads, time);
+            absorbed.accumulate(time, frame.energy, held);
         }
         self.hourglass.accumulate(frame.energy, frame.plan.rounding_energy);
         self.deflection.accumulate(frame);

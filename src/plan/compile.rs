@@ -9,7 +9,7 @@ use super::report::{PlanReport, report};
 use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
-use super::{Implicit, Integrator, Plan, PlanBody, Settle};
+use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
@@ -168,14 +168,14 @@ fn complete(
         integrator,
         energy_gate: document.integrator.energy_gate(),
         rounding_energy: 0.0,
-        is_held: !document.planes.is_empty(),
+        holder: Holder::default(),
         end_time: document.end_time_s,
         field_times: field_times(scene),
         fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
         report: PlanReport::default(),
     };
-    plan.is_held |= plan.inverse_mass.iter().any(|inverse| inverse.iter().any(|axis| *axis == 0.0));
+    plan.holder = Holder::new(&plan, |_| true, !document.planes.is_empty());
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     plan

@@ -40,6 +40,15 @@ impl Ramp {
             (None, None) => 1.0,
         }
     }
+
+    /// How fast the factor changes right after a time [s] [1/s].
+    fn rate(&self, time: f64) -> f64 {
+        let after = self.0.partition_point(|(t, _)| *t <= time);
+        match (after.checked_sub(1).and_then(|i| self.0.get(i)), self.0.get(after)) {
+            (Some((t0, a)), Some((t1, b))) => (b - a) / (t1 - t0),
+            _ => 0.0,
+        }
+    }
 }
 
 /// Where the loads are.
@@ -179,6 +188,11 @@ impl Loads {
     /// A prescribed component of a displacement [m].
     pub fn displacement(&self, prescribed: &Prescribed, time: LoadTime) -> f64 {
         prescribed.displacement * time.factor(&self.ramps[prescribed.ramp])
+    }
+
+    /// How fast it changes right after a time [s] of the run [m/s].
+    pub fn velocity(&self, prescribed: &Prescribed, time: f64) -> f64 {
+        prescribed.displacement * self.ramps[prescribed.ramp].rate(time.max(0.0))
     }
 }
 

@@ -6,6 +6,7 @@ mod contact;
 mod contact_mass;
 mod cost;
 mod distant;
+mod holder;
 mod left_out;
 mod loads;
 mod memory;
@@ -20,6 +21,7 @@ mod tests;
 pub use asked::CUTS;
 pub use compile::{CompileError, compile, recompile};
 pub use distant::DistantPair;
+pub use holder::Holder;
 pub use left_out::LeftOut;
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use memory::MemoryReport;
@@ -83,9 +85,9 @@ pub struct Plan {
     pub energy_gate: f64,
     /// Energy that rounding alone may stir up [J]: below it nothing is known about the balance.
     pub rounding_energy: f64,
-    /// Whether something stays where it is or moves as it is told: planes, held and driven nodes. Else all bodies may fly along
-    /// together, and nothing is changed by it.
-    pub is_held: bool,
+    /// What holds the bodies: planes, held and driven nodes. Where nothing does, all may fly along together, and nothing is changed by
+    /// it.
+    pub holder: Holder,
     /// Simulated time to the end [s].
     pub end_time: f64,
     /// Times [s] that the run hits exactly and records fields at, ascending; the first is 0, the last the end.

@@ -16,7 +16,7 @@ use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
 use super::motion::Motion;
-use super::rigid::RigidStep;
+use super::rigid::{LARGEST_TURN, RigidStep};
 use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
@@ -120,7 +120,7 @@ impl Stepper for ExplicitStepper<'_> {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
-            self.accelerate(state, phase)?;
+            self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.wake();
             let rate = self.forces.largest_stretch_rate(
@@ -134,11 +134,16 @@ impl Stepper for ExplicitStepper<'_> {
                 let message = "A velocity became infinite or not a number.".into();
                 return Err(Failure::new(state, FailureCause::NotFinite, message).into());
             }
-            if self.step * rate <= strain_limit {
+            let spin = self.rigid.as_ref().map_or(0.0, |rigid| rigid.fastest_spin(&self.v_after));
+            let excess = self.step * (rate / strain_limit).max(spin / LARGEST_TURN);
+            if excess <= 1.0 {
                 break;
             }
-            target = self.step * (0.9 * strain_limit / (self.step * rate)).max(0.1);
+            target = self.step * (0.9 / excess).max(0.1);
             self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
+        }
+        if let Some(rigid) = &mut self.rigid {
+            rigid.turn(state, &self.v_after, 1.0, self.step)?;
         }
         self.weigh_prescribed(state, phase);
         self.extremes.smallest_step = self.extremes.smallest_step.min(self.step);
@@ -193,7 +198,7 @@ impl Stepper for ExplicitStepper<'_> {
         state.time += self.step;
         state.step += 1;
         if let Some(rigid) = &self.rigid {
-            rigid.advance(state, self.step);
+            rigid.advance(state);
         }
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
@@ -352,7 +357,7 @@ impl ExplicitStepper<'_> {
 
     /// f_int, the sum of the element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
     /// velocity.
-    fn accelerate(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {
+    fn accelerate(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
         let Self { plan, forces, activity, f_ext, .. } = self;
         let gravity = loads::gravity(plan, phase.load_time(state.time));
@@ -382,9 +387,8 @@ impl ExplicitStepper<'_> {
             let way = plan.loads.displacement(p, end) - state.u[node][p.axis];
             self.v_after[node][p.axis] = way / self.step;
         }
-        match &mut self.rigid {
-            Some(rigid) => rigid.turn(state, mean_step, damping, &mut self.v_after),
-            None => Ok(()),
+        if let Some(rigid) = &self.rigid {
+            rigid.damp(state, damping, &mut self.v_after);
         }
     }
 

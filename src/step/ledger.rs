@@ -24,6 +24,8 @@ const SLIDING: f64 = 1e-9;
 
 /// Rounding of a kinetic energy, as a share of it, is far below this [-].
 const ROUNDING: f64 = 1e-10;
+/// What the tolerances of the contact solver leave undone is far below this share of the energy that is there or was dissipated [-].
+const UNDONE: f64 = 1e-4;
 
 /// Running sums of work, part of the state.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,12 +45,16 @@ pub struct Ledger {
     pub pairs: Vec<PairLedger>,
     /// Kinetic + strain energy at the start [J]; set by the first step.
     pub initial: Option<f64>,
-    /// What of it an impact can take: without the motion of the common centre of mass, where nothing holds the bodies [J].
+    /// Kinetic energy in the frame of the holder and strain energy [J]: what an impact could take.
+    pub at_hand: f64,
+    /// What rounding and tolerances may have stirred up of it so far [J].
+    pub stirred: f64,
+    /// Of it what was there at the start, or when a pair first touched: what the impact has to do with [J].
     pub available: f64,
+    /// Pairs that have touched.
+    pub touched: usize,
     /// Largest total strain energy so far [J].
     pub peak_strain: f64,
-    /// Σ |work| of external forces so far [J].
-    pub absolute_external: f64,
 }
 
 /// Running sums of one contact pair.
@@ -88,6 +94,8 @@ pub struct BodyEnergy {
     pub external_work_j: f64,
     /// Strain energy put in by position projection so far [J].
     pub projection_j: f64,
+    /// Linear momentum [kg m/s].
+    pub momentum_kg_m_per_s: [f64; 3],
 }
 
 /// The ledger at t_n.
@@ -103,10 +111,12 @@ pub struct Energy {
     pub initial_total_j: f64,
     /// Work of external forces and of the position projection so far [J].
     pub external_work_j: f64,
-    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and not below what
-    /// rounding stirs up [J]. K₀ is without the motion of the common centre of mass where nothing holds the bodies: whoever flies
-    /// along sees the same errors.
+    /// What errors are measured against [J]: what the impact has to do with. The largest of K + strain at the start, the same when a
+    /// pair first touched, and the peak strain; not below what rounding stirs up. K is in the frame of whoever holds the bodies, or of
+    /// their common centre of mass: whoever flies along sees the same errors. A long fall or slide does not make it grow.
     pub scale_j: f64,
+    /// The scale, or all that has been dissipated where that is more [J]: what losses that add up over time are measured against.
+    pub turnover_j: f64,
     /// |total − initial − external| / scale [-].
     pub balance_error: f64,
     /// Linear momentum [kg m/s].
@@ -179,8 +189,7 @@ pub(super) struct StepWork<'a> {
 impl StepWork<'_> {
     /// As seen before anything has been done: with the velocities at the start on both sides of it.
     pub fn at_the_start(&self) -> Self {
-        let rigid = self.rigid.map(RigidWork::unturned);
-        Self { v_after: &self.state.v, rigid, ..*self }
+        Self { v_after: &self.state.v, ..*self }
     }
 }
 
@@ -219,9 +228,11 @@ impl Ledger {
             projection,
             pairs,
             initial,
+            at_hand,
+            stirred,
             available,
+            touched,
             peak_strain,
-            absolute_external,
         } = self;
         viscous.clone_from(&other.viscous);
         algorithmic.clone_from(&other.algorithmic);
@@ -229,8 +240,8 @@ impl Ledger {
         contact_work.clone_from(&other.contact_work);
         projection.clone_from(&other.projection);
         pairs.clone_from(&other.pairs);
-        (*initial, *available) = (other.initial, other.available);
-        (*peak_strain, *absolute_external) = (other.peak_strain, other.absolute_external);
+        (*initial, *touched, *peak_strain) = (other.initial, other.touched, other.peak_strain);
+        (*at_hand, *stirred, *available) = (other.at_hand, other.stirred, other.available);
     }
 
     /// Adds one half of the work of the forces at t_n.
@@ -242,7 +253,7 @@ impl Ledger {
         self.add_external(work, v);
         if let Some(contact) = &work.plan.contact {
             for (contact_point, reaction) in work.contacts.iter().zip(work.reactions) {
-                self.add_contact(work, contact, contact_point, reaction, (v, half));
+                self.add_contact(work, contact, contact_point, reaction, v);
             }
         }
     }
@@ -263,17 +274,12 @@ impl Ledger {
                     power += work.f_ext[node].dot(&velocity);
                 }
             }
-            self.add_to_external(b, 0.5 * work.mean_step * power);
+            self.external[b] += 0.5 * work.mean_step * power;
         }
         for (prescribed, impulse) in work.plan.loads.prescribed.iter().zip(work.prescribed) {
             let half = 0.5 * impulse * v[prescribed.node as usize][prescribed.axis];
-            self.add_to_external(work.plan.body_of_node(prescribed.node), half);
+            self.external[work.plan.body_of_node(prescribed.node)] += half;
         }
-    }
-
-    fn add_to_external(&mut self, body: usize, work: f64) {
-        self.external[body] += work;
-        self.absolute_external += work.abs();
     }
 
     /// What the first half step leaves between the energy at t_0 and the conserved sum, from the internal forces [N].
@@ -309,7 +315,7 @@ impl Ledger {
         plan: &crate::plan::ContactPlan,
         contact: &Contact,
         reaction: &Reaction,
-        (v, half): (&[Vec3], Half),
+        v: &[Vec3],
     ) {
         let [p_n, p_1, p_2] = reaction.impulse;
         if p_n == 0.0 && p_1 == 0.0 && p_2 == 0.0 {
@@ -322,7 +328,7 @@ impl Ledger {
             |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
         let turning = |side: usize| {
             work.rigid.map_or_else(Vec3::zeros, |rigid| {
-                rigid.velocity(contact, side, |body| rigid.spin(body, half, v))
+                rigid.velocity(contact, side, v)
             })
         };
         let has_rigid_side = contact.pair as usize >= plan.mesh_pairs;
@@ -375,7 +381,8 @@ impl Ledger {
         for (b, body) in work.plan.bodies.iter().enumerate() {
             // The body as a whole in flight, and what its nodes do besides.
             let (flight, sums) = (body.flight_velocity, motion.of_body(b));
-            momentum += flight * body.mass + sums.momentum;
+            let own = flight * body.mass + sums.momentum;
+            momentum += own;
             angular += sums.angular + (body.first_moment + sums.shift).cross(&flight);
             let mut kinetic =
                 sums.kinetic + body.mass * flight.norm_squared() + 2.0 * flight.dot(&sums.momentum);
@@ -393,6 +400,7 @@ impl Ledger {
                 contact_work_j: self.contact_work[b],
                 external_work_j: self.external[b],
                 projection_j: self.projection[b],
+                momentum_kg_m_per_s: own.into(),
             });
         }
         energy.momentum_kg_m_per_s = momentum.into();
@@ -400,18 +408,38 @@ impl Ledger {
         self.close(work, energy);
     }
 
-    /// What errors are measured against: max(K₀ + strain₀, peak strain, Σ|W_ext|, Σ dissipation), and at least what rounding
-    /// leaves [J].
-    pub fn scale(&self, plan: &Plan) -> f64 {
+    /// All that has been dissipated [J].
+    fn dissipated(&self) -> f64 {
         let pairs =
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
         let algorithmic = self.algorithmic.iter().map(|a| a.abs()).sum::<f64>();
-        let dissipation = self.viscous.iter().sum::<f64>() + pairs + algorithmic;
-        self.available
-            .max(self.peak_strain)
-            .max(self.absolute_external)
-            .max(dissipation)
-            .max(plan.rounding_energy)
+        self.viscous.iter().sum::<f64>() + pairs + algorithmic
+    }
+
+    /// [`Energy::scale_j`].
+    pub fn scale(&self, plan: &Plan) -> f64 {
+        let stirred = self.stirred.max(UNDONE * self.dissipated()).max(plan.rounding_energy);
+        self.available.max(self.peak_strain).max(stirred)
+    }
+
+    /// [`Energy::turnover_j`].
+    pub fn turnover(&self, plan: &Plan) -> f64 {
+        self.scale(plan).max(self.dissipated())
+    }
+
+    /// Notes what is there for an impact [J], and when a pair has first touched, what was there a step ago; `kinetic` energy by whoever
+    /// looks [J].
+    fn note_at_hand(&mut self, at_hand: f64, kinetic: f64) {
+        let has_touched = |pair: &&PairLedger| pair.impulse_n_s.iter().any(|p| *p != 0.0);
+        let touched = self.pairs.iter().filter(has_touched).count();
+        if self.initial.is_none() {
+            self.available = at_hand;
+        } else if touched > self.touched {
+            self.available = self.available.max(self.at_hand);
+        }
+        self.touched = touched;
+        self.at_hand = at_hand;
+        self.stirred = self.stirred.max(UNDONE * at_hand).max(ROUNDING * kinetic);
     }
 
     /// Totals and the error of the balance.
@@ -419,11 +447,8 @@ impl Ledger {
         let strain: f64 = work.strain.iter().sum();
         let kinetic: f64 = energy.bodies.iter().map(|b| b.kinetic_j).sum();
         self.peak_strain = self.peak_strain.max(strain);
-        let initial = *self.initial.get_or_insert_with(|| {
-            let common = if work.plan.is_held { 0.0 } else { common_motion(work.plan, energy) };
-            self.available = (kinetic + strain - common).max(ROUNDING * kinetic);
-            kinetic + strain
-        });
+        self.note_at_hand(kinetic - common_motion(work, energy) + strain, kinetic);
+        let initial = *self.initial.get_or_insert(kinetic + strain);
         let viscous: f64 = self.viscous.iter().sum();
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
@@ -432,7 +457,7 @@ impl Ledger {
         energy.total_j = kinetic + strain + viscous + friction + numerical + impact + algorithmic;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
-        energy.scale_j = self.scale(work.plan);
+        (energy.scale_j, energy.turnover_j) = (self.scale(work.plan), self.turnover(work.plan));
         energy.balance_error = (energy.total_j - initial - energy.external_work_j).abs() / energy.scale_j;
     }
 }
@@ -442,8 +467,15 @@ pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
     vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
 }
 
-/// Kinetic energy of the common centre of mass [J].
-fn common_motion(plan: &Plan, energy: &Energy) -> f64 {
-    let mass: f64 = plan.bodies.iter().map(|body| body.mass).sum();
-    Vec3::from(energy.momentum_kg_m_per_s).norm_squared() / (2.0 * mass)
+/// What of the kinetic energy the motion of the frame makes in which the holder rests, or else the common centre of mass [J].
+fn common_motion(work: &StepWork, energy: &Energy) -> f64 {
+    let mass: f64 = work.plan.bodies.iter().map(|body| body.mass).sum();
+    let held = work.plan.holder.velocity(&work.plan.loads, work.state.time);
+    let momentum = energy.momentum_kg_m_per_s;
+    // ½ Σ m v² = ½ Σ m (v − V)² + V·p − ½ m V²
+    let along = |(p, held): (&f64, &Option<f64>)| {
+        let v = held.unwrap_or(p / mass);
+        v * (p - 0.5 * mass * v)
+    };
+    momentum.iter().zip(&held).map(along).sum()
 }

@@ -2,7 +2,6 @@
 
 use super::failure::{Failure, FailureCause};
 use super::integrator::Phase;
-use super::ledger::Half;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation, rotated, turn_freely};
@@ -14,14 +13,17 @@ pub(super) struct RigidStep<'p> {
     plan: &'p RigidPlan,
     /// Poses at t_n.
     poses: Vec<Pose>,
-    /// Spins of the half step before, turned freely to the half step after [rad/s], in the axes of the bodies.
-    turned: Vec<Vec3>,
+    /// Orientations at the end of the step, and the spins [rad/s] in the axes that the bodies have then.
+    ends: Vec<(Rotation, Vec3)>,
 }
+
+/// A rigid body turns by no more than this in an explicit step [rad].
+pub(super) const LARGEST_TURN: f64 = 1.0;
 
 impl<'p> RigidStep<'p> {
     pub fn new(plan: &'p RigidPlan) -> Self {
         let bodies = plan.bodies.len();
-        Self { plan, poses: Vec::with_capacity(bodies), turned: vec![Vec3::zeros(); bodies] }
+        Self { plan, poses: Vec::with_capacity(bodies), ends: Vec::with_capacity(bodies) }
     }
 
     /// Takes the poses of a state; the centres go into `x` [m] too.
@@ -38,51 +40,61 @@ impl<'p> RigidStep<'p> {
         }
     }
 
-    /// The spins of `v` [rad/s], turned freely for a time h̄ [s], into `v_after`; damped by the share `damping` (½ α h̄).
-    pub fn turn(
-        &mut self,
-        state: &State,
-        mean_step: f64,
-        damping: f64,
-        v_after: &mut [Vec3],
-    ) -> Result<(), Failure> {
-        for (turned, body) in self.turned.iter_mut().zip(&self.plan.bodies) {
-            let spin = body.spin as usize;
-            let free = turn_freely(&state.v[spin], &body.inertia, mean_step).ok_or_else(|| {
+    /// The spins of the state, damped by the share `damping` (½ α h̄), into `v_after` [rad/s].
+    pub fn damp(&self, state: &State, damping: f64, v_after: &mut [Vec3]) {
+        for spin in self.plan.bodies.iter().map(|body| body.spin as usize) {
+            v_after[spin] = state.v[spin] * ((1.0 - damping) / (1.0 + damping));
+        }
+    }
+
+    /// The fastest spin of the velocities `v` [rad/s].
+    pub fn fastest_spin(&self, v: &[Vec3]) -> f64 {
+        self.plan.bodies.iter().map(|body| v[body.spin as usize].norm()).fold(0.0, f64::max)
+    }
+
+    /// Turns the bodies freely to the end of the step, h [s] away, with the spins of `v_after` [rad/s], which are in the axes at t_n:
+    /// forces act at t_n, and from then on the angular momentum in space is constant. `theta`, the weight of `v_after` in the rotation,
+    /// is below 1 where the velocities of the state are those at t_n itself.
+    pub fn turn(&mut self, state: &State, v_after: &[Vec3], theta: f64, h: f64) -> Result<(), Failure> {
+        self.ends.clear();
+        for (orientation, body) in state.orientations.iter().zip(&self.plan.bodies) {
+            let (before, after) = (&state.v[body.spin as usize], &v_after[body.spin as usize]);
+            // Until the forces acted the body had its earlier spin; nothing to a body that no force turns.
+            let start = rotated(orientation, &(before - after), (1.0 - theta) * h);
+            let end = turn_freely(&start, after, &body.inertia, h).ok_or_else(|| {
                 let message = format!(
-                    "A rigid body turns too far in one step: {:.3e} rad/s for {mean_step:.3e} s.",
-                    state.v[spin].norm()
+                    "A rigid body turns too far in one step: {:.3e} rad/s for {h:.3e} s.",
+                    after.norm()
                 );
                 Failure::new(state, FailureCause::StepTooLong, message)
             })?;
-            *turned = free;
-            v_after[spin] = free * ((1.0 - damping) / (1.0 + damping));
+            self.ends.push(end);
         }
         Ok(())
     }
 
-    /// The orientations at the end of a step of length h [s] with the velocities of the state: those between its ends.
-    pub fn advance(&self, state: &mut State, h: f64) {
-        let State { orientations, v, .. } = state;
-        self.turn_with(orientations, h, |spin| v[spin]);
+    /// As [`Self::turn`] without mass: the spins of `v_after` [rad/s] are those of the whole load step, and none is left at its end.
+    pub fn turn_statically(&mut self, state: &State, v_after: &[Vec3], h: f64) {
+        self.ends.clear();
+        let bodies = state.orientations.iter().zip(&self.plan.bodies);
+        let end = |(orientation, body): (&Rotation, &RigidBody)| {
+            let spin = body.spin as usize;
+            (rotated(orientation, &v_after[spin], h), state.v[spin])
+        };
+        self.ends.extend(bodies.map(end));
+    }
+
+    /// Orientations and spins at the end of the step.
+    pub fn advance(&self, state: &mut State) {
+        for ((orientation, spin), (index, body)) in self.ends.iter().zip(self.plan.bodies.iter().enumerate()) {
+            state.orientations[index] = *orientation;
+            state.v[body.spin as usize] = *spin;
+        }
         self.clear_places(state);
     }
 
-    /// As [`RigidStep::advance`] where the velocities of the state are those of the start and `v_end` those of the end, weighted by
-    /// θ.
-    pub fn advance_between(&self, state: &mut State, v_end: &[Vec3], theta: f64, h: f64) {
-        let State { orientations, v, .. } = state;
-        self.turn_with(orientations, h, |spin| v_end[spin] * theta + v[spin] * (1.0 - theta));
-    }
-
-    fn turn_with(&self, orientations: &mut [Rotation], h: f64, spin: impl Fn(usize) -> Vec3) {
-        for (orientation, body) in orientations.iter_mut().zip(&self.plan.bodies) {
-            *orientation = rotated(orientation, &spin(body.spin as usize), h);
-        }
-    }
-
     /// Spins have no place: what the common formula has put there is taken back.
-    pub fn clear_places(&self, state: &mut State) {
+    fn clear_places(&self, state: &mut State) {
         for body in &self.plan.bodies {
             state.u[body.spin as usize] = Vec3::zeros();
         }
@@ -97,7 +109,7 @@ impl<'p> RigidStep<'p> {
     pub fn work(&self) -> RigidWork<'_> {
         let sides =
             RigidSides { of_pairs: &self.plan.of_pairs, bodies: &self.plan.bodies, poses: &self.poses };
-        RigidWork { plan: self.plan, sides, turned: &self.turned }
+        RigidWork { plan: self.plan, sides }
     }
 }
 
@@ -106,36 +118,17 @@ impl<'p> RigidStep<'p> {
 pub(super) struct RigidWork<'a> {
     pub plan: &'a RigidPlan,
     pub sides: RigidSides<'a>,
-    /// Spins before the forces at t_n, in the axes of the bodies at t_n [rad/s]; empty at the start, where v₋ has them.
-    ///
-    /// The free rotation from the half step before does no work, so the energy of the rotation is that of these spins, and
-    /// with them in the place of v₋ the balance closes as it does for nodes.
-    pub turned: &'a [Vec3],
 }
 
 impl RigidWork<'_> {
-    /// As seen at one time, with the spins of the velocities on both sides of it.
-    pub fn unturned(self) -> Self {
-        Self { turned: &[], ..self }
-    }
-
-    /// The spin before or after the forces at t_n, of the velocities `v` of that half [rad/s].
-    pub fn spin(&self, body: usize, half: Half, v: &[Vec3]) -> Vec3 {
-        let own = || v[self.sides.bodies[body].spin as usize];
-        match half {
-            Half::Before => self.turned.get(body).copied().unwrap_or_else(own),
-            Half::After => own(),
-        }
-    }
-
-    /// Velocity that the rotation gives a contact's point on one of its sides (0 the slave, 1 the master) [m/s]; `spins`
-    /// by index of the rigid body.
-    pub fn velocity(&self, contact: &Contact, side: usize, spin: impl Fn(usize) -> Vec3) -> Vec3 {
+    /// Velocity that the rotation gives a contact's point on one of its sides (0 the slave, 1 the master) [m/s], of
+    /// the spins in `v` [rad/s].
+    pub fn velocity(&self, contact: &Contact, side: usize, v: &[Vec3]) -> Vec3 {
         let body = self.sides.of_pair(contact.pair)[side];
         body.map_or_else(Vec3::zeros, |body| {
             let body = body as usize;
             let pose = &self.sides.poses[body];
-            (pose.orientation * spin(body)).cross(&(contact.point - pose.centre))
+            (pose.orientation * v[self.sides.bodies[body].spin as usize]).cross(&(contact.point - pose.centre))
         })
     }
 
@@ -144,8 +137,8 @@ impl RigidWork<'_> {
     pub fn rotation(&self, body: usize, v_before: &[Vec3], v_after: &[Vec3]) -> (f64, Vec3) {
         let RigidBody { inertia, spin, .. } = &self.sides.bodies[body];
         let (before, after) = (v_before[*spin as usize], v_after[*spin as usize]);
-        let energy = self.spin(body, Half::Before, v_before).dot(&inertia.component_mul(&after));
-        // The axes of the body at t_n are half way between those of both spins.
+        // Both spins are in the axes at t_n: the free rotation between two times does no work and keeps the momentum.
+        let energy = before.dot(&inertia.component_mul(&after));
         let moment = inertia.component_mul(&((before + after) * 0.5));
         (energy, self.sides.poses[body].orientation * moment)
     }

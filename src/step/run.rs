@@ -360,7 +360,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     }
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
-    let scale = state.ledger.scale(plan);
+    let scale = state.ledger.turnover(plan);
     if lost > NOTABLE_LOSS * scale && scale > 0.0 {
         let remedy = match plan.integrator {
             Integrator::Explicit(_) => "a finer mesh at the contact lowers it",

@@ -131,7 +131,7 @@ impl Quantity {
                 1.0 - seen.at(None, kept) / first.energy.initial_total_j
             }
             Self::NumericalContactShare { at_s } => {
-                seen.at(*at_s, |row| row.energy.numerical_contact_j() / row.energy.scale_j)
+                seen.at(*at_s, |row| row.energy.numerical_contact_j() / row.energy.turnover_j)
             }
             Self::FrictionWorkJPerKg { body } => {
                 let work = |row: &Row| row.energy.pairs.iter().map(|p| p.friction_j).sum::<f64>();

@@ -43,7 +43,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         energy_scale_j: scale,
         balance_error: balance,
         numerical_contact_dissipation_j: numerical,
-        numerical_contact_dissipation_share: over(numerical, scale),
+        numerical_contact_dissipation_share: over(numerical, energy.turnover_j),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_share: measures.hourglass.largest_share(),
         law_excess: law_excess(&measures.laws, smallest),
@@ -230,12 +230,12 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
 /// Where moving caught nodes out of what they had entered did work that is worth a word.
 fn projection_warning(energy: &Energy) -> Option<String> {
     let work: f64 = energy.bodies.iter().map(|body| body.projection_j.abs()).sum();
-    (work > PROJECTION_WARNING * energy.scale_j).then(|| {
+    (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
             "Moving nodes out of what they had entered (position projection) did {} J of work, {:.1} % of the energy scale (above \
              {:.0} %): take shorter steps (`integrator.step_s`), so that they enter less.",
             number(work),
-            100.0 * work / energy.scale_j,
+            100.0 * work / energy.turnover_j,
             100.0 * PROJECTION_WARNING
         )
     })
@@ -257,7 +257,7 @@ mod tests {
     fn work_of_the_position_projection_is_warned_of_where_it_is_not_small() {
         let warned = |works: [f64; 2]| {
             let bodies = works.map(|projection_j| BodyEnergy { projection_j, ..BodyEnergy::default() });
-            projection_warning(&Energy { scale_j: 2.0, bodies: bodies.into(), ..Energy::default() })
+            projection_warning(&Energy { turnover_j: 2.0, bodies: bodies.into(), ..Energy::default() })
         };
         // What two bodies get of opposite signs does not cancel.
         assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %") && w.contains("shorter steps")));

@@ -191,7 +191,7 @@ pub struct Numerics {
     pub balance_error: f64,
     /// What lumped contact nodes lost when they were caught, all pairs [J]: a discretisation error.
     pub numerical_contact_dissipation_j: f64,
-    /// The same over the energy scale [-].
+    /// The same over the energy scale, or over all that was dissipated where that is more [-].
     pub numerical_contact_dissipation_share: f64,
     /// Dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,

@@ -23,7 +23,7 @@ pub(super) struct Step<'a> {
     pub options: &'a Implicit,
     pub threads: &'a Threads,
     pub state: &'a State,
-    /// Velocities before the forces: those of the state, the spins of rigid bodies turned freely to the end of the step.
+    /// Velocities before the forces; the spins of rigid bodies are in their axes at the start of the step, here and at its end.
     pub v: &'a [Vec3],
     /// Internal forces at the start [N].
     pub f_int: &'a [Vec3],

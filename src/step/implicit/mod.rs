@@ -36,7 +36,7 @@ use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
 use super::motion::Motion;
-use super::rigid::{RigidStep, RigidWork};
+use super::rigid::RigidStep;
 use super::run::Ask;
 use super::state::{Held, State};
 use crate::mechanics::contact::{Contact, Reaction};
@@ -74,8 +74,6 @@ pub(super) struct ImplicitStepper<'p> {
     newton: Newton,
     contact: Option<ContactStep<'p>>,
     rigid: Option<RigidStep<'p>>,
-    /// Velocities before the forces of the step, see [`Step::v`] [m/s].
-    v_before: Vec<Vec3>,
     /// Absolute positions of the skins [m].
     x: Vec<Vec3>,
     /// Mean forces of loads in the step [N], as the ledger counts them; empty where the plan has none.
@@ -120,7 +118,6 @@ impl<'p> ImplicitStepper<'p> {
             newton: Newton::new(Iterate::new(plan, unknowns), unknowns),
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
-            v_before: vec![Vec3::zeros(); plan.node_count()],
             x: vec![Vec3::zeros(); plan.node_count()],
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { plan.node_count() } else { 0 }],
             prescribed: vec![0.0; plan.loads.prescribed.len()],
@@ -138,17 +135,18 @@ impl<'p> ImplicitStepper<'p> {
     /// One try with steps of length h.
     fn attempt(&mut self, state: &State, phase: Phase, h: f64, interrupt: Ask) -> Result<u32, Stop> {
         let Self { plan, options, threads, damping, start, system, newton, forces, x, contact, .. } = self;
-        self.v_before.copy_from_slice(&state.v);
-        if let Some(rigid) = &mut self.rigid {
-            // Damping is in the momentum, like that of all nodes.
-            rigid.turn(state, h, 0.0, &mut self.v_before)?;
-        }
         let load_times = [state.time, state.time + h].map(|time| phase.load_time(time));
-        let (v, f_int, f_ext, damping) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..], *damping);
+        let (v, f_int, f_ext, damping) = (&state.v[..], &start.f_int[..], &start.f_ext[..], *damping);
         let energies = &self.energies[..];
         let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
         let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase, interrupt };
-        newton.solve(&step, system, &mut touch, forces)
+        let iterations = newton.solve(&step, system, &mut touch, forces)?;
+        match &mut self.rigid {
+            Some(rigid) if options.statics.is_some() => rigid.turn_statically(state, &newton.end.v, h),
+            Some(rigid) => rigid.turn(state, &newton.end.v, options.theta, h)?,
+            None => {}
+        }
+        Ok(iterations)
     }
 
     fn work<'a>(&'a self, state: &'a State, v_after: &'a [Vec3]) -> StepWork<'a> {
@@ -201,7 +199,7 @@ impl<'p> ImplicitStepper<'p> {
             *f_ext = end * share + start * (1.0 - share);
         }
         let Self { plan, options, threads, start, damping, step: h, newton, prescribed, .. } = self;
-        let (v, f_int, f_ext) = (&self.v_before[..], &start.f_int[..], &start.f_ext[..]);
+        let (v, f_int, f_ext) = (&state.v[..], &start.f_int[..], &start.f_ext[..]);
         let (h, damping, energies) = (*h, *damping, &self.energies[..]);
         let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
         newton.end.prescribed_impulses(&step, prescribed);
@@ -209,7 +207,6 @@ impl<'p> ImplicitStepper<'p> {
             let driven = newton.end.driven_work(&step, body);
             ledger.algorithmic[body] += newton.end.dissipated(&step, body, start.strain[body]) + driven;
             ledger.external[body] += driven;
-            ledger.absolute_external += driven.abs();
         }
         let work = self.work(state, &self.newton.end.v);
         // Without mass the velocity is that of the whole step.
@@ -300,7 +297,6 @@ impl Stepper for ImplicitStepper<'_> {
         // Positions and velocities are of one time here: all work up to t_n has been counted.
         let mut motion = std::mem::take(&mut self.motion);
         let now = self.work(state, &state.v);
-        let now = StepWork { rigid: now.rigid.map(RigidWork::unturned), ..now };
         motion.eval(&self.threads, &now);
         ledger.balance(&now, &motion, &mut energy);
         self.add_step(state, &mut ledger);
@@ -314,12 +310,11 @@ impl Stepper for ImplicitStepper<'_> {
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         state.u.copy_from_slice(&self.newton.end.u);
-        if let Some(rigid) = &self.rigid {
-            rigid.advance_between(state, &self.newton.end.v, self.options.theta, self.step);
-            rigid.clear_places(state);
-        }
         if self.options.statics.is_none() {
             state.v.copy_from_slice(&self.newton.end.v);
+        }
+        if let Some(rigid) = &self.rigid {
+            rigid.advance(state);
         }
         state.last_step = self.step;
         state.time += self.step;

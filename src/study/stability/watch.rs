@@ -37,7 +37,7 @@ impl Recorder for Watch {
         self.initial = energy.initial_total_j;
         self.largest = self.largest.max(energy.total_j - energy.external_work_j);
         self.lost = energy.numerical_contact_j();
-        self.scale = energy.scale_j;
+        self.scale = energy.turnover_j;
         Ok(())
     }
 
