@@ -138,8 +138,12 @@ impl AbsorbedEnergy {
             self.tissue.iter().map(|&b| part(&energy.bodies[b])).sum()
         };
         let [tissue, projectile] = [&self.tissue, &self.projectile].map(|bodies| Motion::of(bodies, energy));
-        let impulse: Vec3 =
-            self.signs.iter().zip(&energy.pairs).map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign).sum();
+        let impulse: Vec3 = self
+            .signs
+            .iter()
+            .zip(&energy.pairs)
+            .map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign)
+            .sum();
         if self.start.is_none() || impulse == Vec3::zeros() {
             let rest = |axis: usize| if self.mass > 0.0 { tissue.momentum[axis] / self.mass } else { 0.0 };
             self.velocity = Vec3::from_fn(|axis, _| held[axis].unwrap_or_else(|| rest(axis)));
@@ -178,7 +182,11 @@ mod tests {
     fn both_ways_agree_when_the_ledger_is_closed() {
         let mut measure = AbsorbedEnergy::of_bodies(vec![1], vec![0]);
         let start = BodyEnergy { strain_j: 1.0, ..BodyEnergy::default() };
-        measure.accumulate(0.0, &energy(start, BodyEnergy { kinetic_j: 10.0, ..BodyEnergy::default() }), [None; 3]);
+        measure.accumulate(
+            0.0,
+            &energy(start, BodyEnergy { kinetic_j: 10.0, ..BodyEnergy::default() }),
+            [None; 3],
+        );
         assert_eq!(measure.now, Absorbed::default());
         let middle = BodyEnergy {
             strain_j: 4.0,
@@ -191,9 +199,17 @@ mod tests {
             projection_j: 0.1,
             ..BodyEnergy::default()
         };
-        measure.accumulate(1.0, &energy(middle, BodyEnergy { kinetic_j: 5.5, ..BodyEnergy::default() }), [None; 3]);
+        measure.accumulate(
+            1.0,
+            &energy(middle, BodyEnergy { kinetic_j: 5.5, ..BodyEnergy::default() }),
+            [None; 3],
+        );
         let end = BodyEnergy { strain_j: 2.0, viscous_j: 0.6, contact_work_j: 1.6, ..BodyEnergy::default() };
-        measure.accumulate(2.0, &energy(end, BodyEnergy { kinetic_j: 7.0, ..BodyEnergy::default() }), [None; 3]);
+        measure.accumulate(
+            2.0,
+            &energy(end, BodyEnergy { kinetic_j: 7.0, ..BodyEnergy::default() }),
+            [None; 3],
+        );
         assert!((measure.peak.by_state() - 4.2).abs() < 1e-12 && measure.peak.time == 1.0);
         assert!((measure.peak.recoverable() - 4.0).abs() < 1e-12);
         assert!((measure.now.by_state() - 1.6).abs() < 1e-12);

@@ -4,7 +4,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::Frame;
 
-/// The largest displacement of a node of the tissue's skin.
+/// The largest displacement of a node of the tissue's skin from where the scene puts it.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
     /// Sorted nodes of the skin.
@@ -35,8 +35,10 @@ impl Deflection {
     /// Takes in one step.
     pub fn accumulate(&mut self, frame: &Frame) {
         let mut now = 0.0_f64;
+        let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
         for &node in &self.nodes {
-            let u = frame.u[node as usize].norm();
+            // From where it was at the start: a body that starts turned or stretched is not deflected yet.
+            let u = (frame.u[node as usize] - start(node)).norm();
             now = now.max(u);
             if u > self.largest {
                 (self.largest, self.time) = (u, frame.time);

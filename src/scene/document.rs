@@ -46,7 +46,7 @@ pub struct SceneDocument {
     /// Load quasi-statically before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preload: Option<PreloadDocument>,
-    /// Settle under gravity with damping and full stick before the clock starts.
+    /// Settle under gravity with damping before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settle: Option<SettleDocument>,
     /// How to step.
@@ -332,7 +332,8 @@ pub struct PairDocument {
     pub friction: Option<f64>,
 }
 
-/// Settle before the clock starts: gravity on, velocities of flight off, damping on, full stick.
+/// Settle before the clock starts: gravity on, velocities of flight off, damping on, full stick; in the last third of the time with
+/// the friction of the scene, so that what it cannot hold slips before the clock starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SettleDocument {

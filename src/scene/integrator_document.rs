@@ -40,8 +40,9 @@ pub enum IntegratorDocument {
         /// Weight ξ of the end forces, 0.5 … 1 [-]; θ by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         xi: Option<f64>,
-        /// Mean forces of the step whose work is the strain energy that it stores, exactly: energy and both momenta are conserved
-        /// at any step, for large motions, too. For θ = ξ = 0.5; each iteration sweeps the elements twice.
+        /// Mean forces of the step whose work is the strain energy that it stores, exactly: without contact energy and both momenta are
+        /// conserved at any step, for large motions, too. Contact keeps the linear momentum; the angular momentum to first order in the
+        /// step, since reactions act where the bodies are at the start of it. For θ = ξ = 0.5; each iteration sweeps the elements twice.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         energy_momentum: bool,
         /// Largest residual of the momentum, relative to the impulses of the step [-].

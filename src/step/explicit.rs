@@ -361,10 +361,7 @@ impl ExplicitStepper<'_> {
         let mean_step = self.mean_step(state);
         let Self { plan, forces, activity, f_ext, .. } = self;
         let gravity = loads::gravity(plan, phase.load_time(state.time));
-        let damping = match phase {
-            Phase::Settling(settle) => 0.5 * settle.damping * mean_step,
-            Phase::Preloading | Phase::Running => 0.0,
-        };
+        let damping = 0.5 * phase.damping() * mean_step;
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
             if !activity.active()[run] {
@@ -423,10 +420,8 @@ impl ExplicitStepper<'_> {
 /// Absolute positions x_n [m] of the skins that may touch, into `x`.
 pub(super) fn place_skins(plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
     for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
-        let flight = match phase {
-            Phase::Settling(_) | Phase::Preloading => Vec3::zeros(),
-            Phase::Running => plan.bodies[body].flight_velocity * state.time,
-        };
+        let time = if phase.flies() { state.time } else { 0.0 };
+        let flight = plan.bodies[body].flight_velocity * time;
         for node in surface.nodes.iter().map(|node| *node as usize) {
             x[node] = plan.X[node] + flight + state.u[node];
         }

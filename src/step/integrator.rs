@@ -17,6 +17,9 @@ use crate::plan::{Integrator, LoadTime, Plan, Settle};
 pub(super) enum Phase {
     /// Gravity and damping, full stick, no flight.
     Settling(Settle),
+    /// As settling, with the friction of the scene: what it cannot hold slips before the clock starts, so that nothing is thrown into
+    /// vibrations when it does.
+    Releasing(Settle),
     /// Quasi-static loading over a pseudo-time of 1 s, no flight.
     Preloading,
     /// The run proper.
@@ -34,10 +37,18 @@ impl Phase {
         matches!(self, Self::Settling(_))
     }
 
+    /// Mass-proportional damping [1/s].
+    pub fn damping(self) -> f64 {
+        match self {
+            Self::Settling(settle) | Self::Releasing(settle) => settle.damping,
+            Self::Preloading | Self::Running => 0.0,
+        }
+    }
+
     /// Where the loads are at a time [s], negative before the clock starts.
     pub fn load_time(self, time: f64) -> LoadTime {
         match self {
-            Self::Settling(_) => LoadTime::Run(0.0),
+            Self::Settling(_) | Self::Releasing(_) => LoadTime::Run(0.0),
             Self::Preloading => LoadTime::Preload((1.0 + time).clamp(0.0, 1.0)),
             Self::Running => LoadTime::Run(time),
         }

@@ -326,11 +326,8 @@ impl Ledger {
         let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
         let flight =
             |body: Option<usize>| body.map_or(Vec3::zeros(), |b| work.plan.bodies[b].flight_velocity);
-        let turning = |side: usize| {
-            work.rigid.map_or_else(Vec3::zeros, |rigid| {
-                rigid.velocity(contact, side, v)
-            })
-        };
+        let turning =
+            |side: usize| work.rigid.map_or_else(Vec3::zeros, |rigid| rigid.velocity(contact, side, v));
         let has_rigid_side = contact.pair as usize >= plan.mesh_pairs;
         let turning = if has_rigid_side { [turning(0), turning(1)] } else { [Vec3::zeros(); 2] };
         let stencil = &contact.stencil;

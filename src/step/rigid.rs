@@ -28,10 +28,7 @@ impl<'p> RigidStep<'p> {
 
     /// Takes the poses of a state; the centres go into `x` [m] too.
     pub fn place(&mut self, plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
-        let time = match phase {
-            Phase::Settling(_) | Phase::Preloading => 0.0,
-            Phase::Running => state.time,
-        };
+        let time = if phase.flies() { state.time } else { 0.0 };
         self.poses.clear();
         for (index, orientation) in state.orientations.iter().enumerate() {
             let pose = plan.pose(self.plan, index, time, &state.u, *orientation);
@@ -86,7 +83,8 @@ impl<'p> RigidStep<'p> {
 
     /// Orientations and spins at the end of the step.
     pub fn advance(&self, state: &mut State) {
-        for ((orientation, spin), (index, body)) in self.ends.iter().zip(self.plan.bodies.iter().enumerate()) {
+        for ((orientation, spin), (index, body)) in self.ends.iter().zip(self.plan.bodies.iter().enumerate())
+        {
             state.orientations[index] = *orientation;
             state.v[body.spin as usize] = *spin;
         }
@@ -128,7 +126,8 @@ impl RigidWork<'_> {
         body.map_or_else(Vec3::zeros, |body| {
             let body = body as usize;
             let pose = &self.sides.poses[body];
-            (pose.orientation * v[self.sides.bodies[body].spin as usize]).cross(&(contact.point - pose.centre))
+            (pose.orientation * v[self.sides.bodies[body].spin as usize])
+                .cross(&(contact.point - pose.centre))
         })
     }
 

@@ -11,6 +11,8 @@ use crate::plan::{Integrator, Plan, Settle};
 
 /// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
+/// Share of the settling time, at its end, that has the friction of the scene [-].
+const RELEASING: f64 = 1.0 / 3.0;
 /// Above this share of the energy scale, what is dissipated numerically is warned about: by contact, by the time integrator.
 const NOTABLE_LOSS: f64 = 0.02;
 
@@ -180,7 +182,7 @@ fn solve(
     }
 }
 
-/// Gravity, damping and full stick until the settling time is over; then the clock starts at rest.
+/// Gravity, damping and full stick, in the end with the friction of the scene, until the settling time is over; then the clock starts at rest.
 fn settle_down(
     plan: &Plan,
     stepper: &mut dyn Stepper,
@@ -194,12 +196,12 @@ fn settle_down(
         if let Some(interrupt) = (options.interrupt)() {
             return Ok(Some(interrupt));
         }
-        if let Some(interrupt) =
-            solve(stepper, state, Phase::Settling(settle), -state.time, options.interrupt)?
-        {
+        let sticks = state.time < -RELEASING * settle.duration;
+        let phase = if sticks { Phase::Settling(settle) } else { Phase::Releasing(settle) };
+        if let Some(interrupt) = solve(stepper, state, phase, -state.time, options.interrupt)? {
             return Ok(Some(interrupt));
         }
-        stepper.advance(state, Phase::Settling(settle));
+        stepper.advance(state, phase);
         snap(state, Some(0.0));
     }
     start_clock(plan, state, released_v);

@@ -21,12 +21,7 @@ const SMALL: f64 = 1e-4;
 ///
 /// which keeps `½ ω·Iω` as well, whatever h' is (after Simo & Wong 1991, who have a Cayley transform of h ω_m). A spin about a principal axis
 /// keeps its bits and turns by the exact angle. `None` where Newton's iteration does not close: a body that turns by radians in h.
-pub fn turn_freely(
-    orientation: &Rotation,
-    omega: &Vec3,
-    inertia: &Vec3,
-    h: f64,
-) -> Option<(Rotation, Vec3)> {
+pub fn turn_freely(orientation: &Rotation, omega: &Vec3, inertia: &Vec3, h: f64) -> Option<(Rotation, Vec3)> {
     let mut change = Vec3::zeros();
     for _ in 0..ITERATIONS {
         let mean = omega + change * 0.5;
@@ -38,7 +33,8 @@ pub fn turn_freely(
         if residual != Vec3::zeros() {
             // d(h' ω × Iω) = h' (dω × Iω + ω × I dω) + (ω × Iω) (dh'/d|ω|²) 2 ω·dω, dω half of the change
             let slope = mean.cross_matrix() * Mat3::from_diagonal(inertia) - moment.cross_matrix();
-            let tangent = Mat3::from_diagonal(inertia) + slope * (0.5 * longer) + couple * mean.transpose() * growth;
+            let tangent =
+                Mat3::from_diagonal(inertia) + slope * (0.5 * longer) + couple * mean.transpose() * growth;
             correction = tangent.lu().solve(&residual)?;
         }
         change -= correction;
@@ -123,14 +119,19 @@ mod tests {
             let (energy, momentum, _) = worst(start, angle / start.norm(), 20_000);
             assert!(energy < 1e-11 && momentum < 1e-11, "{angle} rad: {energy:e} {momentum:e}");
         }
-        assert_eq!(turn_freely(&Rotation::identity(), &start, &Vec3::from(INERTIA), 7.0 / start.norm()), None);
+        assert_eq!(
+            turn_freely(&Rotation::identity(), &start, &Vec3::from(INERTIA), 7.0 / start.norm()),
+            None
+        );
     }
 
     #[test]
     fn the_motion_is_of_second_order() {
         let end = |h: f64| {
             let mut last = Rotation::identity();
-            fly(Vec3::new(3.0, 5.0, -4.0), h, (1.0 / h).round() as usize, |_, orientation| last = *orientation);
+            fly(Vec3::new(3.0, 5.0, -4.0), h, (1.0 / h).round() as usize, |_, orientation| {
+                last = *orientation
+            });
             last
         };
         let exact = end(1e-4);

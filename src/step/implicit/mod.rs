@@ -228,10 +228,7 @@ impl Cuts {
 
 impl Stepper for ImplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
-        self.damping = match phase {
-            Phase::Settling(settle) => settle.damping,
-            Phase::Preloading | Phase::Running => 0.0,
-        };
+        self.damping = phase.damping();
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
