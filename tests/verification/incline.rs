@@ -4,8 +4,9 @@
 //! friction work per mass 3.002749677 J/kg. On the flat with v₀ = 3 m/s, μ = 0.2 it stops at t = 1.529051988 s,
 //! x = 2.293577982 m.
 //!
-//! Friction excites vibrations of an elastic block that slides without damping, whose slip to the sides takes a part of
-//! the friction: a block of 4×4×2 elements is 0.1 % too fast at 1 s (0.01 % with b1 = 1). The 2×2×1 of the tests stays quiet.
+//! An elastic block that slides without damping is unstable: the complex eigenvalues of the linear block on the plane (friction −μ times
+//! the normal reaction) grow at 5 % of the frequency of its first shear mode for 4×4×2 elements and μ = 0.3, whatever its stiffness. So
+//! the vibrations into which a release throws it do not die but grow. Settling that ends with friction leaves none.
 
 use crate::rig::{assert_at_most, assert_close, assert_within, mean_velocity, plan, run};
 use contuse::mechanics::tensor::Vec3;
@@ -169,17 +170,9 @@ fn the_scale_of_errors_does_not_grow_with_the_way_down() {
 }
 
 #[test]
-fn zz_probe() {
-    for shear in [2e4, 2e5] {
-        let rows = look_at(&finer(30.0, 1.0, shear));
-        for t in [0.1, 0.2, 0.3, 0.5, 0.7, 1.0] {
-            let r = rows.iter().find(|r| r.t >= t).unwrap();
-            println!(
-                "probe {shear} t {} x/exact-1 {:e} friction/exact-1 {:e}",
-                r.t,
-                r.x / (0.5 * 2.356_287_237 * r.t * r.t) - 1.0,
-                r.friction / (3.002_749_677 * r.t * r.t) - 1.0
-            );
-        }
-    }
+fn a_finer_soft_block_at_30_degrees_rubs_as_the_rigid_one() {
+    let rows = look_at(&finer(30.0, 1.0, 2e4));
+    let last = rows.last().unwrap();
+    assert_close(last.x, 1.178_143_618, 1e-4, "way after 1 s [m], 4×4×2, 20 kPa");
+    assert_close(last.friction, 3.002_749_677, 5e-3, "friction work per mass, 4×4×2, 20 kPa");
 }
