@@ -11,7 +11,7 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause, Stop, fastest_stretched, place_element};
+use super::failure::{Failure, FailureCause, Stop, ellipticity, fastest_stretched, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
@@ -347,11 +347,13 @@ impl ExplicitStepper<'_> {
         if step >= limit {
             return Ok(());
         }
+        let element = element();
         let message = format!(
             "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
-             crushed or stretched without bound."
+             crushed or stretched without bound.{}",
+            element.map_or_else(String::new, |e| ellipticity(self.plan, &state.u, e))
         );
-        let element = element().map(|e| place_element(self.plan, state, e));
+        let element = element.map(|e| place_element(self.plan, state, e));
         Err(Failure { element, ..Failure::new(state, FailureCause::StepCollapsed, message) })
     }
 

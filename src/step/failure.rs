@@ -3,7 +3,7 @@
 use super::run::Interrupt;
 use super::state::State;
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
-use crate::mechanics::force::stretch_rate;
+use crate::mechanics::force::{ElementBlock, stretch_rate};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -85,16 +85,15 @@ impl FailureCause {
     pub fn remedy(self) -> &'static str {
         match self {
             Self::ElementInverted => {
-                "Refine the mesh there, make the layer softer to crush (a volumetric law that grows without bound, \
-                 `quadratic_ln`), lower the speed, or end the run before this time."
+                "Try `formulation: \"reduced\"` for the named part, lower the speed, or end the run before this time."
             }
             Self::StepCollapsed => {
-                "Look at the named place for an element that is crushed or a fibre that stiffens; refine the mesh there, lower the \
-                 speed, or try `formulation: \"full\"` there or implicit steps (`integrator.kind`)."
+                "Look at the named place for an element that is crushed or a fibre that stiffens; lower the speed, or try implicit \
+                 steps (`integrator.kind`)."
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
-                "Lower the fibre exponent k2, take parameters fitted at this stretch, or refine the mesh there."
+                "Lower the fibre exponent k2, or take parameters fitted at this stretch."
             }
             Self::ContactNotConverged => {
                 "Look for bodies that are squeezed between parts that cannot give way (prescribed, fixed, planes); else raise \
@@ -159,6 +158,19 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
     };
     let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.hexes.iter().map(rate)));
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
+}
+
+/// What the material of an element says where the step has collapsed: whether waves of every direction still have a real speed there.
+pub(super) fn ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> String {
+    let slot = |block: &ElementBlock| block.elements.iter().position(|e| *e == element);
+    let found = plan.blocks.iter().find_map(|block| slot(block).map(|slot| (block, slot)));
+    match found.and_then(|(block, slot)| block.least_acoustic_eigenvalue(slot, u)) {
+        Some(least) if least < 0.0 => format!(
+            " The material of the element has lost ellipticity (least eigenvalue of its acoustic tensor {least:.3e} Pa): there its law \
+             softens, and the deformation localises."
+        ),
+        _ => String::new(),
+    }
 }
 
 /// An element in the words of the user.

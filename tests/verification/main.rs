@@ -14,6 +14,7 @@ mod contact_solvers;
 mod cook;
 mod coulomb_cone;
 mod coverage;
+mod crushing;
 mod energy_momentum;
 mod error_study;
 mod free_flight;

@@ -13,6 +13,69 @@ pub(super) struct Pressure<R> {
     pub stiffness: R,
 }
 
+/// Jacobian of a point below which the barrier acts [-].
+const BARRIER_THRESHOLD: f64 = 0.2;
+
+/// Stiffness of the barrier over μ [-].
+const BARRIER_STIFFNESS: f64 = 20.0;
+
+/// What keeps the points of an element of mean dilatation from turning inside out: the energy `½ k ln²(J/θ)` per volume where J < θ,
+/// without bound as J → 0.
+///
+/// The element's pressure knows the mean of J alone, and the isochoric energy of a point grows like J^(−2/3) only.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Barrier {
+    /// k [Pa].
+    stiffness: f64,
+}
+
+impl Barrier {
+    /// Of a law with the shear modulus μ at rest [Pa].
+    pub fn new(mu: f64) -> Self {
+        Self { stiffness: BARRIER_STIFFNESS * mu }
+    }
+
+    /// Whether a J − 1 is below the threshold.
+    #[inline(always)]
+    pub fn reaches(j: f64) -> bool {
+        j < BARRIER_THRESHOLD - 1.0
+    }
+
+    /// ln(J/θ) where it is negative, else 0, at J − 1.
+    #[inline(always)]
+    fn log<R: Real>(j: R) -> R {
+        j.scale_add(1.0 / BARRIER_THRESHOLD, 1.0 / BARRIER_THRESHOLD - 1.0).min(j.zero()).ln_1p()
+    }
+
+    /// Energy per volume [J/m³] at J − 1 > −1.
+    #[inline(always)]
+    pub fn energy<R: Real>(self, j: R) -> R {
+        let log = Self::log(j);
+        log * log * (0.5 * self.stiffness)
+    }
+
+    /// Its slope by J, positive in tension [Pa].
+    #[inline(always)]
+    pub fn pressure<R: Real>(self, j: R) -> R {
+        Self::log(j) / (j + 1.0) * self.stiffness
+    }
+
+    /// Its second derivative [Pa].
+    #[inline(always)]
+    fn slope<R: Real>(self, j: R) -> R {
+        let (log, J) = (Self::log(j), j + 1.0);
+        let value = (log.constant(1.0) - log) / (J * J) * self.stiffness;
+        (-log).select_positive(value, log.zero())
+    }
+
+    /// Adds it to the pressure of a point.
+    #[inline(always)]
+    pub fn add_to<R: Real>(self, j: R, pressure: &mut Pressure<R>) {
+        pressure.p += self.pressure(j);
+        pressure.stiffness += self.slope(j);
+    }
+}
+
 #[inline(always)]
 pub(super) fn pressure_at<R: Real>(U: Volumetric, j: R, viscous: R) -> Pressure<R> {
     Pressure { p: U.pressure(j) - viscous, stiffness: U.stiffness(j).max(j.zero()) }

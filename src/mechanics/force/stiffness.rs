@@ -12,9 +12,10 @@
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
+use super::pressure::Barrier;
 use super::reduced::{OnePointElement, ReducedBatch};
 use super::rows::{load_corners, load_fibres};
-use super::sweep::corners_may_fold;
+use super::sweep::{corners_may_fold, point_is_crushed};
 use crate::mechanics::dual::Dual;
 use crate::mechanics::element::{Hex8, Hourglass, Modes, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -169,11 +170,15 @@ impl<L: Law> Stiffness<'_, L> {
             _ => None,
         };
 
+        let mut smallest_j = Row::default();
+        smallest.store(&mut smallest_j, part);
+        let barrier = (pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
+            .then(|| Barrier::new(self.law.moduli_at_rest().0));
         let mut sums = [[zero; 9]; CORNER_PAIRS];
         let mut volume_slope = [[zero; 3]; 8];
         for q in 0..POINTS {
             let fibres = &directions[..self.fibres.len()];
-            let A = tangent_at(&self.law, &H[q], fibres, pressure.map(|p| p.value), U);
+            let A = tangent_at(&self.law, &H[q], fibres, pressure.map(|p| (p.value, barrier)), U);
             let g = gradients(q, &cof[q]);
             let weight = w[q] * CORNER_SCALE;
             add_pairs(&mut sums, &A, &g, weight);
@@ -199,8 +204,6 @@ impl<L: Law> Stiffness<'_, L> {
                 }
             }
         }
-        let mut smallest_j = Row::default();
-        smallest.store(&mut smallest_j, part);
         if corners_may_fold::<S>(&smallest_j, part) {
             self.add_corner_penalty(simd, part);
         }
@@ -252,13 +255,13 @@ impl<L: Law> Stiffness<'_, L> {
     }
 }
 
-/// A = ∂P/∂F [Pa], `[3 i + J][3 k + L]`, at a point: with the element's pressure [Pa] held, or else with the point's own `U′`.
+/// A = ∂P/∂F [Pa], `[3 i + J][3 k + L]`, at a point: with the element's pressure [Pa] held and its barrier, or else with the point's own `U′`.
 #[inline(always)]
 fn tangent_at<R: Real, L: Law>(
     law: &L,
     H: &Tensor<R>,
     fibres: &[[Dual<R>; 3]],
-    pressure: Option<R>,
+    pressure: Option<(R, Option<Barrier>)>,
     U: Option<Volumetric>,
 ) -> [[R; 9]; 9] {
     let mut A = [[H.0[0][0]; 9]; 9];
@@ -268,7 +271,8 @@ fn tangent_at<R: Real, L: Law>(
         lifted.0[k][l].slope = H.0[0][0].constant(1.0);
         let kinematics = Kinematics::new(&lifted);
         let p = match (pressure, U) {
-            (Some(p), _) => fixed(p),
+            (Some((p, None)), _) => fixed(p),
+            (Some((p, Some(barrier))), _) => fixed(p) + barrier.pressure(kinematics.j),
             (None, Some(U)) => U.pressure(kinematics.j),
             (None, None) => fixed(H.0[0][0].zero()),
         };

@@ -2,7 +2,7 @@
 
 use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::ChunkForces;
-use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
+use super::pressure::{Barrier, Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
 use super::rows::{add, gather, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
@@ -210,6 +210,13 @@ pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
     smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
 }
 
+/// Whether a point of an element of a register is in reach of the barrier.
+#[inline(always)]
+pub(super) fn point_is_crushed<S: Simd>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::F64_LANES;
+    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| Barrier::reaches(*j))
+}
+
 impl Batch {
     /// The penalty on the corners of the elements of a register, from their displacements [m].
     #[inline(always)]
@@ -291,6 +298,10 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
             _ => None,
         };
+        smallest.store(&mut totals.smallest_j, part);
+        let barrier = (MEAN && point_is_crushed::<S>(&totals.smallest_j, part))
+            .then(|| Barrier::new(self.parameters.material.moduli_at_rest().0));
+        let mut stabilisation = zero;
         let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
         for q in 0..POINTS {
@@ -299,7 +310,7 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             let invariants = Invariants::new(&k);
             let point = self.law.eval_with_bounds(&k, &invariants, fibres);
             let mut psi = point.response.psi;
-            let pressure = match (element_pressure, U) {
+            let mut pressure = match (element_pressure, U) {
                 (Some(pressure), _) => pressure,
                 (None, Some(U)) => {
                     psi += U.energy(k.j);
@@ -307,6 +318,12 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
                 }
                 (None, None) => Pressure { p: -viscous.0, stiffness: zero },
             };
+            if let Some(barrier) = barrier {
+                barrier.add_to(k.j, &mut pressure);
+                let energy = barrier.energy(k.j);
+                psi += energy;
+                stabilisation = w.0[q].mul_add(energy, stabilisation);
+            }
             strain = w.0[q].mul_add(psi, strain);
             let P = point.response.first_piola(&k, pressure.p);
             Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
@@ -322,14 +339,14 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         }
 
         let mut forces = Hex8::nodal_forces(&sums.0);
-        let (mut stabilisation, mut corner_frequency) = (zero, zero);
-        smallest.store(&mut totals.smallest_j, part);
+        stabilisation = stabilisation * CORNER_SCALE;
+        let mut corner_frequency = zero;
         if corners_may_fold::<S>(&totals.smallest_j, part) {
             let corners = self.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
             for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
                 *f += *on;
             }
-            stabilisation = corners.energy;
+            stabilisation += corners.energy;
             strain += corners.energy;
             corner_frequency = corners.stiffness * load!(&self.batch.inverse_least_mass);
         }
