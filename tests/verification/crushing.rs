@@ -104,14 +104,12 @@ fn compression_to_a_fifth_and_back_is_that_of_the_law() {
             if (name, formulation) == ("coupled neo-Hookean", "mean_dilatation") {
                 continue;
             }
-            // A block of several may wrinkle below half its height (Biot 1963), which slow steps follow and come back from otherwise.
+            // A block of several may wrinkle below half its height (Biot 1963): one-point elements do so before they are at a fifth.
             let [explicit, implicit, quasi_static] = integrators();
-            let runs = [
-                (explicit.clone(), 1, 1e-2),
-                (implicit, 1, 1e-3),
-                (quasi_static, 1, 1e-5),
-                (explicit, 3, if formulation == "reduced" { 0.1 } else { 1e-2 }),
-            ];
+            let mut runs = vec![(explicit.clone(), 1, 1e-3), (implicit, 1, 1e-3), (quasi_static, 1, 1e-5)];
+            if formulation != "reduced" {
+                runs.push((explicit, 3, 1e-3));
+            }
             for (integrator, n, tolerance) in runs {
                 let scene = scene((&material, formulation), &held, &pressed, &integrator);
                 let law = plan_with(&scene, Some(cube(n))).blocks[0].parameters.material;
