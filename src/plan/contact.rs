@@ -37,6 +37,7 @@ pub(super) fn compile_contact(
         mesh_pairs: 0,
         pair_bodies: Vec::new(),
         tolerance: document.contact.tolerance,
+        discretisation: document.contact.discretisation.method(),
         solver: document.solver.contact.map(ContactSolver::method),
     };
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =

@@ -32,7 +32,7 @@ pub use statics::{Statics, Unheld};
 
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
-use crate::mechanics::contact::{ContactPair, Surface};
+use crate::mechanics::contact::{ContactPair, Discretisation, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -150,6 +150,8 @@ pub struct ContactPlan {
     pub pair_bodies: Vec<(usize, Option<usize>)>,
     /// Largest scaled residual of the solver [-].
     pub tolerance: f64,
+    /// How contacts of two meshes are made discrete.
+    pub discretisation: Discretisation,
     /// The solver of the library that gets `W`, where the scene names one.
     pub solver: Option<Method>,
 }

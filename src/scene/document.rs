@@ -1,5 +1,6 @@
 //! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
 
+use crate::mechanics::contact::Discretisation;
 use crate::mechanics::force;
 use crate::mechanics::material::Material;
 use schemars::JsonSchema;
@@ -275,6 +276,36 @@ pub struct ContactDocument {
     /// and shortens the step.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub mass_redistribution: f64,
+    /// How the contact of two meshes is made discrete. `mortar` passes on a pressure between meshes that do not match.
+    #[serde(default, skip_serializing_if = "ContactDiscretisation::is_default")]
+    pub discretisation: ContactDiscretisation,
+}
+
+/// How the contact of two meshes is made discrete.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactDiscretisation {
+    /// Each slave node against the closest face of the master.
+    #[default]
+    NodeToSurface,
+    /// Means over the slave's faces with dual shape functions. Faces that are not wholly above the master, and self-contact, keep
+    /// nodes against faces.
+    Mortar,
+}
+
+impl ContactDiscretisation {
+    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// As detection names it.
+    pub fn method(self) -> Discretisation {
+        match self {
+            Self::NodeToSurface => Discretisation::NodeToSurface,
+            Self::Mortar => Discretisation::Mortar,
+        }
+    }
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
@@ -293,6 +324,7 @@ impl Default for ContactDocument {
             friction: 0.0,
             tolerance: default_contact_tolerance(),
             mass_redistribution: 0.0,
+            discretisation: ContactDiscretisation::default(),
         }
     }
 }

@@ -79,7 +79,8 @@ impl<'p> ContactStep<'p> {
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
         Self {
             plan: contact,
-            detector: Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X),
+            detector: Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X)
+                .with(contact.discretisation),
             laws: contact.pairs.iter().map(|p| p.law).collect(),
             stuck: stuck(&contact.pairs),
             still: vec![Vec3::zeros(); drift.len()],

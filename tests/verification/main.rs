@@ -29,6 +29,7 @@ mod left_out;
 mod manufactured_solution;
 mod material_points;
 mod momentum;
+mod mortar;
 mod oblique_soft_ball;
 mod parity;
 mod patch_test;

@@ -112,6 +112,40 @@ impl Patch {
         (self.corners[(k + 1) % n] - self.corners[k], self.corners[(k + n - 1) % n] - self.corners[k])
     }
 
+    /// Shape functions where the line through `p` along `n` meets the face or its continuation, and the edge that it is farthest
+    /// beyond with how far, in the face's own coordinates (negative inside). `None` where the line does not meet it.
+    pub fn along(&self, p: &Vec3, n: &Vec3) -> Option<([f64; 4], (usize, f64))> {
+        let c = self.corners.map(|corner| corner - p);
+        // Cramer's rule in the plane across n.
+        let solve = |u: &Vec3, v: &Vec3, r: &Vec3| {
+            let det = n.dot(&u.cross(v));
+            (det != 0.0).then(|| (n.dot(&r.cross(v)) / det, n.dot(&u.cross(r)) / det))
+        };
+        let farthest = |beyond: [(usize, f64); 4]| {
+            beyond
+                .into_iter()
+                .fold((0, f64::NEG_INFINITY), |far, edge| if edge.1 > far.1 { edge } else { far })
+        };
+        if self.triangle {
+            let (w1, w2) = solve(&(c[1] - c[0]), &(c[2] - c[0]), &-c[0])?;
+            let w0 = 1.0 - w1 - w2;
+            return Some(([w0, w1, w2, 0.0], farthest([(0, -w2), (1, -w0), (2, -w1), (2, -w1)])));
+        }
+        let (mut a, mut b) = (0.5, 0.5);
+        for _ in 0..MAX_ITERATIONS {
+            let w = self.weights(a, b);
+            let point = c[0] * w[0] + c[1] * w[1] + c[2] * w[2] + c[3] * w[3];
+            let (along_a, along_b) = self.tangents(&w);
+            let (d_a, d_b) = solve(&along_a, &along_b, &-point)?;
+            (a, b) = (a + d_a, b + d_b);
+            if d_a.abs() + d_b.abs() <= 1e-12 {
+                let beyond = farthest([(0, -b), (1, a - 1.0), (2, b - 1.0), (3, -a)]);
+                return Some((self.weights(a, b), beyond));
+            }
+        }
+        None
+    }
+
     /// Point of the face closest to `s`.
     pub fn closest(&self, s: &Vec3) -> FacePoint {
         if self.triangle { self.closest_on_triangle(s) } else { self.closest_on_quad(s) }

@@ -19,11 +19,12 @@
 pub use super::broad_phase::reach;
 use super::broad_phase::{Candidates, FaceTree, Motion};
 use super::finder::{Finder, local_frame};
+use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::self_contact::Exclusions;
 use super::skin::Skin;
 use super::time_of_impact::Search;
-use super::{Contact, ContactPair, Master, Surface};
+use super::{Contact, ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use thiserror::Error;
 
@@ -79,6 +80,8 @@ pub(super) struct PairState {
     pub side: Side,
     /// Who may meet whom.
     pub candidates: Candidates,
+    /// Where contacts are averaged.
+    averager: Option<Averager>,
 }
 
 /// A master, ready for detection.
@@ -107,6 +110,17 @@ impl Detector {
         Self { skins, pairs, snapshots: Vec::new(), moved, search: Search::default() }
     }
 
+    /// The same with the contacts of two meshes made discrete as asked.
+    #[must_use]
+    pub fn with(mut self, discretisation: Discretisation) -> Self {
+        for pair in &mut self.pairs {
+            let is_averaged = discretisation == Discretisation::Mortar
+                && pair.side.master().is_some_and(|master| master != pair.slave);
+            pair.averager = is_averaged.then(|| Averager::new(&self.skins[pair.slave]));
+        }
+        self
+    }
+
     /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
     ///
     /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end if nothing
@@ -125,10 +139,14 @@ impl Detector {
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
         let Self { skins, pairs, snapshots, moved, search } = self;
-        for (i, pair) in pairs.iter().enumerate() {
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            let first = contacts.len();
             let master_moved = pair.side.master().map_or(Moved::default(), |master| moved[master]);
             let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
+            if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
+                averager.average(&skins[pair.slave], &skins[master], x, &mut contacts[first..]);
+            }
         }
         Ok(report)
     }
@@ -241,7 +259,7 @@ impl PairState {
             },
         };
         let candidates = Candidates::with_capacity(skins[pair.slave].nodes.len());
-        Some(Self { slave: pair.slave, side, candidates })
+        Some(Self { slave: pair.slave, side, candidates, averager: None })
     }
 
     /// `in_step` [m]: how far the two sides move against each other in this step, at most.

@@ -16,12 +16,14 @@ pub mod gauss_seidel;
 pub mod generalised_jacobian;
 pub mod initial_overlap;
 pub mod local;
+mod mortar;
 mod narrow_phase;
 pub mod problem;
 pub mod projection;
 pub mod rigid_detection;
 mod rigid_manifold;
 pub mod rigid_projection;
+mod segments;
 mod self_contact;
 mod skin;
 pub mod slave_choice;
@@ -103,11 +105,23 @@ impl ContactLaw {
     }
 }
 
+/// How the contact of two meshes is made discrete.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Discretisation {
+    /// Each slave node against the face closest to it.
+    #[default]
+    NodeToSurface,
+    /// Means over the slave's faces with dual shape functions; not for self-contact.
+    Mortar,
+}
+
 /// How the gap of a contact follows the positions within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A slave node against a face, a plane or a rigid body, at the place closest to it: once a node and pair of meshes.
     Node,
+    /// The mean over the faces around a slave node, with weights that stand: once a node and pair.
+    Averaged,
     /// Weights that stand, such as of two edges: the gap is `n · Σ w x`. A slave node may be in several.
     Fixed,
 }

@@ -81,7 +81,7 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     } else {
         let skin = detector.master_skin(contact.pair as usize)?;
         let size = skin.sizes[contact.face as usize];
-        if contact.kind == Kind::Fixed {
+        if contact.kind != Kind::Node {
             let (normal, stencil) = (contact.frame[0], stencil());
             let depth = -normal.dot(&stencil.difference(x));
             return (depth > TOLERANCE * size).then_some(Penetration { depth, normal, stencil, size });

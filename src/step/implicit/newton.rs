@@ -306,10 +306,12 @@ impl Newton {
             let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
             let is_known = contacts.iter().any(|c| {
                 let is_same = match candidate.kind {
-                    Kind::Node => !slave_is_rigid || c.point == candidate.point,
-                    Kind::Fixed => c.stencil.nodes() == candidate.stencil.nodes(),
+                    Kind::Node | Kind::Averaged => {
+                        c.kind != Kind::Fixed && (!slave_is_rigid || c.point == candidate.point)
+                    }
+                    Kind::Fixed => c.kind == Kind::Fixed && c.stencil.nodes() == candidate.stencil.nodes(),
                 };
-                (c.pair, c.kind, c.slave) == (candidate.pair, candidate.kind, candidate.slave) && is_same
+                (c.pair, c.slave) == (candidate.pair, candidate.slave) && is_same
             });
             let opening = closing(step, &candidate, &sides, &self.end.v)[0];
             let size = candidate.stencil.slave().map(|(n, w)| self.end.v[n as usize].amax() * w).sum::<f64>()

@@ -1,0 +1,217 @@
+//! Mortar contact: the gap of a slave node as a mean over the faces around it, with dual shape functions.
+//!
+//! With N_B the shape functions of a slave face, N_C those of the master below it, and Φ_A the dual ones (biorthogonal,
+//! `∫ Φ_A N_B = δ_AB ∫ N_B`; Wohlmuth 2000), the row of slave node A is
+//!
+//! ```text
+//! D_A = Σ_faces ∫ N_A dA,   w_C = Σ_faces ∫ Φ_A N_C dA / D_A,   g_A = n_A · (x_A − Σ w_C x_C)
+//! ```
+//!
+//! so there is one row a slave node, as nodes against faces have, and a pressure that is uniform on the slave arrives as one on
+//! the master. Integrals are over the segments of the slave face ([`super::segments`]), so kinks of the master do not disturb
+//! them. Dual functions are made on the part of a face that is above the master (Cichosz & Bischoff 2011).
+//!
+//! Σ w_C = 1 conserves linear momentum. Then the weights are changed by the least linear function that makes `x_A − Σ w_C x_C`
+//! parallel to n_A, so that impulses along n_A have no moment. Tangential ones have that of their gap, as with nodes.
+//!
+//! Where less than half of a face that is turned to the contact is above the master, and where a node comes fast from afar, the
+//! node keeps its row against the face.
+
+use super::closest_point::Patch;
+use super::finder::local_frame;
+use super::narrow_phase::NEAR;
+use super::segments::{OPPOSED, for_each_segment_point};
+use super::skin::{NONE, Skin, corner_count};
+use super::stencil::Stencil;
+use super::{Contact, Kind};
+use crate::mechanics::tensor::Vec3;
+use nalgebra::{Matrix4, Vector4};
+
+/// Nodes of the master below a face or around a node, at most.
+const MOST_BELOW: usize = 36;
+/// Least share of a face above the master: shape functions over less of it are nearly dependent.
+const LEAST_COVERED: f64 = 0.5;
+
+/// The integrals over a slave face.
+#[derive(Clone, Debug)]
+struct FaceMoments {
+    normal: Vec3,
+    /// `∫ N_A` of each corner [m²].
+    own: Vector4<f64>,
+    /// `∫ Φ_A N_C` [m²] of the master's nodes C for each corner A.
+    below: [(u32, Vector4<f64>); MOST_BELOW],
+    count: usize,
+}
+
+/// Averages the contacts of one pair of surfaces, with its memory.
+#[derive(Clone, Debug)]
+pub(super) struct Averager {
+    moments: Vec<Option<FaceMoments>>,
+    /// Of each slave face its place in `moments`, `NONE` if it has none yet.
+    places: Vec<u32>,
+    /// Faces that have one.
+    faces: Vec<u32>,
+}
+
+impl Averager {
+    /// For a slave surface.
+    pub fn new(slave: &Skin) -> Self {
+        let count = slave.faces.len();
+        Self {
+            moments: Vec::with_capacity(count),
+            places: vec![NONE; count],
+            faces: Vec::with_capacity(count),
+        }
+    }
+
+    /// Makes averages of the contacts of the pair, sorted by slave node, where they can be made, at the positions `x` [m].
+    pub fn average(&mut self, slave: &Skin, master: &Skin, x: &[Vec3], contacts: &mut [Contact]) {
+        for contact in contacts.iter().filter(|c| is_near(c, master)) {
+            for &face in slave.faces_around(contact.slave) {
+                if self.places[face as usize] == NONE {
+                    self.places[face as usize] = self.moments.len() as u32;
+                    self.faces.push(face);
+                    self.moments.push(moments(slave, master, face, contact.face, x));
+                }
+            }
+        }
+        for contact in contacts.iter_mut().filter(|c| is_near(c, master)) {
+            self.average_one(slave, x, contact);
+        }
+        self.moments.clear();
+        for face in self.faces.drain(..) {
+            self.places[face as usize] = NONE;
+        }
+    }
+
+    /// `None` leaves the contact as it is.
+    fn average_one(&self, slave: &Skin, x: &[Vec3], contact: &mut Contact) -> Option<()> {
+        let (mut area, mut normal) = (0.0, Vec3::zeros());
+        let mut below = [(0_u32, 0.0); MOST_BELOW];
+        let mut count = 0;
+        for &face in slave.faces_around(contact.slave) {
+            let corners = &slave.faces[face as usize];
+            let turned = Patch::new(corners, x).normal(&[0.25; 4]);
+            if turned.dot(&contact.frame[0]) > OPPOSED {
+                continue;
+            }
+            let moments = self.moments[self.places[face as usize] as usize].as_ref()?;
+            let corner = corners.iter().position(|&n| n == contact.slave)?;
+            area += moments.own[corner];
+            normal -= moments.normal * moments.own[corner];
+            for (node, integrals) in &moments.below[..moments.count] {
+                let at = below[..count].iter().position(|(n, _)| n == node).unwrap_or(count);
+                *below.get_mut(at)? = (*node, below[at].1 + integrals[corner]);
+                count = count.max(at + 1);
+            }
+        }
+        let normal = normal.try_normalize(0.0)?;
+        let below = &mut below[..count];
+        below.iter_mut().for_each(|(_, w)| *w /= area);
+        align(below, &x[contact.slave as usize], &normal, x)?;
+        let stencil = Stencil::new([(contact.slave, 1.0)], below.iter().copied())?;
+        let gap = normal.dot(&stencil.difference(x));
+        if !gap.is_finite() {
+            return None;
+        }
+        let frame = local_frame(&normal, &contact.frame[1]);
+        (contact.kind, contact.stencil, contact.frame, contact.gap) = (Kind::Averaged, stencil, frame, gap);
+        Some(())
+    }
+}
+
+/// Whether the node is near its face now, rather than met later in the step.
+fn is_near(contact: &Contact, master: &Skin) -> bool {
+    contact.kind == Kind::Node && contact.gap <= NEAR * master.sizes[contact.face as usize]
+}
+
+/// Changes weights by the least linear function of the place so that `x_A − Σ w x` is parallel to n; their sum stays.
+fn align(below: &mut [(u32, f64)], x_a: &Vec3, n: &Vec3, x: &[Vec3]) -> Option<()> {
+    let [_, t1, t2] = local_frame(n, &Vec3::zeros());
+    let flat = |node: u32| {
+        let from = x_a - x[node as usize];
+        [t1.dot(&from), t2.dot(&from)]
+    };
+    let (mut size, mut mean, mut miss) = (0.0, [0.0; 2], [0.0; 2]);
+    for &(node, w) in below.iter() {
+        size += w.abs();
+        for (i, s) in flat(node).into_iter().enumerate() {
+            mean[i] += w.abs() * s;
+            miss[i] += w * s;
+        }
+    }
+    let mean = mean.map(|m| m / size);
+    let centred = |node: u32| {
+        let s = flat(node);
+        [s[0] - mean[0], s[1] - mean[1]]
+    };
+    let [mut s11, mut s12, mut s22] = [0.0; 3];
+    for &(node, w) in below.iter() {
+        let s = centred(node);
+        s11 += w.abs() * s[0] * s[0];
+        s12 += w.abs() * s[0] * s[1];
+        s22 += w.abs() * s[1] * s[1];
+    }
+    let det = s11 * s22 - s12 * s12;
+    if det.is_nan() || det <= 1e-6 * s11 * s22 {
+        return None;
+    }
+    let by = [(s22 * miss[0] - s12 * miss[1]) / det, (s11 * miss[1] - s12 * miss[0]) / det];
+    for (node, w) in below.iter_mut() {
+        let s = centred(*node);
+        *w -= w.abs() * (by[0] * s[0] + by[1] * s[1]);
+    }
+    Some(())
+}
+
+/// The integrals over a slave face, `None` where too little of it is above the master; `start` is a face near it.
+fn moments(slave: &Skin, master: &Skin, face: u32, start: u32, x: &[Vec3]) -> Option<FaceMoments> {
+    let corners = &slave.faces[face as usize];
+    let patch = Patch::new(corners, x);
+    let normal = patch.normal(&[0.25; 4]);
+    let mut found =
+        FaceMoments { normal, own: Vector4::zeros(), below: [(0, Vector4::zeros()); MOST_BELOW], count: 0 };
+    let (mut mass, mut covered) = (Matrix4::zeros(), 0.0);
+    let all = for_each_segment_point(&patch, &normal, master, start, x, |point| {
+        let nodes = &master.faces[point.face as usize];
+        let below = Patch::new(nodes, x);
+        let (shape, _) = patch.along(&point.place, &normal)?;
+        let (weights, _) = below.along(&point.place, &normal)?;
+        // Parts that look at each other from afar do not meet.
+        if (below.point(&weights) - patch.point(&shape)).norm() > slave.sizes[face as usize] {
+            return Some(());
+        }
+        let own = Vector4::from(shape);
+        found.own += own * point.area;
+        mass += own * own.transpose() * point.area;
+        covered += point.area;
+        nodes
+            .iter()
+            .zip(weights)
+            .filter(|(_, w)| *w != 0.0)
+            .try_for_each(|(&node, w)| found.add(node, own * (w * point.area)))
+    })?;
+    if covered < LEAST_COVERED * all {
+        return None;
+    }
+    if corner_count(corners) == 3 {
+        mass[(3, 3)] = 1.0;
+    }
+    let dual = Matrix4::from_diagonal(&found.own) * mass.try_inverse()?;
+    let count = found.count;
+    found.below[..count].iter_mut().for_each(|(_, integrals)| *integrals = dual * *integrals);
+    Some(found)
+}
+
+impl FaceMoments {
+    fn add(&mut self, node: u32, integrals: Vector4<f64>) -> Option<()> {
+        let below = &mut self.below;
+        let at = below[..self.count].iter().position(|(n, _)| *n == node).unwrap_or(self.count);
+        *below.get_mut(at)? = (node, below.get(at)?.1 + integrals);
+        self.count = self.count.max(at + 1);
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
