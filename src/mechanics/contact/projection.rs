@@ -75,26 +75,27 @@ struct Penetration {
 
 fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
     let s = &x[contact.slave as usize];
-    let stencil = || contact.stencil.clone();
-    let found = if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
-        Penetration { depth: -normal.dot(&(s - point)), normal, stencil: stencil(), size }
-    } else {
-        let skin = detector.master_skin(contact.pair as usize)?;
-        let size = skin.sizes[contact.face as usize];
-        if contact.kind != Kind::Node {
-            let (normal, stencil) = (contact.frame[0], stencil());
-            let depth = -normal.dot(&stencil.difference(x));
-            return (depth > TOLERANCE * size).then_some(Penetration { depth, normal, stencil, size });
-        }
-        let p = eval_proximity(skin, contact.face, s, x)?;
-        // Slid off the face: whether it is inside is for its new face to say.
-        if p.beyond || p.gap < -DEPTH * size {
-            return None;
-        }
-        let stencil = Stencil::node_on_face(contact.slave, &skin.faces[contact.face as usize], &p.weights);
-        Penetration { depth: -p.gap, normal: p.normal, stencil, size }
+    // Most contacts are open: weights are gathered for those that are not.
+    let found = |depth: f64, normal: Vec3, size: f64, stencil: &dyn Fn() -> Stencil| {
+        (depth > TOLERANCE * size).then(|| Penetration { depth, normal, stencil: stencil(), size })
     };
-    (found.depth > TOLERANCE * found.size).then_some(found)
+    let same = || contact.stencil.clone();
+    if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
+        return found(-normal.dot(&(s - point)), normal, size, &same);
+    }
+    let skin = detector.master_skin(contact.pair as usize)?;
+    let size = skin.sizes[contact.face as usize];
+    if contact.kind != Kind::Node {
+        let normal = contact.frame[0];
+        return found(-normal.dot(&contact.stencil.difference(x)), normal, size, &same);
+    }
+    let p = eval_proximity(skin, contact.face, s, x)?;
+    // Slid off the face: whether it is inside is for its new face to say.
+    if p.beyond || p.gap < -DEPTH * size {
+        return None;
+    }
+    let face = &skin.faces[contact.face as usize];
+    found(-p.gap, p.normal, size, &|| Stencil::node_on_face(contact.slave, face, &p.weights))
 }
 
 /// Opens the gap by `distance`; whether anything could move.
