@@ -15,7 +15,8 @@
 //! parallel to n_A, so that impulses along n_A have no moment. Tangential ones have that of their gap, as with nodes.
 //!
 //! Where less than half of a face that is turned to the contact is above the master, and where a node comes fast from afar, the
-//! node keeps its row against the face.
+//! node keeps its row against the face; so it does where a row would have more nodes than a stencil
+//! ([`super::stencil::MOST_NODES`]), as a slave much coarser than its master has.
 
 use super::closest_point::Patch;
 use super::finder::local_frame;
@@ -101,7 +102,8 @@ impl Averager {
             normal -= moments.normal * moments.own[corner];
             for (node, integrals) in &moments.below[..moments.count] {
                 let at = below[..count].iter().position(|(n, _)| n == node).unwrap_or(count);
-                *below.get_mut(at)? = (*node, below[at].1 + integrals[corner]);
+                let sum = below.get_mut(at)?;
+                *sum = (*node, sum.1 + integrals[corner]);
                 count = count.max(at + 1);
             }
         }
@@ -207,7 +209,8 @@ impl FaceMoments {
     fn add(&mut self, node: u32, integrals: Vector4<f64>) -> Option<()> {
         let below = &mut self.below;
         let at = below[..self.count].iter().position(|(n, _)| *n == node).unwrap_or(self.count);
-        *below.get_mut(at)? = (node, below.get(at)?.1 + integrals);
+        let sum = below.get_mut(at)?;
+        *sum = (node, sum.1 + integrals);
         self.count = self.count.max(at + 1);
         Some(())
     }

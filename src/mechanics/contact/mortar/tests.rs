@@ -139,3 +139,13 @@ fn no_row_moves_or_turns_the_two_bodies_together() {
         assert!((c.gap - c.frame[0].dot(&between)).abs() < 1e-15);
     }
 }
+
+#[test]
+fn a_slave_too_coarse_for_a_stencil_keeps_its_nodes() {
+    let mut x = Vec::new();
+    let above = sheet(3, 3, true, &mut x, |a, b| Vec3::new(0.1 + 0.8 * a, 0.1 + 0.8 * b, 0.0));
+    let below = sheet(20, 20, false, &mut x, |a, b| Vec3::new(a, b, 0.0));
+    let found = contacts(above, below, &x, Discretisation::Mortar);
+    assert_eq!(found.len(), 16);
+    assert!(found.iter().all(|c| c.kind == Kind::Node && c.gap.abs() < 1e-12));
+}
