@@ -179,7 +179,7 @@ impl Recorder for Measures {
             pair.force.accumulate(sample);
             if pair.on_tissue && sample.patch.nodes > 0 {
                 let centre = sample.patch.centre - pair.tissue_flight * time;
-                Source::widen(&mut pair.source, centre, sample.patch.axes[0]);
+                Source::widen(&mut pair.source, centre, 0.5 * sample.patch.axes[0]);
             }
         }
         if let Some(absorbed) = &mut self.absorbed {

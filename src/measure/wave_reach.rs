@@ -72,10 +72,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// Takes in a patch: its centre in the reference configuration, and its long axis [m], which is more than its farthest node.
-    pub fn widen(this: &mut Option<Self>, centre: Vec3, long_axis: f64) {
+    /// Takes in a patch: its centre in the reference configuration, and half its long axis [m].
+    pub fn widen(this: &mut Option<Self>, centre: Vec3, radius: f64) {
         let source = this.get_or_insert(Self { place: centre, spread: 0.0 });
-        source.spread = source.spread.max((centre - source.place).norm() + long_axis);
+        source.spread = source.spread.max((centre - source.place).norm() + radius);
     }
 }
 
