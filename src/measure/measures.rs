@@ -8,6 +8,7 @@ use super::fields::Fields;
 use super::hourglass_energy::HourglassEnergy;
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::law_range::LawRanges;
+use super::penetration::Penetration;
 use super::stress_depth::StressDepth;
 use super::summary::{ErrorBars, Summary};
 use super::wave_reach::{Source, WaveSpeed};
@@ -56,6 +57,8 @@ pub struct Measures {
     wave_speed: Option<WaveSpeed>,
     /// The skin's deflection.
     pub deflection: Deflection,
+    /// What lies inside what.
+    pub penetration: Penetration,
     /// Fields at the latest field time; `None` when the plan asks for none.
     pub fields: Option<Fields>,
     /// The ledger at the latest step.
@@ -192,6 +195,7 @@ impl Recorder for Measures {
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);
         if frame.is_field_time {
+            self.penetration.accumulate(frame);
             self.accumulate_points(frame);
         }
         Ok(())

@@ -20,6 +20,7 @@ pub mod impact_force;
 pub mod impulse_history;
 pub mod law_range;
 mod measures;
+pub mod penetration;
 pub mod presented_area;
 pub mod stress_depth;
 pub mod summary;

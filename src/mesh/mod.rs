@@ -8,6 +8,7 @@ pub mod distance;
 pub mod error;
 pub mod generate;
 pub mod hexahedron;
+pub mod locate;
 pub mod names;
 pub mod quality;
 pub mod read;

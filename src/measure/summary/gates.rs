@@ -2,6 +2,7 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
+use super::super::penetration::Depth;
 use super::laws::{LawRange, law_excess, left_laws, numerical_stress};
 use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
@@ -18,6 +19,8 @@ const PROJECTION_WARNING: f64 = 0.01;
 const INERTIA_WARNING: f64 = 0.01;
 /// The gate of laws that were taken too far.
 const LAW_GATE: &str = "laws_within_limits";
+/// Depth inside another body over the size of a face above which there is a warning [-].
+const PENETRATION_WARNING: f64 = 0.02;
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
 /// A force window of fewer steps than this is told to the user.
@@ -47,6 +50,10 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_share: measures.hourglass.largest_share(),
         law_excess: law_excess(&measures.laws, smallest),
+        deepest_penetration_m: measures.penetration.deepest.depth,
+        deepest_penetration_share: measures.penetration.deepest.share,
+        overlapped_volume_m3: measures.penetration.largest.volume,
+        overlapped_volume_share: measures.penetration.largest.share,
         absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
     }
 }
@@ -130,6 +137,7 @@ pub(super) fn own_warnings(
     }
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
+    warnings.extend(penetration_warning(&measures.penetration.deepest));
     warnings.extend(projection_warning(&measures.energy));
     for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
         warnings.push(format!(
@@ -237,6 +245,21 @@ fn projection_warning(energy: &Energy) -> Option<String> {
             number(work),
             100.0 * work / energy.turnover_j,
             100.0 * PROJECTION_WARNING
+        )
+    })
+}
+
+/// Where something lies inside another body, deeper than contact leaves behind.
+fn penetration_warning(deepest: &Depth) -> Option<String> {
+    let Depth { depth, share, between, time } = deepest;
+    (*share > PENETRATION_WARNING).then(|| {
+        format!(
+            "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %): refine the coarser of the \
+             two surfaces.",
+            number(1e3 * depth),
+            seconds(*time),
+            100.0 * share,
+            100.0 * PENETRATION_WARNING
         )
     })
 }

@@ -198,6 +198,14 @@ pub struct Numerics {
     /// Peak energy of the stabilisation of one-point elements over peak strain energy, of the body where it is largest [-]:
     /// what the mesh does not resolve.
     pub hourglass_energy_share: f64,
+    /// The deepest point of one side of a pair inside the other at a field time [m].
+    pub deepest_penetration_m: f64,
+    /// The same over the size of the nearest face [-].
+    pub deepest_penetration_share: f64,
+    /// The largest volume that both sides of a pair share at a field time [m³].
+    pub overlapped_volume_m3: f64,
+    /// The same over the volume of the smaller body [-].
+    pub overlapped_volume_share: f64,
     /// Largest difference of the absorbed energy's two computations over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
     /// How far any law was taken beyond its limit, as a factor [-]: at most 1 within.

@@ -60,6 +60,12 @@ pub fn render_table(summary: &Summary) -> String {
     if n.hourglass_energy_share > 0.0 {
         table.row("stabilisation's share of strain energy", &percent(n.hourglass_energy_share), "");
     }
+    let deepest = percent(n.deepest_penetration_share);
+    table.row(
+        "deepest penetration",
+        &format!("{} mm ({deepest} of a face)", number(1e3 * n.deepest_penetration_m)),
+        "",
+    );
     for gate in &summary.gates {
         let verdict = format!("{:?}", gate.result).to_lowercase();
         table.row(

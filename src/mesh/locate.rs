@@ -1,0 +1,111 @@
+//! Which element of a mesh a point lies in, wherever the mesh has moved to.
+
+use super::hexahedron::{CORNERS, jacobian};
+use crate::mechanics::tensor::Vec3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+/// Newton's steps for the natural coordinates of a point.
+const MOST_STEPS: usize = 20;
+/// How far beyond ±1 Newton's method may go on the way.
+const FAR: f64 = 4.0;
+
+/// Hexahedra at given positions, found by a tree of boxes.
+pub struct Locator<'a> {
+    hexes: &'a [[u32; 8]],
+    x: &'a [Vec3],
+    tree: Bvh,
+}
+
+impl<'a> Locator<'a> {
+    /// Of these elements at the positions `x` [m] of all nodes, which must be finite.
+    pub fn new(hexes: &'a [[u32; 8]], x: &'a [Vec3]) -> Self {
+        let boxes: Vec<Aabb> = hexes.iter().map(|hex| aabb(&corners(hex, x))).collect();
+        Self { hexes, x, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+    }
+
+    /// The first element, of those that `takes` takes, in whose interior (or on whose surface) the point [m] lies: where the
+    /// trilinear map has natural coordinates within ±1 for it.
+    pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
+        let at = Aabb::new(to_parry(point), to_parry(point));
+        let found = self.tree.intersect_aabb(&at).map(|element| element as usize);
+        found.filter(|&e| takes(e) && contains(&corners(&self.hexes[e], self.x), point)).min()
+    }
+
+    /// Whether the box with these two corners [m] meets that of the mesh.
+    pub fn may_meet(&self, low: &Vec3, high: &Vec3) -> bool {
+        let all = self.tree.root_aabb();
+        !self.hexes.is_empty() && all.mins.cmple(to_parry(high)).all() && to_parry(low).cmple(all.maxs).all()
+    }
+}
+
+fn to_parry(p: &Vec3) -> Vector {
+    Vector::new(p.x, p.y, p.z)
+}
+
+fn corners(hex: &[u32; 8], x: &[Vec3]) -> [Vec3; 8] {
+    hex.map(|node| x[node as usize])
+}
+
+fn aabb(corners: &[Vec3; 8]) -> Aabb {
+    let low = corners.iter().fold(corners[0], |low, c| low.inf(c));
+    let high = corners.iter().fold(corners[0], |high, c| high.sup(c));
+    Aabb::new(to_parry(&low), to_parry(&high))
+}
+
+/// The place x(ξ) [m] of the trilinear map.
+pub fn place(corners: &[Vec3; 8], xi: [f64; 3]) -> Vec3 {
+    let weight = |c: &[f64; 3]| 0.125 * (0..3).map(|i| 1.0 + c[i] * xi[i]).product::<f64>();
+    corners.iter().zip(&CORNERS).map(|(x, c)| x * weight(c)).sum()
+}
+
+/// Whether x(ξ) = p has a solution with |ξ_i| ≤ 1, by Newton's method; an element crushed so far that it has none is not entered.
+fn contains(corners: &[Vec3; 8], point: &Vec3) -> bool {
+    let mut xi = Vec3::zeros();
+    for _ in 0..MOST_STEPS {
+        let at = [xi.x, xi.y, xi.z];
+        let map = jacobian(corners, at);
+        let Some(step) = map.lu().solve(&(point - place(corners, at))) else { return false };
+        xi += step;
+        if !(xi.amax() <= FAR) {
+            return false;
+        }
+        if step.amax() <= 1e-12 {
+            // A folded corner lies over other places a second time.
+            return xi.amax() <= 1.0 && map.determinant() > 0.0;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::*;
+
+    #[test]
+    fn points_of_a_bent_block_are_found_in_the_elements_that_they_come_from() {
+        let mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
+        let bent = |p: &Vec3| {
+            let (sine, cosine) = (0.6 * p.x).sin_cos();
+            Vec3::new((p.z + 3.0) * sine, p.y + 0.1 * p.x * p.z, (p.z + 3.0) * cosine)
+        };
+        let x: Vec<Vec3> = mesh.nodes.iter().map(bent).collect();
+        let locator = Locator::new(&mesh.hexes, &x);
+        for (element, hex) in mesh.hexes.iter().enumerate() {
+            for k in 0..20 {
+                let t = f64::from(k);
+                let xi = [0.618_034, 0.754_878, 0.569_840].map(|step| 1.9 * (t * step).fract() - 0.95);
+                let point = place(&corners(hex, &x), xi);
+                assert_eq!(locator.element_at(&point, |_| true), Some(element));
+                assert_eq!(locator.element_at(&point, |e| e != element), None);
+            }
+        }
+        assert_eq!(locator.element_at(&Vec3::new(0.0, 1.0, 2.9), |_| true), None, "below the inner side");
+        assert!(!locator.may_meet(&Vec3::repeat(5.0), &Vec3::repeat(6.0)));
+        assert!(locator.may_meet(&Vec3::zeros(), &Vec3::repeat(6.0)));
+    }
+}
