@@ -9,6 +9,7 @@ mod ball_on_block;
 mod bar_on_wall;
 mod breathing_hollow_ball;
 mod cantilever;
+mod contact_holds;
 mod contact_patch;
 mod contact_solvers;
 mod cook;
