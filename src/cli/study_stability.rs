@@ -1,10 +1,12 @@
-//! `contuse study stability`: the matrix of stiff and extreme cases.
+//! `contuse study stability`: the matrix of stiff and extreme cases, or that of ordinary impacts.
 
 use super::picture::PictureArgs;
 use super::run::watch_for_ctrl_c;
 use super::{CliError, Exit, write_json};
 use crate::step::Interrupt;
-use crate::study::stability::{Cell, StabilityStudy, Stepping, Verdict, cases, picture, study_stability};
+use crate::study::stability::{
+    Cell, StabilityStudy, Stepping, Verdict, cases, ordinary_impacts, picture, study_stability,
+};
 use clap::Args;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal as _, Write};
@@ -16,6 +18,11 @@ const USUAL_RATIOS: [u32; 4] = [1, 10, 100, 1000];
 /// Arguments of `contuse study stability`.
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
+    /// Ordinary impacts in place of extreme ones: five projectiles on three tissues at six speeds, on three meshes, by two
+    /// formulations, to the end of contact; most of an hour of one core, with `--short` (one mesh, one formulation, two speeds) a
+    /// minute. By explicit steps only.
+    #[arg(long, conflicts_with = "implicit")]
+    pub ordinary: bool,
     /// The ends of each axis only, and no implicit steps as short as the explicit ones unless `--implicit` asks for them: less than a
     /// minute of one core; with them some minutes, most of them for one cell, the thinnest layers.
     #[arg(long)]
@@ -39,8 +46,9 @@ pub struct StabilityArgs {
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };
+    let usual = if args.ordinary { &[] } else { usual };
     let steppings = Stepping::with_implicit(args.implicit.as_deref().unwrap_or(usual));
-    let cases = cases(args.short);
+    let cases = if args.ordinary { ordinary_impacts(args.short) } else { cases(args.short) };
     let study = study_stability(
         &cases,
         &steppings,
@@ -55,7 +63,8 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     if args.json {
         write_json(&study, out)?;
     } else {
-        out.write_all(markdown(&study, cases.len() * steppings.len()).as_bytes())?;
+        let table = if args.ordinary { table_of_impacts } else { table_of_cells };
+        out.write_all(markdown(&study, cases.len() * steppings.len(), table).as_bytes())?;
     }
     Ok(match () {
         () if study.stopped.is_some() => Exit::Cancelled,
@@ -65,7 +74,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
 }
 
 /// The matrix for people: what finished, then why the rest did not. `asked` is how many cells it has when it is whole.
-fn markdown(study: &StabilityStudy, asked: usize) -> String {
+fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) -> String {
     let mut text = String::new();
     if let Some(why) = &study.stopped {
         let missing = asked - study.cells.len();
@@ -83,17 +92,47 @@ fn markdown(study: &StabilityStudy, asked: usize) -> String {
         100.0 * study.physical_finished as f64 / study.physical.max(1) as f64,
         study.wrong
     );
-    text += "| axis | value | stepping | ending | energy error | growth | contact loss | smallest J | penetration | steps | time |\n";
-    text += "|---|---|---|---|---|---|---|---|---|---|---|\n";
-    for cell in &study.cells {
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "{}", line(cell));
-    }
+    text += &table(&study.cells);
     text += "\n## What did not finish\n\n";
     for cell in study.cells.iter().filter(|cell| cell.verdict != Verdict::Finished) {
         let reason = cell.reason.as_deref().unwrap_or_default();
         let remedy = cell.remedy.as_ref().map(|remedy| format!(" Remedy: {remedy}")).unwrap_or_default();
         let _ = writeln!(text, "- {} {}, {}: {reason}{remedy}", cell.axis, cell.value, cell.stepping);
+    }
+    text
+}
+
+/// A line for each cell.
+fn table_of_cells(cells: &[Cell]) -> String {
+    let head = "| axis | value | stepping | ending | energy error | growth | contact loss | smallest J | penetration | steps | time |\n";
+    let lines = cells.iter().map(|cell| line(cell) + "\n");
+    format!("{head}|---|---|---|---|---|---|---|---|---|---|---|\n{}", lines.collect::<String>())
+}
+
+/// A line for each impact: its meshes side by side, and the worst of them.
+fn table_of_impacts(cells: &[Cell]) -> String {
+    let mut text = "| impact | speed | deflection by mesh [mm] | energy error | contact loss | smallest J | penetration | time |\n".to_owned();
+    text += "|---|---|---|---|---|---|---|---|\n";
+    let speed = |cell: &Cell| cell.value.split(',').next().unwrap_or_default().to_owned();
+    for meshes in cells.chunk_by(|a, b| a.axis == b.axis && speed(a) == speed(b)) {
+        let deflection = |cell: &Cell| match cell.verdict {
+            Verdict::Finished => format!("{:.2}", 1e3 * cell.deflection_m),
+            _ => format!("{} at {:.0} %", cell.ending.replace('_', " "), 100.0 * cell.reached),
+        };
+        let worst = |of: fn(&Cell) -> f64| meshes.iter().map(of).fold(0.0, f64::max);
+        let least = meshes.iter().map(|cell| cell.smallest_jacobian).fold(f64::INFINITY, f64::min);
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {:.1e} | {:.1} % | {least:.3} | {:.1e} | {:.1} s |",
+            meshes[0].axis,
+            speed(&meshes[0]),
+            meshes.iter().map(deflection).collect::<Vec<_>>().join(" · "),
+            worst(|cell| cell.balance_error),
+            100.0 * worst(|cell| cell.contact_loss),
+            worst(|cell| cell.penetration),
+            meshes.iter().map(|cell| cell.wall_s).sum::<f64>()
+        );
     }
     text
 }
@@ -128,7 +167,7 @@ mod tests {
         let steppings = Stepping::with_implicit(&[]);
         let stop = || Some(Interrupt::Cancel);
         let study = study_stability(&cases, &steppings, &stop, &mut |_| {});
-        let text = markdown(&study, cases.len() * steppings.len());
+        let text = markdown(&study, cases.len() * steppings.len(), table_of_cells);
         let missing = format!("{} of {} cells are missing", cases.len() - 1, cases.len());
         assert!(text.starts_with("STOPPED (cancelled)") && text.contains(&missing), "{text}");
         assert!(text.contains("it was stopped by hand. Remedy: let it run to its end"), "{text}");

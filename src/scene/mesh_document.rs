@@ -61,6 +61,14 @@ fn one() -> f64 {
     1.0
 }
 
+fn uniform() -> [f64; 2] {
+    [1.0; 2]
+}
+
+fn is_uniform(grading: &[f64; 2]) -> bool {
+    grading.iter().all(is_one)
+}
+
 /// A rotation about an axis through the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -140,6 +148,21 @@ pub enum Generator {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         grading_center_m: Option<[f64; 3]>,
     },
+    /// Layers along z, such as skin, fat, muscle: a part for each name, node sets `x_min` … `z_max`.
+    LayeredBlock {
+        /// Middle of the top surface [m].
+        #[serde(default)]
+        top_center_m: [f64; 3],
+        /// Size along x and y [m].
+        size_m: [f64; 2],
+        /// The layers from the top (`z_max`) down.
+        layers: Vec<LayerDocument>,
+        /// Elements along x and y.
+        elements: [u32; 2],
+        /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
+        #[serde(default = "uniform", skip_serializing_if = "is_uniform")]
+        grading: [f64; 2],
+    },
     /// A limb along y with an elliptic section: bone hole, muscle, fat, skin; parts `muscle`, `fat`, `skin`; node sets
     /// `bone`, `skin_outer`, `end_low`, `end_high`; material axes e1 along the limb, e2 circumferential, e3 outwards.
     LimbSegment(LimbSegmentDocument),
@@ -179,6 +202,14 @@ impl Generator {
                 .zip(grading)
                 .map(|(elements, grading)| Count { elements, grading: Some(grading), series: 2 })
                 .collect(),
+            Self::LayeredBlock { layers, elements, grading, .. } => {
+                let across = elements.iter_mut().zip(grading);
+                let through = layers.iter_mut().map(|layer| even(&mut layer.elements));
+                across
+                    .map(|(elements, grading)| Count { elements, grading: Some(grading), series: 2 })
+                    .chain(through)
+                    .collect()
+            }
             Self::LimbSegment(limb) => vec![
                 Count {
                     elements: &mut limb.elements_around,
@@ -200,6 +231,18 @@ impl Generator {
             ],
         }
     }
+}
+
+/// A layer of a layered block.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayerDocument {
+    /// Name of its part; layers of the same name are one part.
+    pub part: String,
+    /// Thickness [m].
+    pub thickness_m: f64,
+    /// Layers of elements through it.
+    pub elements: u32,
 }
 
 /// A segment of a limb.

@@ -1,11 +1,12 @@
 //! A generator of the document, as the generator of the mesh: its size and its problems before anything is made.
 
-use super::document::{Generator, LimbSegmentDocument};
+use super::document::{Generator, LayerDocument, LimbSegmentDocument};
 use super::problem::{Pointer, Problem};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::generate::block::{Block, Cuts};
 use crate::mesh::generate::cylinder::Cylinder;
 use crate::mesh::generate::hollow_ball::HollowBall;
+use crate::mesh::generate::layered_block::{Layer, LayeredBlock};
 use crate::mesh::generate::limb_segment::LimbSegment;
 use crate::mesh::generate::solid_ball::SolidBall;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
@@ -21,6 +22,8 @@ pub enum Recipe {
     Cylinder(Cylinder),
     /// See [`Block`].
     Block(Block),
+    /// See [`LayeredBlock`].
+    LayeredBlock(LayeredBlock),
     /// See [`LimbSegment`].
     LimbSegment(LimbSegment),
 }
@@ -33,6 +36,7 @@ macro_rules! with_generator {
             Recipe::SolidBall($it) => $body,
             Recipe::Cylinder($it) => $body,
             Recipe::Block($it) => $body,
+            Recipe::LayeredBlock($it) => $body,
             Recipe::LimbSegment($it) => $body,
         }
     };
@@ -93,6 +97,21 @@ impl Recipe {
             Generator::Block { min_m, max_m, elements, grading, grading_center_m } => {
                 Self::Block(block(min_m, max_m, elements, grading, grading_center_m))
             }
+            Generator::LayeredBlock { top_center_m, size_m, ref layers, elements, grading } => {
+                let layer = |layer: &LayerDocument| Layer {
+                    part: layer.part.clone(),
+                    thickness_m: layer.thickness_m,
+                    elements: layer.elements,
+                };
+                let layers = layers.iter().map(layer).collect();
+                Self::LayeredBlock(LayeredBlock {
+                    top_center: top_center_m.into(),
+                    size_m,
+                    layers,
+                    elements,
+                    grading,
+                })
+            }
             Generator::LimbSegment(ref limb) => Self::LimbSegment(limb_segment(limb)),
         }
     }
@@ -105,6 +124,7 @@ impl Recipe {
             Self::SolidBall(it) => Self::SolidBall(it.refined(factor)),
             Self::Cylinder(it) => Self::Cylinder(it.refined(factor)),
             Self::Block(it) => Self::Block(it.refined(factor)),
+            Self::LayeredBlock(it) => Self::LayeredBlock(it.refined(factor)),
             Self::LimbSegment(it) => Self::LimbSegment(it.refined(factor)),
         }
     }
@@ -142,32 +162,28 @@ fn problem_of(found: &ParameterProblem, here: &Pointer) -> Problem {
     .remedy(found.remedy.clone())
 }
 
-/// Where the document has the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "radius_m").
+/// Where the document has the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "layers[0].thickness_m").
 fn field_path(name: &str) -> Vec<String> {
-    let (field, index) = match name.split_once('[') {
-        Some((field, index)) => (field, Some(index.trim_end_matches(']').to_owned())),
-        None => (name, None),
-    };
-    let axis_of = |cuts: &str| cuts.strip_prefix("cuts_").and_then(|axis| "xyz".find(axis));
-    if let Some((cuts, member)) = field.split_once('.')
-        && let Some(axis) = axis_of(cuts)
-    {
-        let field = match member {
-            "ratio" => "grading",
-            "position_m" => "grading_center_m",
+    let mut steps = name.split(['[', ']', '.']).filter(|step| !step.is_empty());
+    let field = steps.next().unwrap_or_default();
+    if let Some(axis) = field.strip_prefix("cuts_").and_then(|axis| "xyz".find(axis)) {
+        let field = match steps.next() {
+            Some("ratio") => "grading",
+            Some("position_m") => "grading_center_m",
             _ => "elements",
         };
         return vec![field.into(), axis.to_string()];
     }
     let field = match field {
         "center" => "center_m",
+        "top_center" => "top_center_m",
         "min_corner_m" => "min_m",
         "max_corner_m" => "max_m",
         // The whole generator is too large, not one of its fields.
         "element_count" => return Vec::new(),
         field => field,
     };
-    std::iter::once(field.to_owned()).chain(index).collect()
+    std::iter::once(field).chain(steps).map(str::to_owned).collect()
 }
 
 fn block(
@@ -247,5 +263,17 @@ mod tests {
         assert_eq!(recipe.element_count(), u64::MAX);
         let pointers: Vec<_> = recipe.problems(&Pointer::root()).into_iter().map(|p| p.pointer).collect();
         assert_eq!(pointers, ["/inner_radius_m", ""]);
+
+        let layer = LayerDocument { part: "fat".into(), thickness_m: -1.0, elements: 1 };
+        let plate = Generator::LayeredBlock {
+            top_center_m: [f64::NAN, 0.0, 0.0],
+            size_m: [1.0; 2],
+            layers: vec![layer],
+            elements: [1; 2],
+            grading: [1.0; 2],
+        };
+        let found = Recipe::new(&plate).problems(&Pointer::root());
+        let pointers: Vec<_> = found.iter().map(|p| p.pointer.as_str()).collect();
+        assert_eq!(pointers, ["/top_center_m/0", "/layers/0/thickness_m"]);
     }
 }

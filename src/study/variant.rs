@@ -86,5 +86,7 @@ impl Variants<'_> {
 
 /// Whether a mesh is made by a generator whose nodes lie on a surface that its facets are not.
 fn is_curved(mesh: &MeshDocument) -> bool {
-    matches!(mesh, MeshDocument::Generator(generator) if !matches!(generator, Generator::Block { .. }))
+    let is_flat =
+        |generator: &Generator| matches!(generator, Generator::Block { .. } | Generator::LayeredBlock { .. });
+    matches!(mesh, MeshDocument::Generator(generator) if !is_flat(generator))
 }

@@ -1,6 +1,17 @@
-//! The short matrix of stiff and extreme cases: every cell ends within its gates or with a diagnosis.
+//! The short matrices: every cell ends within its gates or with a diagnosis.
 
-use contuse::study::stability::{Stepping, Verdict, cases, study_stability};
+use contuse::study::stability::{Stepping, Verdict, cases, ordinary_impacts, study_stability};
+
+#[test]
+fn ordinary_impacts_run_to_the_end_of_contact() {
+    let study = study_stability(&ordinary_impacts(true), &[Stepping::Explicit], &|| None, &mut |_| {});
+    for cell in &study.cells {
+        let name = format!("{}, {}", cell.axis, cell.value);
+        assert_eq!(cell.verdict, Verdict::Finished, "{name}: {cell:?}");
+        assert!(cell.balance_error <= 0.01 && cell.growth <= 1.01, "{name}: {cell:?}");
+        assert!(cell.deflection_m > 1e-3, "{name}: {cell:?}");
+    }
+}
 
 #[test]
 fn short_matrix_has_no_undiagnosed_cell() {

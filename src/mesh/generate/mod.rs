@@ -1,4 +1,4 @@
-//! Meshes made from a few numbers: balls, a baton, a block and a limb segment, all of eight-node hexahedra.
+//! Meshes made from a few numbers: balls, a baton, blocks and a limb segment, all of eight-node hexahedra.
 //!
 //! Each generator is a plain struct. `problems` lists every number out of range, `generate` makes the mesh or fails with
 //! the same list, `element_count` says how large it would be, and `refined` multiplies all counts for mesh studies.
@@ -7,6 +7,7 @@ pub mod block;
 pub mod cylinder;
 pub mod grading;
 pub mod hollow_ball;
+pub mod layered_block;
 pub mod limb_segment;
 pub mod solid_ball;
 

@@ -1,9 +1,11 @@
-//! Stability on stiff and extreme cases: a matrix of small impacts, each finished within its gates or diagnosed.
+//! Stability: a matrix of stiff and extreme cases and one of ordinary impacts, each finished within its gates or diagnosed.
 
+mod ordinary;
 mod picture;
 mod scenes;
 mod watch;
 
+pub use ordinary::ordinary_impacts;
 pub use picture::picture;
 pub use scenes::{Case, cases};
 
@@ -14,6 +16,7 @@ use crate::scene::{Budget, NoFiles, load};
 use crate::step::{Ending, Interrupt, RunOptions, run};
 use serde::Serialize;
 use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use watch::Watch;
 
@@ -99,7 +102,9 @@ pub struct Cell {
     pub smallest_jacobian: f64,
     /// Deepest that a contact was inside when a step began, over the shortest edge [-].
     pub penetration: f64,
-    /// Share of the simulated time that was reached.
+    /// Largest deflection of the tissue's skin [m].
+    pub deflection_m: f64,
+    /// Share of the simulated time that was reached; all of it where contact is over.
     pub reached: f64,
     /// Steps.
     pub steps: u64,
@@ -161,7 +166,7 @@ fn eval_cell(
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> Cell {
     let cell = Cell {
-        axis: case.axis.into(),
+        axis: case.axis.clone(),
         value: case.label.clone(),
         stepping,
         is_physical: case.is_physical,
@@ -174,6 +179,7 @@ fn eval_cell(
         contact_loss: 0.0,
         smallest_jacobian: 1.0,
         penetration: 0.0,
+        deflection_m: 0.0,
         reached: 0.0,
         steps: 0,
         wall_s: 0.0,
@@ -183,7 +189,7 @@ fn eval_cell(
         remedy: Some(refusal.remedy.clone()),
         ..cell.clone()
     };
-    let ran = |compiled: &Compiled| run_cell(compiled, interrupt, &cell);
+    let ran = |compiled: &Compiled| run_cell(compiled, case.ends_with_contact, interrupt, &cell);
     match (explicit, stepping) {
         (Err(refusal), _) => refused(refusal),
         (Ok(explicit), Stepping::Explicit) => ran(explicit),
@@ -230,31 +236,39 @@ fn compiled(document: &Value) -> Result<Compiled, Refusal> {
     Ok(Compiled { plan, shortest_edge })
 }
 
-/// Runs a plan; the rest of the cell is in `blank`.
+/// Runs a plan, to the end of contact if that is asked for; the rest of the cell is in `blank`.
 fn run_cell(
     Compiled { plan, shortest_edge }: &Compiled,
+    ends_with_contact: bool,
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
     blank: &Cell,
 ) -> Cell {
     let clock = Instant::now();
-    let mut watch = Watch::default();
-    let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt }, &mut [&mut watch]);
+    let contact_is_over = AtomicBool::new(false);
+    let is_over = || ends_with_contact && contact_is_over.load(Ordering::Relaxed);
+    let interrupt = || interrupt().or_else(|| is_over().then_some(Interrupt::Cancel));
+    let mut watch = Watch::new(&contact_is_over);
+    let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt: &interrupt }, &mut [&mut watch]);
     let is_sound = |all: &[Vec3]| all.iter().all(|v| v.iter().all(|x| x.is_finite()));
     let is_finite = is_sound(&state.u) && is_sound(&state.v) && outcome.balance_error.is_finite();
-    let failure = match &outcome.ending {
+    let ending = match &outcome.ending {
+        Ending::Cancelled if is_over() => &Ending::Finished,
+        ending => ending,
+    };
+    let failure = match ending {
         Ending::Failed { failure } => Some(failure),
         Ending::Finished | Ending::Cancelled => None,
     };
     // A run that was stopped failed in nothing.
-    let stopped = (outcome.ending == Ending::Cancelled).then_some(STOPPED);
-    let verdict = match (&outcome.ending, is_finite) {
+    let stopped = (*ending == Ending::Cancelled).then_some(STOPPED);
+    let verdict = match (ending, is_finite) {
         (Ending::Finished, true) => Verdict::Finished,
         (Ending::Finished, false) => Verdict::Wrong,
         _ => Verdict::Diagnosed,
     };
     Cell {
         verdict,
-        ending: ending_name(&outcome.ending),
+        ending: ending_name(ending),
         reason: failure.map(|f| f.message.as_str()).or(stopped.map(|(reason, _)| reason)).map(str::to_owned),
         remedy: failure.map(|f| f.remedy.as_str()).or(stopped.map(|(_, remedy)| remedy)).map(str::to_owned),
         balance_error: outcome.balance_error,
@@ -262,7 +276,8 @@ fn run_cell(
         contact_loss: watch.contact_loss(),
         smallest_jacobian: outcome.smallest_jacobian,
         penetration: watch.deepest / shortest_edge,
-        reached: outcome.time_s / plan.end_time,
+        deflection_m: watch.deflection.largest,
+        reached: if is_over() { 1.0 } else { outcome.time_s / plan.end_time },
         steps: outcome.steps,
         wall_s: clock.elapsed().as_secs_f64(),
         ..blank.clone()

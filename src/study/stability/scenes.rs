@@ -16,11 +16,13 @@ const DEPTH: f64 = 0.3;
 #[derive(Clone, Debug)]
 pub struct Case {
     /// What is varied.
-    pub axis: &'static str,
+    pub axis: String,
     /// Its value, for people.
     pub label: String,
     /// Whether the scene is one that could happen: such a cell should finish.
     pub is_physical: bool,
+    /// Whether the run is over soon after its contact is; else at its end time.
+    pub ends_with_contact: bool,
     /// The scene document.
     pub document: Value,
 }
@@ -64,9 +66,10 @@ pub fn cases(short: bool) -> Vec<Case> {
         let chosen: Vec<f64> =
             if short { ends.into_iter().flatten().copied().collect() } else { values.to_vec() };
         cases.extend(chosen.into_iter().map(|value| Case {
-            axis,
+            axis: axis.into(),
             label: format!("{value}"),
             is_physical: true,
+            ends_with_contact: false,
             document: knobs(value).document(),
         }));
     };
@@ -144,9 +147,10 @@ fn geometries() -> Vec<Case> {
     let side = 1e-2;
     let diagonal = (1.0 / 3.0_f64.sqrt()).acos().to_degrees();
     let case = |label: &str, document: Value| Case {
-        axis: "geometry",
+        axis: "geometry".into(),
         label: label.into(),
         is_physical: true,
+        ends_with_contact: false,
         document,
     };
     let near = 1e-5;
@@ -191,7 +195,13 @@ fn nonsense() -> Vec<Case> {
     let with = |label: &str, change: &dyn Fn(&mut Value)| {
         let mut document = BASE.document();
         change(&mut document);
-        Case { axis: "nonsense", label: label.into(), is_physical: false, document }
+        Case {
+            axis: "nonsense".into(),
+            label: label.into(),
+            is_physical: false,
+            ends_with_contact: false,
+            document,
+        }
     };
     vec![
         with("speed 1e308", &|d| d["bodies"][0]["velocity_m_per_s"] = json!([0, 0, -1e308])),

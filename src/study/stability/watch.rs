@@ -1,11 +1,22 @@
 //! What is watched while a case runs.
 
+use crate::measure::deflection::Deflection;
 use crate::plan::Plan;
 use crate::step::{Frame, Outcome, Recorder, RecorderError};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Contact is over when nothing has touched for this share of its duration [-], and for so long [s].
+const APART: (f64, f64) = (0.25, 5e-4);
 
 /// Extremes of a run that no summary asks for.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Watch {
+#[derive(Debug)]
+pub(super) struct Watch<'a> {
+    /// The deflection of the tissue's skin.
+    pub deflection: Deflection,
+    /// Set when contact has begun and is over.
+    contact_is_over: &'a AtomicBool,
+    /// First and last time with contact [s].
+    contact_span: Option<[f64; 2]>,
     /// Deepest gap of a candidate contact at the start of a step [m], not negative.
     pub deepest: f64,
     initial: f64,
@@ -14,7 +25,21 @@ pub(super) struct Watch {
     scale: f64,
 }
 
-impl Watch {
+impl<'a> Watch<'a> {
+    /// Of a run that has not begun.
+    pub fn new(contact_is_over: &'a AtomicBool) -> Self {
+        let deflection = Deflection::default();
+        Self {
+            deflection,
+            contact_is_over,
+            contact_span: None,
+            deepest: 0.0,
+            initial: 0.0,
+            largest: 0.0,
+            lost: 0.0,
+            scale: 0.0,
+        }
+    }
     /// Largest total energy over that of the start [-].
     pub fn growth(&self) -> f64 {
         if self.initial > 0.0 { self.largest / self.initial } else { 1.0 }
@@ -25,8 +50,9 @@ impl Watch {
     }
 }
 
-impl Recorder for Watch {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
+impl Recorder for Watch<'_> {
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
+        self.deflection = Deflection::new(plan);
         Ok(())
     }
 
@@ -38,6 +64,15 @@ impl Recorder for Watch {
         self.largest = self.largest.max(energy.total_j - energy.external_work_j);
         self.lost = energy.numerical_contact_j();
         self.scale = energy.turnover_j;
+        self.deflection.accumulate(frame);
+        if frame.reactions.iter().any(|r| r.impulse[0] > 0.0) {
+            self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);
+        }
+        if let Some([first, last]) = self.contact_span
+            && frame.time - last > (APART.0 * (last - first)).max(APART.1)
+        {
+            self.contact_is_over.store(true, Ordering::Relaxed);
+        }
         Ok(())
     }
 
