@@ -111,7 +111,7 @@ fn table_of_cells(cells: &[Cell]) -> String {
 
 /// A line for each impact: its meshes side by side, and the worst of them.
 fn table_of_impacts(cells: &[Cell]) -> String {
-    let mut text = "| impact | speed | deflection by mesh [mm] | energy error | contact loss | smallest J | penetration | time |\n".to_owned();
+    let mut text = "| impact | speed | deflection by mesh [mm] | energy error | contact loss | smallest J | penetration, of a face | time |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|\n";
     let speed = |cell: &Cell| cell.value.split(',').next().unwrap_or_default().to_owned();
     for meshes in cells.chunk_by(|a, b| a.axis == b.axis && speed(a) == speed(b)) {
@@ -130,7 +130,7 @@ fn table_of_impacts(cells: &[Cell]) -> String {
             meshes.iter().map(deflection).collect::<Vec<_>>().join(" · "),
             worst(|cell| cell.balance_error),
             100.0 * worst(|cell| cell.contact_loss),
-            worst(|cell| cell.penetration),
+            worst(|cell| cell.face_penetration),
             meshes.iter().map(|cell| cell.wall_s).sum::<f64>()
         );
     }

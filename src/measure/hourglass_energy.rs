@@ -1,4 +1,5 @@
-//! How much of the strain energy is in the stabilisation of one-point elements: what the mesh does not resolve.
+//! How much of the strain energy is in the stabilisation (hourglass modes of one-point elements, crushed corners of others): what the
+//! mesh does not resolve.
 
 use crate::step::Energy;
 

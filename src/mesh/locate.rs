@@ -32,12 +32,6 @@ impl<'a> Locator<'a> {
         let found = self.tree.intersect_aabb(&at).map(|element| element as usize);
         found.filter(|&e| takes(e) && contains(&corners(&self.hexes[e], self.x), point)).min()
     }
-
-    /// Whether the box with these two corners [m] meets that of the mesh.
-    pub fn may_meet(&self, low: &Vec3, high: &Vec3) -> bool {
-        let all = self.tree.root_aabb();
-        !self.hexes.is_empty() && all.mins.cmple(to_parry(high)).all() && to_parry(low).cmple(all.maxs).all()
-    }
 }
 
 fn to_parry(p: &Vec3) -> Vector {
@@ -105,7 +99,5 @@ mod tests {
             }
         }
         assert_eq!(locator.element_at(&Vec3::new(0.0, 1.0, 2.9), |_| true), None, "below the inner side");
-        assert!(!locator.may_meet(&Vec3::repeat(5.0), &Vec3::repeat(6.0)));
-        assert!(locator.may_meet(&Vec3::zeros(), &Vec3::repeat(6.0)));
     }
 }

@@ -110,15 +110,16 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
 
 /// Whether the tissue is at rest in its own frame and undeformed, and no load or support can deform it.
 fn is_moved_by_contact_alone(document: &SceneDocument) -> bool {
+    let is_zero = |vector: [f64; 3]| vector.iter().all(|x| *x == 0.0);
     let is_still = |body: &BodyDocument| {
-        let flies_freely = body.fixed.is_empty() || body.velocity_m_per_s == [0.0; 3];
+        let flies_freely = body.fixed.is_empty() || is_zero(body.velocity_m_per_s);
         flies_freely
-            && body.spin_rad_per_s == [0.0; 3]
+            && is_zero(body.spin_rad_per_s)
             && body.initial_deformation.is_none()
             && body.prescribed.is_empty()
             && body.face_loads.is_empty()
     };
-    let is_loaded = document.gravity_m_per_s2.is_some_and(|g| g != [0.0; 3])
+    let is_loaded = document.gravity_m_per_s2.is_some_and(|g| !is_zero(g))
         || document.preload.is_some()
         || document.settle.is_some();
     !is_loaded && document.bodies.iter().filter(|body| body.role == Role::Tissue).all(is_still)

@@ -11,6 +11,7 @@ use contuse::mesh::generate::block::Block;
 use contuse::plan::Plan;
 use contuse::step::Frame;
 use serde_json::{Value, json};
+use std::f64::consts::PI;
 
 /// Edge of the specimens [m].
 const EDGE: f64 = 0.01;
@@ -59,8 +60,10 @@ fn scene(
     integrator: &Value,
 ) -> Value {
     let mut prescribed = prescribed.clone();
-    prescribed["ramp"] =
-        json!({"kind": "table", "times_s": [0, LOADING, 2.0 * LOADING], "factors": [0, 1, 0]});
+    // Half a wave of a cosine each way: a jump of the velocity would leave an undamped cube swinging.
+    let times: Vec<f64> = (0..=80).map(|i| f64::from(i) / 40.0 * LOADING).collect();
+    let factors: Vec<f64> = times.iter().map(|t| 0.5 - 0.5 * (PI * t / LOADING).cos()).collect();
+    prescribed["ramp"] = json!({"kind": "table", "times_s": times, "factors": factors});
     json!({
         "name": "crushing",
         "end_time_s": 2.0 * LOADING,

@@ -75,7 +75,7 @@ fn a_number_whose_error_nobody_knows_is_no_plain_one() {
     let table = render_table(&summary);
     let results = table.split("Injury").next().unwrap();
     let row = results.lines().find(|line| line.contains("peak force, ")).unwrap();
-    assert!(row.contains("(") && row.contains(") N") && row.contains("error not estimated"), "{row}");
+    assert!(row.contains('(') && row.contains(") N") && row.contains("error not estimated"), "{row}");
     assert!(summary.plain_words.iter().any(|words| words.contains("(error not estimated)")));
 }
 

@@ -150,8 +150,8 @@ pub(super) fn own_warnings(
     for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {
         if share > HOURGLASS_WARNING {
             warnings.push(format!(
-                "The stabilisation of {} held {:.1} % of its strain energy (above {:.0} %): its mesh does not resolve the \
-                 deformation. Refine it, or choose the formulation mean_dilatation.",
+                "The stabilisation of {} (hourglass modes of one-point elements, crushed corners of others) held {:.1} % of its strain \
+                 energy (above {:.0} %): its mesh does not resolve the deformation. Refine it.",
                 body.name,
                 100.0 * share,
                 100.0 * HOURGLASS_WARNING

@@ -109,7 +109,9 @@ impl Averager {
         }
         let normal = normal.try_normalize(0.0)?;
         let below = &mut below[..count];
-        below.iter_mut().for_each(|(_, w)| *w /= area);
+        for (_, w) in below.iter_mut() {
+            *w /= area;
+        }
         align(below, &x[contact.slave as usize], &normal, x)?;
         let stencil = Stencil::new([(contact.slave, 1.0)], below.iter().copied())?;
         let gap = normal.dot(&stencil.difference(x));

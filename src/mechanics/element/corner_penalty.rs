@@ -217,6 +217,6 @@ mod tests {
                 least = least.min(1.0 - eval_corner_penalty(&X, &u, 1.0).energy);
             }
         }
-        assert!(least == 1.0, "{least}");
+        assert!(least >= 1.0, "{least}");
     }
 }

@@ -11,8 +11,6 @@ mod assembly;
 mod block;
 mod chunk;
 mod conserving;
-#[cfg(test)]
-mod crushed;
 mod ellipticity;
 mod forces;
 mod points;
@@ -37,3 +35,6 @@ pub use threads::Threads;
 pub use totals::{BatchTotals, BlockTotals};
 
 pub use super::lanes::BATCH;
+
+#[cfg(test)]
+mod tests;

@@ -130,7 +130,7 @@ mod tests {
         let end = |h: f64| {
             let mut last = Rotation::identity();
             fly(Vec3::new(3.0, 5.0, -4.0), h, (1.0 / h).round() as usize, |_, orientation| {
-                last = *orientation
+                last = *orientation;
             });
             last
         };

@@ -112,7 +112,7 @@ impl LayeredBlock {
         };
         let row = (self.elements[0] * self.elements[1]) as usize;
         let part_of = part_of_row.iter().flat_map(|part| std::iter::repeat_n(*part, row)).collect();
-        Ok(Mesh { parts, part_of, ..block.generate()? })
+        Ok(Mesh { part_of, parts, ..block.generate()? })
     }
 }
 

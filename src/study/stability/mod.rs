@@ -102,6 +102,8 @@ pub struct Cell {
     pub smallest_jacobian: f64,
     /// Deepest that a contact was inside when a step began, over the shortest edge [-].
     pub penetration: f64,
+    /// Deepest that a node or element was inside another body at the field times, over the size of a face [-].
+    pub face_penetration: f64,
     /// Largest deflection of the tissue's skin [m].
     pub deflection_m: f64,
     /// Share of the simulated time that was reached; all of it where contact is over.
@@ -179,6 +181,7 @@ fn eval_cell(
         contact_loss: 0.0,
         smallest_jacobian: 1.0,
         penetration: 0.0,
+        face_penetration: 0.0,
         deflection_m: 0.0,
         reached: 0.0,
         steps: 0,
@@ -231,7 +234,9 @@ fn compiled(document: &Value) -> Result<Compiled, Refusal> {
             |p| Refusal { reason: format!("{}: {}", p.pointer, p.message), remedy: p.remedy.clone() },
         )
     })?;
-    let shortest_edge = loaded.bodies.iter().map(|body| body.min_edge_m).fold(f64::INFINITY, f64::min);
+    // Rigid bodies have no edges.
+    let edges = loaded.bodies.iter().map(|body| body.min_edge_m).filter(|edge| *edge > 0.0);
+    let shortest_edge = edges.fold(f64::INFINITY, f64::min);
     let plan = compile(&loaded.scene).map_err(|error| internal(error.to_string()))?;
     Ok(Compiled { plan, shortest_edge })
 }
@@ -276,6 +281,7 @@ fn run_cell(
         contact_loss: watch.contact_loss(),
         smallest_jacobian: outcome.smallest_jacobian,
         penetration: watch.deepest / shortest_edge,
+        face_penetration: watch.penetration.deepest.share,
         deflection_m: watch.deflection.largest,
         reached: if is_over() { 1.0 } else { outcome.time_s / plan.end_time },
         steps: outcome.steps,

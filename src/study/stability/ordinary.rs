@@ -52,7 +52,7 @@ fn document(projectile: &str, tissue: &str, formulation: &str, speed: f64, n: u3
     bodies[0]["velocity_m_per_s"] = json!([0, 0, -speed]);
     bodies[1]["role"] = json!("tissue");
     for body in &mut bodies {
-        for part in body["parts"].as_array_mut().into_iter().flatten() {
+        for part in body.get_mut("parts").and_then(Value::as_array_mut).into_iter().flatten() {
             part["formulation"] = json!(formulation);
         }
     }

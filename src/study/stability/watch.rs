@@ -1,6 +1,7 @@
 //! What is watched while a case runs.
 
 use crate::measure::deflection::Deflection;
+use crate::measure::penetration::Penetration;
 use crate::plan::Plan;
 use crate::step::{Frame, Outcome, Recorder, RecorderError};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,6 +14,8 @@ const APART: (f64, f64) = (0.25, 5e-4);
 pub(super) struct Watch<'a> {
     /// The deflection of the tissue's skin.
     pub deflection: Deflection,
+    /// How far bodies were inside each other at the field times.
+    pub penetration: Penetration,
     /// Set when contact has begun and is over.
     contact_is_over: &'a AtomicBool,
     /// First and last time with contact [s].
@@ -28,9 +31,9 @@ pub(super) struct Watch<'a> {
 impl<'a> Watch<'a> {
     /// Of a run that has not begun.
     pub fn new(contact_is_over: &'a AtomicBool) -> Self {
-        let deflection = Deflection::default();
         Self {
-            deflection,
+            deflection: Deflection::default(),
+            penetration: Penetration::default(),
             contact_is_over,
             contact_span: None,
             deepest: 0.0,
@@ -65,6 +68,9 @@ impl Recorder for Watch<'_> {
         self.lost = energy.numerical_contact_j();
         self.scale = energy.turnover_j;
         self.deflection.accumulate(frame);
+        if frame.is_field_time {
+            self.penetration.accumulate(frame);
+        }
         if frame.reactions.iter().any(|r| r.impulse[0] > 0.0) {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);
         }

@@ -5,6 +5,7 @@ use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Discretisation, Kind, Master, Surface};
 use crate::mechanics::tensor::Vec3;
+use std::f64::consts::FRAC_PI_3;
 
 /// A sheet of n × m faces, `place` of (0 … 1, 0 … 1), turned over if asked.
 fn sheet(n: u32, m: u32, turned: bool, x: &mut Vec<Vec3>, place: impl Fn(f64, f64) -> Vec3) -> Surface {
@@ -95,8 +96,8 @@ fn flat(slave: u32, master: u32, by: Discretisation) -> f64 {
 fn curved(slave: u32, master: u32, by: Discretisation) -> f64 {
     let mut x = Vec::new();
     let on = |angle: f64, y: f64| Vec3::new(angle.sin(), y, -angle.cos());
-    let outer = sheet(slave, slave / 2, false, &mut x, |a, b| on(1.0472 * (a - 0.5), b));
-    let inner = sheet(master, master / 2, true, &mut x, |a, b| on(1.0472 * (a - 0.5), b));
+    let outer = sheet(slave, slave / 2, false, &mut x, |a, b| on(FRAC_PI_3 * (a - 0.5), b));
+    let inner = sheet(master, master / 2, true, &mut x, |a, b| on(FRAC_PI_3 * (a - 0.5), b));
     // The outer shell looks inwards, the inner one outwards; nodes at the two straight ends have half a load.
     error((outer, inner), &x, by, |p| p.x.abs() < 0.4)
 }

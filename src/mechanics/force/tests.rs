@@ -1,0 +1,213 @@
+//! Elements crushed, sheared and folded at random: the force is the gradient of the energy, the tangent that of the force, and the
+//! stable step below that of the true highest frequency.
+
+use super::{
+    Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
+    SweepInput, Threads, corner_pair,
+};
+use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::material::{
+    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
+    NeoHookean, Volumetric,
+};
+use crate::mechanics::tensor::{Mat3, Vec3};
+use nalgebra::{SMatrix, SVector};
+
+type U = [Vec3; 8];
+type Matrix = SMatrix<f64, 24, 24>;
+
+const DENSITY: f64 = 1000.0;
+
+/// One element in a block of its own.
+struct Element {
+    blocks: [ElementBlock; 1],
+    mass: [f64; 8],
+}
+
+/// Forces on the corners [N], and what else a sweep says.
+struct Swept {
+    force: SVector<f64, 24>,
+    strain: f64,
+    hourglass: f64,
+    stable_step: f64,
+    j: f64,
+}
+
+impl Element {
+    fn new(X: U, material: Material, formulation: Formulation) -> Self {
+        let parameters = BlockParameters {
+            material,
+            formulation,
+            density: DENSITY,
+            linear_viscosity: 0.0,
+            quadratic_viscosity: 0.0,
+        };
+        let geometry = ReferenceGeometry::new(&X);
+        let mass = geometry.corner_volume.map(|V| DENSITY * V);
+        let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
+        let input = BlockInput { element: 0, nodes, corners: X, axes: Mat3::identity(), geometry };
+        Self { blocks: [ElementBlock::new(0, parameters, 0, &[input])], mass }
+    }
+
+    fn sweep(&self, u: &U) -> Swept {
+        let zero = [0.0; BATCH];
+        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let mut forces = ElementForces::new(&self.blocks);
+        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        let totals = forces.totals(0);
+        let assembly = Assembly::new(8, &self.blocks);
+        Swept {
+            force: SVector::from_fn(|i, _| forces.at_node(&assembly, i / 3)[i % 3]),
+            strain: totals.strain,
+            hourglass: totals.hourglass,
+            stable_step: totals.stable_step.0,
+            j: totals.smallest_j.0,
+        }
+    }
+
+    /// The tangent [N/m].
+    fn stiffness(&self, u: &U) -> Matrix {
+        let mut batch = StiffnessBatch::zeros();
+        self.blocks[0].eval_stiffness(0, u, &mut batch);
+        Matrix::from_fn(|r, c| {
+            let (r, c) = if r / 3 >= c / 3 { (r, c) } else { (c, r) };
+            batch.0[corner_pair(r / 3, c / 3)][3 * (r % 3) + c % 3].0[0]
+        })
+    }
+
+    /// Largest ω² [1/s²].
+    fn largest_frequency(&self, u: &U) -> f64 {
+        let K = self.stiffness(u);
+        let scaled = Matrix::from_fn(|r, c| K[(r, c)] / (self.mass[r / 3] * self.mass[c / 3]).sqrt());
+        scaled.symmetric_eigenvalues().max()
+    }
+}
+
+/// Numbers between −1 and 1 that are as good as random, and the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.number(), self.number(), self.number())
+    }
+    fn rotation(&mut self) -> Mat3 {
+        nalgebra::Rotation3::from_scaled_axis(self.vector() * 3.0).into_inner()
+    }
+}
+
+fn shapes() -> [U; 3] {
+    let brick = |size: [f64; 3]| HEX8_CORNERS.map(|s| Vec3::from(s).component_mul(&Vec3::from(size)) * 0.5);
+    let mut random = Random(3);
+    let distorted = brick([1.0, 1.4, 0.8]).map(|X| X + random.vector() * 0.12);
+    [brick([1.0, 1.0, 1.0]), brick([1.0, 0.2, 0.5]), distorted]
+}
+
+fn laws() -> [Material; 5] {
+    let families = FibreFamilies::new(&[[1.0, 0.5, 0.0], [1.0, -0.5, 0.0]]).unwrap();
+    [
+        Material::NeoHookean(NeoHookean { c10: 5e4, volumetric: Volumetric::LnSquared(1e5) }),
+        Material::NeoHookean(NeoHookean { c10: 5e4, volumetric: Volumetric::LnSquared(1e8) }),
+        Material::MooneyRivlin(MooneyRivlin { c10: 4e4, c01: 1e4, volumetric: Volumetric::QuadraticLn(1e6) }),
+        Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1e5, lambda: 2e5 }),
+        Material::HolzapfelGasserOgden(HolzapfelGasserOgden {
+            c: 3e4,
+            k1: 2e4,
+            k2: 0.8,
+            kappa: 0.1,
+            families,
+            i4: I4Form::Full,
+            matrix: MatrixForm::Isochoric,
+            volumetric: Volumetric::LnSquared(1e6),
+        }),
+    ]
+}
+
+const FORMULATIONS: [Formulation; 3] = [Formulation::Full, Formulation::MeanDilatation, Formulation::Reduced];
+
+/// Turned, stretched up to threefold along any axes with little change of volume, every corner moved by up to `q` of the shortest edge.
+fn deformed(X: &U, q: f64, random: &mut Random) -> U {
+    let stretch = random.vector();
+    let stretch = (stretch - Vec3::repeat(stretch.mean())).map(f64::exp);
+    let axes = random.rotation();
+    let F = random.rotation() * axes * Mat3::from_diagonal(&stretch) * axes.transpose();
+    let edge = [1, 3, 4].map(|a| (X[a] - X[0]).norm()).into_iter().fold(f64::INFINITY, f64::min);
+    X.map(|X| F * (X + random.vector() * (q * edge)) - X)
+}
+
+fn check_derivatives(element: &Element, u: &U, random: &mut Random, what: &str) {
+    let (swept, K) = (element.sweep(u), element.stiffness(u));
+    let along = SVector::<f64, 24>::from_fn(|_, _| random.number());
+    let h = 1e-7;
+    let side = |sign: f64| {
+        element.sweep(&std::array::from_fn(|a| u[a] + Vec3::from_fn(|i, _| sign * h * along[3 * a + i])))
+    };
+    let (low, high) = (side(-1.0), side(1.0));
+    let slope = (high.strain - low.strain) / (2.0 * h);
+    let error = (slope - swept.force.dot(&along)).abs();
+    assert!(error < 1e-6 * swept.force.norm() * along.norm(), "{what}: {slope}, J = {}", swept.j + 1.0);
+    let slope = (high.force - low.force) / (2.0 * h);
+    let error = (slope - K * along).norm() / (K.norm() * along.norm());
+    assert!(error < 1e-5, "{what}: {error}, J = {}", swept.j + 1.0);
+}
+
+#[test]
+fn force_and_tangent_are_derivatives_however_an_element_is_folded() {
+    let mut random = Random(1);
+    let mut penalised = 0;
+    for (X, law) in shapes().iter().flat_map(|X| laws().map(|law| (X, law))) {
+        for formulation in FORMULATIONS {
+            let element = Element::new(*X, law, formulation);
+            // Folded corners with all points well; and points in reach of the barrier. Nearer to J = 0 differences are no derivatives.
+            for (range, q) in [(-0.7..f64::INFINITY, 0.4), (-0.93..-0.82, 0.5)] {
+                let of_penalty = |swept: &Swept| formulation == Formulation::Reduced || swept.hourglass > 0.0;
+                let samples: Vec<U> = (0..2000)
+                    .map(|_| deformed(X, q, &mut random))
+                    .filter(|u| {
+                        Some(element.sweep(u)).is_some_and(|s| range.contains(&s.j) && of_penalty(&s))
+                    })
+                    .take(3)
+                    .collect();
+                for u in &samples {
+                    check_derivatives(&element, u, &mut random, &format!("{law:?} {formulation:?}"));
+                }
+                penalised += samples.len();
+            }
+        }
+    }
+    assert!(penalised > 200, "nothing to see: {penalised}");
+}
+
+#[test]
+fn the_stable_step_is_below_that_of_the_highest_frequency_however_an_element_is_folded() {
+    let mut random = Random(2);
+    for formulation in FORMULATIONS {
+        let (mut largest, mut sum, mut count) = (0.0_f64, 0.0, 0.0);
+        for (X, law) in shapes().iter().flat_map(|X| laws().map(|law| (X, law))) {
+            let element = Element::new(*X, law, formulation);
+            for sample in 0..300 {
+                let u = deformed(X, 0.002 * f64::from(sample), &mut random);
+                let swept = element.sweep(&u);
+                if swept.j <= -0.99 {
+                    continue;
+                }
+                let share = 0.5 * swept.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
+                (largest, sum, count) = (largest.max(share), sum + share, count + 1.0);
+                assert!(
+                    share < 1.0 + 1e-9,
+                    "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {share}, J = {}",
+                    1.0 + swept.j
+                );
+            }
+        }
+        // A bound that is far off would cost steps.
+        assert!(
+            largest > 0.8 && sum / count > 0.3,
+            "{formulation:?}: {largest}, {} in the mean",
+            sum / count
+        );
+    }
+}
