@@ -32,7 +32,7 @@ pub use statics::{Statics, Unheld};
 
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
-use crate::mechanics::contact::{ContactPair, Discretisation, Surface};
+use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::force::ElementBlock;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -288,13 +288,25 @@ pub struct MeasurePlan {
 }
 
 impl ContactPlan {
-    /// The most contacts that a step can have: one for each slave node of each pair.
+    /// The most contacts that a step can have: one for each slave node of each pair, and what is met between nodes.
     pub fn most_contacts(&self) -> usize {
         self.most_mesh_contacts() + self.most_rigid_contacts()
     }
     /// As [`ContactPlan::most_contacts`], of the pairs without a rigid side.
     pub fn most_mesh_contacts(&self) -> usize {
-        self.pairs[..self.mesh_pairs].iter().map(|pair| self.surfaces[pair.slave].nodes.len()).sum()
+        let of_pair = |pair: &ContactPair| {
+            let slaves = self.surfaces[pair.slave].nodes.len();
+            match pair.master {
+                // Nodes of the master in the slave, and edges, of which there are as few.
+                Master::Surface(master)
+                    if master != pair.slave && self.discretisation == Discretisation::TwoPass =>
+                {
+                    slaves + self.surfaces[master].nodes.len()
+                }
+                _ => slaves,
+            }
+        };
+        self.pairs[..self.mesh_pairs].iter().map(of_pair).sum()
     }
     /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points.
     pub fn most_rigid_contacts(&self) -> usize {

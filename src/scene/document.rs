@@ -291,6 +291,9 @@ pub enum ContactDiscretisation {
     /// Means over the slave's faces with dual shape functions. Faces that are not wholly above the master, and self-contact, keep
     /// nodes against faces.
     Mortar,
+    /// As `node_to_surface`; besides, nodes of the master are kept out of the slave's faces beyond 1 % of a face, and sharp edges out
+    /// of each other: nothing slips between the slave's nodes.
+    TwoPass,
 }
 
 impl ContactDiscretisation {
@@ -304,6 +307,7 @@ impl ContactDiscretisation {
         match self {
             Self::NodeToSurface => Discretisation::NodeToSurface,
             Self::Mortar => Discretisation::Mortar,
+            Self::TwoPass => Discretisation::TwoPass,
         }
     }
 }

@@ -7,6 +7,7 @@ use super::ledger::stuck;
 use super::rigid::RigidStep;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
+use crate::mechanics::contact::guard::Guard;
 use crate::mechanics::contact::problem::ProblemError;
 use crate::mechanics::contact::projection::project_positions;
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
@@ -30,6 +31,7 @@ pub(super) const SHIFTS: usize = 8;
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
     detector: Detector,
+    guard: Guard,
     laws: Vec<ContactLaw>,
     stuck: Vec<ContactLaw>,
     drift: Vec<Vec3>,
@@ -81,6 +83,12 @@ impl<'p> ContactStep<'p> {
             plan: contact,
             detector: Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X)
                 .with(contact.discretisation),
+            guard: Guard::new(
+                &contact.surfaces,
+                &contact.pairs[..contact.mesh_pairs],
+                contact.discretisation,
+                &plan.X,
+            ),
             laws: contact.pairs.iter().map(|p| p.law).collect(),
             stuck: stuck(&contact.pairs),
             still: vec![Vec3::zeros(); drift.len()],
@@ -160,6 +168,7 @@ impl<'p> ContactStep<'p> {
         }
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
         self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        self.guard.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
         let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
         let poses = rigid.work().sides.poses;
         let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {

@@ -4,12 +4,13 @@
 //! result.
 
 use super::closest_point::Patch;
-use super::narrow_phase::{DEPTH, NEAR};
+use super::narrow_phase::{DEPTH, NEAR, Proximity, eval_proximity_within};
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use std::cell::Cell;
 
 /// Positions at both ends of a step: absolute at its start, and at its end if there were no contact [m].
 #[derive(Clone, Copy)]
@@ -67,6 +68,33 @@ impl FaceTree {
         }
         self.bvh.refit_without_opt();
     }
+
+    /// Whether a point is within the box around all faces.
+    fn holds(&self, s: &Vec3) -> bool {
+        let (all, point) = (self.bvh.root_aabb(), to_parry(s));
+        all.mins.cmple(point).all() && point.cmple(all.maxs).all()
+    }
+
+    /// The closest face of all with its sign, at any distance, at positions `x` [m] that the list still covers: of equally close
+    /// ones the first by number. `None` where no face speaks for the point, or all are farther than `limit` [m].
+    pub fn closest(&self, skin: &Skin, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
+        let (point, best) = (to_parry(s), Cell::new(limit));
+        let mut closest: Option<Proximity> = None;
+        // A box holds its face wherever that has moved to since the list was made, so its distance is never too large.
+        let may_be_closer = |node: &BvhNode| {
+            let (low, high) = (node.mins(), node.maxs());
+            let beyond = (low - point).max(point - high).max(Vector::ZERO);
+            beyond.length() <= best.get()
+        };
+        for face in self.bvh.leaves(may_be_closer) {
+            let Some(p) = eval_proximity_within(skin, face, s, x, best.get()) else { continue };
+            if closest.is_none_or(|c| (p.distance, p.face) < (c.distance, c.face)) {
+                best.set(p.distance);
+                closest = Some(p);
+            }
+        }
+        closest
+    }
 }
 
 /// A face of the list, with how far nodes must have moved before it matters [m].
@@ -86,6 +114,18 @@ struct Listed {
     entries: (u32, u32),
     /// The least `spare` of its entries.
     spare: f64,
+    /// How far it was from the closest face of all when the list was made [m], and whether inside.
+    distance: f64,
+    is_inside: bool,
+}
+
+/// A slave node that may meet something in a step.
+pub(super) struct Candidate<F> {
+    pub node: u32,
+    /// Faces within its reach, ascending.
+    pub faces: F,
+    /// How far the closest face of all may be [m], if the node may be inside the master: it was, or has moved so far.
+    pub may_be_inside: Option<f64>,
 }
 
 /// Slave nodes and faces of one pair that may meet before nodes have moved by `slack`.
@@ -131,6 +171,9 @@ impl Candidates {
             return;
         }
         tree.refit(master, motion, slack);
+        let slave_is_other = master.is_closed && !std::ptr::eq(slave, master);
+        // Whoever is near the last node is hardly farther from the surface.
+        let (mut last, mut distance_of_last) = (Vec3::zeros(), f64::INFINITY);
         for (place, &node) in slave.nodes.iter().enumerate() {
             let start = self.entries.len();
             let s = motion.x[node as usize];
@@ -143,12 +186,23 @@ impl Candidates {
                     self.entries.push(Entry { face, spare });
                 }
             }
-            if self.entries.len() > start {
+            // There may be no inside that counts.
+            let (mut distance, mut is_inside) = (f64::INFINITY, false);
+            if slave_is_other && tree.holds(&s) {
+                let limit =
+                    (distance_of_last + (s - last).norm()) * (1.0 + 1e-9) + 1e-9 * master.largest_size;
+                let closest = tree.closest(master, &s, motion.x, limit);
+                (distance, is_inside) = closest.map_or((distance, false), |p| (p.distance, p.gap < 0.0));
+                (last, distance_of_last) = (s, distance);
+            }
+            if self.entries.len() > start || is_inside {
                 let found = &mut self.entries[start..];
                 found.sort_unstable_by_key(|e| e.face);
                 let spare = found.iter().map(|e| e.spare).fold(f64::INFINITY, f64::min);
                 let entries = (start as u32, self.entries.len() as u32);
-                self.listed.push(Listed { node, place: place as u32, entries, spare });
+                // A node inside is held however far the faces are.
+                let spare = if is_inside { f64::NEG_INFINITY } else { spare };
+                self.listed.push(Listed { node, place: place as u32, entries, spare, distance, is_inside });
             }
         }
     }
@@ -170,23 +224,33 @@ impl Candidates {
             let height = |x: &[Vec3]| normal.dot(&(x[node as usize] - point)) - reach;
             let spare = height(motion.x);
             if spare.min(height(motion.x_end)) <= slack {
-                self.listed.push(Listed { node, place: place as u32, entries: (0, 0), spare });
+                self.listed.push(Listed {
+                    node,
+                    place: place as u32,
+                    entries: (0, 0),
+                    spare,
+                    distance: 0.0,
+                    is_inside: false,
+                });
             }
         }
     }
 
-    /// The nodes that may meet something in a step, each with its faces in ascending order. `slave_moved(place, node)` and
+    /// The nodes that may meet something in a step. `slave_moved(place, node)` and
     /// `master_moved` [m] as in [`Candidates::cover`].
     pub fn within_reach(
         &self,
         slave_moved: impl Fn(usize, u32) -> f64,
         master_moved: f64,
-    ) -> impl Iterator<Item = (u32, impl Iterator<Item = u32> + Clone)> {
+    ) -> impl Iterator<Item = Candidate<impl Iterator<Item = u32> + Clone>> {
         self.listed.iter().filter_map(move |l| {
             let moved = slave_moved(l.place as usize, l.node) + master_moved;
             let entries = &self.entries[l.entries.0 as usize..l.entries.1 as usize];
             let faces = entries.iter().filter(move |e| e.spare <= moved).map(|e| e.face);
-            (l.spare <= moved).then_some((l.node, faces))
+            // A hair for rounding.
+            let limit = (l.distance + moved) * (1.0 + 1e-9);
+            let may_be_inside = (l.is_inside || l.distance <= moved * (1.0 + 1e-9)).then_some(limit);
+            (l.spare <= moved).then_some(Candidate { node: l.node, faces, may_be_inside })
         })
     }
 }

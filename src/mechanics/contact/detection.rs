@@ -4,15 +4,14 @@
 //! - *One face per node and master surface.* In a concave corner of one surface a node is held by its closest face; it
 //!   may enter the other one by less than it moves in a step, and is held by that one in the next.
 //! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
-//!   faces the slave, as the geometry is at the start of the step. A node that is deeper inside has come through
-//!   another side, or was there from the start ([`super::initial_overlap`]), and is no contact.
+//!   faces the slave, as the geometry is at the start of the step. A node deeper inside a closed surface is held by the
+//!   closest face of all, which tells its side; in self-contact, and behind an open surface, it is no contact.
 //! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
 //!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
 //!   along that normal. So no node tunnels, whatever the speed.
 //! - Self-contact never pairs a node with faces that touch it, with their neighbours, or with the far side of its own
 //!   wall as it was at the start of the run, and only with faces opposed to the node's own normal.
-//! - Only nodes against faces: **edge against edge is not detected**. Two meshes that cross with no node of the slave
-//!   inside the master pass through each other by less than a face; a finer slave makes that smaller.
+//! - Slave nodes against master faces alone; master nodes in slave faces, and edges, are for [`super::guard`].
 //!
 //! What is found depends on the positions alone, never on how old the list of the broad phase is.
 
@@ -204,9 +203,19 @@ impl Detector {
         &self.skins[surface]
     }
 
+    /// The slave's skin of a pair.
+    pub(super) fn slave_skin(&self, pair: usize) -> &Skin {
+        &self.skins[self.pairs[pair].slave]
+    }
+
     /// The master's skin of a pair, `None` for a plane.
     pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
         self.pairs[pair].side.master().map(|master| &self.skins[master])
+    }
+
+    /// The skins of a pair's master and slave, in this order; `None` for a plane.
+    pub(super) fn exchanged_skins(&self, pair: usize) -> Option<(&Skin, &Skin)> {
+        Some((self.master_skin(pair)?, self.slave_skin(pair)))
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.

@@ -1,6 +1,6 @@
 //! The contacts of one pair in one step: each slave node against the faces that the broad phase left.
 
-use super::broad_phase::Motion;
+use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
 use super::narrow_phase::{NEAR, Proximity, choose_face};
@@ -34,14 +34,14 @@ impl Finder<'_> {
         let mut impacts = 0;
         match self.pair.side {
             Side::Plane { point, frame, size } => {
-                for (node, _) in self.pair.candidates.within_reach(moved, 0.0) {
-                    contacts.extend(self.against_plane(node, &point, &frame, size));
+                for candidate in self.pair.candidates.within_reach(moved, 0.0) {
+                    contacts.extend(self.against_plane(candidate.node, &point, &frame, size));
                 }
             }
-            Side::Surface { master, .. } => {
+            Side::Surface { master, ref tree, .. } => {
                 let master = &self.skins[master];
-                for (node, faces) in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
-                    let found = self.against_surface(master, node, faces, search);
+                for candidate in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
+                    let found = self.against_surface((master, tree), candidate, search);
                     impacts += usize::from(matches!(found, Some((_, true))));
                     contacts.extend(found.map(|(contact, _)| contact));
                 }
@@ -69,15 +69,23 @@ impl Finder<'_> {
     /// The contact of a slave node with one of `faces`, and whether it is by its time of impact.
     fn against_surface(
         &self,
-        master: &Skin,
-        node: u32,
-        faces: impl Iterator<Item = u32> + Clone,
+        (master, tree): (&Skin, &FaceTree),
+        Candidate { node, faces, may_be_inside }: Candidate<impl Iterator<Item = u32> + Clone>,
         search: &mut Search,
     ) -> Option<(Contact, bool)> {
         let Motion { x, x_end } = self.motion;
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
         let slave = &self.skins[self.pair.slave];
         let near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
+        let same_surface = std::ptr::eq(slave, master);
+        if near.is_none()
+            && let Some(limit) = may_be_inside
+            && master.is_closed
+            && !same_surface
+            && let Some(p) = tree.closest(master, &s, x, limit).filter(|p| p.gap < 0.0)
+        {
+            return Some((self.near_contact(master, node, &p), false));
+        }
         // The usual step: nobody moves far.
         let fast =
             |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
@@ -87,7 +95,6 @@ impl Finder<'_> {
         if quick.peek().is_none() {
             return near.map(|p| (self.near_contact(master, node, &p), false));
         }
-        let same_surface = std::ptr::eq(slave, master);
         let mut first: Option<(Impact, u32)> = None;
         for face in quick {
             let nodes = &master.faces[face as usize];

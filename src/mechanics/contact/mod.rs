@@ -11,9 +11,11 @@ pub mod compliance;
 mod contact_row;
 pub mod delassus;
 pub mod detection;
+mod edges;
 mod finder;
 pub mod gauss_seidel;
 pub mod generalised_jacobian;
+pub mod guard;
 pub mod initial_overlap;
 pub mod local;
 mod mortar;
@@ -114,6 +116,8 @@ pub enum Discretisation {
     NodeToSurface,
     /// Means over the slave's faces with dual shape functions; not for self-contact.
     Mortar,
+    /// As `NodeToSurface`, with [`guard`] besides.
+    TwoPass,
 }
 
 /// How the gap of a contact follows the positions within a step.
@@ -125,6 +129,9 @@ pub enum Kind {
     Averaged,
     /// Weights that stand, such as of two edges: the gap is `n · Σ w x`. A slave node may be in several.
     Fixed,
+    /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`guard::ALLOWED`]): the gap is
+    /// measured from there.
+    Guard,
 }
 
 /// One candidate contact of a step: a point of the slave side against one of the master side, each a mean of nodes. A side

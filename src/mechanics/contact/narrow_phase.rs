@@ -8,9 +8,9 @@ use std::cell::OnceCell;
 /// A node this share of the face's size outside a face is a candidate: it may close within the step, also when the
 /// reaction of another contact pushes it.
 pub const NEAR: f64 = 0.05;
-/// A node this share of the face's size behind a face is still held by it; deeper ones belong to another side. What
-/// linearisation leaves behind a face is much less; a thin wall that is being crushed comes nearer than its thickness at
-/// rest, and its far side must not be taken for a penetration.
+/// A node this share of the face's size behind a face is held by it without asking which face is the closest of all. Deeper ones
+/// are held by that one, which tells their side; where a surface meets itself there is no such, and they are not held: a wall that
+/// is being crushed comes nearer than its thickness at rest, and its far side must not be taken for a penetration.
 pub const DEPTH: f64 = 0.08;
 /// A face reaches this share of its size beyond its border, so that nodes that lie on the edge of a body stay in
 /// contact while rounding (or the difference of two lateral strains) moves them across.
@@ -45,7 +45,13 @@ pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Op
 }
 
 /// As [`eval_proximity`]; `None` as well where the face is farther than `limit` [m].
-fn eval_proximity_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
+pub(super) fn eval_proximity_within(
+    skin: &Skin,
+    face: u32,
+    s: &Vec3,
+    x: &[Vec3],
+    limit: f64,
+) -> Option<Proximity> {
     let patch = Patch::new(&skin.faces[face as usize], x);
     let size = skin.sizes[face as usize];
     let closest = patch.closest(s);

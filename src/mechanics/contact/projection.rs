@@ -5,7 +5,8 @@
 //! its normal, each by its share of the inverse masses, so that the centre of mass stays; fixed axes do not move.
 
 use super::detection::Detector;
-use super::narrow_phase::{DEPTH, eval_proximity};
+use super::guard::ALLOWED;
+use super::narrow_phase::eval_proximity;
 use super::stencil::Stencil;
 use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
@@ -83,6 +84,9 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
         return found(-normal.dot(&(s - point)), normal, size, &same);
     }
+    if contact.kind == Kind::Guard {
+        return guard_penetration(contact, detector, x);
+    }
     let skin = detector.master_skin(contact.pair as usize)?;
     let size = skin.sizes[contact.face as usize];
     if contact.kind != Kind::Node {
@@ -91,11 +95,23 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     }
     let p = eval_proximity(skin, contact.face, s, x)?;
     // Slid off the face: whether it is inside is for its new face to say.
-    if p.beyond || p.gap < -DEPTH * size {
+    if p.beyond {
         return None;
     }
     let face = &skin.faces[contact.face as usize];
     found(-p.gap, p.normal, size, &|| Stencil::node_on_face(contact.slave, face, &p.weights))
+}
+
+/// Of a master node in a face of the slave, beyond what it may.
+fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
+    let skin = detector.slave_skin(contact.pair as usize);
+    let (node, _) = contact.stencil.master().next()?;
+    let size = skin.sizes[contact.face as usize];
+    let p = eval_proximity(skin, contact.face, &x[node as usize], x).filter(|p| !p.beyond)?;
+    let depth = -p.gap - ALLOWED * size;
+    let of_face = skin.faces[contact.face as usize].into_iter().zip(p.weights);
+    let stencil = Stencil::new(of_face, [(node, 1.0)])?;
+    (depth > TOLERANCE * size).then_some(Penetration { depth, normal: -p.normal, stencil, size })
 }
 
 /// Opens the gap by `distance`; whether anything could move.

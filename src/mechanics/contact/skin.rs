@@ -18,6 +18,8 @@ pub(super) struct Skin {
     pub sizes: Vec<f64>,
     /// The largest of `sizes` [m].
     pub largest_size: f64,
+    /// Whether every edge has a face on either side: then there is an inside.
+    pub is_closed: bool,
     /// The face across each edge, or `NONE`.
     pub neighbours: Vec<[u32; 4]>,
     /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
@@ -39,8 +41,11 @@ impl Skin {
             places[(node - least) as usize] = i as u32;
         }
         let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
+        let neighbours = neighbours(&surface.faces);
+        let has_all = |(face, across): (&[u32; 4], &[u32; 4])| !across[..corner_count(face)].contains(&NONE);
         let mut skin = Self {
-            neighbours: neighbours(&surface.faces),
+            is_closed: surface.faces.iter().zip(&neighbours).all(has_all),
+            neighbours,
             faces: surface.faces.clone(),
             largest_size: sizes.iter().copied().fold(0.0, f64::max),
             sizes,

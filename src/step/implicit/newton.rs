@@ -307,9 +307,12 @@ impl Newton {
             let is_known = contacts.iter().any(|c| {
                 let is_same = match candidate.kind {
                     Kind::Node | Kind::Averaged => {
-                        c.kind != Kind::Fixed && (!slave_is_rigid || c.point == candidate.point)
+                        matches!(c.kind, Kind::Node | Kind::Averaged)
+                            && (!slave_is_rigid || c.point == candidate.point)
                     }
-                    Kind::Fixed => c.kind == Kind::Fixed && c.stencil.nodes() == candidate.stencil.nodes(),
+                    Kind::Fixed | Kind::Guard => {
+                        c.kind == candidate.kind && c.stencil.nodes() == candidate.stencil.nodes()
+                    }
                 };
                 (c.pair, c.slave) == (candidate.pair, candidate.slave) && is_same
             });

@@ -1,0 +1,116 @@
+//! What slave nodes against master faces do not see: master nodes that poke through slave faces, and edges that cross.
+//!
+//! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are close together
+//!   they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or at a corner of the master,
+//!   it is what holds.
+//! - *Two sharp edges*, one of each surface, are held against each other between their ends ([`super::edges`]).
+//!
+//! Both are found as slave nodes are, so by their time of impact where they move far: nothing tunnels.
+
+use super::detection::{DetectionError, Detector};
+use super::edges::EdgeFinder;
+use super::finder::local_frame;
+use super::stencil::Stencil;
+use super::{Contact, ContactPair, Discretisation, Kind, Master, Surface};
+use crate::mechanics::tensor::Vec3;
+
+/// How deep a master node may lie inside the slave, in shares of the size of the slave's face.
+pub const ALLOWED: f64 = 0.01;
+
+/// Finds these contacts.
+pub struct Guard {
+    /// Of the pairs with slave and master exchanged.
+    reversed: Detector,
+    /// Number of each of its pairs.
+    pairs: Vec<u32>,
+    edges: EdgeFinder,
+    still: Vec<Vec3>,
+    found: Vec<Contact>,
+}
+
+impl Guard {
+    /// Of the `pairs` of two different meshes, where contact is by [`Discretisation::TwoPass`], else of none; `x` [m] places of all
+    /// nodes at the start of the run.
+    pub fn new(
+        surfaces: &[Surface],
+        pairs: &[ContactPair],
+        discretisation: Discretisation,
+        x: &[Vec3],
+    ) -> Self {
+        let pairs = if discretisation == Discretisation::TwoPass { pairs } else { &[] };
+        let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
+            Master::Surface(master) if master != pair.slave => Some((
+                index as u32,
+                ContactPair { slave: master, master: Master::Surface(pair.slave), ..pair.clone() },
+            )),
+            _ => None,
+        };
+        let (numbers, reversed): (Vec<u32>, Vec<ContactPair>) =
+            pairs.iter().enumerate().filter_map(exchanged).unzip();
+        let most = reversed.iter().map(|pair| surfaces[pair.slave].nodes.len()).sum();
+        let reversed_detector = Detector::new(surfaces, &reversed, x);
+        Self {
+            edges: EdgeFinder::new(&reversed_detector, &numbers, x),
+            reversed: reversed_detector,
+            still: vec![Vec3::zeros(); numbers.len()],
+            found: Vec::with_capacity(most),
+            pairs: numbers,
+        }
+    }
+
+    /// Appends the contacts to those of the slave nodes and sorts them by (pair, slave, face); arguments as for
+    /// [`Detector::detect`].
+    ///
+    /// # Errors
+    /// [`DetectionError::NotFinite`].
+    pub fn detect(
+        &mut self,
+        x: &[Vec3],
+        x_end: &[Vec3],
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<(), DetectionError> {
+        if self.pairs.is_empty() {
+            return Ok(());
+        }
+        let before = contacts.len();
+        self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
+        for found in &self.found {
+            let pair = self.pairs[found.pair as usize];
+            let face_size =
+                self.reversed.master_skin(found.pair as usize).map(|skin| skin.sizes[found.face as usize]);
+            let gap = found.gap + ALLOWED * face_size.unwrap_or(0.0);
+            let change = |(node, w): (u32, f64)| (x_end[node as usize] - x[node as usize]) * w;
+            let closing = found.frame[0].dot(&found.stencil.each().map(change).sum::<Vec3>());
+            if gap.min(gap + closing) <= 0.0 {
+                contacts.extend(exchanged_contact(found, pair, gap, &drifts[pair as usize]));
+            }
+        }
+        self.edges.detect(&self.reversed, (x, x_end), drifts, contacts);
+        if contacts.len() > before {
+            contacts.sort_unstable_by_key(|c| (c.pair, c.slave, c.face, c.stencil.nodes().last().copied()));
+        }
+        Ok(())
+    }
+}
+
+/// The contact as one of the pair: the nodes of the face are its slave side. `None` for a face without weights.
+fn exchanged_contact(found: &Contact, pair: u32, gap: f64, drift: &Vec3) -> Option<Contact> {
+    let of_face = || found.stencil.master().map(|(node, w)| (node, -w));
+    let heaviest = of_face().fold((0, 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
+    Some(Contact {
+        pair,
+        kind: Kind::Guard,
+        slave: heaviest.0,
+        face: found.face,
+        stencil: Stencil::new(of_face(), [(found.slave, 1.0)])?,
+        frame: local_frame(&-found.frame[0], &found.frame[1]),
+        gap,
+        point: found.point,
+        drift: *drift,
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests;
