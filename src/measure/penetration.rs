@@ -16,7 +16,7 @@ use crate::step::Frame;
 use std::cell::OnceCell;
 
 /// Points of the lattice in a rigid body along each axis.
-const LATTICE: i32 = 24;
+const LATTICE: i32 = 12;
 
 /// The deepest penetration and the largest overlap at the field times.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -259,20 +259,32 @@ impl<'a> Side<'a> {
                 mesh.for_each_volume_point(&[low, high], |_, point, weight| take(point, weight));
             }
             Self::Rigid(shape, pose) => {
-                let cell = 2.0 * shape.outer_radius() / f64::from(LATTICE);
-                let at = |i: i32| (f64::from(i) + 0.5) * cell - shape.outer_radius();
+                let half = half_extents(shape);
+                let cell = half * (2.0 / f64::from(LATTICE));
+                let at =
+                    |ijk: [i32; 3]| Vec3::from(ijk.map(|i| f64::from(i) + 0.5)).component_mul(&cell) - half;
                 let inner = |p: &Vec3| shape.eval_distance(p).0 < 0.0;
                 let cells =
                     (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
-                for local in cells.map(|ijk| Vec3::from(ijk.map(at))).filter(inner) {
+                for local in cells.map(at).filter(inner) {
                     let point = pose.place(&local);
                     if point >= low && point <= high {
-                        take(&point, &|| cell.powi(3));
+                        take(&point, &|| cell.product());
                     }
                 }
             }
             Self::Plane(..) => {}
         }
+    }
+}
+
+/// Half of the edges of the box around a shape, in its axes [m].
+fn half_extents(shape: &Shape) -> Vec3 {
+    match *shape {
+        Shape::Ball { radius } => Vec3::repeat(radius),
+        Shape::Box { half } => half,
+        Shape::Cylinder { radius, half_length } => Vec3::new(radius, half_length, radius),
+        Shape::Capsule { radius, half_length } => Vec3::new(radius, half_length + radius, radius),
     }
 }
 
@@ -415,7 +427,7 @@ mod tests {
     #[test]
     fn a_ball_behind_a_plane_and_two_boxes_have_the_depth_and_volume_of_the_closed_forms() {
         let pose = |z: f64| Pose { centre: Vec3::new(0.3, 0.1, z), orientation: Rotation::identity() };
-        let (radius, depth) = (0.5, 0.2);
+        let (radius, depth) = (0.5, 0.25);
         let ball = Side::Rigid(Shape::Ball { radius }, pose(radius - depth));
         let found = look(&ball, &Side::Plane(Vec3::zeros(), Vec3::z()));
         let cap = PI * depth * depth * (3.0 * radius - depth) / 3.0;

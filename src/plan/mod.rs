@@ -310,10 +310,7 @@ impl ContactPlan {
     }
     /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points.
     pub fn most_rigid_contacts(&self) -> usize {
-        let of_pair = |pair: &ContactPair| {
-            let Surface { nodes, faces } = &self.surfaces[pair.slave];
-            (nodes.len() + faces.len()).max(MOST_POINTS)
-        };
+        let of_pair = |pair: &ContactPair| self.surfaces[pair.slave].nodes.len().max(MOST_POINTS);
         self.pairs[self.mesh_pairs..].iter().map(of_pair).sum()
     }
 }

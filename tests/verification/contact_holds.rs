@@ -1,6 +1,6 @@
-//! Nothing slips through: scenes in which nodes, corners, edges and small bodies used to pass.
+//! Nothing slips through where contact has two passes: scenes in which nodes, corners and edges used to pass.
 
-use crate::rig::{MeshInMemory, assert_at_most, plan, run};
+use crate::rig::MeshInMemory;
 use contuse::measure::Summary;
 use contuse::scene::{Budget, load};
 use contuse::study::{RunRequest, run_scene};
@@ -66,42 +66,4 @@ fn cubes_that_meet_corner_to_corner_do_not_overlap() {
         "contact": {"pairs": [{"between": ["upper", "lower"], "friction": 0.3}], "discretisation": "two_pass"},
         "record": {"field_interval_s": 2e-5}
     })));
-}
-
-#[test]
-fn a_rigid_ball_smaller_than_a_face_does_not_pass_a_plate() {
-    for (elements, [x, y]) in [(4, [0.0, 0.0]), (4, [0.002, 0.0025]), (11, [0.0, 0.0])] {
-        let mut plate =
-            gel_block("plate", "tissue", [[-0.01, -0.01, 0.0], [0.01, 0.01, 0.001]], [elements, elements, 1]);
-        plate["fixed"] = json!([{"set": "x_min"}, {"set": "x_max"}]);
-        let ball = json!({
-            "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -20],
-            "rigid": {"shape": {"kind": "ball", "radius_m": 0.005}, "mass_kg": 0.002, "center_m": [x, y, 0.0061]}
-        });
-        let plan = plan(&json!({
-            "name": "ball on plate", "end_time_s": 1e-3,
-            "bodies": [ball, plate],
-            "contact": {"pairs": [{"between": ["ball", "plate"], "friction": 0.3}]},
-            "record": {"fields": [], "field_times_s": []}
-        }));
-        let radius = 0.005;
-        let (mut deepest, mut slowest) = (0.0_f64, f64::NEG_INFINITY);
-        let (outcome, _) = run(&plan, |frame| {
-            let centre = frame.pose(0).unwrap().centre;
-            for face in &plan.bodies[1].skin.faces {
-                let corner = |k: usize| frame.position(face[k]);
-                for (a, b) in
-                    (0..=8).flat_map(|i| (0..=8).map(move |j| (f64::from(i) / 8.0, f64::from(j) / 8.0)))
-                {
-                    let place = corner(0).lerp(&corner(1), a).lerp(&corner(3).lerp(&corner(2), a), b);
-                    deepest = deepest.max(radius - (place - centre).norm());
-                }
-            }
-            slowest = slowest.max(frame.v_after[plan.rigid_bodies()[0].centre as usize].z);
-        });
-        assert_at_most(outcome.balance_error, 0.01, "error of the energy balance");
-        // Stretched faces are as large as the ball, which may lie between their nodes by a fifth of its thickness.
-        assert_at_most(deepest, 0.42 * radius, "how deep a face is inside the ball [m]");
-        assert!(slowest > -18.0, "the plate hardly slows the ball: {slowest} m/s");
-    }
 }

@@ -23,7 +23,6 @@ mod narrow_phase;
 pub mod problem;
 pub mod projection;
 pub mod rigid_detection;
-mod rigid_faces;
 mod rigid_manifold;
 pub mod rigid_projection;
 mod segments;

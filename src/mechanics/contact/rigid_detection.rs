@@ -7,14 +7,13 @@
 //! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
 //! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move or turn
 //!   far against each other, at the time of their first impact, to which they are followed as nodes are.
-//! - *Faces of a mesh between their nodes*, against a shape that would enter there ([`super::rigid_faces`]).
+//! - Only nodes of a mesh are seen by a shape: **an edge or corner of a box that is smaller than a face of the mesh enters
+//!   between its nodes**. A finer mesh makes that smaller.
 //!
 //! What is found depends on the places alone, never on the steps before.
 
-use super::closest_point::Patch;
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
-use super::rigid_faces::touch_of;
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::stencil::Stencil;
 use super::{Contact, ContactPair, Kind, Master, Surface};
@@ -52,8 +51,8 @@ pub struct RigidMotion<'a> {
 /// One side of a pair.
 #[derive(Clone, Debug)]
 enum Side {
-    /// The skin of a mesh, with how near its nodes are looked at [m] and the size of each face at rest [m].
-    Mesh(Surface, f64, Vec<f64>),
+    /// Nodes of a mesh, with how near they are looked at [m].
+    Nodes(Vec<u32>, f64),
     Body(usize),
     /// A point, and n, t1, t2.
     Plane(Vec3, [Vec3; 3]),
@@ -80,7 +79,7 @@ impl RigidDetector {
         let slave = |pair: &ContactPair| {
             let surface = &surfaces[pair.slave];
             let body = bodies.iter().position(|body| surface.nodes == [body.centre]);
-            body.map_or_else(|| mesh_side(surface, x), Side::Body)
+            body.map_or_else(|| Side::Nodes(surface.nodes.clone(), reach(mean_size(surface, x))), Side::Body)
         };
         let of_pair = |(index, pair): (usize, &ContactPair)| {
             let master = match pair.master {
@@ -121,17 +120,8 @@ impl RigidDetector {
         for (index, slave, master) in pairs.iter() {
             let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
             match (slave, master) {
-                (Side::Mesh(Surface { nodes, faces }, near, sizes), Side::Body(body)) => {
-                    let before = contacts.len();
+                (Side::Nodes(nodes, near), Side::Body(body)) => {
                     contacts.extend(nodes.iter().filter_map(|&node| finder.node_on_body(node, *near, *body)));
-                    let of_nodes = contacts.len();
-                    let faces = faces.iter().zip(sizes).enumerate();
-                    contacts.extend(
-                        faces.filter_map(|(i, (face, size))| finder.face_on_body(i, face, *size, *body)),
-                    );
-                    if contacts.len() > of_nodes {
-                        contacts[before..].sort_unstable_by_key(|c| (c.slave, c.face));
-                    }
                 }
                 (Side::Body(body), Side::Plane(point, frame)) => {
                     finder.body_on_plane(*body, point, frame, contacts);
@@ -180,45 +170,6 @@ impl Finder<'_> {
             return Some(self.contact(node, Some(body), &(then * normal), gap, point));
         }
         (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
-    }
-
-    /// A face between its nodes.
-    fn face_on_body(&self, index: usize, face: &[u32; 4], size: f64, body: usize) -> Option<Contact> {
-        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
-        let RigidBody { shape, centre, .. } = &self.bodies[body];
-        let corner = |node: u32| {
-            let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
-            (x - start.centre, x_end - end.centre)
-        };
-        // Most faces are far away for the whole step.
-        let corners = face.map(corner);
-        let extent = corners.iter().map(|(x, _)| (x - corners[0].0).norm()).fold(0.0, f64::max);
-        let moved = corners.iter().map(|(x, x_end)| (x_end - x).norm()).fold(0.0, f64::max);
-        if corners[0].0.norm() - extent - moved > shape.outer_radius() {
-            return None;
-        }
-        let triangle = face[2] == face[3];
-        let patch = |pose: &Pose, x: [Vec3; 4]| Patch {
-            corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
-            triangle,
-        };
-        let touch =
-            touch_of(shape, size, &patch(start, corners.map(|c| c.0)), &patch(end, corners.map(|c| c.1)))?;
-        let then = start.orientation.slerp(&end.orientation, touch.share);
-        let heaviest = face
-            .iter()
-            .zip(touch.weights)
-            .fold((face[0], 0.0), |best, (&node, w)| if w > best.1 { (node, w) } else { best });
-        let contact = self.contact(
-            heaviest.0,
-            Some(body),
-            &(then * touch.normal),
-            touch.gap,
-            start.centre + then * touch.point,
-        );
-        let of_face = face.iter().copied().zip(touch.weights);
-        let stencil = Stencil::new(of_face, [(*centre, 1.0)])?;
-        Some(Contact { kind: Kind::Fixed, face: index as u32, stencil, ..contact })
     }
 
     fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
@@ -333,14 +284,14 @@ fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option
     Some(share)
 }
 
-fn mesh_side(surface: &Surface, x: &[Vec3]) -> Side {
+/// √ of the mean area of the faces, by their diagonals [m].
+fn mean_size(surface: &Surface, x: &[Vec3]) -> f64 {
     let area = |face: &[u32; 4]| {
         let [a, b, c, d] = face.map(|node| x[node as usize]);
         0.5 * (c - a).cross(&(d - b)).norm()
     };
-    let sizes: Vec<f64> = surface.faces.iter().map(|face| area(face).sqrt()).collect();
-    let mean = sizes.iter().sum::<f64>() / sizes.len().max(1) as f64;
-    Side::Mesh(surface.clone(), reach(mean), sizes)
+    let sum: f64 = surface.faces.iter().map(|face| area(face).sqrt()).sum();
+    sum / surface.faces.len().max(1) as f64
 }
 
 #[cfg(test)]

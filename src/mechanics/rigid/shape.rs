@@ -33,6 +33,17 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The middle one of its three extents [m]: what passes through a hole lengthways must be narrower than the hole.
+    pub fn width(&self) -> f64 {
+        match self {
+            // The axis is the longest or the shortest extent: the others are the diameter.
+            Self::Ball { radius } | Self::Capsule { radius, .. } | Self::Cylinder { radius, .. } => {
+                2.0 * radius
+            }
+            Self::Box { half } => 2.0 * (half.sum() - half.min() - half.max()),
+        }
+    }
+
     /// Its name.
     pub fn name(&self) -> &'static str {
         match self {
@@ -119,19 +130,6 @@ impl Shape {
                 let (d, n) = from_slabs(&beyond, &Vec3::new(1.0, sign_of(p.y), 0.0));
                 (d, outwards * n.x + Vec3::y() * n.y)
             }
-        }
-    }
-
-    /// The shape less `depth` [m] on every side, less than half of its [`Shape::size`].
-    #[must_use]
-    pub fn eroded(&self, depth: f64) -> Self {
-        match *self {
-            Self::Ball { radius } => Self::Ball { radius: radius - depth },
-            Self::Box { half } => Self::Box { half: half.add_scalar(-depth) },
-            Self::Cylinder { radius, half_length } => {
-                Self::Cylinder { radius: radius - depth, half_length: half_length - depth }
-            }
-            Self::Capsule { radius, half_length } => Self::Capsule { radius: radius - depth, half_length },
         }
     }
 
