@@ -3,7 +3,7 @@
 //! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are close together
 //!   they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or at a corner of the master,
 //!   it is what holds.
-//! - *Two sharp edges*, one of each surface, are held against each other between their ends ([`super::edges`]).
+//! - *Two sharp edges*, one of each surface, are held against each other between their ends.
 //!
 //! Both are found as slave nodes are, so by their time of impact where they move far: nothing tunnels.
 
