@@ -75,6 +75,18 @@ impl FaceTree {
         all.mins.cmple(point).all() && point.cmple(all.maxs).all()
     }
 
+    /// Faces whose boxes a ray from a point meets, that runs along an axis in the direction of `sign`.
+    pub fn ahead(&self, point: &Vec3, axis: usize, sign: f64) -> impl Iterator<Item = u32> {
+        let point = to_parry(point);
+        self.bvh.leaves(move |node: &BvhNode| {
+            let (low, high) = (node.mins(), node.maxs());
+            (0..3).all(|i| {
+                let (from_below, from_above) = (i == axis && sign > 0.0, i == axis && sign < 0.0);
+                (from_below || low[i] <= point[i]) && (from_above || point[i] <= high[i])
+            })
+        })
+    }
+
     /// The closest face of all with its sign, at any distance, at positions `x` [m] that the list still covers: of equally close
     /// ones the first by number. `None` where no face speaks for the point, or all are farther than `limit` [m].
     pub fn closest(&self, skin: &Skin, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {

@@ -6,6 +6,9 @@
 //! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
 //!   faces the slave, as the geometry is at the start of the step. A node deeper inside a closed surface is held by the
 //!   closest face of all, which tells its side; in self-contact, and behind an open surface, it is no contact.
+//! - In self-contact a node is behind a face only if the surface winds around the place just outside the node, along its normal
+//!   ([`super::winding`]): so it lies in another part of the body. Else the face is the far side of what the node belongs to, and a body
+//!   may be crushed to nothing without touching itself.
 //! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
 //!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
 //!   along that normal. So no node tunnels, whatever the speed.
@@ -20,7 +23,7 @@ use super::broad_phase::{Candidates, FaceTree, Motion};
 use super::finder::{Finder, local_frame};
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
-use super::self_contact::Exclusions;
+use super::self_contact::{Exclusions, OwnMotion};
 use super::skin::Skin;
 use super::time_of_impact::Search;
 use super::{Contact, ContactPair, Discretisation, Master, Surface};
@@ -31,6 +34,9 @@ use thiserror::Error;
 const STEPS_PER_LIST: f64 = 12.0;
 /// Least and most slack of a list, in shares of the mean face size.
 const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
+/// Slack of the list of a surface against itself, in shares of its mean face size. The nearest faces that count are two faces away,
+/// so hardly any is listed, and while the surface moves by less against itself hardly anything is looked at.
+const OWN_SLACK: f64 = 1.0;
 
 /// Why detection cannot answer.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -67,6 +73,8 @@ pub struct Detector {
     snapshots: Vec<Vec<Vec3>>,
     /// How far each surface has moved, in the present step.
     moved: Vec<Moved>,
+    /// Slack of lists of self-contact, in shares of the mean face size.
+    own_slack: f64,
     search: Search,
 }
 
@@ -81,12 +89,15 @@ pub(super) struct PairState {
     pub candidates: Candidates,
     /// Where contacts are averaged.
     averager: Option<Averager>,
+    /// How far the surface has moved against itself, in self-contact.
+    pub own: Option<OwnMotion>,
 }
 
 /// A master, ready for detection.
 #[derive(Clone, Debug)]
 pub(super) enum Side {
-    Surface { master: usize, tree: FaceTree, exclusions: Exclusions },
+    /// With what a surface leaves out against itself.
+    Surface { master: usize, tree: FaceTree, exclusions: Option<Exclusions> },
     Plane { point: Vec3, frame: [Vec3; 3], size: f64 },
 }
 
@@ -106,7 +117,14 @@ impl Detector {
         let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
         let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &skins, x)).collect();
         let moved = vec![Moved::default(); skins.len()];
-        Self { skins, pairs, snapshots: Vec::new(), moved, search: Search::default() }
+        Self { skins, pairs, snapshots: Vec::new(), moved, own_slack: OWN_SLACK, search: Search::default() }
+    }
+
+    /// The same that looks for self-contact in every step anew, also where nothing can have come near since the last one.
+    #[must_use]
+    pub fn that_always_looks_at_itself(mut self) -> Self {
+        self.own_slack = 0.0;
+        self
     }
 
     /// The same with the contacts of two meshes made discrete as asked.
@@ -137,10 +155,13 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        let Self { skins, pairs, snapshots, moved, search } = self;
+        let Self { skins, pairs, snapshots, moved, search, .. } = self;
         for (i, pair) in pairs.iter_mut().enumerate() {
             let first = contacts.len();
-            let master_moved = pair.side.master().map_or(Moved::default(), |master| moved[master]);
+            let master_moved = match &pair.own {
+                Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
+                None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
+            };
             let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
             if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
@@ -150,11 +171,23 @@ impl Detector {
         Ok(report)
     }
 
-    /// Makes the lists anew if any pair's no longer covers this step; whether it did.
+    /// Makes lists anew that no longer cover this step; whether it did.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
+        let mut rebuilt = self.update_lists_of_others(motion)?;
+        let Self { skins, pairs, own_slack, .. } = self;
+        for pair in pairs.iter_mut().filter(|pair| pair.own.is_some()) {
+            let slave = pair.slave;
+            let updated = pair.update_own_list(skins, motion, *own_slack * skins[slave].mean_size());
+            rebuilt |= updated.ok_or(DetectionError::NotFinite { surface: slave })?;
+        }
+        Ok(rebuilt)
+    }
+
+    /// Of pairs of two surfaces, or of one and a plane: all or none.
+    fn update_lists_of_others(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         if !self.snapshots.is_empty() {
             self.measure_motion(motion)?;
-            let covered = self.pairs.iter().all(|pair| {
+            let covered = self.pairs.iter().filter(|pair| pair.own.is_none()).all(|pair| {
                 let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].since_list);
                 pair.candidates.cover(self.moved[pair.slave].since_list, of_master)
             });
@@ -168,7 +201,7 @@ impl Detector {
             snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
         }
         self.measure_motion(motion)?;
-        for pair in &mut self.pairs {
+        for pair in self.pairs.iter_mut().filter(|pair| pair.own.is_none()) {
             let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
             pair.rebuild(&self.skins, motion, self.moved[pair.slave].in_step + of_master);
         }
@@ -228,7 +261,9 @@ impl Detector {
 
     /// Whether self-contact leaves out this face for this node.
     pub(super) fn excludes(&self, pair: usize, node: u32, face: u32) -> bool {
-        matches!(&self.pairs[pair].side, Side::Surface { exclusions, .. } if exclusions.contain(node, face))
+        let pair = &self.pairs[pair];
+        let skin = &self.skins[pair.slave];
+        matches!(&pair.side, Side::Surface { exclusions: Some(e), .. } if e.contain(skin, node, face))
     }
 
     /// Slave surface, and master surface unless it is a plane, of each pair.
@@ -255,11 +290,7 @@ impl PairState {
             Master::Surface(master) => Side::Surface {
                 master,
                 tree: FaceTree::new(&skins[master], x),
-                exclusions: if master == pair.slave {
-                    Exclusions::new(&skins[master], x)
-                } else {
-                    Exclusions::none()
-                },
+                exclusions: (master == pair.slave).then(|| Exclusions::new(x)),
             },
             Master::Plane { point, normal } => Side::Plane {
                 point,
@@ -268,7 +299,31 @@ impl PairState {
             },
         };
         let candidates = Candidates::with_capacity(skins[pair.slave].nodes.len());
-        Some(Self { slave: pair.slave, side, candidates, averager: None })
+        let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
+        Some(Self { slave: pair.slave, side, candidates, averager: None, own })
+    }
+
+    /// Of a surface against itself: makes the list anew if it does not cover this step; whether it did. `slack` [m] that it gets.
+    /// `None` if a position is not finite.
+    fn update_own_list(&mut self, skins: &[Skin], motion: &Motion, slack: f64) -> Option<bool> {
+        let (skin, own) = (&skins[self.slave], self.own.as_mut()?);
+        if own.has_started() {
+            if !own.measure(skin, motion) {
+                return None;
+            }
+            if self.candidates.cover(own.since_list, 0.0) {
+                return Some(false);
+            }
+        }
+        own.restart(skin, motion);
+        if !own.measure(skin, motion) {
+            return None;
+        }
+        if let Side::Surface { tree, exclusions: Some(exclusions), .. } = &mut self.side {
+            let excluded = |node, face| exclusions.contain(skin, node, face);
+            self.candidates.rebuild(skin, skin, tree, motion, slack, excluded);
+        }
+        Some(true)
     }
 
     /// `in_step` [m]: how far the two sides move against each other in this step, at most.
@@ -277,11 +332,10 @@ impl PairState {
         let slack =
             |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
         match &mut self.side {
-            Side::Surface { master, tree, exclusions } => {
+            Side::Surface { master, tree, .. } => {
                 let master = &skins[*master];
                 let slack = slack(master.mean_size());
-                self.candidates
-                    .rebuild(slave, master, tree, motion, slack, |node, face| exclusions.contain(node, face));
+                self.candidates.rebuild(slave, master, tree, motion, slack, |_, _| false);
             }
             Side::Plane { point, frame, size } => {
                 self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));

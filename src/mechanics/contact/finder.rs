@@ -3,10 +3,11 @@
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
-use super::narrow_phase::{NEAR, Proximity, choose_face};
+use super::narrow_phase::{NEAR, Proximity, choose_face, eval_proximity};
 use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::{Impact, Search};
+use super::winding::winding_number;
 use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 
@@ -27,6 +28,9 @@ impl Finder<'_> {
     /// Appends the pair's contacts; returns how many were found by their time of impact.
     pub fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
         let moved = |place: usize, node: u32| {
+            if self.pair.own.is_some() {
+                return 0.0;
+            }
             let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
             let old = snapshot[place];
             (x - old).norm_squared().max((x_end - old).norm_squared()).sqrt()
@@ -76,8 +80,13 @@ impl Finder<'_> {
         let Motion { x, x_end } = self.motion;
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
         let slave = &self.skins[self.pair.slave];
-        let near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
         let same_surface = std::ptr::eq(slave, master);
+        let mut near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
+        if near.is_some_and(|p| p.gap < 0.0 && self.is_behind_in_name_only((master, tree), node, &p)) {
+            let in_front =
+                |face: &u32| eval_proximity(master, *face, &s, x).is_some_and(|p| p.gap >= 0.0);
+            near = choose_face(master, &faces.clone().filter(in_front), &s, || slave.node_normal(node, x), x);
+        }
         if near.is_none()
             && let Some(limit) = may_be_inside
             && master.is_closed
@@ -114,6 +123,16 @@ impl Finder<'_> {
             (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
             (None, None) => None,
         }
+    }
+
+    /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the surface does not wind
+    /// around what is just outside the node.
+    fn is_behind_in_name_only(&self, (master, tree): (&Skin, &FaceTree), node: u32, p: &Proximity) -> bool {
+        let Some(own) = self.pair.own.as_ref().filter(|_| master.is_closed) else { return false };
+        let x = self.motion.x;
+        let normal = master.node_normal(node, x);
+        let outside = x[node as usize] + normal * (NEAR * master.sizes[p.face as usize]);
+        winding_number(master, tree, (&outside, &normal), (x, &own.shift)) < 1
     }
 
     /// How far node and face move against each other in the step [m].

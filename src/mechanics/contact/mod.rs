@@ -34,6 +34,7 @@ pub mod solvers;
 pub mod stencil;
 pub mod step_problem;
 pub mod time_of_impact;
+mod winding;
 
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
