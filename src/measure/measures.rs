@@ -22,7 +22,9 @@ pub struct PairMeasures {
     pub name: String,
     /// Names of the slave's body and of the master's body or plane.
     pub between: [String; 2],
-    /// Whether one of them is the tissue.
+    /// Whether both are the same.
+    pub of_itself: bool,
+    /// Whether one of them is the tissue, and the other is not.
     pub on_tissue: bool,
     /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
     /// so a sign by the slave would change with refinement.
@@ -195,7 +197,7 @@ impl Recorder for Measures {
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);
         if frame.is_field_time {
-            self.penetration.accumulate(frame);
+            self.penetration.accumulate(frame, |pair| self.pairs[pair].force.contact_span.is_some());
             self.accumulate_points(frame);
         }
         Ok(())
@@ -224,7 +226,8 @@ fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
                 plan.bodies[slave].name.clone(),
                 master.map_or_else(|| "plane".to_owned(), |m| plan.bodies[m].name.clone()),
             ],
-            on_tissue: tissue(slave) || master.is_some_and(tissue),
+            of_itself: master == Some(slave),
+            on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
             told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
             force: ImpactForce::new(plan.measures.force_average),

@@ -3,10 +3,12 @@
 //! A point is inside a mesh where one of its elements holds it ([`Locator`]), inside a rigid body where the signed distance of its
 //! shape is negative, inside a plane where it is behind it. Its depth is the distance to the nearest face of the skin. Looked at:
 //! the nodes of both skins (of a rigid body points of its surface), for the depth; the Gauss points of the elements (of a rigid body
-//! a lattice), for the volume, so that of two edges which cross between their nodes the volume tells.
+//! a lattice), for the volume, so that of two edges which cross between their nodes the volume tells. A node is inside its own body
+//! where the skin winds around the place just outside of it ([`nodes_inside`]).
 
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::closest_point::Patch;
+use crate::mechanics::contact::winding::nodes_inside;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::hexahedron::{gauss_points, jacobian, volume_m3};
@@ -79,7 +81,8 @@ struct Found {
 
 impl Penetration {
     /// Takes in what a frame shows; it is at a field time, when all displacements are known.
-    pub fn accumulate(&mut self, frame: &Frame) {
+    /// `touched`: whether anything has touched so far in a pair; what has not touched itself has not entered itself.
+    pub fn accumulate(&mut self, frame: &Frame, touched: impl Fn(usize) -> bool) {
         let plan = frame.plan;
         let mut x = plan.X.clone();
         for (index, body) in plan.bodies.iter().enumerate() {
@@ -92,15 +95,15 @@ impl Penetration {
             return;
         }
         let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
-        for pair in plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies)) {
-            let (pair, &(slave, master)) = pair;
+        let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies));
+        for (index, (pair, &(slave, master))) in pairs.enumerate() {
             let own = &sides[slave];
             let (found, smaller) = match (&pair.master, master, own) {
                 (Master::Plane { point, normal }, ..) => {
                     (look(own, &Side::Plane(*point, *normal)), [own, own])
                 }
                 (_, Some(master), _) if master != slave => (look(own, &sides[master]), [own, &sides[master]]),
-                (.., Side::Mesh(mesh)) => (mesh.look_at_itself(), [own, own]),
+                (.., Side::Mesh(mesh)) if touched(index) => (mesh.look_at_itself(), [own, own]),
                 _ => continue,
             };
             if found.depth > 0.0 || found.volume > 0.0 {
@@ -346,30 +349,30 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Nodes of the skin inside elements that are no neighbours of their own ones; the volume only where there are such.
+    /// Nodes of the skin inside the body and in elements that are no neighbours of their own ones, with their distance to the nearest
+    /// face that is turned towards them; the volume only where there are such. By the skin and by the elements: a crumpled skin
+    /// alone, and folded elements alone, are no penetration.
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
         let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
+        let hexes = &self.body.hexes;
         let mut around = Vec::new();
-        for &node in &self.body.skin.nodes {
-            let point = &self.x[node as usize];
-            // Its own elements hold every node.
-            let others = |e: usize| !self.body.hexes[e].contains(&node);
-            if self.locator().element_at(point, others).is_none() {
+        for (node, normal) in nodes_inside(&self.body.skin, self.x) {
+            around.clear();
+            around.extend(hexes.iter().filter(|hex| hex.contains(&node)).flatten());
+            let apart = |e: usize| is_apart(&around, &hexes[e]);
+            if self.locator().element_at(&self.x[node as usize], apart).is_none() {
                 continue;
             }
-            around.clear();
-            around.extend(self.body.hexes.iter().filter(|hex| hex.contains(&node)).flatten());
-            let apart = |e: usize| is_apart(&around, &self.body.hexes[e]);
-            if self.locator().element_at(point, apart).is_some()
-                && let Some((depth, size)) = self.depth_below_skin(point, |face| is_apart(&around, face))
-            {
+            let is_opposed = |face: &[u32; 4]| {
+                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < 0.0
+            };
+            if let Some((depth, size)) = self.depth_below_skin(&self.x[node as usize], is_opposed) {
                 found.deepen(depth, size);
             }
         }
         if found.depth > 0.0 {
             self.for_each_volume_point(&self.bounds, |element, point, weight| {
-                let hexes = &self.body.hexes;
                 if self.locator().element_at(point, |e| is_apart(&hexes[element], &hexes[e])).is_some() {
                     // Each of the two counts it.
                     found.volume += 0.5 * weight();

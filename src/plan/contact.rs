@@ -5,7 +5,9 @@ use super::{ContactPlan, PlanBody};
 use crate::mechanics::contact::slave_choice::{Slave, choose_slave};
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
-use crate::scene::document::{ContactPairs, ContactSolver, Keep, PlaneDocument, Role, SceneDocument};
+use crate::scene::document::{
+    ContactPairs, ContactSolver, Keep, PlaneDocument, Role, SceneDocument, SelfContact,
+};
 
 /// One side of a pair as the document names it.
 #[derive(Clone, Copy)]
@@ -39,6 +41,7 @@ pub(super) fn compile_contact(
         tolerance: document.contact.tolerance,
         discretisation: document.contact.discretisation.method(),
         solver: document.solver.contact.map(ContactSolver::method),
+        always_looks_at_itself: document.keeps(Keep::IdleSelfContact),
     };
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
         asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
@@ -69,13 +72,18 @@ fn without_distant_pairs<'a>(
     for ((a, b, mu), verdict) in asked.into_iter().zip(verdicts) {
         if let Some(why) = verdict {
             let name = [a, b].map(|side| side.name(bodies)).join("–");
-            let on_tissue = [a, b].iter().any(|side| side.is_tissue(bodies));
-            distant.push(DistantPair { name, on_tissue, why });
+            let of_itself = is_of_itself(a, b);
+            let on_tissue = !of_itself && [a, b].iter().any(|side| side.is_tissue(bodies));
+            distant.push(DistantPair { name, on_tissue, of_itself, why });
         } else {
             kept.push((a, b, mu));
         }
     }
     (kept, distant)
+}
+
+fn is_of_itself(a: Side, b: Side) -> bool {
+    matches!((a, b), (Side::Body(a), Side::Body(b)) if a == b)
 }
 
 /// A pair with a body first; `None` for two planes, which validation refuses.
@@ -118,13 +126,17 @@ fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
                 (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
             let onto =
                 |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
-            between.chain((0..count).flat_map(onto)).collect()
+            let itself = document
+                .bodies_that_meet_themselves()
+                .map(|body| (Side::Body(body), Side::Body(body), default));
+            between.chain((0..count).flat_map(onto)).chain(itself).collect()
         }
         ContactPairs::List(list) => list
             .iter()
             .filter_map(|pair| {
                 Some((side(&pair.between[0])?, side(&pair.between[1])?, pair.friction.unwrap_or(default)))
             })
+            .filter(|(a, b, _)| document.contact.self_contact == SelfContact::Auto || !is_of_itself(*a, *b))
             .collect(),
     }
 }

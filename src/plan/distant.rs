@@ -6,7 +6,8 @@
 //! then on nothing is known of it: all its pairs stay, and with them its partners in those may be deflected too. So a pair
 //! is left out when, at the fixed point of this rule, both sides fly straight (or are held) and their boxes stay farther
 //! apart than detection reaches, from the start to the end of a step beyond the end time, in which the last reactions are
-//! computed. Such a pair never has a candidate contact: the run has the same bits with it and without.
+//! computed. A body that flies straight keeps its shape and does not meet itself; nor does what it might find near itself at the
+//! start deflect it. Such a pair never has a candidate contact: the run has the same bits with it and without.
 //!
 //! Deformed bodies are not bounded, on purpose. A speed like √(2E/m) of a node's mass is no theorem of the discrete motion
 //! (the ledger's ½ v₋ᵀMv₊ does not bound the velocities of a step), so it would have to be watched in every step; that is
@@ -29,8 +30,10 @@ const ITERATIONS: usize = 200;
 pub struct DistantPair {
     /// Names of the two sides.
     pub name: String,
-    /// Whether one of them is the tissue.
+    /// Whether one of them is the tissue, and the other is not.
     pub on_tissue: bool,
+    /// Whether it is a body with itself.
+    pub of_itself: bool,
     /// Why they cannot meet.
     pub why: String,
 }
@@ -114,7 +117,11 @@ pub(super) fn cannot_meet(
             pairs.iter().map(|(body, other)| apart(&motions, *body, *other, until)).collect();
         let mut deflected = false;
         for ((body, other), _) in pairs.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_none()) {
-            let second = if let Other::Body(second) = other { *second } else { *body };
+            let second = match other {
+                Other::Body(second) if second == body => continue,
+                Other::Body(second) => *second,
+                Other::Plane(..) => *body,
+            };
             for touched in [*body, second] {
                 deflected |= std::mem::replace(&mut motions[touched].straight, false);
             }
@@ -131,8 +138,11 @@ fn apart(motions: &[BodyMotion], body: usize, other: Other, until: f64) -> Optio
     let known = |motion: &BodyMotion| motion.held || motion.straight;
     let (distance, needed, both_held) = match other {
         Other::Body(b) => {
+            if b == body {
+                return known(a).then(|| "nothing can deform it before the end".into());
+            }
             let b = &motions[b];
-            if !(known(a) && known(b)) || (std::ptr::eq(a, b) && !a.held) {
+            if !(known(a) && known(b)) {
                 return None;
             }
             let rounding = ROUNDING * (a.extent(until) + b.extent(until));

@@ -3,7 +3,7 @@
 use super::Plan;
 use crate::mechanics::contact::ContactLaw;
 use crate::scene::Scene;
-use crate::scene::document::{FieldName, Keep, Role};
+use crate::scene::document::{FieldName, Keep, Role, SelfContact};
 use serde::Serialize;
 
 /// Something that the plan does without.
@@ -22,7 +22,7 @@ pub struct LeftOut {
 pub(super) fn left_out(plan: &Plan, scene: &Scene) -> Vec<LeftOut> {
     let mut list = List::default();
     optional(plan, scene, &mut list);
-    absent(plan, &mut list);
+    absent(plan, scene, &mut list);
     list.0
 }
 
@@ -54,6 +54,13 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     for pair in &plan.distant_pairs {
         list.add(true, Some(Keep::DistantPairs), format!("contact {}", pair.name), &*pair.why);
     }
+    let of_itself: Vec<&str> = plan.bodies_that_meet_themselves().map(|body| body.name.as_str()).collect();
+    list.add(
+        !of_itself.is_empty() && !scene.document.keeps(Keep::IdleSelfContact),
+        Some(Keep::IdleSelfContact),
+        format!("the search for self-contact of {}, most of the time", of_itself.join(", ")),
+        "until its parts have moved against each other by as much as they are apart none can touch another",
+    );
     let pairs = plan.contact.iter().flat_map(|contact| &contact.pairs);
     let smooth: Vec<&str> =
         pairs.filter(|pair| pair.law == ContactLaw::Frictionless).map(|pair| pair.name.as_str()).collect();
@@ -82,12 +89,22 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
 }
 
 /// What is not in the scene.
-fn absent(plan: &Plan, list: &mut List) {
+fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let mut add = |is_left_out: bool, what: &str, why: &str| list.add(is_left_out, None, what, why);
     add(
         plan.contact.is_none() && plan.distant_pairs.is_empty(),
         "contact",
         "the scene has no pair that may touch",
+    );
+    let deforms = plan.bodies.iter().any(|body| body.rigid.is_none());
+    let is_refused = scene.document.contact.self_contact == SelfContact::None;
+    let finds_itself = plan.bodies_that_meet_themselves().next().is_some()
+        || plan.distant_pairs.iter().any(|pair| pair.of_itself);
+    add(deforms && is_refused, "self-contact", "the scene asks for none (`contact.self_contact`): a fold passes through itself");
+    add(
+        deforms && !is_refused && !finds_itself,
+        "self-contact",
+        "the scene lists no body with itself in `contact.pairs`: a fold passes through itself",
     );
     add(plan.rigid.is_none(), "rigid bodies", "every body deforms");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");

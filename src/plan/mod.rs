@@ -154,6 +154,8 @@ pub struct ContactPlan {
     pub discretisation: Discretisation,
     /// The solver of the library that gets `W`, where the scene names one.
     pub solver: Option<Method>,
+    /// Whether surfaces are searched for contact with themselves in every step, also where nothing can have come near.
+    pub always_looks_at_itself: bool,
 }
 
 /// Settling before the clock starts.
@@ -319,6 +321,11 @@ impl Plan {
     /// As [`ContactPlan::most_contacts`]; 0 without contact.
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
+    }
+    /// The bodies that may touch themselves.
+    pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = &PlanBody> {
+        let pairs = self.contact.iter().flat_map(|contact| &contact.pair_bodies);
+        pairs.filter(|(slave, master)| *master == Some(*slave)).map(|(slave, _)| &self.bodies[*slave])
     }
     /// Whether the run is without mass.
     pub fn is_static(&self) -> bool {

@@ -26,7 +26,7 @@ fn scene() -> Value {
     json!({
         "name": "stone on ground", "end_time_s": 2e-4, "bodies": [ground, stone],
         "planes": [{"name": "ceiling", "point_m": [0, 0, 1], "normal": [0, 0, -1]}],
-        "contact": {"pairs": [{"between": ["stone", "ground"]}]},
+        "contact": {"pairs": [{"between": ["stone", "ground"]}, {"between": ["stone", "stone"]}]},
         "record": {"fields": ["von_mises"]}
     })
 }
@@ -48,7 +48,13 @@ fn switches(plan: &Plan) -> Vec<Keep> {
 #[test]
 fn each_switch_puts_back_its_thing_and_nothing_else() {
     let plan = compiled(&scene());
-    let all = [Keep::QuietElements, Keep::TangentialReactions, Keep::IdleFibres, Keep::UnaskedFields];
+    let all = [
+        Keep::QuietElements,
+        Keep::IdleSelfContact,
+        Keep::TangentialReactions,
+        Keep::IdleFibres,
+        Keep::UnaskedFields,
+    ];
     assert_eq!(switches(&plan), all);
     assert_eq!(plan.report.put_back, []);
     for keep in all {
@@ -59,7 +65,9 @@ fn each_switch_puts_back_its_thing_and_nothing_else() {
         assert_eq!(other.skip_quiet_elements, keep != Keep::QuietElements);
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
         assert_eq!(other.fields.len(), if keep == Keep::UnaskedFields { 6 } else { 1 });
-        let law = other.contact.as_ref().unwrap().pairs[0].law;
+        let contact = other.contact.as_ref().unwrap();
+        assert_eq!(contact.always_looks_at_itself, keep == Keep::IdleSelfContact);
+        let law = contact.pairs[0].law;
         let expected = if keep == Keep::TangentialReactions {
             ContactLaw::Coulomb(0.0)
         } else {
@@ -83,7 +91,7 @@ fn a_far_plane_is_left_out_unless_the_body_may_be_thrown_at_it() {
 
     document["contact"] = json!({"pairs": "all"});
     let plan = compiled(&document);
-    assert_eq!((plan.contact.as_ref().unwrap().pairs.len(), plan.distant_pairs.len()), (3, 0));
+    assert_eq!((plan.contact.as_ref().unwrap().pairs.len(), plan.distant_pairs.len()), (5, 0));
     // What starts deformed or spinning or falls is not bounded.
     document["contact"] = json!({"pairs": [{"between": ["stone", "ceiling"]}]});
     document["bodies"][1]["spin_rad_per_s"] = json!([0, 0, 1]);
@@ -91,6 +99,27 @@ fn a_far_plane_is_left_out_unless_the_body_may_be_thrown_at_it() {
     document["bodies"][1]["spin_rad_per_s"] = json!([0, 0, 0]);
     document["gravity_m_per_s2"] = json!([0, 0, -9.81]);
     assert!(compiled(&document).contact.is_some());
+}
+
+#[test]
+fn bodies_that_deform_meet_themselves_unless_the_scene_says_otherwise() {
+    let asked = |contact: Value| {
+        let mut document = scene();
+        document["contact"] = contact;
+        let plan = compiled(&document);
+        let of_itself: Vec<String> = plan.bodies_that_meet_themselves().map(|b| b.name.clone()).collect();
+        let words = plan.report.left_out.iter().find(|l| l.what == "self-contact").map(|l| l.why.clone());
+        (of_itself, words.unwrap_or_default())
+    };
+    assert_eq!(asked(json!({"pairs": "all"})), (vec!["ground".into(), "stone".into()], String::new()));
+    let (of_itself, words) = asked(json!({"pairs": "all", "self_contact": "none"}));
+    assert!(of_itself.is_empty() && words.contains("asks for none"), "{words}");
+    let list = json!([{"between": ["stone", "ground"]}]);
+    let (of_itself, words) = asked(json!({"pairs": list}));
+    assert!(of_itself.is_empty() && words.contains("lists no body with itself"), "{words}");
+    let list = json!([{"between": ["stone", "ground"]}, {"between": ["stone", "stone"]}]);
+    assert_eq!(asked(json!({"pairs": list})), (vec!["stone".into()], String::new()));
+    assert_eq!(asked(json!({"pairs": list, "self_contact": "none"})).0, Vec::<String>::new());
 }
 
 #[test]

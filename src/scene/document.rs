@@ -263,9 +263,12 @@ pub struct PlaneDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactDocument {
-    /// `"all"` (every body with every other body and plane, no self-contact), or a list of pairs.
+    /// `"all"` (every body with every other body and plane, and with itself if it deforms), or a list of pairs.
     #[serde(default)]
     pub pairs: ContactPairs,
+    /// Whether bodies meet themselves.
+    #[serde(default, skip_serializing_if = "SelfContact::is_default")]
+    pub self_contact: SelfContact,
     /// Coulomb friction μ of pairs that do not give their own [-].
     #[serde(default)]
     pub friction: f64,
@@ -279,6 +282,24 @@ pub struct ContactDocument {
     /// How the contact of two meshes is made discrete. `mortar` passes on a pressure between meshes that do not match.
     #[serde(default, skip_serializing_if = "ContactDiscretisation::is_default")]
     pub discretisation: ContactDiscretisation,
+}
+
+/// Whether bodies that deform meet themselves, such as where they fold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SelfContact {
+    /// All of them where `pairs` is `"all"`; else those that are listed with themselves.
+    #[default]
+    Auto,
+    /// None, listed or not.
+    None,
+}
+
+impl SelfContact {
+    #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// How the contact of two meshes is made discrete.
@@ -325,6 +346,7 @@ impl Default for ContactDocument {
     fn default() -> Self {
         Self {
             pairs: ContactPairs::default(),
+            self_contact: SelfContact::default(),
             friction: 0.0,
             tolerance: default_contact_tolerance(),
             mass_redistribution: 0.0,
@@ -353,7 +375,7 @@ impl Default for ContactPairs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AllPairs {
-    /// Every body with every other body and plane.
+    /// Every body with every other body and plane, and with itself if it deforms.
     All,
 }
 
@@ -416,6 +438,14 @@ impl Default for RecordDocument {
 }
 
 impl SceneDocument {
+    /// The bodies that meet themselves though no list of pairs says so, by index.
+    pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = usize> {
+        let all = matches!(self.contact.pairs, ContactPairs::All(_))
+            && self.contact.self_contact == SelfContact::Auto;
+        let deforms = move |(_, body): &(usize, &BodyDocument)| all && body.rigid.is_none();
+        self.bodies.iter().enumerate().filter(deforms).map(|(index, _)| index)
+    }
+
     /// Whether a thing is put back that plans leave out.
     pub fn keeps(&self, thing: Keep) -> bool {
         self.solver.keep.contains(&thing)

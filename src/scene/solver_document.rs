@@ -124,6 +124,8 @@ pub enum Keep {
     QuietElements,
     /// Pairs that cannot meet before the end are looked at too.
     DistantPairs,
+    /// Bodies are searched for self-contact in every step, also where nothing of them can have come near since the last search.
+    IdleSelfContact,
     /// Contacts of pairs without friction have three unknowns, two of which turn out zero.
     TangentialReactions,
     /// Fibre families of stiffness k1 = 0 are swept too.
@@ -134,9 +136,10 @@ pub enum Keep {
 
 impl Keep {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::QuietElements,
         Self::DistantPairs,
+        Self::IdleSelfContact,
         Self::TangentialReactions,
         Self::IdleFibres,
         Self::UnaskedFields,
@@ -147,6 +150,7 @@ impl Keep {
         match self {
             Self::QuietElements => "quiet_elements",
             Self::DistantPairs => "distant_pairs",
+            Self::IdleSelfContact => "idle_self_contact",
             Self::TangentialReactions => "tangential_reactions",
             Self::IdleFibres => "idle_fibres",
             Self::UnaskedFields => "unasked_fields",

@@ -79,10 +79,15 @@ impl<'p> ContactStep<'p> {
         // Room for every slave node at once: pages that nothing touches cost nothing.
         let most = contact.most_contacts();
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
+        let detector = Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X)
+            .with(contact.discretisation);
         Self {
             plan: contact,
-            detector: Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X)
-                .with(contact.discretisation),
+            detector: if contact.always_looks_at_itself {
+                detector.that_always_looks_at_itself()
+            } else {
+                detector
+            },
             guard: Guard::new(
                 &contact.surfaces,
                 &contact.pairs[..contact.mesh_pairs],

@@ -1,7 +1,8 @@
 //! Nothing slips through where contact has two passes: scenes in which nodes, corners and edges used to pass.
 
-use crate::rig::MeshInMemory;
+use crate::rig::{self, MeshInMemory};
 use contuse::measure::Summary;
+use contuse::mechanics::tensor::Vec3;
 use contuse::scene::{Budget, load};
 use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
@@ -66,4 +67,74 @@ fn cubes_that_meet_corner_to_corner_do_not_overlap() {
         "contact": {"pairs": [{"between": ["upper", "lower"], "friction": 0.3}], "discretisation": "two_pass"},
         "record": {"field_interval_s": 2e-5}
     })));
+}
+
+/// A hollow rubber ball thrown at a wall, so fast that its inner surface comes together; nobody asks for self-contact.
+fn hollow_ball(speed: f64, [aside, along]: [f64; 2], thickness: f64, c10: f64) -> Value {
+    json!({
+        "name": "hollow ball", "end_time_s": 0.1 / speed,
+        "bodies": [{
+            "name": "ball", "role": "projectile",
+            "mesh": {"generator": {
+                "kind": "hollow_ball", "outer_radius_m": 0.022, "inner_radius_m": 0.022 - thickness,
+                "elements_around": 8, "elements_through": 2
+            }},
+            "placement": {"translation_m": [aside, along, 0.02205]},
+            "parts": [{
+                "part": "ball", "density_kg_per_m3": 1000,
+                "material": {"law": "mooney_rivlin", "c10_pa": c10, "c01_pa": 0.2 * c10, "bulk_modulus_pa": 100.0 * c10}
+            }],
+            "velocity_m_per_s": [0, 0, -speed]
+        }],
+        "planes": [{"name": "wall", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "contact": {"friction": 0.3},
+        "record": {"field_interval_s": 2e-3 / speed}
+    })
+}
+
+/// The least distance of the two inner poles of the ball along the axis of the impact [m], negative where they have passed.
+fn least_inner_height(scene: &Value, thickness: f64) -> f64 {
+    let plan = rig::plan(scene);
+    let inner = 0.022 - thickness;
+    let centre = plan.X.iter().sum::<Vec3>() / plan.X.len() as f64;
+    let pole = |side: f64| {
+        let place = centre + Vec3::z() * (side * inner);
+        let nearest = plan.X.iter().enumerate().min_by(|(_, a), (_, b)| {
+            (*a - place).norm().total_cmp(&(*b - place).norm())
+        });
+        nearest.unwrap().0 as u32
+    };
+    let (upper, lower) = (pole(1.0), pole(-1.0));
+    let mut least = f64::INFINITY;
+    rig::run(&plan, |frame| {
+        let height = frame.position_in(0, upper).z - frame.position_in(0, lower).z;
+        least = least.min(height);
+    });
+    least
+}
+
+#[test]
+fn a_squashed_hollow_ball_does_not_pass_through_itself() {
+    let thickness = 0.004;
+    let scene = hollow_ball(30.0, [0.0; 2], thickness, 2e5);
+    let mut folding = scene.clone();
+    folding["contact"]["self_contact"] = json!("none");
+    let passed = least_inner_height(&folding, thickness);
+    assert!(passed < -1e-3, "without self-contact the poles pass each other: {passed} m");
+    let height = least_inner_height(&scene, thickness);
+    assert!(height > -1e-4, "{height} m");
+}
+
+#[test]
+fn hollow_balls_fold_onto_themselves_wherever_and_however_fast_they_hit() {
+    for (speed, place, thickness, c10) in [
+        (30.0, [0.0; 2], 0.004, 2e5),
+        (30.0, [1e-3, 7e-4], 0.004, 2e5),
+        (60.0, [0.0; 2], 0.00633, 5e5),
+    ] {
+        let summary = summary(hollow_ball(speed, place, thickness, c10));
+        assert_holds(&summary);
+        let of_itself = summary.values().impacts.iter().find(|impact| impact.is_of_itself());
+        assert!(of_itself.is_some_and(|impact| impact.is_told()), "the ball at {speed} m/s has not folded");
+    }
 }

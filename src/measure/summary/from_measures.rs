@@ -28,12 +28,14 @@ impl Mint {
 
 /// The numbers.
 pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
-    let impacts: Vec<Impact> = measures
+    let mut impacts: Vec<Impact> = measures
         .pairs
         .iter()
         .enumerate()
         .map(|(index, pair)| impact(measures, index, pair, (mint, *state != RunState::Running)))
         .collect();
+    // What hits comes first.
+    impacts.sort_by_key(Impact::is_of_itself);
     let tissue = tissue(measures, state, mint);
     let headline = Headline {
         impact: headline_impact(&impacts),
@@ -46,18 +48,21 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
 /// Whether nothing touched the tissue, or, in a scene without any, nothing touched at all; not where loads move the tissue, too.
 fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     let has_tissue = measures.stress.is_some();
-    let mut counted = measures.pairs.iter().filter(|pair| pair.on_tissue || !has_tissue);
+    let of_two = || measures.pairs.iter().filter(|pair| !pair.of_itself);
+    let mut counted = of_two().filter(|pair| pair.on_tissue || !has_tissue);
     let any = if has_tissue {
         plan.measures.moved_by_contact_alone
     } else {
-        !measures.pairs.is_empty() || !plan.distant_pairs.is_empty()
+        of_two().next().is_some() || plan.distant_pairs.iter().any(|pair| !pair.of_itself)
     };
     any && counted.all(|pair| pair.force.contact_span.is_none())
 }
 
 fn headline_impact(impacts: &[Impact]) -> Option<usize> {
     let any_on_tissue = impacts.iter().any(|impact| impact.on_tissue);
-    let candidates = impacts.iter().enumerate().filter(|(_, impact)| impact.on_tissue == any_on_tissue);
+    let is_candidate =
+        |(_, impact): &(usize, &Impact)| impact.on_tissue == any_on_tissue && !impact.is_of_itself();
+    let candidates = impacts.iter().enumerate().filter(is_candidate);
     let force = |impact: &Impact| impact.peak_force_n.value;
     candidates.max_by(|(_, a), (_, b)| force(a).total_cmp(&force(b))).map(|(index, _)| index)
 }

@@ -2,7 +2,7 @@
 
 use super::Quantity;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
 /// The numbers.
@@ -10,13 +10,19 @@ use std::sync::Arc;
 pub struct Results {
     /// Whether the run has ended, and nothing touched: then no number here is of an impact, and none has an error.
     pub nothing_touched: bool,
-    /// One for each contact pair.
+    /// One for each contact pair; bodies that meet themselves come last. Of those that did not, none is told.
+    #[serde(serialize_with = "told")]
     pub impacts: Vec<Impact>,
     /// The tissue; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<Tissue>,
     /// Which of them stand for all.
     pub headline: Headline,
+}
+
+#[allow(clippy::ptr_arg)] // serde's signature
+fn told<S: Serializer>(impacts: &Vec<Impact>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(impacts.iter().filter(|impact| impact.is_told()))
 }
 
 /// Which numbers stand for all where only some are shown: the same everywhere.
@@ -37,7 +43,7 @@ pub struct Impact {
     pub pair: String,
     /// Slave and master.
     pub between: [String; 2],
-    /// Whether one of them is the tissue.
+    /// Whether one of them is the tissue, and the other is not.
     pub on_tissue: bool,
     /// Largest mean force over the window: max |ΔI|/τ; or the largest filtered force [N].
     pub peak_force_n: Quantity,
@@ -88,6 +94,16 @@ pub struct Impact {
 }
 
 impl Impact {
+    /// Whether it is of a body with itself.
+    pub fn is_of_itself(&self) -> bool {
+        self.between[0] == self.between[1]
+    }
+
+    /// Whether it is worth telling: a body that does not fold is no news.
+    pub fn is_told(&self) -> bool {
+        self.contact_span_s.is_some() || !self.is_of_itself()
+    }
+
     /// Tells the peak force, and the patch, over another window τ > 0 [s]; only where the window depends on the run.
     pub(super) fn average_over(&mut self, window: f64) {
         let Some(history) = &self.history else { return };

@@ -39,7 +39,8 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
 
 /// What is said first, and alone, of a run in which nothing touched.
 fn nothing_touched(results: &Results) -> String {
-    let names = results.impacts.iter().map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
+    let told = results.impacts.iter().filter(|impact| impact.is_told());
+    let names = told.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
     let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
     format!(
         "Nothing touched{pairs}: there was no impact, and there are no numbers of one. Look at the direction of the velocity, the gap and \

@@ -6,9 +6,9 @@
 //! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
 //!   faces the slave, as the geometry is at the start of the step. A node deeper inside a closed surface is held by the
 //!   closest face of all, which tells its side; in self-contact, and behind an open surface, it is no contact.
-//! - In self-contact a node is behind a face only if the surface winds around the place just outside the node, along its normal
-//!   ([`super::winding`]): so it lies in another part of the body. Else the face is the far side of what the node belongs to, and a body
-//!   may be crushed to nothing without touching itself.
+//! - In self-contact a node is deeper than [`BAND`] behind a face only if the surface winds around the place just outside the node
+//!   ([`super::winding`]): so it lies in another part of the body. Else the face is the far side of what the node belongs to, and is
+//!   not touched by a body that is crushed.
 //! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
 //!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
 //!   along that normal. So no node tunnels, whatever the speed.
@@ -210,6 +210,11 @@ impl Detector {
 
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
         for (surface, skin) in self.skins.iter().enumerate() {
+            // Another measure is for surfaces that may meet nothing but themselves.
+            let mut of_it = self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
+            if of_it.clone().next().is_some() && of_it.all(|pair| pair.own.is_some()) {
+                continue;
+            }
             let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
             let mut check = 0.0;
             for (&node, old) in skin.nodes.iter().zip(&self.snapshots[surface]) {
@@ -257,13 +262,6 @@ impl Detector {
             Side::Plane { point, frame, size } => Some((point, frame[0], size)),
             Side::Surface { .. } => None,
         }
-    }
-
-    /// Whether self-contact leaves out this face for this node.
-    pub(super) fn excludes(&self, pair: usize, node: u32, face: u32) -> bool {
-        let pair = &self.pairs[pair];
-        let skin = &self.skins[pair.slave];
-        matches!(&pair.side, Side::Surface { exclusions: Some(e), .. } if e.contain(skin, node, face))
     }
 
     /// Slave surface, and master surface unless it is a plane, of each pair.

@@ -3,7 +3,7 @@
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
-use super::narrow_phase::{NEAR, Proximity, choose_face, eval_proximity};
+use super::narrow_phase::{BAND, NEAR, Proximity, choose_face, eval_proximity};
 use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::{Impact, Search};
@@ -13,6 +13,11 @@ use crate::mechanics::tensor::Vec3;
 
 /// A gap below this share of the face's size is a touch.
 const TOUCH: f64 = 1e-6;
+/// A place outside a node is so much nearer to the middle of a face, for each length that it is away along the node's normal. Below
+/// 1 it stays on its side of a plane surface, however that is turned; at a corner of right angles 0.82 keep it over the face.
+const INWARDS: f64 = 0.9;
+/// Cosine between the normals of node and face below which they look at each other.
+const WELL_OPPOSED: f64 = -0.5;
 
 /// One pair in one step.
 pub(super) struct Finder<'a> {
@@ -125,14 +130,28 @@ impl Finder<'_> {
         }
     }
 
-    /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the surface does not wind
-    /// around what is just outside the node.
+    /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the surface winds neither
+    /// around what is just outside the node nor, where the two are well opposed, around what is behind it as the face sees it. Nearer
+    /// than [`BAND`] both are taken to touch.
+    ///
+    /// Outside the node means a little towards the middle of the face, too, so that edges which lie on each other do not leave it to
+    /// rounding.
     fn is_behind_in_name_only(&self, (master, tree): (&Skin, &FaceTree), node: u32, p: &Proximity) -> bool {
         let Some(own) = self.pair.own.as_ref().filter(|_| master.is_closed) else { return false };
-        let x = self.motion.x;
-        let normal = master.node_normal(node, x);
-        let outside = x[node as usize] + normal * (NEAR * master.sizes[p.face as usize]);
-        winding_number(master, tree, (&outside, &normal), (x, &own.shift)) < 1
+        let (x, size) = (self.motion.x, master.sizes[p.face as usize]);
+        if p.gap >= -BAND * size {
+            return false;
+        }
+        let (normal, patch) = (master.node_normal(node, x), Patch::new(&master.faces[p.face as usize], x));
+        let inwards = patch.point(&[0.25; 4]) - patch.point(&p.weights);
+        let inwards = inwards.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+        let winds_around = |away: Vec3| {
+            let place = x[node as usize] + away * (NEAR * size);
+            winding_number(master, tree, (&place, &away), (x, &own.shift)) > 0
+        };
+        let is_entered = winds_around(normal + inwards * INWARDS)
+            || (normal.dot(&p.normal) < WELL_OPPOSED && winds_around(-p.normal));
+        !is_entered
     }
 
     /// How far node and face move against each other in the step [m].

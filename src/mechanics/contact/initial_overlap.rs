@@ -1,8 +1,9 @@
 //! Slave nodes that start inside the other body: found before a run, with place and depth.
 
+use super::Contact;
 use super::closest_point::Patch;
 use super::detection::Detector;
-use super::narrow_phase::{DEPTH, eval_proximity};
+use super::narrow_phase::eval_proximity;
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
@@ -25,21 +26,17 @@ pub struct Overlap {
 /// All slave nodes that are inside their master at the positions `x` [m], beyond rounding, by pair and node.
 ///
 /// Inside is told by the pseudo-normal at the closest point of the whole surface (Bærentzen & Aanæs 2005), at any depth;
-/// for self-contact only down to the depth that contact would hold.
-pub fn initial_overlaps(detector: &Detector, x: &[Vec3]) -> Vec<Overlap> {
-    let mut overlaps = Vec::new();
-    for (pair, (slave, master)) in detector.sides().enumerate() {
+/// in self-contact those are inside that detection holds. Positions that are not finite overlap nothing.
+pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
+    let mut overlaps = overlaps_with_itself(detector, x);
+    for (pair, (slave, master)) in detector.sides().enumerate().filter(|(_, (s, m))| *m != Some(*s)) {
         for &node in &detector.skin(slave).nodes {
             let place = x[node as usize];
             let (depth, size) = match (detector.plane(pair), master) {
                 (Some((point, normal, size)), _) => (-normal.dot(&(place - point)), size),
                 (None, Some(master)) => {
                     let skin = detector.skin(master);
-                    let allowed = |face: u32| !detector.excludes(pair, node, face);
-                    let Some((gap, size)) = signed_gap(skin, &place, allowed, x) else { continue };
-                    if slave == master && gap < -DEPTH * size {
-                        continue;
-                    }
+                    let Some((gap, size)) = signed_gap(skin, &place, x) else { continue };
                     (-gap, size)
                 }
                 (None, None) => continue,
@@ -49,17 +46,37 @@ pub fn initial_overlaps(detector: &Detector, x: &[Vec3]) -> Vec<Overlap> {
             }
         }
     }
+    overlaps.sort_by_key(|overlap| (overlap.pair, overlap.node));
     overlaps
 }
 
+fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
+    let of_itself: Vec<bool> = detector.sides().map(|(slave, master)| master == Some(slave)).collect();
+    let mut contacts = Vec::new();
+    // Broken positions are reported with the numbers that they come from.
+    let found = of_itself.contains(&true)
+        && detector.detect(x, x, &vec![Vec3::zeros(); of_itself.len()], &mut contacts).is_ok();
+    let is_inside = |contact: &&Contact| {
+        let (pair, face) = (contact.pair as usize, contact.face as usize);
+        of_itself[pair] && -contact.gap > TOLERANCE * detector.slave_skin(pair).sizes[face]
+    };
+    let overlap = |contact: &Contact| Overlap {
+        pair: contact.pair as usize,
+        node: contact.slave,
+        place: contact.point,
+        depth: -contact.gap,
+    };
+    if found { contacts.iter().filter(is_inside).map(overlap).collect() } else { Vec::new() }
+}
+
 /// Signed distance of a point from the closest face that speaks for it, with that face's size.
-fn signed_gap(skin: &Skin, s: &Vec3, allowed: impl Fn(u32) -> bool, x: &[Vec3]) -> Option<(f64, f64)> {
+fn signed_gap(skin: &Skin, s: &Vec3, x: &[Vec3]) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64, f64)> = None;
     for (i, face) in skin.faces.iter().enumerate() {
         let patch = Patch::new(face, x);
         let centre = patch.corners.iter().sum::<Vec3>() * 0.25;
         let radius = patch.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
-        if best.is_some_and(|(distance, ..)| (s - centre).norm() - radius > distance) || !allowed(i as u32) {
+        if best.is_some_and(|(distance, ..)| (s - centre).norm() - radius > distance) {
             continue;
         }
         if let Some(p) = eval_proximity(skin, i as u32, s, x)
@@ -109,7 +126,7 @@ mod tests {
                 },
             ];
             let detector = Detector::new(&[below, above], &pairs, &x);
-            let found = initial_overlaps(&detector, &x);
+            let found = initial_overlaps(&mut detector, &x);
             // The upper cube is 0.1 high: sunk by 0.4 all its nodes are inside.
             let lowest: Vec<f64> =
                 found.iter().filter(|o| o.node < 12).map(|o| (o.depth * 1e9).round() / 1e9).collect();

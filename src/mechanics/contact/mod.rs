@@ -34,7 +34,7 @@ pub mod solvers;
 pub mod stencil;
 pub mod step_problem;
 pub mod time_of_impact;
-mod winding;
+pub mod winding;
 
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;

@@ -3,9 +3,27 @@
 //! Along a ray from the point each way out counts 1 and each way in −1. Faces are two triangles, seen along an axis of space; an
 //! edge is on one side of the ray or the other by the same arithmetic for both of its triangles, so none is counted twice or missed.
 
+use super::Surface;
 use super::broad_phase::FaceTree;
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
+
+/// How far from a node along its normal is outside of its own surroundings, in shares of the mean face size.
+const BESIDE: f64 = 1e-6;
+
+/// Nodes of a closed surface that lie inside what it encloses at positions `x` [m] of all nodes, with the surface's normals there:
+/// the surface winds around the place just outside of them.
+pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
+    let skin = Skin::new(surface, x);
+    let (tree, beside) = (FaceTree::new(&skin, x), BESIDE * skin.mean_size());
+    let inside = |&node: &u32| {
+        let normal = skin.node_normal(node, x);
+        let place = x[node as usize] + normal * beside;
+        let count = winding_number(&skin, &tree, (&place, &normal), (x, &Vec3::zeros()));
+        (count > 0).then_some((node, normal))
+    };
+    surface.nodes.iter().filter_map(inside).collect()
+}
 
 /// Of the surface of `tree` around `point` [m], at positions `x` [m] that are `shift` [m] from those of the tree, within its
 /// slack. The ray is the axis nearest to `towards`.

@@ -104,5 +104,19 @@ fn what_does_not_fly_straight_may_be_anywhere() {
     let spinning = BodyMotion { straight: false, ..cube([0.0; 3], [0.0; 3]) };
     let far = cube([1e3, 0.0, 0.0], [0.0; 3]);
     assert_eq!(left_out(&[spinning, far.clone()], &[(0, Other::Body(1))], 1e-6), [false]);
-    assert_eq!(left_out(&[far], &[(0, Other::Body(0))], 1e-6), [false], "self-contact is not judged");
+}
+
+#[test]
+fn a_body_that_nothing_deforms_does_not_meet_itself() {
+    let itself = (0, Other::Body(0));
+    let flying = cube([0.0; 3], [3.0, 0.0, 0.0]);
+    assert_eq!(left_out(&[flying.clone()], &[itself], 1.0), [true]);
+    let spinning = BodyMotion { straight: false, ..flying.clone() };
+    assert_eq!(left_out(&[spinning], &[itself], 1.0), [false]);
+    // That it may fold deflects nobody else, …
+    let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
+    assert_eq!(left_out(&[flying.clone(), far], &[itself, (0, Other::Body(1))], 1.0), [true; 2]);
+    // … but what may be hit may fold.
+    let near = cube([1.5, 0.0, 0.0], [0.0; 3]);
+    assert_eq!(left_out(&[flying, near], &[itself, (0, Other::Body(1))], 1.0), [false; 2]);
 }

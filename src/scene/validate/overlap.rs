@@ -9,7 +9,7 @@ use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surfac
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{skin, skin_nodes};
-use crate::scene::document::{ContactPairs, SceneDocument};
+use crate::scene::document::{ContactPairs, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::{RigidSceneBody, SceneBody};
 
@@ -45,8 +45,8 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
         asked_of.extend(std::iter::repeat_n(i, found.len()));
         pairs.extend(found);
     }
-    let detector = Detector::new(&start.surfaces, &pairs, &start.x);
-    let overlaps = initial_overlaps(&detector, &start.x);
+    let mut detector = Detector::new(&start.surfaces, &pairs, &start.x);
+    let overlaps = initial_overlaps(&mut detector, &start.x);
     for (i, sides) in asked.iter().enumerate() {
         let of_pair: Vec<&Overlap> = overlaps.iter().filter(|o| asked_of[o.pair] == i).collect();
         if let Some(deepest) = of_pair.iter().max_by(|a, b| a.depth.total_cmp(&b.depth)) {
@@ -216,7 +216,13 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
         ContactPairs::All(_) => {
             let between = (0..count).flat_map(|a| (a + 1..count).map(move |b| Sides::Bodies(a, b)));
             let onto = (0..count).flat_map(|a| (0..document.planes.len()).map(move |p| Sides::Plane(a, p)));
-            between.chain(onto).collect()
+            // What a generator makes does not overlap itself.
+            let may_be_folded = |body: &usize| {
+                let body = &document.bodies[*body];
+                body.initial_deformation.is_some() || !matches!(body.mesh, Some(MeshDocument::Generator(_)))
+            };
+            let itself = document.bodies_that_meet_themselves().filter(may_be_folded);
+            between.chain(onto).chain(itself.map(|body| Sides::Bodies(body, body))).collect()
         }
         ContactPairs::List(list) => {
             let body = |name: &str| document.bodies.iter().position(|b| b.name == name);

@@ -23,7 +23,9 @@ fn scene() -> Scene {
             block("far", [1.0, 0.0, 0.0], &rubber, [0.0; 3])
         ],
         "planes": [{"name": "wall", "point_m": [2, 0, 0], "normal": [-1, 0, 0]}],
-        "contact": {"pairs": [{"between": ["striker", "tissue"]}, {"between": ["far", "wall"]}]},
+        "contact": {"pairs": [
+            {"between": ["striker", "tissue"]}, {"between": ["far", "wall"]}, {"between": ["striker", "striker"]}
+        ]},
         "record": {"fields": [], "field_times_s": []}
     });
     let bytes = serde_json::to_vec(&document).unwrap();

@@ -69,7 +69,7 @@ impl Recorder for Watch<'_> {
         self.scale = energy.turnover_j;
         self.deflection.accumulate(frame);
         if frame.is_field_time {
-            self.penetration.accumulate(frame);
+            self.penetration.accumulate(frame, |_| true);
         }
         if frame.reactions.iter().any(|r| r.impulse[0] > 0.0) {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);
