@@ -100,7 +100,11 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let is_refused = scene.document.contact.self_contact == SelfContact::None;
     let finds_itself = plan.bodies_that_meet_themselves().next().is_some()
         || plan.distant_pairs.iter().any(|pair| pair.of_itself);
-    add(deforms && is_refused, "self-contact", "the scene asks for none (`contact.self_contact`): a fold passes through itself");
+    add(
+        deforms && is_refused,
+        "self-contact",
+        "the scene asks for none (`contact.self_contact`): a fold passes through itself",
+    );
     add(
         deforms && !is_refused && !finds_itself,
         "self-contact",

@@ -97,8 +97,16 @@ pub(super) struct PairState {
 #[derive(Clone, Debug)]
 pub(super) enum Side {
     /// With what a surface leaves out against itself.
-    Surface { master: usize, tree: FaceTree, exclusions: Option<Exclusions> },
-    Plane { point: Vec3, frame: [Vec3; 3], size: f64 },
+    Surface {
+        master: usize,
+        tree: FaceTree,
+        exclusions: Option<Exclusions>,
+    },
+    Plane {
+        point: Vec3,
+        frame: [Vec3; 3],
+        size: f64,
+    },
 }
 
 /// How far the nodes of a surface have moved.
@@ -211,7 +219,8 @@ impl Detector {
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
         for (surface, skin) in self.skins.iter().enumerate() {
             // Another measure is for surfaces that may meet nothing but themselves.
-            let mut of_it = self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
+            let mut of_it =
+                self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
             if of_it.clone().next().is_some() && of_it.all(|pair| pair.own.is_some()) {
                 continue;
             }

@@ -88,8 +88,7 @@ impl Finder<'_> {
         let same_surface = std::ptr::eq(slave, master);
         let mut near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
         if near.is_some_and(|p| p.gap < 0.0 && self.is_behind_in_name_only((master, tree), node, &p)) {
-            let in_front =
-                |face: &u32| eval_proximity(master, *face, &s, x).is_some_and(|p| p.gap >= 0.0);
+            let in_front = |face: &u32| eval_proximity(master, *face, &s, x).is_some_and(|p| p.gap >= 0.0);
             near = choose_face(master, &faces.clone().filter(in_front), &s, || slave.node_normal(node, x), x);
         }
         if near.is_none()
