@@ -125,7 +125,7 @@ mod tests {
                     law: ContactLaw::Frictionless,
                 },
             ];
-            let detector = Detector::new(&[below, above], &pairs, &x);
+            let mut detector = Detector::new(&[below, above], &pairs, &x);
             let found = initial_overlaps(&mut detector, &x);
             // The upper cube is 0.1 high: sunk by 0.4 all its nodes are inside.
             let lowest: Vec<f64> =
