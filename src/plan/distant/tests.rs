@@ -110,7 +110,7 @@ fn what_does_not_fly_straight_may_be_anywhere() {
 fn a_body_that_nothing_deforms_does_not_meet_itself() {
     let itself = (0, Other::Body(0));
     let flying = cube([0.0; 3], [3.0, 0.0, 0.0]);
-    assert_eq!(left_out(&[flying.clone()], &[itself], 1.0), [true]);
+    assert_eq!(left_out(std::slice::from_ref(&flying), &[itself], 1.0), [true]);
     let spinning = BodyMotion { straight: false, ..flying.clone() };
     assert_eq!(left_out(&[spinning], &[itself], 1.0), [false]);
     // That it may fold deflects nobody else, …
