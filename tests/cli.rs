@@ -263,7 +263,7 @@ fn unknown_things_to_keep_are_answered_with_those_that_there_are() {
     for command in [&["plan"][..], &["validate"], &["run"], &["study", "leave-out"]] {
         let output = run(&[command, &[path.to_str().unwrap(), "--keep", "history"]].concat());
         assert_eq!(output.status.code(), Some(2));
-        for name in contuse::scene::document::Keep::ALL.map(|keep| keep.name()) {
+        for name in contuse::scene::document::Keep::ALL.map(contuse::scene::document::Keep::name) {
             assert!(text(&output.stderr).contains(name), "{}", text(&output.stderr));
         }
     }
