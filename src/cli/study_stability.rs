@@ -1,7 +1,7 @@
 //! `contuse study stability`: the matrix of stiff and extreme cases, or that of ordinary impacts.
 
 use super::picture::PictureArgs;
-use super::run::watch_for_ctrl_c;
+use super::run::{available_threads, watch_for_ctrl_c};
 use super::{CliError, Exit, write_json};
 use crate::step::Interrupt;
 use crate::study::stability::{
@@ -14,6 +14,9 @@ use std::sync::atomic::Ordering;
 
 /// Steps of the implicit scheme over the explicit one where none are asked for.
 const USUAL_RATIOS: [u32; 4] = [1, 10, 100, 1000];
+
+/// Depth over the size of a face below which contact has held.
+const TIGHT: f64 = 0.02;
 
 /// Arguments of `contuse study stability`.
 #[derive(Args, Debug)]
@@ -31,6 +34,9 @@ pub struct StabilityArgs {
     /// but the first.
     #[arg(long, value_delimiter = ',')]
     pub implicit: Option<Vec<u32>>,
+    /// Cells side by side; by default one a core.
+    #[arg(long)]
+    pub threads: Option<usize>,
     /// Answer as JSON.
     #[arg(long)]
     pub json: bool,
@@ -52,6 +58,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     let study = study_stability(
         &cases,
         &steppings,
+        args.threads.unwrap_or_else(available_threads),
         &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),
         &mut |cell| {
             if io::stderr().is_terminal() {
@@ -80,17 +87,25 @@ fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) 
         let missing = asked - study.cells.len();
         let _ = writeln!(
             text,
-            "STOPPED ({why}): the last cell is incomplete, and {missing} of {asked} cells are missing.\n"
+            "STOPPED ({why}): cells that ran are incomplete, and {missing} of {asked} cells are missing.\n"
         );
     }
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "{} cells; of {} that could happen {} finish within their gates ({:.0} %); {} without a diagnosis\n\n",
+        "{} cells; of {} that could happen {} finish within their gates ({:.1} %); {} without a diagnosis",
         study.cells.len(),
         study.physical,
         study.physical_finished,
         100.0 * study.physical_finished as f64 / study.physical.max(1) as f64,
         study.wrong
+    );
+    let finished = || study.cells.iter().filter(|cell| cell.verdict == Verdict::Finished);
+    let tight = finished().filter(|cell| cell.face_penetration < TIGHT).count();
+    let _ = writeln!(
+        text,
+        "{tight} of the {} that finished are never deeper in each other than {:.0} % of a face\n",
+        finished().count(),
+        100.0 * TIGHT
     );
     text += &table(&study.cells);
     text += "\n## What did not finish\n\n";
@@ -166,7 +181,7 @@ mod tests {
         let cases = cases(true);
         let steppings = Stepping::with_implicit(&[]);
         let stop = || Some(Interrupt::Cancel);
-        let study = study_stability(&cases, &steppings, &stop, &mut |_| {});
+        let study = study_stability(&cases, &steppings, 1, &stop, &mut |_| {});
         let text = markdown(&study, cases.len() * steppings.len(), table_of_cells);
         let missing = format!("{} of {} cells are missing", cases.len() - 1, cases.len());
         assert!(text.starts_with("STOPPED (cancelled)") && text.contains(&missing), "{text}");

@@ -306,15 +306,15 @@ impl SelfContact {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactDiscretisation {
-    /// Each slave node against the closest face of the master.
+    /// Each slave node against the closest face of the master; nodes of the master in slave faces beyond 1 % of a face; sharp edges
+    /// against each other: nothing slips between the nodes of either side.
     #[default]
+    TwoPass,
+    /// Each slave node against the closest face of the master, and nothing else.
     NodeToSurface,
     /// Means over the slave's faces with dual shape functions. Faces that are not wholly above the master, and self-contact, keep
     /// nodes against faces.
     Mortar,
-    /// As `node_to_surface`; besides, nodes of the master are kept out of the slave's faces beyond 1 % of a face, and sharp edges out
-    /// of each other: nothing slips between the slave's nodes.
-    TwoPass,
 }
 
 impl ContactDiscretisation {

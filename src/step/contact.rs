@@ -208,10 +208,11 @@ impl<'p> ContactStep<'p> {
         if residual <= LARGEST_RESIDUAL && of_free > LARGEST_OF_FREE {
             // Where there is no solution, reactions grow until they hide what is missed.
             let message = format!(
-                "No reactions of the {} contacts stop what they must: {of_free:.2e} of the velocities is left (limit                  {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot give way, or jammed by friction.",
+                "No reactions of the {} contacts stop what they must: {of_free:.2e} of the velocities is left (limit \
+                 {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot give way, or jammed by friction.",
                 self.contacts.len()
             );
-            return Err((FailureCause::ContactNotConverged, message));
+            return Err((FailureCause::ContactJammed, message));
         }
         if residual <= LARGEST_RESIDUAL {
             // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to

@@ -11,7 +11,7 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause, Stop, ellipticity, fastest_stretched, place_element};
+use super::failure::{Failure, FailureCause, Stop, lost_ellipticity, fastest_stretched, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
@@ -348,13 +348,15 @@ impl ExplicitStepper<'_> {
             return Ok(());
         }
         let element = element();
+        let softened = element.and_then(|e| lost_ellipticity(self.plan, &state.u, e));
+        let cause = softened.as_ref().map_or(FailureCause::StepCollapsed, |_| FailureCause::EllipticityLost);
         let message = format!(
             "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
              crushed or stretched without bound.{}",
-            element.map_or_else(String::new, |e| ellipticity(self.plan, &state.u, e))
+            softened.unwrap_or_default()
         );
         let element = element.map(|e| place_element(self.plan, state, e));
-        Err(Failure { element, ..Failure::new(state, FailureCause::StepCollapsed, message) })
+        Err(Failure { element, ..Failure::new(state, cause, message) })
     }
 
     /// f_int, the sum of the element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean

@@ -16,12 +16,16 @@ pub enum FailureCause {
     ElementInverted,
     /// The stable step fell below what can finish.
     StepCollapsed,
+    /// The same where the law of the material softens: waves of some direction have no real speed there.
+    EllipticityLost,
     /// The step is longer than a rigid body's rotation allows.
     StepTooLong,
     /// A fibre was stretched beyond what its exponential can represent.
     FibreOverstretched,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
+    /// No reactions can stop what contact must stop: bodies are squeezed or wedged between parts that cannot give way.
+    ContactJammed,
     /// An implicit step did not converge, however short it was.
     NewtonNotConverged,
     /// Without mass: nothing balances what pushes a body.
@@ -91,14 +95,21 @@ impl FailureCause {
                 "Look at the named place for an element that is crushed or a fibre that stiffens; lower the speed, or try implicit \
                  steps (`integrator.kind`)."
             }
+            Self::EllipticityLost => {
+                "Lower the speed, or give the named part a law or parameters that were fitted at such stretches: no mesh and no step \
+                 makes this one go on."
+            }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
                 "Lower the fibre exponent k2, or take parameters fitted at this stretch."
             }
             Self::ContactNotConverged => {
-                "Look for bodies that are squeezed between parts that cannot give way (prescribed, fixed, planes); else raise \
-                 `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies that \
-                 touch over many redundant nodes."
+                "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies \
+                 that touch over many redundant nodes."
+            }
+            Self::ContactJammed => {
+                "Look for bodies that are squeezed between parts that cannot give way (prescribed, fixed, planes), and move these \
+                 apart; if friction wedges them, lower it."
             }
             Self::NewtonNotConverged => {
                 "Lower `integrator.step_s` (a fifth is a good trial), raise `integrator.theta` to 0.6, or refine the mesh at the \
@@ -160,17 +171,17 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 
-/// What the material of an element says where the step has collapsed: whether waves of every direction still have a real speed there.
-pub(super) fn ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> String {
+/// Whether the material of an element, where the step has collapsed, has waves of a real speed in every direction, in words if not.
+pub(super) fn lost_ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> Option<String> {
     let slot = |block: &ElementBlock| block.elements.iter().position(|e| *e == element);
     let found = plan.blocks.iter().find_map(|block| slot(block).map(|slot| (block, slot)));
-    match found.and_then(|(block, slot)| block.least_acoustic_eigenvalue(slot, u)) {
-        Some(least) if least < 0.0 => format!(
+    let least = found.and_then(|(block, slot)| block.least_acoustic_eigenvalue(slot, u))?;
+    (least < 0.0).then(|| {
+        format!(
             " The material of the element has lost ellipticity (least eigenvalue of its acoustic tensor {least:.3e} Pa): there its law \
              softens, and the deformation localises."
-        ),
-        _ => String::new(),
-    }
+        )
+    })
 }
 
 /// An element in the words of the user.

@@ -195,6 +195,6 @@ fn what_has_no_room_ends_the_run_with_a_diagnosis() {
         let plan = plan(&scene);
         let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| {});
         let Ending::Failed { failure } = &outcome.ending else { panic!("{solver:?}: {outcome:#?}") };
-        assert_eq!(failure.cause, FailureCause::ContactNotConverged, "{solver:?}: {failure}");
+        assert_eq!(failure.cause, FailureCause::ContactJammed, "{solver:?}: {failure}");
     }
 }

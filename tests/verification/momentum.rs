@@ -4,7 +4,7 @@ use crate::rig::{assert_at_most, assert_order, plan, run};
 use contuse::mechanics::tensor::Vec3;
 use serde_json::{Value, json};
 
-fn scene(step: f64) -> Value {
+fn scene(step: f64, discretisation: &str) -> Value {
     let ball = |name: &str, center: [f64; 3], velocity: [f64; 3], spin: [f64; 3], through: u32, c10: f64| {
         json!({
             "name": name,
@@ -25,7 +25,7 @@ fn scene(step: f64) -> Value {
             ball("hard", [0.0, 0.0, 0.0], [8.0, 1.0, 0.0], [0.0, 0.0, 300.0], 3, 1e6),
             ball("soft", [0.0302, 0.006, 0.004], [-6.0, 0.0, 2.0], [200.0, 0.0, 0.0], 2, 3e5)
         ],
-        "contact": {"friction": 0.3},
+        "contact": {"friction": 0.3, "discretisation": discretisation},
         "integrator": {"kind": "explicit", "max_step_s": step},
         "record": {"fields": [], "field_times_s": []}
     })
@@ -43,8 +43,8 @@ struct Errors {
     projection: f64,
 }
 
-fn look(step: f64) -> Errors {
-    let plan = plan(&scene(step));
+fn look(step: f64, discretisation: &str) -> Errors {
+    let plan = plan(&scene(step, discretisation));
     let mut errors = Errors::default();
     let mut start = None;
     let (outcome, _) = run(&plan, |frame| {
@@ -71,21 +71,34 @@ fn look(step: f64) -> Errors {
     errors
 }
 
+fn check(errors: &Errors) {
+    // Reactions come in pairs.
+    assert_at_most(errors.linear, 1e-14, "relative change of the momentum");
+    // The scheme's own error, second order.
+    assert_at_most(errors.balance, 1e-5, "error of the energy balance");
+    errors.bodies.iter().for_each(|e| assert_at_most(*e, 1e-5, "error of the energy of a body"));
+    // The scene shows something: much work, and friction; and the projection is a trifle.
+    assert!(errors.work > 0.3 && errors.friction > 0.03, "{errors:?}");
+    assert!(errors.projection < 3e-4, "{errors:?}");
+}
+
+/// Where a node of the master is in a face of the slave by 1 % of its size, friction acts on either side of that: with two
+/// passes that share of its moment is missing, however short the step.
+#[test]
+fn two_passes_keep_angular_momentum_to_a_share_of_a_face() {
+    let errors = look(4e-6, "two_pass");
+    assert_at_most(errors.angular, 2e-5, "relative change of the angular momentum");
+    check(&errors);
+}
+
 #[test]
 fn momenta_are_kept_and_each_body_gains_what_the_reactions_do_on_it() {
-    let [coarse, fine] = [4e-6, 1e-6].map(look);
+    let [coarse, fine] = [4e-6, 1e-6].map(|step| look(step, "node_to_surface"));
     // Half of an order a halving is lost at most to where nodes change faces.
     for errors in [&coarse, &fine] {
-        // Reactions come in pairs.
-        assert_at_most(errors.linear, 1e-14, "relative change of the momentum");
-        // That they do not act in one point, but a gap apart, moves angular momentum by O(h).
+        // That reactions do not act in one point, but a gap apart, moves angular momentum by O(h).
         assert_at_most(errors.angular, 3e-6, "relative change of the angular momentum");
-        // The scheme's own error, second order.
-        assert_at_most(errors.balance, 1e-5, "error of the energy balance");
-        errors.bodies.iter().for_each(|e| assert_at_most(*e, 1e-5, "error of the energy of a body"));
-        // The scene shows something: much work, and friction; and the projection is a trifle.
-        assert!(errors.work > 0.3 && errors.friction > 0.03, "{errors:?}");
-        assert!(errors.projection < 3e-4, "{errors:?}");
+        check(errors);
     }
     // From 4 to 1 µs: the middle of two halvings.
     let halvings = |coarse: f64, fine: f64| [coarse, (coarse * fine).sqrt(), fine];

@@ -4,7 +4,7 @@ use contuse::study::stability::{Stepping, Verdict, cases, ordinary_impacts, stud
 
 #[test]
 fn ordinary_impacts_run_to_the_end_of_contact() {
-    let study = study_stability(&ordinary_impacts(true), &[Stepping::Explicit], &|| None, &mut |_| {});
+    let study = study_stability(&ordinary_impacts(true), &[Stepping::Explicit], 2, &|| None, &mut |_| {});
     for cell in &study.cells {
         let name = format!("{}, {}", cell.axis, cell.value);
         assert_eq!(cell.verdict, Verdict::Finished, "{name}: {cell:?}");
@@ -16,7 +16,7 @@ fn ordinary_impacts_run_to_the_end_of_contact() {
 #[test]
 fn short_matrix_has_no_undiagnosed_cell() {
     let steppings = [Stepping::Explicit, Stepping::Implicit { step_ratio: 10 }];
-    let study = study_stability(&cases(true), &steppings, &|| None, &mut |_| {});
+    let study = study_stability(&cases(true), &steppings, 2, &|| None, &mut |_| {});
     assert_eq!(study.wrong, 0);
     // Nine tenths of what could happen finishes.
     assert!(

@@ -21,6 +21,10 @@ const INERTIA_WARNING: f64 = 0.01;
 const LAW_GATE: &str = "laws_within_limits";
 /// Depth inside another body over the size of a face above which there is a warning [-].
 const PENETRATION_WARNING: f64 = 0.02;
+/// The same above which the numbers are withheld [-].
+const PENETRATION_LIMIT: f64 = 0.1;
+/// Volume that two bodies share over that of the smaller one above which the numbers are withheld [-].
+const OVERLAP_LIMIT: f64 = 0.01;
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
 /// A force window of fewer steps than this is told to the user.
@@ -90,6 +94,18 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             "difference of the absorbed energy from the tissue's state and from the work of the reactions",
             numerics.absorbed_energy_disagreement,
             limit,
+        ),
+        gate(
+            "penetration_within_limit",
+            "deepest penetration over the size of a face",
+            numerics.deepest_penetration_share,
+            PENETRATION_LIMIT,
+        ),
+        gate(
+            "overlap_within_limit",
+            "volume that two bodies share over that of the smaller one",
+            numerics.overlapped_volume_share,
+            OVERLAP_LIMIT,
         ),
         gate(LAW_GATE, "largest deformation over the limit of its law", numerics.law_excess, 1.0),
     ]

@@ -17,6 +17,9 @@ use crate::mechanics::tensor::Vec3;
 /// How deep a master node may lie inside the slave, in shares of the size of the slave's face.
 pub const ALLOWED: f64 = 0.01;
 
+/// Weight of a node above which a place on a face is at that node.
+const AT_NODE: f64 = 0.999;
+
 /// Finds these contacts.
 pub struct Guard {
     /// Of the pairs with slave and master exchanged.
@@ -74,6 +77,9 @@ impl Guard {
             return Ok(());
         }
         let before = contacts.len();
+        let is_held = |pair: u32, slave: u32, contacts: &[Contact]| {
+            contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
+        };
         self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
         for found in &self.found {
             let pair = self.pairs[found.pair as usize];
@@ -82,9 +88,12 @@ impl Guard {
             let gap = found.gap + ALLOWED * face_size.unwrap_or(0.0);
             let change = |(node, w): (u32, f64)| (x_end[node as usize] - x[node as usize]) * w;
             let closing = found.frame[0].dot(&found.stencil.each().map(change).sum::<Vec3>());
-            if gap.min(gap + closing) <= 0.0 {
-                contacts.extend(exchanged_contact(found, pair, gap, &drifts[pair as usize]));
+            if gap.min(gap + closing) > 0.0 {
+                continue;
             }
+            // At a slave node that has a contact itself this one would only repeat it.
+            let new = exchanged_contact(found, pair, gap, &drifts[pair as usize]);
+            contacts.extend(new.filter(|new| !(is_at_node(found) && is_held(pair, new.slave, contacts))));
         }
         self.edges.detect(&self.reversed, (x, x_end), drifts, contacts);
         if contacts.len() > before {
@@ -92,6 +101,11 @@ impl Guard {
         }
         Ok(())
     }
+}
+
+/// Whether the place on the slave's face is one of its nodes.
+fn is_at_node(found: &Contact) -> bool {
+    found.stencil.master().any(|(_, w)| -w > AT_NODE)
 }
 
 /// The contact as one of the pair: the nodes of the face are its slave side. `None` for a face without weights.

@@ -111,13 +111,13 @@ impl ContactLaw {
 /// How the contact of two meshes is made discrete.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Discretisation {
-    /// Each slave node against the face closest to it.
+    /// Each slave node against the face closest to it, with [`guard`] besides.
     #[default]
+    TwoPass,
+    /// Each slave node against the face closest to it.
     NodeToSurface,
     /// Means over the slave's faces with dual shape functions; not for self-contact.
     Mortar,
-    /// As `NodeToSurface`, with [`guard`] besides.
-    TwoPass,
 }
 
 /// How the gap of a contact follows the positions within a step.

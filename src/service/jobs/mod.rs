@@ -134,8 +134,12 @@ pub enum JobFailureCause {
     ElementInverted,
     /// The stable step fell below what can finish.
     StepCollapsed,
+    /// The same where the law of the material softens.
+    EllipticityLost,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
+    /// No reactions can stop what contact must stop.
+    ContactJammed,
     /// An implicit step did not converge however short it was.
     NewtonNotConverged,
     /// Without mass: nothing balances what pushes a body.

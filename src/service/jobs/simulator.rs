@@ -392,6 +392,8 @@ impl From<Failure> for JobFailure {
         let cause = match failure.cause {
             FailureCause::ElementInverted => JobFailureCause::ElementInverted,
             FailureCause::StepCollapsed => JobFailureCause::StepCollapsed,
+            FailureCause::EllipticityLost => JobFailureCause::EllipticityLost,
+            FailureCause::ContactJammed => JobFailureCause::ContactJammed,
             FailureCause::StepTooLong => JobFailureCause::StepTooLong,
             FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
             FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,

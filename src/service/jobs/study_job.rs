@@ -278,7 +278,7 @@ pub(super) fn run(
             let cases = cases(short);
             let steppings = Stepping::with_implicit(&implicit);
             let (mut done, count) = (0, cases.len() * steppings.len());
-            let study = study_stability(&cases, &steppings, &interrupt, &mut |_| {
+            let study = study_stability(&cases, &steppings, order.threads, &interrupt, &mut |_| {
                 done += 1;
                 tell(done, count);
             });

@@ -16,7 +16,8 @@ use crate::scene::{Budget, NoFiles, load};
 use crate::step::{Ending, Interrupt, RunOptions, run};
 use serde::Serialize;
 use serde_json::{Value, json};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 use watch::Watch;
 
@@ -130,34 +131,54 @@ pub struct StabilityStudy {
     pub stopped: Option<String>,
 }
 
-/// Runs each case with each stepping.
+/// Runs each case with each stepping, so many cases side by side; the cells are in the order of the cases.
 pub fn study_stability(
     cases: &[Case],
     steppings: &[Stepping],
+    threads: usize,
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
     progress: &mut dyn FnMut(&Cell),
 ) -> StabilityStudy {
-    let (mut cells, mut stopped) = (Vec::new(), None);
-    'cases: for case in cases {
-        let explicit = compiled(&case.document);
-        for stepping in steppings {
-            let cell = eval_cell(case, explicit.as_ref(), *stepping, interrupt);
-            progress(&cell);
-            stopped = Some(cell.ending.clone()).filter(|ending| is_stop(ending));
-            cells.push(cell);
-            if stopped.is_some() {
-                break 'cases;
+    let (next, is_stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let run_cases = &|ended: Sender<(usize, Cell)>| {
+        while let (index, Some(case)) = take_next(&next, cases) {
+            let explicit = compiled(&case.document);
+            for stepping in steppings {
+                if is_stopped.load(Ordering::Relaxed) {
+                    return;
+                }
+                let cell = eval_cell(case, explicit.as_ref(), *stepping, interrupt);
+                is_stopped.fetch_or(is_stop(&cell.ending), Ordering::Relaxed);
+                if ended.send((index, cell)).is_err() {
+                    return;
+                }
             }
         }
-    }
+    };
+    let mut done: Vec<(usize, Cell)> = Vec::new();
+    std::thread::scope(|scope| {
+        let (sender, ended) = channel();
+        for sender in vec![sender; threads.max(1)] {
+            scope.spawn(move || run_cases(sender));
+        }
+        done.extend(ended.into_iter().inspect(|(_, cell)| progress(cell)));
+    });
+    done.sort_by_key(|(index, _)| *index);
+    let cells: Vec<Cell> = done.into_iter().map(|(_, cell)| cell).collect();
     let physical = cells.iter().filter(|c| c.is_physical);
     StabilityStudy {
         physical: physical.clone().count(),
         physical_finished: physical.filter(|c| c.verdict == Verdict::Finished).count(),
         wrong: cells.iter().filter(|c| c.verdict == Verdict::Wrong).count(),
+        stopped: cells.iter().map(|c| &c.ending).find(|ending| is_stop(ending)).cloned(),
         cells,
-        stopped,
     }
+}
+
+/// The case whose turn it is, with its number.
+fn take_next<'a>(next: &AtomicUsize, cases: &'a [Case]) -> (usize, Option<&'a Case>) {
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    (index, cases.get(index))
 }
 
 /// `explicit`: what the case is compiled to with explicit steps.
