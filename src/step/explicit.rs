@@ -27,6 +27,9 @@ use crate::plan::{ContactPlan, Explicit, Plan};
 
 /// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
 const LARGEST_GROWTH: f64 = 1.1;
+/// Share of the largest strain increment that is left to the step in which a pair touches for the first time: bulk viscosity, and the
+/// bound that it puts on the step, know a rate of strain only afterwards.
+const FIRST_TOUCH: f64 = 0.2;
 /// A step this much smaller than the stable step at the start is a collapse.
 const COLLAPSE: f64 = 1e-6;
 
@@ -115,7 +118,6 @@ impl Stepper for ExplicitStepper<'_> {
         // A step that was cut to hit a time says nothing of the elements, nor does the growth from it.
         self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
-        let strain_limit = self.options.largest_strain_increment;
         loop {
             // Equal steps to the time that must be hit; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
@@ -123,6 +125,8 @@ impl Stepper for ExplicitStepper<'_> {
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.wake();
+            let share = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
+            let strain_limit = share * self.options.largest_strain_increment;
             let rate = self.forces.largest_stretch_rate(
                 &self.threads,
                 &self.plan.blocks,
@@ -253,6 +257,8 @@ impl ExplicitStepper<'_> {
             state,
             v_after: &self.v_after,
             mean_step: self.mean_step(state),
+            step_change: self.step - state.last_step,
+            f_int: &self.f_int,
             contacts,
             reactions,
             is_static: false,
@@ -410,6 +416,13 @@ impl ExplicitStepper<'_> {
             touched,
             prescribed,
         );
+    }
+
+    /// Whether a pair has reactions in this step that never had any.
+    fn touches_anew(&self, state: &State) -> bool {
+        let (contacts, reactions) = self.contacts();
+        let is_new = |pair: u32| state.ledger.pairs[pair as usize].impulse_n_s == [0.0; 3];
+        contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && is_new(c.pair))
     }
 
     fn solve_contact(&mut self, state: &State, phase: Phase) -> Result<(), Failure> {

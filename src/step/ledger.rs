@@ -4,6 +4,10 @@
 //! without contact is conserved exactly. Work of the forces that act at t_n (contact, gravity) is `h̄ fᵀ ½(v₋ + v₊)`: the
 //! part with v₋ belongs to the time before t_n, the part with v₊ to the time after. So at t_n half of it is counted.
 //!
+//! Where the steps before and after t_n differ, forces act over h̄ = ½(h₋ + h₊), but strain energy is the work of internal ones over h₋ and
+//! h₊. The difference at t_n, `¼ (h₊ − h₋) f_intᵀ ½(v₋ + v₊)`, is counted with the kinetic energy: what is left of a change of the step is
+//! of second order, the change of the energy that equal steps conserve.
+//!
 //! Between the energy at t_0, `½ v_0ᵀ M v_0 + U_0`, and the sum that is conserved from t_1 on lies what the first half step
 //! leaves, `½ h̄ f_intᵀ (v_½ − v_0)`: nothing for bodies that start without strain, second order in the step for others. It
 //! is no error of the motion, which starts at the right place with the right velocity, but of measuring at t_n what lives at
@@ -166,6 +170,10 @@ pub(super) struct StepWork<'a> {
     pub v_after: &'a [Vec3],
     /// h̄ [s].
     pub mean_step: f64,
+    /// h₊ − h₋ [s]; 0 where velocities are known at t_n itself.
+    pub step_change: f64,
+    /// Internal forces at t_n [N], nodes × 3; not looked at where the step does not change.
+    pub f_int: &'a [Vec3],
     pub contacts: &'a [Contact],
     pub reactions: &'a [Reaction],
     /// Whether this is a load step without mass: what the end's reactions do on the way to it is no loss of contact.
@@ -189,7 +197,7 @@ pub(super) struct StepWork<'a> {
 impl StepWork<'_> {
     /// As seen before anything has been done: with the velocities at the start on both sides of it.
     pub fn at_the_start(&self) -> Self {
-        Self { v_after: &self.state.v, ..*self }
+        Self { v_after: &self.state.v, step_change: 0.0, ..*self }
     }
 }
 

@@ -12,7 +12,7 @@ const NODES: u32 = 32 * Activity::NODES as u32;
 /// Sums over nodes, in the frame of their body's flight.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MotionSums {
-    /// `Σ m v₋·v₊` [kg m²/s²].
+    /// `Σ m v₋·v₊ + ¼ (h₊ − h₋) f_int·(v₋ + v₊)` [kg m²/s²]: twice the kinetic energy of [`super::ledger`].
     pub kinetic: f64,
     /// `Σ m ½(v₋ + v₊)` [kg m/s].
     pub momentum: Vec3,
@@ -71,10 +71,14 @@ impl Motion {
 fn sums(work: &StepWork, body: usize, nodes: Range<u32>) -> MotionSums {
     let flown = work.plan.bodies[body].flight_velocity * work.state.time.max(0.0);
     let mut sums = MotionSums::default();
+    let quarter = 0.25 * work.step_change;
     for node in work.activity.stepped(nodes) {
         let mass = work.plan.mass[node];
         let (before, after) = (&work.state.v[node], &work.v_after[node]);
         sums.kinetic += mass * before.dot(after);
+        if quarter != 0.0 {
+            sums.kinetic += quarter * work.f_int[node].dot(&(before + after));
+        }
         let p = (before + after) * (0.5 * mass);
         sums.momentum += p;
         sums.shift += work.state.u[node] * mass;

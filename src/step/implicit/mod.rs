@@ -159,6 +159,8 @@ impl<'p> ImplicitStepper<'p> {
             state,
             v_after,
             mean_step: self.step,
+            step_change: 0.0,
+            f_int: &[],
             contacts,
             reactions,
             is_static: self.options.statics.is_some(),
