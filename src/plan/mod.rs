@@ -310,9 +310,13 @@ impl ContactPlan {
         };
         self.pairs[..self.mesh_pairs].iter().map(of_pair).sum()
     }
-    /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points.
+    /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points, a face in one or two,
+    /// or in a few where it is one of few.
     pub fn most_rigid_contacts(&self) -> usize {
-        let of_pair = |pair: &ContactPair| self.surfaces[pair.slave].nodes.len().max(MOST_POINTS);
+        let of_pair = |pair: &ContactPair| {
+            let Surface { nodes, faces } = &self.surfaces[pair.slave];
+            nodes.len() + 2 * faces.len() + MOST_POINTS
+        };
         self.pairs[self.mesh_pairs..].iter().map(of_pair).sum()
     }
 }

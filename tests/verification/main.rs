@@ -40,6 +40,7 @@ mod quasi_static;
 mod record;
 mod rig;
 mod rigid_ball;
+mod rigid_between_nodes;
 mod rigid_on_mesh;
 mod rigid_rotation;
 mod rigid_spin;

@@ -23,6 +23,7 @@ mod narrow_phase;
 pub mod problem;
 pub mod projection;
 pub mod rigid_detection;
+mod rigid_faces;
 mod rigid_manifold;
 pub mod rigid_projection;
 mod segments;
@@ -127,7 +128,7 @@ pub enum Kind {
     Node,
     /// The mean over the faces around a slave node, with weights that stand: once a node and pair.
     Averaged,
-    /// Weights that stand, such as of two edges: the gap is `n · Σ w x`. A slave node may be in several.
+    /// Weights that stand, such as of two edges or of a face against a rigid body. A slave node may be in several.
     Fixed,
     /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`guard::ALLOWED`]): the gap is
     /// measured from there.

@@ -7,13 +7,14 @@
 //! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
 //! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move or turn
 //!   far against each other, at the time of their first impact, to which they are followed as nodes are.
-//! - Only nodes of a mesh are seen by a shape: **an edge or corner of a box that is smaller than a face of the mesh enters
-//!   between its nodes**. A finer mesh makes that smaller.
+//! - *Faces of a mesh between their nodes*, which a shape may enter by a small share of their size ([`super::rigid_faces`]).
 //!
 //! What is found depends on the places alone, never on the steps before.
 
+use super::closest_point::Patch;
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
+use super::rigid_faces::touches_of;
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::stencil::Stencil;
 use super::{Contact, ContactPair, Kind, Master, Surface};
@@ -51,11 +52,20 @@ pub struct RigidMotion<'a> {
 /// One side of a pair.
 #[derive(Clone, Debug)]
 enum Side {
-    /// Nodes of a mesh, with how near they are looked at [m].
-    Nodes(Vec<u32>, f64),
+    Mesh(MeshSide),
     Body(usize),
     /// A point, and n, t1, t2.
     Plane(Vec3, [Vec3; 3]),
+}
+
+/// The skin of a mesh.
+#[derive(Clone, Debug)]
+struct MeshSide {
+    surface: Surface,
+    /// Mean size of the faces at rest [m].
+    size: f64,
+    /// That of each, and which of its edges are looked at with it: each edge once.
+    faces: Vec<(f64, [bool; 4])>,
 }
 
 /// Finds the contacts of the pairs with a rigid side.
@@ -79,7 +89,7 @@ impl RigidDetector {
         let slave = |pair: &ContactPair| {
             let surface = &surfaces[pair.slave];
             let body = bodies.iter().position(|body| surface.nodes == [body.centre]);
-            body.map_or_else(|| Side::Nodes(surface.nodes.clone(), reach(mean_size(surface, x))), Side::Body)
+            body.map_or_else(|| Side::Mesh(MeshSide::new(surface, x)), Side::Body)
         };
         let of_pair = |(index, pair): (usize, &ContactPair)| {
             let master = match pair.master {
@@ -103,7 +113,19 @@ impl RigidDetector {
         &self.bodies
     }
 
-    /// Appends the contacts to `contacts`, sorted by (pair, slave); `drifts` as for the other pairs.
+    /// The length that a correction of a pair's contacts is small against [m]: the mean size of the faces of a mesh at rest, and no more
+    /// than the smallest thickness of a rigid body.
+    pub fn length(&self, pair: u32) -> f64 {
+        let of_side = |side: &Side| match side {
+            Side::Mesh(mesh) => mesh.size,
+            Side::Body(body) => self.bodies[*body].shape.size(),
+            Side::Plane(..) => f64::INFINITY,
+        };
+        let found = self.pairs.iter().find(|(index, ..)| *index == pair);
+        found.map_or(0.0, |(_, slave, master)| of_side(slave).min(of_side(master)))
+    }
+
+    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces; `drifts` as for the other pairs.
     ///
     /// # Errors
     /// [`DetectionError::BodyNotFinite`] where a body is nowhere; nothing is appended then.
@@ -120,8 +142,13 @@ impl RigidDetector {
         for (index, slave, master) in pairs.iter() {
             let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
             match (slave, master) {
-                (Side::Nodes(nodes, near), Side::Body(body)) => {
-                    contacts.extend(nodes.iter().filter_map(|&node| finder.node_on_body(node, *near, *body)));
+                (Side::Mesh(MeshSide { surface, size, faces }), Side::Body(body)) => {
+                    let near = reach(*size);
+                    let nodes = surface.nodes.iter();
+                    contacts.extend(nodes.filter_map(|&node| finder.node_on_body(node, near, *body)));
+                    for (index, (face, at_rest)) in surface.faces.iter().zip(faces).enumerate() {
+                        finder.face_on_body((index as u32, face), at_rest, *body, contacts);
+                    }
                 }
                 (Side::Body(body), Side::Plane(point, frame)) => {
                     finder.body_on_plane(*body, point, frame, contacts);
@@ -170,6 +197,42 @@ impl Finder<'_> {
             return Some(self.contact(node, Some(body), &(then * normal), gap, point));
         }
         (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
+    }
+
+    /// A face between its nodes: its number and nodes, its size at rest and the edges that are looked at with it.
+    fn face_on_body(
+        &self,
+        (index, face): (u32, &[u32; 4]),
+        &(size, owns): &(f64, [bool; 4]),
+        body: usize,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        let RigidBody { shape, centre, .. } = &self.bodies[body];
+        // Most faces are far away for the whole step.
+        let from = face.map(|node| self.motion.x[node as usize] - start.centre);
+        let to = face.map(|node| self.motion.x_end[node as usize] - end.centre);
+        let middle = (from[0] + from[2]) * 0.5;
+        let around = from.iter().map(|x| (x - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let moved =
+            from.iter().zip(&to).map(|(x, x_end)| (x_end - x).norm_squared()).fold(0.0, f64::max).sqrt();
+        if middle.norm() - around - moved > shape.outer_radius() {
+            return;
+        }
+        let patch = |pose: &Pose, x: [Vec3; 4]| Patch {
+            corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
+            triangle: face[2] == face[3],
+        };
+        touches_of(shape, size, [&patch(start, from), &patch(end, to)], owns, |touch| {
+            let of_face = || face.iter().copied().zip(touch.weights);
+            let heaviest =
+                of_face().fold((face[0], 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
+            let Some(stencil) = Stencil::new(of_face(), [(*centre, 1.0)]) else { return };
+            let then = start.orientation.slerp(&end.orientation, touch.share);
+            let point = start.place(&touch.point);
+            let contact = self.contact(heaviest.0, Some(body), &(then * touch.normal), touch.gap, point);
+            contacts.push(Contact { kind: Kind::Fixed, face: index, stencil, ..contact });
+        });
     }
 
     fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
@@ -268,7 +331,7 @@ fn rotation(start: &Pose, end: &Pose) -> Vec3 {
 /// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.
 ///
 /// No step is longer than the distance, which no surface can be nearer than, so none is jumped over.
-fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
+pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
     let mut share = 0.0;
     for _ in 0..MARCH {
         let left = distance(share);
@@ -284,14 +347,27 @@ fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option
     Some(share)
 }
 
-/// √ of the mean area of the faces, by their diagonals [m].
-fn mean_size(surface: &Surface, x: &[Vec3]) -> f64 {
-    let area = |face: &[u32; 4]| {
-        let [a, b, c, d] = face.map(|node| x[node as usize]);
-        0.5 * (c - a).cross(&(d - b)).norm()
-    };
-    let sum: f64 = surface.faces.iter().map(|face| area(face).sqrt()).sum();
-    sum / surface.faces.len().max(1) as f64
+impl MeshSide {
+    /// At the places `x` [m].
+    fn new(surface: &Surface, x: &[Vec3]) -> Self {
+        let sizes = surface.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
+        let mut faces: Vec<(f64, [bool; 4])> = sizes.map(|size| (size, [false; 4])).collect();
+        let size = faces.iter().map(|face| face.0).sum::<f64>() / faces.len().max(1) as f64;
+        let edge = |(face, k): (usize, usize)| {
+            let corners = &surface.faces[face];
+            let count = if corners[2] == corners[3] { 3 } else { 4 };
+            let (a, b) = (corners[k % count], corners[(k + 1) % count]);
+            ([a.min(b), a.max(b)], face, k)
+        };
+        let places = (0..faces.len()).flat_map(|face| (0..4).map(move |k| (face, k)));
+        let mut edges: Vec<([u32; 2], usize, usize)> = places.map(edge).collect();
+        edges.sort_unstable();
+        edges.dedup_by_key(|edge| edge.0);
+        for (_, face, k) in edges {
+            faces[face].1[k] = true;
+        }
+        Self { surface: surface.clone(), size, faces }
+    }
 }
 
 #[cfg(test)]

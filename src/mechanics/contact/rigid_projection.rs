@@ -13,7 +13,7 @@
 use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use super::projection::{CAP, TOLERANCE};
 use super::rigid_detection::{RigidDetector, RigidMotion};
-use super::{Contact, ContactLaw, Reaction, RigidSides};
+use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
 
@@ -61,6 +61,8 @@ impl RigidProjection {
         if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
             return;
         }
+        // Between nodes nothing is moved outside the velocities: what a face may be entered by takes up what linearisation leaves.
+        self.contacts.retain(|contact| contact.kind == Kind::Node);
         let bodies = detector.bodies();
         let size = |contact: &Contact| {
             let sides = of_pairs[contact.pair as usize].iter().flatten();
@@ -70,7 +72,7 @@ impl RigidProjection {
             return;
         }
         for contact in &mut self.contacts {
-            let gap = contact.gap.max(-CAP * size(contact));
+            let gap = contact.gap.max(-CAP * detector.length(contact.pair));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }

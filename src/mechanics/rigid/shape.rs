@@ -33,17 +33,6 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The middle one of its three extents [m]: what passes through a hole lengthways must be narrower than the hole.
-    pub fn width(&self) -> f64 {
-        match self {
-            // The axis is the longest or the shortest extent: the others are the diameter.
-            Self::Ball { radius } | Self::Capsule { radius, .. } | Self::Cylinder { radius, .. } => {
-                2.0 * radius
-            }
-            Self::Box { half } => 2.0 * (half.sum() - half.min() - half.max()),
-        }
-    }
-
     /// Its name.
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,7 +1,7 @@
 //! Bodies that lie inside each other, or behind a plane, before anything has moved.
 
 use super::Findings;
-use super::rigid_on_mesh::{check_width, is_inside};
+use super::rigid_on_mesh::is_inside;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
@@ -24,11 +24,6 @@ enum Sides {
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
     let all = sides(document);
-    for (body, mesh) in all.iter().filter_map(|sides| start.rigid_and_mesh(*sides)) {
-        let Some(rigid) = start.rigid_of[body] else { continue };
-        let of_body = (body, &document.bodies[body].name[..], &start.rigid[rigid].shape);
-        check_width(of_body, (&document.bodies[mesh].name, &start.surfaces[mesh], &start.x), out);
-    }
     let (rigid, asked): (Vec<Sides>, Vec<Sides>) = all
         .into_iter()
         .filter(|sides| start.may_overlap(document, *sides))

@@ -310,6 +310,10 @@ impl Newton {
                         matches!(c.kind, Kind::Node | Kind::Averaged)
                             && (!slave_is_rigid || c.point == candidate.point)
                     }
+                    // A rigid body may touch a face at several places.
+                    Kind::Fixed if sides.of_pair(candidate.pair) != [None; 2] => {
+                        c.kind == candidate.kind && c.stencil == candidate.stencil
+                    }
                     Kind::Fixed | Kind::Guard => {
                         c.kind == candidate.kind && c.stencil.nodes() == candidate.stencil.nodes()
                     }

@@ -1,0 +1,267 @@
+//! Faces of a mesh against a rigid body, between their nodes, which are held by themselves ([`super::rigid_detection`]).
+//!
+//! A shape may lie in a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close together they keep it out
+//! by themselves, and this constrains nothing. Two flat-sided bodies meet with a corner in a face, a face on a corner, or two edges:
+//!
+//! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal of the face,
+//!   so to the side that the mesh is on, at any depth.
+//! - *Edges* of the face between their ends, where the distance to the shape is least: the distance of a convex shape is convex along a
+//!   straight edge. It is taken to a *core*, smaller than the shape by twice what is allowed, so that the normal is unique at edges
+//!   and corners of the shape, too. Where the shape lies flat on an edge both ends of that stretch are held.
+//!
+//! A face that moves far within a step is followed along its way by steps of its distance, as nodes are: nothing tunnels.
+
+use super::closest_point::{Feature, Patch};
+use super::detection::NEAR;
+use super::rigid_detection::first_meeting;
+use crate::mechanics::rigid::Shape;
+use crate::mechanics::tensor::Vec3;
+
+/// How deep a shape may lie in a face, in shares of the face's size at rest.
+pub(super) const ALLOWED: f64 = 0.005;
+/// The same, at most, in shares of the shape's thickness.
+const MOST: f64 = 0.05;
+/// A foot deeper than this share of the face's size is not in that face.
+const DEEPEST: f64 = 0.5;
+/// A face this share of what is allowed away has met the shape.
+const MET: f64 = 1e-3;
+/// A place is looked at if it is as near as this many times what the face moves.
+const REACH: f64 = 2.0;
+/// An edge whose distance grows by less than this lies flat on the shape.
+const FLAT: f64 = 1e-3;
+/// Ends of such a stretch this share of the edge apart are one place; what is as close to a node is the node.
+const MERGED: f64 = 1e-2;
+/// A place with no more than this share of the nodes beside it is theirs where they touch: two rows that are nearly one are solved for
+/// in very many sweeps.
+const BESIDE: f64 = 0.05;
+/// Shape functions this close to 1 are rounded.
+const ROUNDING: f64 = 1e-12;
+/// Halvings of an edge.
+const HALVINGS: usize = 30;
+/// Where a face comes too near to a body, in the axes of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FaceTouch {
+    /// Share of the step at which the face is taken: 0, or that of the impact.
+    pub share: f64,
+    /// Shape functions of the place on the face.
+    pub weights: [f64; 4],
+    /// Unit normal out of the body.
+    pub normal: Vec3,
+    /// Gap at the start of the step along the normal [m].
+    pub gap: f64,
+    /// Place on the face at the start of the step, or at that share where it moves far [m].
+    pub point: Vec3,
+}
+
+/// Calls `take` with the places at which a face of a size at rest [m] comes too near to a shape while it moves from `start` to
+/// `end`, both in the axes of the body [m]; on the edges that it `owns`, so that each of the mesh is looked at once.
+pub(super) fn touches_of(
+    shape: &Shape,
+    size: f64,
+    [start, end]: [&Patch; 2],
+    owns: [bool; 4],
+    mut take: impl FnMut(FaceTouch),
+) {
+    let moved = start.corners.iter().zip(&end.corners).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
+    let reach = REACH * moved;
+    // The distance of a convex shape is convex: nowhere on the face below that of its tangent plane.
+    let middle = start.point(&[0.25; 4]);
+    let (distance, normal) = shape.eval_distance(&middle);
+    let lowest =
+        start.corners.iter().map(|c| distance + normal.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
+    let obstacle = Obstacle { owns, ..Obstacle::new(shape, size) };
+    if lowest + obstacle.allowed > reach {
+        return;
+    }
+    let left = obstacle.distance(start, reach);
+    if left > reach {
+        return;
+    }
+    let between = |share: f64| Patch {
+        corners: std::array::from_fn(|k| start.corners[k].lerp(&end.corners[k], share)),
+        triangle: start.triangle,
+    };
+    let met = MET * obstacle.allowed;
+    let near = NEAR * size;
+    let share = if left > met {
+        match first_meeting(|share| obstacle.distance(&between(share), moved), moved, met) {
+            Some(share) => share,
+            // What moves little may still be pushed into it.
+            None if moved <= near => 0.0,
+            None => return,
+        }
+    } else {
+        0.0
+    };
+    // Normals are good for what is near.
+    obstacle.for_each_place(&between(share), reach.min(near), |place| {
+        let Place { weights, normal, gap, point, .. } = place;
+        if place.holds && gap <= reach.min(near) {
+            let place = start.point(&weights);
+            let way = end.point(&weights) - place;
+            // At the start both sides have the same lever about any axis: angular momentum is kept.
+            let point = if moved <= near { place } else { point };
+            take(FaceTouch { share, weights, normal, gap: gap - normal.dot(&way) * share, point });
+        }
+    });
+}
+
+/// A shape as a face of some size meets it.
+struct Obstacle {
+    /// How deep the face may be entered [m].
+    allowed: f64,
+    /// The face keeps at this distance [m] of a core.
+    core: (Shape, f64),
+    /// What stands on the face, at this distance [m].
+    feet: (Shape, f64),
+    shape: Shape,
+    deepest: f64,
+    /// Which edges of the face are looked at: each edge of the mesh is of one face.
+    owns: [bool; 4],
+}
+
+/// A place of a face near the shape.
+struct Place {
+    weights: [f64; 4],
+    point: Vec3,
+    normal: Vec3,
+    /// Distance beyond what is allowed [m].
+    gap: f64,
+    /// Whether it is for this place to hold: it is no node, and the shape is in front of the face.
+    holds: bool,
+}
+
+impl Obstacle {
+    fn new(shape: &Shape, size: f64) -> Self {
+        let allowed = (ALLOWED * size).min(MOST * shape.size());
+        let less = 2.0 * allowed;
+        let flat = |core: Shape| ((core, allowed), (*shape, 0.0));
+        let round = |axis: Shape, radius: f64| ((axis, radius - allowed), (axis, radius));
+        let (core, feet) = match *shape {
+            Shape::Ball { radius } => round(Shape::Ball { radius: 0.0 }, radius),
+            Shape::Capsule { radius, half_length } => {
+                round(Shape::Capsule { radius: 0.0, half_length }, radius)
+            }
+            Shape::Box { half } => flat(Shape::Box { half: half.add_scalar(-less) }),
+            Shape::Cylinder { radius, half_length } => {
+                flat(Shape::Cylinder { radius: radius - less, half_length: half_length - less })
+            }
+        };
+        Self { allowed, core, feet, shape: *shape, deepest: DEEPEST * size, owns: [true; 4] }
+    }
+
+    /// How far the face is away, nodes included, if it is no farther than `reach` [m].
+    fn distance(&self, face: &Patch, reach: f64) -> f64 {
+        let mut least = f64::INFINITY;
+        self.for_each_place(face, reach, |place| least = least.min(place.gap));
+        least
+    }
+
+    fn for_each_place(&self, face: &Patch, reach: f64, mut take: impl FnMut(Place)) {
+        self.for_each_foot(face, reach, &mut take);
+        for k in 0..face.corner_count() {
+            self.for_each_end(face, k, reach, &mut take);
+        }
+    }
+
+    /// Feet above or in the face.
+    fn for_each_foot(&self, face: &Patch, reach: f64, take: &mut impl FnMut(Place)) {
+        let middle = [0.25; 4];
+        let (centre, upwards) = (face.point(&middle), face.normal(&middle));
+        let around = face.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+        let (shape, radius) = &self.feet;
+        for foot in shape.feet(&-upwards).points() {
+            if (foot - centre).norm() > around + radius + reach {
+                continue;
+            }
+            let on_face = face.closest(foot);
+            if on_face.feature != Feature::Interior {
+                continue;
+            }
+            let normal = face.normal(&on_face.weights);
+            let height = normal.dot(&(foot - on_face.point));
+            // A body that lies behind the face has its centre there.
+            let is_in_front = height >= 0.0 || (height > -self.deepest && normal.dot(&on_face.point) < 0.0);
+            let height = if is_in_front { height } else { -height };
+            take(Place {
+                weights: on_face.weights,
+                point: on_face.point,
+                normal: -normal,
+                gap: height - radius + self.allowed,
+                holds: is_in_front && !self.is_held_beside(face, &on_face.weights),
+            });
+        }
+    }
+
+    /// Whether a place is so near to a node or an edge that touches that it is held by it.
+    fn is_held_beside(&self, face: &Patch, weights: &[f64; 4]) -> bool {
+        let touches = |point: &Vec3| self.shape.eval_distance(point).0 <= 0.1 * self.allowed;
+        let count = face.corner_count();
+        (0..count).any(|k| {
+            let next = (k + 1) % count;
+            let on_edge = weights[k] + weights[next];
+            let is_beside_edge = on_edge < 1.0 - ROUNDING && on_edge > 1.0 - BESIDE;
+            let is_beside_node = weights[k] > 1.0 - 2.0 * BESIDE;
+            (is_beside_node && touches(&face.corners[k]))
+                || (is_beside_edge && {
+                    let share = weights[next] / on_edge;
+                    touches(&face.corners[k].lerp(&face.corners[next], share))
+                })
+        })
+    }
+
+    /// The ends of the stretch of edge k that is nearest to the core.
+    fn for_each_end(&self, face: &Patch, k: usize, reach: f64, take: &mut impl FnMut(Place)) {
+        let next = (k + 1) % face.corner_count();
+        let (from, way) = (face.corners[k], face.corners[next] - face.corners[k]);
+        let (core, round) = &self.core;
+        let (distance, normal) = core.eval_distance(&(from + way * 0.5));
+        if distance - 0.5 * normal.dot(&way).abs() - round > reach {
+            return;
+        }
+        let (first, last) = nearest_stretch(core, &from, &way);
+        let ends = if last - first > MERGED {
+            [Some(first), Some(last)]
+        } else {
+            [Some(0.5 * (first + last)), None]
+        };
+        for share in ends.into_iter().flatten() {
+            let point = from + way * share;
+            let (distance, outwards) = core.eval_distance(&point);
+            let mut weights = [0.0; 4];
+            (weights[k], weights[next]) = (1.0 - share, share);
+            let upwards = face.normal(&weights);
+            // Inside the core there is no telling but by the side that the mesh is on.
+            let normal = if distance > MET * self.allowed { outwards } else { -upwards };
+            let is_node = share < MERGED || share > 1.0 - MERGED;
+            let holds =
+                self.owns[k] && !is_node && !self.is_held_beside(face, &weights) && normal != Vec3::zeros();
+            take(Place { weights, point, normal, gap: distance - round, holds });
+        }
+    }
+}
+
+/// The shares of the way from a point at which the distance from a convex shape stops falling and begins to grow.
+fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
+    let length = way.norm();
+    let grows = |share: f64| core.eval_distance(&(from + way * share)).1.dot(way);
+    let first_above = |slope: f64| {
+        if grows(0.0) > slope {
+            return 0.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if grows(middle) > slope {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    };
+    (first_above(-FLAT * length), first_above(FLAT * length))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+use super::*;
+use crate::mechanics::rigid::Rotation;
+
+const SIZE: f64 = 6.0;
+
+/// A square face, its normal along z, beside the axis.
+fn square(z: f64) -> Patch {
+    let corners = [[-3.0, -2.0], [3.0, -2.0], [3.0, 4.0], [-3.0, 4.0]].map(|[x, y]| Vec3::new(x, y, z));
+    Patch { corners, triangle: false }
+}
+
+fn turned(rotation: &Rotation, face: &Patch, by: &Vec3) -> Patch {
+    Patch { corners: face.corners.map(|c| rotation.inverse_transform_vector(&(c + by))), ..*face }
+}
+
+fn found(shape: &Shape, start: &Patch, end: &Patch) -> Vec<FaceTouch> {
+    let mut touches = Vec::new();
+    touches_of(shape, SIZE, [start, end], [true; 4], |touch| touches.push(touch));
+    touches
+}
+
+const SHAPES: [Shape; 4] = [
+    Shape::Ball { radius: 0.5 },
+    Shape::Box { half: Vec3::new(0.3, 0.4, 0.5) },
+    Shape::Cylinder { radius: 0.4, half_length: 0.5 },
+    Shape::Capsule { radius: 0.4, half_length: 0.3 },
+];
+
+#[test]
+fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
+    for shape in SHAPES {
+        for (angle, aside) in [(0.0, 0.0), (0.4, 0.0), (1.1, 0.0), (0.3, 2.0), (0.9, 2.0), (0.0, 2.0)] {
+            let rotation = Rotation::from_euler_angles(angle, 0.6 * angle, 0.3);
+            let at = |z: f64| turned(&rotation, &square(z), &Vec3::new(0.1, aside, 0.0));
+            let outer = shape.outer_radius();
+            assert_eq!(found(&shape, &at(-outer - 0.5), &at(-outer - 0.4)), [], "far");
+            for far in [1.5, 10.0, 1000.0] {
+                let touches = found(&shape, &at(-1.5), &at(-1.5 + far));
+                assert!(!touches.is_empty(), "{shape:?} {angle} {aside} {far}");
+                let left = |t: &FaceTouch| t.gap + (rotation * t.normal).z * far * t.share;
+                let first =
+                    touches.iter().copied().min_by(|a, b| left(a).total_cmp(&left(b))).unwrap_or(touches[0]);
+                let down = rotation * first.normal;
+                assert!(down.z < if aside > 0.0 { -0.5 } else { -0.95 }, "{shape:?} {angle} {aside}: {down}");
+                let lowest = rotation.inverse_transform_vector(&-Vec3::z());
+                let reaches = shape.feet(&lowest).points().iter().map(|p| p.dot(&lowest)).fold(0.0, f64::max);
+                // Its lowest point lies in the face by what is allowed, and by 1.8 times that where two edges cross.
+                let depth = first.share * far - (1.5 - reaches);
+                let allowed = Obstacle::new(&shape, SIZE).allowed;
+                let most = if aside > 0.0 { f64::INFINITY } else { 2.0 }; // its corner may be beside the face
+                assert!((0.9..most).contains(&(depth / allowed)), "{shape:?} {angle} {aside} {far}: {depth}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_box_that_lies_flat_in_a_face_stands_on_four_feet_and_a_capsule_on_two() {
+    for (shape, feet) in [(SHAPES[0], 1), (SHAPES[1], 4), (SHAPES[2], 2), (SHAPES[3], 2)] {
+        let low = match shape {
+            Shape::Box { half } => half.z,
+            _ => shape.size() * 0.5,
+        };
+        let touches = found(&shape, &square(-low), &square(-low + 0.1));
+        assert_eq!(touches.len(), feet, "{shape:?} {touches:?}");
+        for touch in touches {
+            assert!((touch.normal + Vec3::z()).norm() < 1e-12);
+            assert!(
+                (touch.gap - ALLOWED.mul_add(SIZE, 0.0).min(MOST * shape.size())).abs()
+                    < 1e-3 * SIZE * ALLOWED
+            );
+        }
+    }
+}
+
+#[test]
+fn a_box_across_an_edge_is_held_at_both_ends_of_what_lies_on_it() {
+    let shape = Shape::Box { half: Vec3::new(0.5, 0.5, 0.5) };
+    let face = turned(&Rotation::identity(), &square(-0.5), &Vec3::new(0.0, 2.0, 0.0));
+    let closer = turned(&Rotation::identity(), &square(-0.4), &Vec3::new(0.0, 2.0, 0.0));
+    let touches = found(&shape, &face, &closer);
+    // The edge y = 0, from x = −0.5 to 0.5, and two corners in the face.
+    let on_edge: Vec<f64> = touches.iter().filter(|t| t.point.y.abs() < 1e-9).map(|t| t.point.x).collect();
+    assert!(on_edge.len() == 2 && (on_edge[0] + on_edge[1]).abs() < 0.01, "{on_edge:?}");
+    assert!((on_edge[0] - on_edge[1]).abs() > 0.8);
+    assert_eq!(touches.iter().filter(|t| t.point.y > 0.1).count(), 2);
+}
+
+#[test]
+fn a_corner_is_pushed_back_along_the_normal_of_the_face_however_deep_it_is() {
+    let shape = Shape::Box { half: Vec3::repeat(1.0) };
+    let down = -Vec3::repeat(1.0).normalize();
+    let rotation = Rotation::rotation_between(&down, &-Vec3::z()).unwrap_or_default();
+    for depth in [0.05, 0.2, 1.0] {
+        let at = turned(&rotation, &square(depth - 3.0_f64.sqrt()), &Vec3::zeros());
+        let touches = found(&shape, &at, &at);
+        let deepest = touches.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).copied();
+        let touch = deepest.unwrap_or_else(|| panic!("{depth}"));
+        assert!((touch.normal - down).norm() < 1e-9, "{depth}: {}", touch.normal);
+        assert!((touch.gap + depth - ALLOWED * SIZE).abs() < 1e-9, "{depth}: {}", touch.gap);
+    }
+}
+
+#[test]
+fn the_back_of_a_thin_plate_is_no_obstacle() {
+    let mut back = square(-0.55);
+    back.corners.swap(1, 3);
+    for shape in SHAPES {
+        assert_eq!(
+            found(&shape, &back, &turned(&Rotation::identity(), &back, &Vec3::new(0.0, 0.0, 0.3))),
+            []
+        );
+    }
+}
