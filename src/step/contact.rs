@@ -13,7 +13,7 @@ use crate::mechanics::contact::projection::project_positions;
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
 use crate::mechanics::contact::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
-use crate::mechanics::contact::step_problem::solve_step;
+use crate::mechanics::contact::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
@@ -148,6 +148,15 @@ impl<'p> ContactStep<'p> {
         );
         if report.converged {
             return Ok(());
+        }
+        // A rigid body that touches one face at several places may make sweeps with friction go round for ever: Newton solves it.
+        if report.residual > LARGEST_RESIDUAL && self.rigid.is_some() && !phase.sticks() {
+            let options = solvers::Options { tolerance: self.plan.tolerance, ..solvers::Options::default() };
+            let masses = (&plan.inverse_mass[..], &sides);
+            take_off(&self.contacts, &self.reactions, masses, h, v);
+            let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
+            let report = solved.map_err(no_problem)?;
+            return report.map_or(Ok(()), |report| self.accept_report(&report));
         }
         self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
     }

@@ -110,15 +110,15 @@ fn small_bodies_are_held_in_the_middle_of_faces_on_edges_and_at_nodes() {
     ];
     for shape in &shapes {
         for at in [[0.005, 0.005], [0.0002, 0.005], [0.005, 0.0], [0.0, 0.0]] {
-            let mut scene = scene(shape, 2e-4, [at[0], at[1], 0.0045], [0.0, 0.0, -20.0], &gel, 1.2e-3);
+            let mut scene = scene(shape, 2e-4, [at[0], at[1], 0.0045], [0.0, 0.0, -5.0], &gel, 4e-3);
             if shape["kind"] == "box" {
                 // Corner, edge and face first.
                 scene["bodies"][0]["rigid"]["rotation"] =
                     json!({"axis": [1, -0.7, 0.2], "angle_deg": 9000.0 * at[0]});
             }
             let (deepest, v) = run_with_depth(&scene);
-            assert_at_most(deepest, 0.02, "depth in a face, of its size");
-            assert!(v.z > -12.0, "{shape} at {at:?} is not slowed: {v}");
+            assert_at_most(deepest, 0.03, "depth in a face, of its size");
+            assert!(v.z > -3.0, "{shape} at {at:?} is not slowed: {v}");
         }
     }
 }
@@ -209,7 +209,7 @@ fn a_ball_that_falls_in_a_plane_of_symmetry_leaves_in_it() {
 fn a_small_box_and_a_free_block_keep_their_momenta() {
     let gel = gel(block([3, 3, 2]), json!([]));
     let shape = json!({"kind": "box", "half_extents_m": [0.002, 0.0015, 0.001]});
-    let mut scene = scene(&shape, 1e-3, [0.001, 0.002, 0.003], [3.0, 1.0, -15.0], &gel, 6e-4);
+    let mut scene = scene(&shape, 1e-3, [0.001, 0.002, 0.003], [1.0, 0.3, -5.0], &gel, 1.2e-3);
     scene["bodies"][0]["rigid"]["rotation"] = json!({"axis": [1, 0.3, 0], "angle_deg": 40});
     let plan = plan(&scene);
     let (mut first, mut worst, mut impulse) = (None, [0.0_f64; 2], 0.0);

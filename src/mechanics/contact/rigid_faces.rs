@@ -83,11 +83,9 @@ pub(super) fn touches_of(
     };
     let met = MET * obstacle.allowed;
     let near = NEAR * size;
-    let share = if left > met {
+    let share = if left > met && moved > near {
         match first_meeting(|share| obstacle.distance(&between(share), moved), moved, met) {
             Some(share) => share,
-            // What moves little may still be pushed into it.
-            None if moved <= near => 0.0,
             None => return,
         }
     } else {

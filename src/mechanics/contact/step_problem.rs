@@ -26,9 +26,7 @@ pub fn step_problem(
 ) -> Result<ContactProblem, ProblemError> {
     let rows: Vec<Row<Levers>> = contacts.iter().map(|c| row(c, (inverse_mass, rigid), h)).collect();
     let mut free = v.to_vec();
-    for (row, reaction) in rows.iter().zip(reactions) {
-        row.push(reaction.impulse.map(|p| -p), inverse_mass, &mut free);
-    }
+    take_off(contacts, reactions, (inverse_mass, rigid), h, &mut free);
     let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
     let mu = contacts.iter().map(|c| laws[c.pair as usize].mu()).collect();
     // (node, contact, ∂(relative velocity)/∂v of the node), so that contacts of a node stand together.
@@ -47,6 +45,19 @@ pub fn step_problem(
         })
     });
     ContactProblem::new(Delassus::from_blocks(contacts.len(), blocks)?, q, mu)
+}
+
+/// Takes the impulses of `reactions` off the velocities `v` [m/s] that they led to; other arguments as of [`step_problem`].
+pub fn take_off(
+    contacts: &[Contact],
+    reactions: &[Reaction],
+    (inverse_mass, rigid): (&[Vec3], &RigidSides),
+    h: f64,
+    v: &mut [Vec3],
+) {
+    for (contact, reaction) in contacts.iter().zip(reactions) {
+        row(contact, (inverse_mass, rigid), h).push(reaction.impulse.map(|p| -p), inverse_mass, v);
+    }
 }
 
 /// Finds impulses and end velocities as [`super::gauss_seidel::solve_with_rigid`], by a solver of the library: W is formed, and
