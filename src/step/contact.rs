@@ -134,7 +134,8 @@ impl<'p> ContactStep<'p> {
             let report = solved.map_err(no_problem)?;
             return report.map_or(Ok(()), |report| self.accept_report(&report));
         }
-        let options = Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS };
+        let options =
+            Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS, acceptable: LARGEST_RESIDUAL };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
             laws,
@@ -149,8 +150,8 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        // A rigid body that touches one face at several places may make sweeps with friction go round for ever: Newton solves it.
-        if report.residual > LARGEST_RESIDUAL && self.rigid.is_some() && !phase.sticks() {
+        // Friction at several places that share their nodes may make sweeps go round for ever: Newton solves it.
+        if report.residual > LARGEST_RESIDUAL && !phase.sticks() {
             let options = solvers::Options { tolerance: self.plan.tolerance, ..solvers::Options::default() };
             let masses = (&plan.inverse_mass[..], &sides);
             take_off(&self.contacts, &self.reactions, masses, h, v);
@@ -270,13 +271,20 @@ impl<'p> ContactStep<'p> {
         (&self.contacts, &self.reactions)
     }
 
-    /// Moves what is left inside back out: (node, shift), a node possibly more than once. Rigid bodies are turned too, in
-    /// `poses`.
-    pub fn project(&mut self, x: &mut [Vec3], poses: &mut [Pose], inverse_mass: &[Vec3]) -> &[(u32, Vec3)] {
+    /// Moves what is left inside back out, in a step of a `share` of the usual one [-]: (node, shift), a node possibly more than once.
+    /// Rigid bodies are turned too, in `poses`.
+    pub fn project(
+        &mut self,
+        x: &mut [Vec3],
+        poses: &mut [Pose],
+        inverse_mass: &[Vec3],
+        share: f64,
+    ) -> &[(u32, Vec3)] {
+        let by = (inverse_mass, share);
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
-        project_positions(&self.contacts[..meshes], &self.detector, inverse_mass, x, &mut self.moved);
+        project_positions(&self.contacts[..meshes], &self.detector, by, x, &mut self.moved);
         if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
-            projection.project(detector, &plan.of_pairs, inverse_mass, x, poses, &mut self.moved);
+            projection.project(detector, &plan.of_pairs, by, x, poses, &mut self.moved);
         }
         &self.moved
     }

@@ -11,7 +11,7 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause, Stop, lost_ellipticity, fastest_stretched, place_element};
+use super::failure::{Failure, FailureCause, Stop, fastest_stretched, lost_ellipticity, place_element};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
@@ -208,7 +208,8 @@ impl Stepper for ExplicitStepper<'_> {
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
-            let shifts = contact.project(&mut self.x, poses, &self.plan.inverse_mass);
+            let share = (self.step / self.plan.report.stable_step_s).min(1.0);
+            let shifts = contact.project(&mut self.x, poses, &self.plan.inverse_mass, share);
             state.projected.extend_from_slice(shifts);
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;

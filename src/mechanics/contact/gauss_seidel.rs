@@ -16,7 +16,7 @@
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
 //!
 //! Rigid bodies on each other couple their contacts over many, and a tower that sticks bends like a beam: sweeps alone would
-//! take tens of thousands. Where a side is a rigid body, each sweep is therefore a step of a nonlinear conjugate gradient
+//! take tens of thousands. Where a slave is a rigid body, so that no mesh is between, each sweep is therefore a step of a nonlinear conjugate gradient
 //! (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive contact force
 //! problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
 //! result is that of a sweep, so it obeys the law as it does without.
@@ -41,6 +41,8 @@ const PATIENCE: usize = 50;
 const CONJUGATE_PATIENCE: usize = 500;
 /// Progress over them below this ratio of changes is none.
 const STALLED: f64 = 0.9;
+/// Sweeps that must lower the change of a sweep to a half, or those at an acceptable residual are ended.
+const LAST_LOOKS: usize = 250;
 /// Factor on the steps of frictional contacts each time there was none, and its least value.
 const DAMPING: (f64, f64) = (0.7, 0.05);
 
@@ -51,11 +53,13 @@ pub struct Options {
     pub tolerance: f64,
     /// Most sweeps over all contacts.
     pub max_sweeps: usize,
+    /// Scaled residual [-] at which sweeps that make no progress are ended.
+    pub acceptable: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_sweeps: 1000 }
+        Self { tolerance: 1e-10, max_sweeps: 1000, acceptable: 0.0 }
     }
 }
 
@@ -83,7 +87,7 @@ pub struct Workspace {
     conjugate: Conjugate,
 }
 
-/// The direction of the conjugate gradient; empty where no side is a rigid body.
+/// The direction of the conjugate gradient; empty where no rigid body touches a plane or another.
 #[derive(Clone, Debug, Default)]
 struct Conjugate {
     /// Impulses before the sweep.
@@ -141,7 +145,7 @@ pub fn solve_with_rigid(
 
     let (mut residual, mut residual_of_free) = (f64::INFINITY, f64::INFINITY);
     let (mut damping, mut last_look) = (1.0, f64::INFINITY);
-    let mut last_change = f64::INFINITY;
+    let (mut last_change, mut half) = (f64::INFINITY, f64::INFINITY);
     let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
     let patience = if workspace.conjugate.direction.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
     for sweep in 1..=options.max_sweeps {
@@ -156,14 +160,21 @@ pub fn solve_with_rigid(
             last_look = change;
         }
         let hint = (sums.change / closing.max(sums.impulse)).sqrt();
+        let is_stuck = sweep % LAST_LOOKS == 0 && hint / damping > half && options.acceptable > 0.0;
+        if sweep % LAST_LOOKS == 0 {
+            half = 0.5 * hint / damping;
+        }
         // The change of a sweep only hints at the residual, at no cost; a look at all contacts decides.
-        if sweep == 1 || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
+        if sweep == 1 || is_stuck || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
             let sums = workspace.measure(v, reactions);
             residual = (sums.change / closing.max(sums.impulse)).sqrt();
             residual_of_free = (sums.change / closing).sqrt();
             let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
             if residual <= options.tolerance || sums.change.sqrt() <= rounding {
                 return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: true };
+            }
+            if is_stuck && residual <= options.acceptable {
+                return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: false };
             }
         }
         if damping >= 1.0 && sweep < options.max_sweeps {
@@ -224,11 +235,11 @@ impl Workspace {
             self.blocks.push(Block { law, turns, contacts: start..start + run.len(), rows });
             start += run.len();
         }
-        let has_rigid_sides = self.blocks.iter().any(|block| block.turns);
-        self.conjugate.restart(if has_rigid_sides { contacts.len() } else { 0 });
+        let has_no_mesh = |c: &Contact| rigid.of_pair(c.pair)[0].is_some();
+        self.conjugate.restart(if contacts.iter().any(has_no_mesh) { contacts.len() } else { 0 });
     }
 
-    /// Goes on along the last direction by the share `beta`, unless changes grow; nothing where no side is a rigid body.
+    /// Goes on along the last direction by the share `beta`, unless changes grow; nothing where no slave is a rigid body.
     fn follow(&mut self, beta: f64, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) {
         if self.conjugate.direction.is_empty() {
             return;
@@ -259,7 +270,7 @@ impl Workspace {
         closing
     }
 
-    /// Where a side is a rigid body: the normal impulses as they would be without friction, which are most of what a pile of
+    /// Where a slave is a rigid body: the normal impulses as they would be without friction, which are most of what a pile of
     /// bodies carries and are found in far fewer sweeps. The number of sweeps.
     fn start_without_friction(
         &mut self,

@@ -11,8 +11,8 @@ use super::stencil::Stencil;
 use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 
-/// At most this share of the face's size is removed from a contact in a step: more, within a fraction of a microsecond,
-/// would be an impact of its own.
+/// At most this share of the face's size is removed from a contact in a step of usual length, and less in a shorter one, as where elements
+/// are crushed: more, within a fraction of a microsecond, would be an impact of its own.
 pub const CAP: f64 = 0.005;
 /// Gaps above minus this share of the face's size are left alone.
 pub const TOLERANCE: f64 = 1e-8;
@@ -33,12 +33,12 @@ pub struct ProjectionReport {
 /// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
 ///
 /// Gaps are measured anew, for the same node and face or with the same weights; a node that has slid off its face is left to the next detection.
-/// `inverse_mass` [1/kg] per node and axis. `moved` is cleared and receives each displacement (node, Δx [m]) that was
+/// `inverse_mass` [1/kg] per node and axis; `share` of [`CAP`] that may be removed [-]. `moved` is cleared and receives each displacement (node, Δx [m]) that was
 /// applied, a node possibly more than once, so that its work against the internal forces can be counted.
 pub fn project_positions(
     contacts: &[Contact],
     detector: &Detector,
-    inverse_mass: &[Vec3],
+    (inverse_mass, share): (&[Vec3], f64),
     x: &mut [Vec3],
     moved: &mut Vec<(u32, Vec3)>,
 ) -> ProjectionReport {
@@ -50,7 +50,7 @@ pub fn project_positions(
         for contact in contacts {
             let Some(found) = penetration(contact, detector, x) else { continue };
             report.left = report.left.max(found.depth);
-            let cap = CAP / PASSES as f64 * found.size;
+            let cap = share * CAP / PASSES as f64 * found.size;
             if separate(&found, found.depth.min(cap), inverse_mass, x, moved) {
                 corrected += 1;
             }

@@ -18,7 +18,7 @@ use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
 
 /// A correction need not be exact: what is left is removed in the next step.
-const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200 };
+const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };
 
 /// Buffers of the projection, kept from step to step.
 pub struct RigidProjection {
@@ -45,12 +45,12 @@ impl RigidProjection {
     }
 
     /// Moves and turns what overlaps at the places `x` [m] and `poses` apart. `of_pairs`: the rigid bodies of each pair;
-    /// `inverse_mass` [1/kg] per node and axis. Appends each node's displacement (node, Δx [m]) to `moved`.
+    /// `inverse_mass` [1/kg] per node and axis; `share` of [`CAP`] that may be removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
         detector: &mut RigidDetector,
         of_pairs: &[[Option<u32>; 2]],
-        inverse_mass: &[Vec3],
+        (inverse_mass, share): (&[Vec3], f64),
         x: &mut [Vec3],
         poses: &mut [Pose],
         moved: &mut Vec<(u32, Vec3)>,
@@ -72,7 +72,7 @@ impl RigidProjection {
             return;
         }
         for contact in &mut self.contacts {
-            let gap = contact.gap.max(-CAP * detector.length(contact.pair));
+            let gap = contact.gap.max(-share * CAP * detector.length(contact.pair));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }

@@ -133,7 +133,7 @@ mod tests {
         let inverse_mass: Vec<Vec3> = (0..6).map(|i| Vec3::repeat(1.0 + f64::from(i))).collect();
         let mut v: Vec<Vec3> = (0..6).map(|i| Vec3::new(0.1 * f64::from(i), 0.2, -0.1)).collect();
         let mut reactions = Vec::new();
-        let options = Options { tolerance: 1e-13, max_sweeps: 1000 };
+        let options = Options { tolerance: 1e-13, max_sweeps: 1000, acceptable: 0.0 };
         let mut workspace = Workspace::default();
         let report =
             solve(&contacts, &laws, &inverse_mass, h, &mut v, &mut reactions, &options, &mut workspace);

@@ -335,7 +335,12 @@ impl Stepper for ImplicitStepper<'_> {
         if let Some(contact) = &mut self.contact {
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
             state.projected.clear();
-            state.projected.extend_from_slice(contact.project(&mut self.x, poses, &self.plan.inverse_mass));
+            state.projected.extend_from_slice(contact.project(
+                &mut self.x,
+                poses,
+                &self.plan.inverse_mass,
+                1.0,
+            ));
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;
             }

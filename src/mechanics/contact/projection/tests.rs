@@ -29,7 +29,7 @@ fn a_small_penetration_is_removed_about_the_centre_of_mass() {
     let (before, masses, detector, contacts) = pressed(0.001, [0.5, 1.0]);
     let mut x = before.clone();
     let mut moved = Vec::new();
-    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
     assert_eq!(report.corrected, 1);
     assert!((report.deepest - 0.001).abs() < 1e-15 && report.left <= 1e-8);
     let centre = |x: &[Vec3]| x.iter().zip(&masses).map(|(x, m)| x.component_div(m)).sum::<Vec3>();
@@ -47,12 +47,12 @@ fn the_cap_holds_and_fixed_sides_stay() {
     let (before, masses, detector, contacts) = pressed(0.05, [0.0, 1.0]);
     let mut x = before.clone();
     let mut moved = Vec::new();
-    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
     assert!((x[4].z + 0.05 - CAP).abs() < 1e-14 && report.left > 0.04);
     assert_eq!(x[..4], before[..4]);
     // Nothing moves where nothing can, and no number breaks.
     let mut x = before.clone();
-    let report = project_positions(&contacts, &detector, &[Vec3::zeros(); 5], &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (&[Vec3::zeros(); 5], 1.0), &mut x, &mut moved);
     assert_eq!((report.corrected, x, moved.len()), (0, before, 0));
 }
 
@@ -61,6 +61,6 @@ fn open_contacts_stay() {
     let (before, masses, detector, contacts) = pressed(-0.01, [0.5, 1.0]);
     let mut x = before.clone();
     let mut moved = vec![(0, Vec3::zeros())];
-    let report = project_positions(&contacts, &detector, &masses, &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
     assert_eq!((contacts.len(), report, x, moved.len()), (1, ProjectionReport::default(), before, 0));
 }
