@@ -13,12 +13,16 @@
 use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use super::projection::{CAP, TOLERANCE};
 use super::rigid_detection::{RigidDetector, RigidMotion};
+use super::rigid_faces::ALLOWED;
 use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
 
 /// A correction need not be exact: what is left is removed in the next step.
 const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };
+
+/// Share of the usual cap for places between nodes, which may begin to touch at any depth.
+const SLOW: f64 = 0.1;
 
 /// Buffers of the projection, kept from step to step.
 pub struct RigidProjection {
@@ -61,8 +65,10 @@ impl RigidProjection {
         if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
             return;
         }
-        // Between nodes nothing is moved outside the velocities: what a face may be entered by takes up what linearisation leaves.
-        self.contacts.retain(|contact| contact.kind == Kind::Node);
+        // Between nodes a face takes up what linearisation leaves, to twice what it may be entered by.
+        for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
+            contact.gap += ALLOWED * detector.length(contact.pair);
+        }
         let bodies = detector.bodies();
         let size = |contact: &Contact| {
             let sides = of_pairs[contact.pair as usize].iter().flatten();
@@ -72,7 +78,8 @@ impl RigidProjection {
             return;
         }
         for contact in &mut self.contacts {
-            let gap = contact.gap.max(-share * CAP * detector.length(contact.pair));
+            let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
+            let gap = contact.gap.max(-share * cap * detector.length(contact.pair));
             contact.drift = contact.frame[0] * gap;
             contact.gap = 0.0;
         }
