@@ -30,6 +30,9 @@ pub struct StabilityArgs {
     /// minute of one core; with them some minutes, most of them for one cell, the thinnest layers.
     #[arg(long)]
     pub short: bool,
+    /// Of the ordinary impacts the coarsest meshes, so many of three; each has about four times the work of the one before.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
+    pub meshes: u8,
     /// Steps of the implicit scheme over the explicit one; 0 leaves the scheme out. By default 1, 10, 100 and 1000, and with `--short` all
     /// but the first.
     #[arg(long, value_delimiter = ',')]
@@ -54,7 +57,11 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };
     let usual = if args.ordinary { &[] } else { usual };
     let steppings = Stepping::with_implicit(args.implicit.as_deref().unwrap_or(usual));
-    let cases = if args.ordinary { ordinary_impacts(args.short) } else { cases(args.short) };
+    let cases = if args.ordinary {
+        ordinary_impacts(args.short, usize::from(args.meshes))
+    } else {
+        cases(args.short)
+    };
     let study = study_stability(
         &cases,
         &steppings,

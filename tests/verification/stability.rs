@@ -4,7 +4,7 @@ use contuse::study::stability::{Stepping, Verdict, cases, ordinary_impacts, stud
 
 #[test]
 fn ordinary_impacts_run_to_the_end_of_contact() {
-    let study = study_stability(&ordinary_impacts(true), &[Stepping::Explicit], 2, &|| None, &mut |_| {});
+    let study = study_stability(&ordinary_impacts(true, 1), &[Stepping::Explicit], 2, &|| None, &mut |_| {});
     for cell in &study.cells {
         let name = format!("{}, {}", cell.axis, cell.value);
         assert_eq!(cell.verdict, Verdict::Finished, "{name}: {cell:?}");

@@ -21,9 +21,10 @@ const PROJECTILES: [&str; 5] =
 /// What is hit.
 const TISSUES: [&str; 3] = ["gel block", "layered plate", "limb"];
 
-/// Every ordinary impact; the short list has one mesh, one formulation, and two speeds.
-pub fn ordinary_impacts(short: bool) -> Vec<Case> {
-    let (speeds, meshes) = if short { (&SPEEDS[2..4], &MESHES[..1]) } else { (&SPEEDS[..], &MESHES[..]) };
+/// Every ordinary impact on so many meshes, the coarsest first; the short list has one mesh, one formulation, and two speeds.
+pub fn ordinary_impacts(short: bool, meshes: usize) -> Vec<Case> {
+    let speeds = if short { &SPEEDS[2..4] } else { &SPEEDS[..] };
+    let meshes = &MESHES[..if short { 1 } else { meshes.min(MESHES.len()) }];
     let formulations: &[&str] = if short { &["mean_dilatation"] } else { &["mean_dilatation", "reduced"] };
     let mut cases = Vec::new();
     for projectile in PROJECTILES {
