@@ -301,7 +301,7 @@ impl ContactPlan {
             match pair.master {
                 // Nodes of the master in the slave, and edges, of which there are as few.
                 Master::Surface(master)
-                    if master != pair.slave && self.discretisation == Discretisation::TwoPass =>
+                    if master != pair.slave && self.discretisation != Discretisation::NodeToSurface =>
                 {
                     slaves + self.surfaces[master].nodes.len()
                 }

@@ -312,7 +312,7 @@ pub enum ContactDiscretisation {
     TwoPass,
     /// Each slave node against the closest face of the master, and nothing else.
     NodeToSurface,
-    /// Means over the slave's faces with dual shape functions. Faces that are not wholly above the master, and self-contact, keep
+    /// Means over the slave's faces with dual shape functions, and the rest as with `two_pass`. Faces that are not wholly above the master, and self-contact, keep
     /// nodes against faces.
     Mortar,
 }

@@ -32,15 +32,15 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Of the `pairs` of two different meshes, where contact is by [`Discretisation::TwoPass`], else of none; `x` [m] places of all
-    /// nodes at the start of the run.
+    /// Of the `pairs` of two different meshes, of none with [`Discretisation::NodeToSurface`]; `x` [m] places of all nodes at the
+    /// start of the run.
     pub fn new(
         surfaces: &[Surface],
         pairs: &[ContactPair],
         discretisation: Discretisation,
         x: &[Vec3],
     ) -> Self {
-        let pairs = if discretisation == Discretisation::TwoPass { pairs } else { &[] };
+        let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
         let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
             Master::Surface(master) if master != pair.slave => Some((
                 index as u32,

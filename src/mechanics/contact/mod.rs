@@ -117,7 +117,7 @@ pub enum Discretisation {
     TwoPass,
     /// Each slave node against the face closest to it.
     NodeToSurface,
-    /// Means over the slave's faces with dual shape functions; not for self-contact.
+    /// Means over the slave's faces with dual shape functions, with [`guard`] besides; not for self-contact.
     Mortar,
 }
 

@@ -173,11 +173,18 @@ impl Obstacle {
                 continue;
             }
             let on_face = face.closest(foot);
-            if on_face.feature != Feature::Interior {
-                continue;
-            }
             let normal = face.normal(&on_face.weights);
             let height = normal.dot(&(foot - on_face.point));
+            let aside = (foot - on_face.point - normal * height).norm();
+            let is_over = match on_face.feature {
+                Feature::Interior => true,
+                // Straight over an edge, as in scenes of perfect symmetry.
+                Feature::Edge(k) => self.owns[k] && aside <= MET * self.allowed,
+                Feature::Corner(_) => false,
+            };
+            if !is_over {
+                continue;
+            }
             // A body that lies behind the face has its centre there.
             let is_in_front = height >= 0.0 || (height > -self.deepest && normal.dot(&on_face.point) < 0.0);
             let height = if is_in_front { height } else { -height };
