@@ -33,7 +33,7 @@ const FLAT: f64 = 1e-3;
 const MERGED: f64 = 1e-2;
 /// A place with no more than this share of the nodes beside it is theirs where they touch: two rows that are nearly one are solved for
 /// in very many sweeps.
-const BESIDE: f64 = 0.05;
+const BESIDE: f64 = 0.02;
 /// Shape functions this close to 1 are rounded.
 const ROUNDING: f64 = 1e-12;
 /// Halvings of an edge.
