@@ -257,7 +257,7 @@ fn projection_warning(energy: &Energy) -> Option<String> {
     (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
             "Moving nodes out of what they had entered (position projection) did {} J of work, {:.1} % of the energy scale (above \
-             {:.0} %): take shorter steps (`integrator.step_s`), so that they enter less.",
+             {:.0} %): take shorter steps (`integrator.max_step_s` of explicit runs, `step_s` of implicit ones), so that they enter less.",
             number(work),
             100.0 * work / energy.turnover_j,
             100.0 * PROJECTION_WARNING

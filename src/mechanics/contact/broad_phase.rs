@@ -57,7 +57,10 @@ impl FaceTree {
     pub fn new(skin: &Skin, x: &[Vec3]) -> Self {
         let motion = Motion { x, x_end: x };
         let boxes: Vec<Aabb> = skin.faces.iter().map(|f| motion.swept_face(f, 0.0)).collect();
-        Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+        let mut tree = Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) };
+        // Memory of the tree that grows with the first refit.
+        tree.refit(skin, &motion, 0.0);
+        tree
     }
 
     /// Boxes of this step, grown by each face's reach and `slack`.

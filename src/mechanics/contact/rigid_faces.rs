@@ -31,11 +31,6 @@ const REACH: f64 = 2.0;
 const FLAT: f64 = 1e-3;
 /// Ends of such a stretch this share of the edge apart are one place; what is as close to a node is the node.
 const MERGED: f64 = 1e-2;
-/// A place with no more than this share of the nodes beside it is theirs where they touch: two rows that are nearly one are solved for
-/// in very many sweeps.
-const BESIDE: f64 = 0.02;
-/// Shape functions this close to 1 are rounded.
-const ROUNDING: f64 = 1e-12;
 /// Halvings of an edge.
 const HALVINGS: usize = 30;
 /// Where a face comes too near to a body, in the axes of the body.
@@ -112,7 +107,6 @@ struct Obstacle {
     core: (Shape, f64),
     /// What stands on the face, at this distance [m].
     feet: (Shape, f64),
-    shape: Shape,
     deepest: f64,
     /// Which edges of the face are looked at: each edge of the mesh is of one face.
     owns: [bool; 4],
@@ -145,7 +139,7 @@ impl Obstacle {
                 flat(Shape::Cylinder { radius: radius - less, half_length: half_length - less })
             }
         };
-        Self { allowed, core, feet, shape: *shape, deepest: DEEPEST * size, owns: [true; 4] }
+        Self { allowed, core, feet, deepest: DEEPEST * size, owns: [true; 4] }
     }
 
     /// How far the face is away, nodes included, if it is no farther than `reach` [m].
@@ -193,26 +187,9 @@ impl Obstacle {
                 point: on_face.point,
                 normal: -normal,
                 gap: height - radius + self.allowed,
-                holds: is_in_front && !self.is_held_beside(face, &on_face.weights),
+                holds: is_in_front,
             });
         }
-    }
-
-    /// Whether a place is so near to a node or an edge that touches that it is held by it.
-    fn is_held_beside(&self, face: &Patch, weights: &[f64; 4]) -> bool {
-        let touches = |point: &Vec3| self.shape.eval_distance(point).0 <= 0.1 * self.allowed;
-        let count = face.corner_count();
-        (0..count).any(|k| {
-            let next = (k + 1) % count;
-            let on_edge = weights[k] + weights[next];
-            let is_beside_edge = on_edge < 1.0 - ROUNDING && on_edge > 1.0 - BESIDE;
-            let is_beside_node = weights[k] > 1.0 - 2.0 * BESIDE;
-            (is_beside_node && touches(&face.corners[k]))
-                || (is_beside_edge && {
-                    let share = weights[next] / on_edge;
-                    touches(&face.corners[k].lerp(&face.corners[next], share))
-                })
-        })
     }
 
     /// The ends of the stretch of edge k that is nearest to the core.
@@ -239,8 +216,7 @@ impl Obstacle {
             // Inside the core there is no telling but by the side that the mesh is on.
             let normal = if distance > MET * self.allowed { outwards } else { -upwards };
             let is_node = share < MERGED || share > 1.0 - MERGED;
-            let holds =
-                self.owns[k] && !is_node && !self.is_held_beside(face, &weights) && normal != Vec3::zeros();
+            let holds = self.owns[k] && !is_node && normal != Vec3::zeros();
             take(Place { weights, point, normal, gap: distance - round, holds });
         }
     }
