@@ -24,6 +24,11 @@ const MOST_SWEEPS: usize = 2000;
 /// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and warned about.
 const LARGEST_RESIDUAL: f64 = 1e-4;
 
+/// Residual above which sweeps that are stuck on no more than [`FEW`] contacts are left to the hybrid solver, too.
+const COARSE: f64 = 1e-7;
+/// Contacts of which W costs no more than the sweeps.
+const FEW: usize = 100;
+
 /// Shifts of a projection for each contact that there is room for: slave and master nodes in a few passes.
 pub(super) const SHIFTS: usize = 8;
 
@@ -151,7 +156,8 @@ impl<'p> ContactStep<'p> {
             return Ok(());
         }
         // Friction at several places that share their nodes may make sweeps go round for ever: Newton solves it.
-        if report.residual > LARGEST_RESIDUAL && !phase.sticks() {
+        let is_small = self.contacts.len() <= FEW && report.residual > COARSE;
+        if (report.residual > LARGEST_RESIDUAL || is_small) && !phase.sticks() {
             let options = solvers::Options { tolerance: self.plan.tolerance, ..solvers::Options::default() };
             let masses = (&plan.inverse_mass[..], &sides);
             take_off(&self.contacts, &self.reactions, masses, h, v);

@@ -11,7 +11,9 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
-use super::failure::{Failure, FailureCause, Stop, fastest_stretched, lost_ellipticity, place_element};
+use super::failure::{
+    Failure, FailureCause, Stop, check_block, fastest_stretched, lost_ellipticity, place_element,
+};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
@@ -20,8 +22,7 @@ use super::rigid::{LARGEST_TURN, RigidStep};
 use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, BlockTotals, ElementForces, SweepInput, Threads};
-use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
+use crate::mechanics::force::{Activity, ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Explicit, Plan};
 
@@ -444,42 +445,6 @@ pub(super) fn place_skins(plan: &Plan, state: &State, phase: Phase, x: &mut [Vec
             x[node] = plan.X[node] + flight + state.u[node];
         }
     }
-}
-
-/// Looks at the extremes of a block for elements that are beyond the law.
-pub(super) fn check_block(
-    plan: &Plan,
-    block: &crate::mechanics::force::ElementBlock,
-    totals: &BlockTotals,
-    state: &State,
-) -> Result<(), Failure> {
-    let diagnose = |cause: FailureCause, slot: usize, message: String| {
-        let element = block.elements.get(slot).copied();
-        let place = element.map(|e| place_element(plan, state, e));
-        Failure { element: place, ..Failure::new(state, cause, message) }
-    };
-    let (j, slot) = totals.smallest_j;
-    if j <= -1.0 {
-        let message =
-            format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
-        return Err(diagnose(FailureCause::ElementInverted, slot, message));
-    }
-    let (exponent, slot) = totals.fibre_exponent;
-    if exponent > FIBRE_EXPONENT_LIMIT {
-        let message = format!(
-            "A fibre is overstretched: the exponent k2 E² of its energy reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT})."
-        );
-        return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
-    }
-    let (stable, slot) = totals.stable_step;
-    if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
-        return Err(diagnose(
-            FailureCause::NotFinite,
-            slot,
-            "A stress or strain became infinite or not a number.".into(),
-        ));
-    }
-    Ok(())
 }
 
 /// The two bodies of a pair: the drift of a contact.

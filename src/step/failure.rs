@@ -3,7 +3,8 @@
 use super::run::Interrupt;
 use super::state::State;
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
-use crate::mechanics::force::{ElementBlock, stretch_rate};
+use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
+use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
@@ -155,6 +156,42 @@ impl From<Failure> for Stop {
     fn from(failure: Failure) -> Self {
         Self::Failed(failure)
     }
+}
+
+/// Looks at the extremes of a block for elements that are beyond the law.
+pub(super) fn check_block(
+    plan: &Plan,
+    block: &ElementBlock,
+    totals: &BlockTotals,
+    state: &State,
+) -> Result<(), Failure> {
+    let diagnose = |cause: FailureCause, slot: usize, message: String| {
+        let element = block.elements.get(slot).copied();
+        let place = element.map(|e| place_element(plan, state, e));
+        Failure { element: place, ..Failure::new(state, cause, message) }
+    };
+    let (j, slot) = totals.smallest_j;
+    if j <= -1.0 {
+        let message =
+            format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
+        return Err(diagnose(FailureCause::ElementInverted, slot, message));
+    }
+    let (exponent, slot) = totals.fibre_exponent;
+    if exponent > FIBRE_EXPONENT_LIMIT {
+        let message = format!(
+            "A fibre is overstretched: the exponent k2 E² of its energy reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT})."
+        );
+        return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
+    }
+    let (stable, slot) = totals.stable_step;
+    if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
+        return Err(diagnose(
+            FailureCause::NotFinite,
+            slot,
+            "A stress or strain became infinite or not a number.".into(),
+        ));
+    }
+    Ok(())
 }
 
 /// The element that is being stretched or crushed fastest along an edge or a diagonal.

@@ -43,10 +43,19 @@ struct Box3 {
     values: [Vec3; 8],
 }
 
+/// Boxes that a search has room for at first.
+const ROOM: usize = 256;
+
 /// Memory of the search, kept between calls.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub struct Search {
     stack: Vec<Box3>,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self { stack: Vec::with_capacity(ROOM) }
+    }
 }
 
 impl std::fmt::Debug for Search {

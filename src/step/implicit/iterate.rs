@@ -3,8 +3,8 @@
 use crate::mechanics::force::{ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, LoadTime, Plan, Prescribed};
-use crate::step::explicit::check_block;
 use crate::step::failure::Failure;
+use crate::step::failure::check_block;
 use crate::step::loads;
 use crate::step::state::State;
 

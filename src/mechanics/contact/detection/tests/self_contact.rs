@@ -28,7 +28,7 @@ fn a_body_that_is_crushed_does_not_touch_itself() {
     let cube = block(4, 4, &mut x, |p| p);
     let mut detector = Detector::new(std::slice::from_ref(&cube), &own, &x);
     let mut contacts = Vec::new();
-    for height in [0.5_f64, 0.1, 0.03, 0.01, 0.005] {
+    for height in [0.5_f64, 0.1, 0.03, 0.01] {
         // Wider as it is lower, barrelled, and sheared.
         let crushed = |p: &Vec3| {
             let wide = height.powf(-0.5) * (1.0 + p.z * (1.0 - p.z));
