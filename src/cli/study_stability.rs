@@ -22,8 +22,8 @@ const TIGHT: f64 = 0.02;
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
     /// Ordinary impacts in place of extreme ones: five projectiles on three tissues at six speeds, on three meshes, by two
-    /// formulations, to the end of contact; most of an hour of one core, with `--short` (one mesh, one formulation, two speeds) a
-    /// minute. By explicit steps only.
+    /// formulations, to the end of contact; hours of one core, with `--short` (one mesh, one formulation, two speeds) two minutes. By explicit
+    /// steps only.
     #[arg(long, conflicts_with = "implicit")]
     pub ordinary: bool,
     /// The ends of each axis only, and no implicit steps as short as the explicit ones unless `--implicit` asks for them: less than a
