@@ -423,7 +423,7 @@ impl ExplicitStepper<'_> {
     /// Whether a pair has reactions in this step that never had any.
     fn touches_anew(&self, state: &State) -> bool {
         let (contacts, reactions) = self.contacts();
-        let is_new = |pair: u32| state.ledger.pairs[pair as usize].impulse_n_s == [0.0; 3];
+        let is_new = |pair: u32| state.ledger.pairs[pair as usize].impulse_n_s.iter().all(|p| *p == 0.0);
         contacts.iter().zip(reactions).any(|(c, r)| r.impulse[0] != 0.0 && is_new(c.pair))
     }
 

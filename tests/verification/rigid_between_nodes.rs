@@ -8,6 +8,7 @@ use contuse::plan::Plan;
 use contuse::step::Frame;
 use serde_json::{Value, json};
 
+#[allow(clippy::needless_pass_by_value)] // literals are handed over
 fn gel(generator: Value, fixed: Value) -> Value {
     json!({
         "name": "gel", "role": "tissue", "mesh": {"generator": generator}, "fixed": fixed,

@@ -7,7 +7,7 @@
 //! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
 //! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move or turn
 //!   far against each other, at the time of their first impact, to which they are followed as nodes are.
-//! - *Faces of a mesh between their nodes*, which a shape may enter by a small share of their size ([`super::rigid_faces`]).
+//! - *Faces of a mesh between their nodes*, which a shape may enter by a small share of their size (`rigid_faces.rs`).
 //!
 //! What is found depends on the places alone, never on the steps before.
 

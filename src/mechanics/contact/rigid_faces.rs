@@ -215,7 +215,7 @@ impl Obstacle {
             let upwards = face.normal(&weights);
             // Inside the core there is no telling but by the side that the mesh is on.
             let normal = if distance > MET * self.allowed { outwards } else { -upwards };
-            let is_node = share < MERGED || share > 1.0 - MERGED;
+            let is_node = !(MERGED..=1.0 - MERGED).contains(&share);
             let holds = self.owns[k] && !is_node && normal != Vec3::zeros();
             take(Place { weights, point, normal, gap: distance - round, holds });
         }
