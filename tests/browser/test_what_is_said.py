@@ -117,7 +117,8 @@ def test_a_depth_profile_is_of_layers(page, jobs):
     assert head == ["depth below the skin [mm]", "muscle [kPa]", "muscle, with its neighbour [kPa]", "fat, with its neighbour [kPa]", "skin, with its neighbour [kPa]"]
     both = [row for row in rows if row[3] and row[4]]
     assert len(both) == 1, "one interface of skin and fat"
-    assert both[0][3] == both[0][4]
+    # Of two nodes that mirror each other either layer may take either.
+    assert float(both[0][3]) == pytest.approx(float(both[0][4]), rel=1e-4)
     # Depth is measured in the deformed tissue here.
     assert 0.5 < float(both[0][0]) < 2.5
     depths = [float(row[0]) for row in rows]
