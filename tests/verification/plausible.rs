@@ -1,28 +1,14 @@
 //! What is shown of a run that cannot be a result: nothing touched, nobody knows the error, the law was left.
 
-use crate::rig::MeshInMemory;
+use crate::rig;
 use contuse::measure::summary::{ErrorEstimate, Shown};
 use contuse::measure::{Summary, render_table};
 use contuse::mesh::Mesh;
-use contuse::scene::{Budget, load};
-use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
 
 /// The summary of a scene, with its error bars.
 fn summary(document: &Value, mesh: Option<Mesh>) -> Summary {
-    let bytes = serde_json::to_vec(document).unwrap();
-    let loaded = load(&bytes, &MeshInMemory(mesh), &Budget::COMMAND_LINE)
-        .unwrap_or_else(|problems| panic!("{:#?}", problems.0));
-    let request = RunRequest {
-        scene: &loaded.scene,
-        document_json: &bytes,
-        recording: None,
-        also: None,
-        threads: 1,
-        interrupt: &|| None,
-        progress: &mut |_| {},
-    };
-    run_scene(request).unwrap().summary
+    rig::summary(&rig::loaded(document, mesh))
 }
 
 /// A soft ball over a block of gel that is held at the bottom.

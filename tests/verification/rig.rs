@@ -1,13 +1,15 @@
 //! The test rig: a scene from JSON, its plan, its run, and what is seen on the way.
 
+use contuse::measure::Summary;
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use contuse::plan::{Plan, compile};
-use contuse::scene::{Budget, MeshBytes, MeshSource, MeshSourceError, load};
+use contuse::scene::{Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, load};
 use contuse::step::{
     Ending, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run_from,
 };
+use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
 
 pub use crate::record::{assert_at_most, assert_close, assert_order, assert_within, picture};
@@ -33,11 +35,28 @@ pub fn plan(document: &Value) -> Plan {
 
 /// The plan of a scene document whose mesh files are all `mesh`.
 pub fn plan_with(document: &Value, mesh: Option<Mesh>) -> Plan {
+    compile(&loaded(document, mesh).scene).unwrap()
+}
+
+/// A scene document, loaded; its mesh files are all `mesh`.
+pub fn loaded(document: &Value, mesh: Option<Mesh>) -> Loaded {
     let bytes = serde_json::to_vec(document).unwrap();
-    match load(&bytes, &MeshInMemory(mesh), &Budget::COMMAND_LINE) {
-        Ok(loaded) => compile(&loaded.scene).unwrap(),
-        Err(problems) => panic!("the scene is refused: {:#?}", problems.0),
-    }
+    load(&bytes, &MeshInMemory(mesh), &Budget::COMMAND_LINE)
+        .unwrap_or_else(|problems| panic!("the scene is refused: {:#?}", problems.0))
+}
+
+/// What a run of a scene says, with the error bars that it asks for.
+pub fn summary(loaded: &Loaded) -> Summary {
+    let request = RunRequest {
+        scene: &loaded.scene,
+        document_json: b"{}",
+        recording: None,
+        also: None,
+        threads: 1,
+        interrupt: &|| None,
+        progress: &mut |_| {},
+    };
+    run_scene(request).unwrap().summary
 }
 
 /// A small hollow rubber ball over a block of fibred tissue, which it strikes aslant, with friction. `ball`: elements around and

@@ -1,15 +1,14 @@
 //! What-if: sharing and remembering change no bit, the edits that are told make the case, and what must rise rises.
 
-use contuse::measure::Summary;
+use crate::rig;
 use contuse::measure::summary::ErrorEstimate;
-use contuse::scene::{Budget, Loaded, NoFiles, load};
+use contuse::scene::{Budget, Loaded, NoFiles};
 use contuse::step::Interrupt;
 use contuse::study::error::Quantity;
 use contuse::study::what_if::limit::Verdict;
 use contuse::study::what_if::{
     Answer, Cache, CaseAnswer, Partial, WhatIfDocument, WhatIfRequest, check, study_what_if,
 };
-use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -43,7 +42,7 @@ fn limb() -> Value {
 }
 
 fn loaded(scene: &Value) -> Loaded {
-    load(&serde_json::to_vec(scene).unwrap(), &NoFiles, &Budget::COMMAND_LINE).unwrap()
+    rig::loaded(scene, None)
 }
 
 fn question(question: Value) -> WhatIfDocument {
@@ -73,20 +72,6 @@ fn ask(
 
 fn answer(base: &Loaded, asked: &WhatIfDocument) -> Answer {
     ask(base, asked, &Cache::default(), 2, true)
-}
-
-/// What a run of the scene by itself says.
-fn summary_of(loaded: &Loaded) -> Summary {
-    let request = RunRequest {
-        scene: &loaded.scene,
-        document_json: b"{}",
-        recording: None,
-        also: None,
-        threads: 1,
-        interrupt: &|| None,
-        progress: &mut |_| {},
-    };
-    run_scene(request).unwrap().summary
 }
 
 fn value(case: &CaseAnswer, quantity: Quantity) -> f64 {
@@ -151,7 +136,7 @@ fn a_case_is_the_run_of_the_scene_with_its_edits() {
     edited["solver"] = json!({"error_bars": "none"});
     let edited = loaded(&edited);
     assert!((edited.bodies[0].mass_kg - 0.012).abs() < 1e-12);
-    let summary = summary_of(&edited);
+    let summary = rig::summary(&edited);
     for (quantity, number) in &case.numbers {
         assert_eq!(Some(number.value), quantity.of(&summary), "{quantity}");
     }
@@ -354,7 +339,7 @@ fn what_the_summary_does_not_resolve_no_answer_resolves() {
     }));
     let answer = answer(&loaded(&scene), &asked);
     scene["solver"] = json!({"error_bars": "two_levels"});
-    let summary = summary_of(&loaded(&scene));
+    let summary = rig::summary(&loaded(&scene));
     for (quantity, number) in &answer.cases[0].numbers {
         let ErrorEstimate::Estimated(error) = quantity.number(&summary).unwrap().error else {
             panic!("{quantity}")
