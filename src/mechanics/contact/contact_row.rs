@@ -5,6 +5,7 @@
 //! planes have none, `()`, and no trace of them.
 
 use super::local::{Local, LocalOperator};
+use super::slip::ContactOperator;
 use super::stencil::Stencil;
 use super::{Contact, RigidSides};
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -113,6 +114,8 @@ pub(super) struct Row<T = ()> {
     bias: [f64; 2],
     /// `C M⁻¹ Cᵀ` of this contact alone, in the local frame.
     pub W: LocalOperator,
+    /// The same, ready to be solved with.
+    pub operator: ContactOperator,
 }
 
 /// |a|².
@@ -247,7 +250,7 @@ impl<T: Turning> Row<T> {
             }
         }
         let bias = [t1.dot(&contact.drift), t2.dot(&contact.drift)];
-        Self { normal, tangents: [t1, t2], bias, W }
+        Self { normal, tangents: [t1, t2], bias, W, operator: ContactOperator::new(&W) }
     }
 
     /// `u` in the local frame.

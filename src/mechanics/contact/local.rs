@@ -6,15 +6,12 @@
 //! Signorini with Coulomb, in the bi-potential form of De Saxcé & Feng (1998): with `ũ = u + μ ‖u_t‖ n`,
 //! `K_μ ∋ r ⊥ ũ ∈ K_μ*`, which is `r = Proj_Kμ(r − ρ ũ)` for any ρ > 0.
 
-use super::slip::solve_slip;
+use super::slip::ContactOperator;
 
 /// A vector in the local frame: normal, first tangent, second tangent.
 pub type Local = [f64; 3];
 /// A symmetric 3×3 operator in the local frame, row by row.
 pub type LocalOperator = [[f64; 3]; 3];
-
-/// A normal compliance below this share of the trace of W is none: nothing on either side can move along n.
-const IMMOVABLE: f64 = 1e-12;
 
 /// Orthogonal projection of `r` on `K_μ = { ‖r_t‖ ≤ μ r_n }`, 0 ≤ μ < ∞.
 ///
@@ -96,20 +93,7 @@ pub fn solve_isotropic(w: f64, q: Local, mu: f64) -> Local {
 /// Where nothing can move along n (`W_nn` none) the result is 0. In a tangential direction in which nothing can move
 /// the reaction is the limit of ever smaller compliance: on the cone if that direction slides, for μ = ∞ nothing.
 pub fn solve_contact(W: &LocalOperator, q: Local, mu: f64) -> Local {
-    let trace = W[0][0] + W[1][1] + W[2][2];
-    let w_nn = W[0][0];
-    if q[0] >= 0.0 || w_nn.is_nan() || w_nn <= IMMOVABLE * trace {
-        return [0.0; 3];
-    }
-    if mu == 0.0 {
-        return [solve_frictionless(w_nn, q[0]), 0.0, 0.0];
-    }
-    // The same problem with numbers of order one.
-    let w_scale = trace / 3.0;
-    let q_scale = q[0].abs().max(q[1].abs()).max(q[2].abs());
-    let scaled_w = W.map(|row| row.map(|x| x / w_scale));
-    let r = solve_slip(&scaled_w, q.map(|x| x / q_scale), mu);
-    r.map(|x| x * q_scale / w_scale)
+    ContactOperator::new(W).solve(q, mu)
 }
 
 #[cfg(test)]

@@ -4,123 +4,177 @@
 //! `(S + λ I) r_t = b` with `S = W_tt − W_tn W_nt/W_nn`, `b = −q_t + W_tn q_n/W_nn`. λ = 0 is stick; slip is
 //! `‖r_t(λ)‖ = μ r_n(λ)`.
 
-use super::local::{Local, LocalOperator};
+use super::local::{Local, LocalOperator, length, solve_frictionless};
 
+/// A normal compliance below this share of the trace of W is none: nothing on either side can move along n.
+const IMMOVABLE: f64 = 1e-12;
 /// An eigenvalue of S below this share of its operator (of order one) is zero.
 const SINGULAR: f64 = 1e-13;
 /// Newton–bisection needs far fewer; the interval is at rounding by then in any case.
 const MAX_ITERATIONS: usize = 200;
 
-/// A closing contact (`q_n < 0`, `W_nn > 0`, numbers of order one), reduced to its tangential eigenvectors.
-struct Reduced {
-    /// Eigenvalues of S, the smaller first.
+/// The operator of one contact, reduced to the eigenvectors of S: what all solutions with it share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ContactOperator {
+    /// `W_nn` as it is given.
+    alone: f64,
+    /// `W_nn`, 0 where nothing can move along n.
+    w_nn: f64,
+    /// `W_nt` in the local frame.
+    w_nt: [f64; 2],
+    /// Eigenvalues of S, the smaller first, 0 where a tangential direction is immovable.
     s: [f64; 2],
     /// Eigenvectors of S, as unit vectors in the (t1, t2) plane.
     axes: [[f64; 2]; 2],
-    /// `b` along the eigenvectors.
-    b: [f64; 2],
     /// `W_nt` along the eigenvectors.
     c: [f64; 2],
-    /// `W_nn`.
-    w_nn: f64,
+    /// `tr W / 3`: the rest is of W over this, numbers of order one.
+    scale: f64,
+}
+
+/// A closing contact (`q_n < 0`, `W_nn > 0`, numbers of order one).
+struct Closing<'a> {
+    operator: &'a ContactOperator,
+    /// `b` along the eigenvectors.
+    b: [f64; 2],
     /// `q_n`, negative.
     q_n: f64,
     /// `1/μ`, 0 for μ = ∞.
     inverse_mu: f64,
 }
 
-/// The reaction of a closing contact: stick if that lies in the cone, else slip.
-///
-/// With a singular S and a motion that no reaction can change, friction may jam: no finite reaction satisfies the law
-/// (Painlevé). Then the reaction is the frictionless one, and the residual of the law shows it.
-pub(super) fn solve_slip(W: &LocalOperator, q: Local, mu: f64) -> Local {
-    let reduced = Reduced::new(W, q, mu);
-    if let Some(r) = reduced.stick() {
-        return r;
-    }
-    match reduced.strongest_drag() {
-        Some(y) => reduced.reaction(y),
-        None => [-q[0] / W[0][0], 0.0, 0.0],
-    }
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
-impl Reduced {
-    fn new(W: &LocalOperator, q: Local, mu: f64) -> Self {
-        let w_nn = W[0][0];
-        let w_nt = [W[0][1], W[0][2]];
-        let b = [-q[1] + w_nt[0] * q[0] / w_nn, -q[2] + w_nt[1] * q[0] / w_nn];
+impl ContactOperator {
+    /// Of W, symmetric positive semi-definite.
+    pub fn new(W: &LocalOperator) -> Self {
+        let alone = W[0][0];
+        let scale = (W[0][0] + W[1][1] + W[2][2]) / 3.0;
+        let W = W.map(|row| row.map(|x| x / scale));
+        let (w_nn, w_nt) = (W[0][0], [W[0][1], W[0][2]]);
+        // The trace is 3; what is not a number moves nothing.
+        let is_movable = w_nn > 3.0 * IMMOVABLE;
+        if !is_movable {
+            return Self {
+                alone: 0.0,
+                w_nn: 0.0,
+                w_nt,
+                s: [0.0; 2],
+                axes: [[0.0; 2]; 2],
+                c: [0.0; 2],
+                scale,
+            };
+        }
         let s11 = W[1][1] - w_nt[0] * w_nt[0] / w_nn;
         let s22 = W[2][2] - w_nt[1] * w_nt[1] / w_nn;
         let s12 = W[1][2] - w_nt[0] * w_nt[1] / w_nn;
         let (s, axes) = eigen_2x2(s11, s12, s22);
-        let along = |a: [f64; 2], x: [f64; 2]| a[0] * x[0] + a[1] * x[1];
-        let mut b = [along(axes[0], b), along(axes[1], b)];
-        let c = [along(axes[0], w_nt), along(axes[1], w_nt)];
         let s = s.map(|x| if x <= SINGULAR { 0.0 } else { x });
+        Self { alone, w_nn, w_nt, s, axes, c: axes.map(|axis| dot(axis, w_nt)), scale }
+    }
+
+    /// See [`super::local::solve_contact`].
+    pub fn solve(&self, q: Local, mu: f64) -> Local {
+        if q[0] >= 0.0 || self.w_nn == 0.0 {
+            return [0.0; 3];
+        }
+        if mu == 0.0 {
+            return [solve_frictionless(self.alone, q[0]), 0.0, 0.0];
+        }
+        let size = q[0].abs().max(q[1].abs()).max(q[2].abs());
+        self.solve_closing(q.map(|x| x / size), mu).map(|x| x * size / self.scale)
+    }
+
+    /// The reaction of a closing contact: stick if that lies in the cone, else slip.
+    ///
+    /// With a singular S and a motion that no reaction can change, friction may jam: no finite reaction satisfies the law
+    /// (Painlevé). Then the reaction is the frictionless one, and the residual of the law shows it.
+    fn solve_closing(&self, q: Local, mu: f64) -> Local {
+        let closing = Closing::new(self, q, mu);
+        if let Some(r) = closing.stick() {
+            return r;
+        }
+        match closing.strongest_drag() {
+            Some(y) => closing.reaction(y),
+            None => [-q[0] / self.w_nn, 0.0, 0.0],
+        }
+    }
+
+    /// A reaction in the local frame from its part along the eigenvectors.
+    fn to_frame(&self, n: f64, t: [f64; 2]) -> Local {
+        let along = |i: usize| self.axes[0][i] * t[0] + self.axes[1][i] * t[1];
+        [n, along(0), along(1)]
+    }
+}
+
+impl<'a> Closing<'a> {
+    fn new(operator: &'a ContactOperator, q: Local, mu: f64) -> Self {
+        let ContactOperator { w_nn, w_nt, s, axes, .. } = operator;
+        let b = [-q[1] + w_nt[0] * q[0] / w_nn, -q[2] + w_nt[1] * q[0] / w_nn];
+        let mut b = axes.map(|axis| dot(axis, b));
         for (b, s) in b.iter_mut().zip(s) {
             // No reaction, however large, changes the velocity along such an axis: with μ = ∞ it is left out.
-            if s == 0.0 && (mu.is_infinite() || b.abs() <= SINGULAR) {
+            if *s == 0.0 && (mu.is_infinite() || b.abs() <= SINGULAR) {
                 *b = 0.0;
             }
         }
-        Self { s, axes, b, c, w_nn, q_n: q[0], inverse_mu: 1.0 / mu }
+        Self { operator, b, q_n: q[0], inverse_mu: 1.0 / mu }
     }
 
     /// `r_t` along the eigenvectors at `y = 1/(s_min + λ)`.
     fn tangential(&self, y: f64) -> [f64; 2] {
-        [self.b[0] * y, self.b[1] * y / (1.0 + (self.s[1] - self.s[0]) * y)]
+        [self.b[0] * y, self.b[1] * y / (1.0 + (self.operator.s[1] - self.operator.s[0]) * y)]
     }
 
     /// `W_nn r_n` for a tangential reaction.
     fn normal(&self, t: [f64; 2]) -> f64 {
-        -self.q_n - self.c[0] * t[0] - self.c[1] * t[1]
+        -self.q_n - self.operator.c[0] * t[0] - self.operator.c[1] * t[1]
     }
 
     /// `W_nn (‖r_t‖/μ − r_n)` at `y`: negative inside the cone.
     fn excess(&self, y: f64) -> f64 {
         let t = self.tangential(y);
-        self.w_nn * self.inverse_mu * t[0].hypot(t[1]) - self.normal(t)
+        self.operator.w_nn * self.inverse_mu * length(t[0], t[1]) - self.normal(t)
     }
 
     /// d excess / dy.
     fn excess_slope(&self, y: f64) -> f64 {
         let t = self.tangential(y);
-        let stretch = 1.0 + (self.s[1] - self.s[0]) * y;
+        let stretch = 1.0 + (self.operator.s[1] - self.operator.s[0]) * y;
         let dt = [self.b[0], self.b[1] / (stretch * stretch)];
-        let length = t[0].hypot(t[1]);
-        let growth = if length > 0.0 { (t[0] * dt[0] + t[1] * dt[1]) / length } else { 0.0 };
-        self.w_nn * self.inverse_mu * growth + self.c[0] * dt[0] + self.c[1] * dt[1]
+        let size = length(t[0], t[1]);
+        let growth = if size > 0.0 { (t[0] * dt[0] + t[1] * dt[1]) / size } else { 0.0 };
+        self.operator.w_nn * self.inverse_mu * growth
+            + self.operator.c[0] * dt[0]
+            + self.operator.c[1] * dt[1]
     }
 
     /// The reaction with `u = 0`, if it exists and lies in the cone.
     fn stick(&self) -> Option<Local> {
         let mut t = [0.0; 2];
-        for (t, (s, b)) in t.iter_mut().zip(self.s.into_iter().zip(self.b)) {
+        for (t, (s, b)) in t.iter_mut().zip(self.operator.s.into_iter().zip(self.b)) {
             if s > 0.0 {
                 *t = b / s;
             } else if b != 0.0 {
                 return None;
             }
         }
-        let n = self.normal(t) / self.w_nn;
-        let inside = n >= 0.0 && self.inverse_mu * t[0].hypot(t[1]) <= n;
-        inside.then(|| self.to_frame(n, t))
+        let n = self.normal(t) / self.operator.w_nn;
+        let inside = n >= 0.0 && self.inverse_mu * length(t[0], t[1]) <= n;
+        inside.then(|| self.operator.to_frame(n, t))
     }
 
     /// The slipping reaction at `y`; exactly on the cone for finite μ.
     fn reaction(&self, y: f64) -> Local {
         let t = self.tangential(y);
         let n = if self.inverse_mu > 0.0 {
-            self.inverse_mu * t[0].hypot(t[1])
+            self.inverse_mu * length(t[0], t[1])
         } else {
-            (self.normal(t) / self.w_nn).max(0.0)
+            (self.normal(t) / self.operator.w_nn).max(0.0)
         };
-        self.to_frame(n, t)
-    }
-
-    fn to_frame(&self, n: f64, t: [f64; 2]) -> Local {
-        let along = |i: usize| self.axes[0][i] * t[0] + self.axes[1][i] * t[1];
-        [n, along(0), along(1)]
+        self.operator.to_frame(n, t)
     }
 
     /// The smallest root `y` of the excess, that is the largest λ; `None` if there is no finite one.
@@ -129,10 +183,10 @@ impl Reduced {
     /// whose critical points part the axis so that no root can hide between two samples of equal sign.
     fn strongest_drag(&self) -> Option<f64> {
         // Below this `y` the cone holds whatever the directions.
-        let b = self.b[0].hypot(self.b[1]);
-        let c = self.c[0].hypot(self.c[1]);
-        let unit = -self.q_n / (b * (self.w_nn * self.inverse_mu + c));
-        let end = 1.0 / self.s[0];
+        let b = length(self.b[0], self.b[1]);
+        let c = length(self.operator.c[0], self.operator.c[1]);
+        let unit = -self.q_n / (b * (self.operator.w_nn * self.inverse_mu + c));
+        let end = 1.0 / self.operator.s[0];
         if !unit.is_finite() || unit >= end {
             return end.is_finite().then_some(end);
         }
@@ -141,14 +195,21 @@ impl Reduced {
         while last < end && self.excess(last) <= 0.0 {
             last = (2.0 * last).min(end);
         }
-        if last * SINGULAR >= 1.0 && self.s[0] == 0.0 {
+        if last * SINGULAR >= 1.0 && self.operator.s[0] == 0.0 {
             return None;
         }
+        if self.has_one_root() {
+            return Some(self.root_between(unit, last));
+        }
         // In z = y/unit the quartic (n0 + n1 z + n2 z²)² − a² z² ((1 + d z)² b1² + b2²) vanishes at every root.
-        let d = (self.s[1] - self.s[0]) * unit;
+        let d = (self.operator.s[1] - self.operator.s[0]) * unit;
         let (b1, b2) = (self.b[0] * unit, self.b[1] * unit);
-        let (n0, n1, n2) = (-self.q_n, -self.q_n * d - self.c[0] * b1 - self.c[1] * b2, -self.c[0] * b1 * d);
-        let a2 = (self.w_nn * self.inverse_mu).powi(2);
+        let (n0, n1, n2) = (
+            -self.q_n,
+            -self.q_n * d - self.operator.c[0] * b1 - self.operator.c[1] * b2,
+            -self.operator.c[0] * b1 * d,
+        );
+        let a2 = (self.operator.w_nn * self.inverse_mu).powi(2);
         let quartic = [
             n0 * n0,
             2.0 * n0 * n1,
@@ -166,6 +227,16 @@ impl Reduced {
             lo = y;
         }
         Some(self.root_between(lo, last))
+    }
+
+    /// Whether the excess grows all the way to stick.
+    ///
+    /// `‖r_t‖` grows by `r_t·r_t'/‖r_t‖`, and `r_t' = K r_t / y` with K between s_min/s_max and 1, so by no less than
+    /// `2 √κ/(1 + κ)` of `‖r_t'‖`, κ = s_max/s_min (Kantorovich); the coupling takes away `‖W_nt‖ ‖r_t'‖` at most.
+    fn has_one_root(&self) -> bool {
+        let [least, most] = self.operator.s;
+        let slowest = 2.0 * (least * most).sqrt() / (least + most);
+        self.operator.w_nn * self.inverse_mu * slowest > length(self.operator.c[0], self.operator.c[1])
     }
 
     /// Newton with bisection: the excess is not positive at `lo` and positive at `hi` (to rounding).
@@ -252,4 +323,35 @@ fn bisect(f: impl Fn(f64) -> f64, mut lo: f64, mut hi: f64) -> f64 {
         }
     }
     0.5 * (lo + hi)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_excess_grows_where_it_is_said_to_have_one_root() {
+        let mut counts = [0, 0];
+        for i in 0..4000 {
+            // Operators of all kinds: S = diag(s, 1), coupled to the normal at all angles.
+            let number = |k: u32| f64::from((i * 7919 + k * 104_729) % 1009) / 1009.0;
+            let (anisotropy, angle, coupling) = (number(1), std::f64::consts::TAU * number(2), number(3));
+            let c = [0.9 * coupling * angle.cos(), 0.9 * coupling * angle.sin()];
+            let (low, high) = (0.01 + 0.99 * anisotropy, 1.0);
+            let w = [
+                [1.0, c[0], c[1]],
+                [c[0], low + c[0] * c[0], c[0] * c[1]],
+                [c[1], c[0] * c[1], high + c[1] * c[1]],
+            ];
+            let q = [-0.1 - number(4), 4.0 * number(5) - 2.0, 4.0 * number(6) - 2.0];
+            let operator = ContactOperator::new(&w);
+            let closing = Closing::new(&operator, q, 0.05 + 2.0 * number(7));
+            let end = 1.0 / operator.s[0];
+            let values: Vec<f64> = (1..=200).map(|k| closing.excess(end * f64::from(k) / 200.0)).collect();
+            let grows = values.windows(2).all(|v| v[1] >= v[0] - 1e-12 * v[0].abs());
+            assert!(grows || !closing.has_one_root(), "{w:?} {q:?}");
+            counts[usize::from(closing.has_one_root())] += 1;
+        }
+        assert!(counts.iter().all(|&n| n > 500), "{counts:?}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::super::contact_row::{NormalRow, Row, Turning, squared};
 use super::super::local::{
-    Local, natural_map, natural_map_frictionless, solve_contact, solve_frictionless, solve_isotropic,
+    Local, natural_map, natural_map_frictionless, solve_frictionless, solve_isotropic,
 };
 use super::super::{ContactLaw, Reaction};
 use crate::mechanics::tensor::Vec3;
@@ -245,7 +245,7 @@ fn sweep_coulomb<T: Turning>(
         } else {
             let W = &row.W;
             let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
-            solve_contact(W, q, mu)
+            row.operator.solve(q, mu)
         };
         // A point between two of the cone is in the cone.
         let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
