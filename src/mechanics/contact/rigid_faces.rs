@@ -1,13 +1,14 @@
 //! Faces of a mesh against a rigid body, between their nodes, which are held by themselves ([`super::rigid_detection`]).
 //!
 //! A shape may lie in a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close together they keep it out
-//! by themselves, and this constrains nothing. Two flat-sided bodies meet with a corner in a face, a face on a corner, or two edges:
+//! by themselves, and this constrains nothing. Two flat-sided bodies meet with a corner in a face, a face on a corner, or two edges; faces of a mesh warp, too:
 //!
 //! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal of the face,
 //!   so to the side that the mesh is on, at any depth.
 //! - *Edges* of the face between their ends, where the distance to the shape is least: the distance of a convex shape is convex along a
 //!   straight edge. It is taken to a *core*, smaller than the shape by twice what is allowed, so that the normal is unique at edges
 //!   and corners of the shape, too. Where the shape lies flat on an edge both ends of that stretch are held.
+//! - The *bulge* of a warped face, where its inside is nearer to the core than its edges.
 //!
 //! A face that moves far within a step is followed along its way by steps of its distance, as nodes are: nothing tunnels.
 
@@ -33,6 +34,12 @@ const FLAT: f64 = 1e-3;
 const MERGED: f64 = 1e-2;
 /// Halvings of an edge.
 const HALVINGS: usize = 30;
+/// A bulge whose shape functions differ by less than this from those of a foot is under that foot.
+const BESIDE: f64 = 0.1;
+/// Where the search over a face looks, in steps.
+const AROUND: [[f64; 2]; 8] =
+    [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
+
 /// Where a face comes too near to a body, in the axes of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceTouch {
@@ -150,10 +157,17 @@ impl Obstacle {
     }
 
     fn for_each_place(&self, face: &Patch, reach: f64, mut take: impl FnMut(Place)) {
-        self.for_each_foot(face, reach, &mut take);
+        let mut lowest: Option<(f64, [f64; 4])> = None;
+        self.for_each_foot(face, reach, &mut |place| {
+            if lowest.is_none_or(|(gap, _)| place.gap < gap) {
+                lowest = Some((place.gap, place.weights));
+            }
+            take(place);
+        });
         for k in 0..face.corner_count() {
             self.for_each_end(face, k, reach, &mut take);
         }
+        self.for_the_bulge(face, lowest.map(|(_, weights)| weights), reach, &mut take);
     }
 
     /// Feet above or in the face.
@@ -192,6 +206,28 @@ impl Obstacle {
         }
     }
 
+    /// The place inside a warped face that is nearest to the core: between straight edges that pass a corner or a rim a face bulges
+    /// into the shape; `foot`: where the lowest foot is.
+    fn for_the_bulge(&self, face: &Patch, foot: Option<[f64; 4]>, reach: f64, take: &mut impl FnMut(Place)) {
+        let [a, b, c, d] = face.corners;
+        let (core, round) = &self.core;
+        let warp = 0.25 * (a - b + c - d).norm();
+        let (distance, _) = core.eval_distance(&face.point(&[0.25; 4]));
+        let around = face.corners.iter().map(|x| (x - face.point(&[0.25; 4])).norm()).fold(0.0, f64::max);
+        // A ball stands on its foot there.
+        let is_ball = matches!(core, Shape::Ball { .. });
+        if is_ball || face.triangle || warp <= self.allowed || distance - around - round > reach {
+            return;
+        }
+        let [xi, eta] = nearest_inside(core, face, MET * self.allowed);
+        let weights = face.weights(xi, eta);
+        let is_inside = |share: f64| (MERGED..=1.0 - MERGED).contains(&share);
+        let is_under_foot = foot.is_some_and(|foot| (0..4).all(|k| (foot[k] - weights[k]).abs() < BESIDE));
+        if is_inside(xi) && is_inside(eta) && !is_under_foot {
+            self.keep_out(face, weights, true, take);
+        }
+    }
+
     /// The ends of the stretch of edge k that is nearest to the core.
     fn for_each_end(&self, face: &Patch, k: usize, reach: f64, take: &mut impl FnMut(Place)) {
         let next = (k + 1) % face.corner_count();
@@ -205,25 +241,62 @@ impl Obstacle {
         let ends = if last - first > MERGED {
             [Some(first), Some(last)]
         } else {
-            [Some(0.5 * (first + last)), None]
+            [Some(middle_of((first, last))), None]
         };
         for share in ends.into_iter().flatten() {
-            let point = from + way * share;
-            let (distance, outwards) = core.eval_distance(&point);
             let mut weights = [0.0; 4];
             (weights[k], weights[next]) = (1.0 - share, share);
-            let upwards = face.normal(&weights);
-            // Inside the core there is no telling but by the side that the mesh is on.
-            let normal = if distance > MET * self.allowed { outwards } else { -upwards };
             let is_node = !(MERGED..=1.0 - MERGED).contains(&share);
-            let holds = self.owns[k] && !is_node && normal != Vec3::zeros();
-            take(Place { weights, point, normal, gap: distance - round, holds });
+            self.keep_out(face, weights, self.owns[k] && !is_node, take);
         }
     }
+
+    /// A place of the face by its distance from the core.
+    fn keep_out(&self, face: &Patch, weights: [f64; 4], holds: bool, take: &mut impl FnMut(Place)) {
+        let (core, round) = &self.core;
+        let point = face.point(&weights);
+        let (distance, outwards) = core.eval_distance(&point);
+        // Inside the core there is no telling but by the side that the mesh is on.
+        let normal = if distance > MET * self.allowed { outwards } else { -face.normal(&weights) };
+        take(Place {
+            weights,
+            point,
+            normal,
+            gap: distance - round,
+            holds: holds && normal != Vec3::zeros(),
+        });
+    }
+}
+
+/// The place of a quadrilateral, as its two coordinates from 0 to 1, where no step in eight directions leads nearer to a shape by more
+/// than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the distance has kinks, at which a descent along
+/// fewer directions would stand still.
+fn nearest_inside(core: &Shape, face: &Patch, tolerance: f64) -> [f64; 2] {
+    let distance = |[xi, eta]: [f64; 2]| core.eval_distance(&face.point(&face.weights(xi, eta))).0;
+    let (mut at, mut step) = ([0.5; 2], 0.25);
+    let mut least = distance(at);
+    while step > MERGED {
+        let around = AROUND.map(|[x, y]| [at[0] + step * x, at[1] + step * y].map(|s| s.clamp(0.0, 1.0)));
+        let next = around.map(|at| (distance(at), at)).into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        match next {
+            Some((nearer, there)) if nearer < least - tolerance => (least, at) = (nearer, there),
+            _ => step *= 0.5,
+        }
+    }
+    at
+}
+
+fn middle_of((first, last): (f64, f64)) -> f64 {
+    0.5 * (first + last)
 }
 
 /// The shares of the way from a point at which the distance from a convex shape stops falling and begins to grow.
 fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
+    // The core of a ball is its centre.
+    if matches!(core, Shape::Ball { .. }) {
+        let share = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
+        return (share, share);
+    }
     let length = way.norm();
     let grows = |share: f64| core.eval_distance(&(from + way * share)).1.dot(way);
     let first_above = |slope: f64| {

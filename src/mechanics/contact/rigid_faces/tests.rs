@@ -112,3 +112,32 @@ fn the_back_of_a_thin_plate_is_no_obstacle() {
         );
     }
 }
+
+#[test]
+fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
+    // A saddle, high along one diagonal; the beam lies along the other one, over which the face bulges.
+    let warp = 1.0;
+    let mut face = square(0.0);
+    for (corner, sign) in face.corners.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
+        corner.z = sign * warp;
+    }
+    let beam = Shape::Box { half: Vec3::new(5.0, 0.2, 0.2) };
+    let along = face.corners[1] - face.corners[3];
+    let rotation = Rotation::from_euler_angles(0.0, 0.0, along.y.atan2(along.x));
+    let middle = face.point(&[0.25; 4]);
+    for depth in [-1.0, 0.05, 0.1, 0.15] {
+        // In the axes of the beam, its lower side so deep below the middle of the face.
+        let centre = middle + Vec3::z() * (0.2 - depth);
+        let seen = turned(&rotation, &face, &-centre);
+        let touches = found(&beam, &seen, &seen);
+        if depth < 0.0 {
+            assert_eq!(touches, []);
+            continue;
+        }
+        let [touch] = touches[..] else { panic!("{depth}: {touches:?}") };
+        assert!(touch.weights.iter().all(|w| (w - 0.25).abs() < 0.05), "{touch:?}");
+        let allowed = Obstacle::new(&beam, SIZE).allowed;
+        assert!((touch.gap - (allowed - depth)).abs() < 0.3 * allowed + 0.1 * depth, "{depth}: {touch:?}");
+        assert!((rotation * touch.normal).z < -0.9, "{touch:?}");
+    }
+}
