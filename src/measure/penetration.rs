@@ -17,6 +17,10 @@ use crate::plan::PlanBody;
 use crate::step::Frame;
 use std::cell::OnceCell;
 
+/// Depth inside another body over the size of a face above which the numbers of a run are withheld [-].
+pub const DEPTH_LIMIT: f64 = 0.1;
+/// Volume that two bodies share over that of the smaller one above which they are [-].
+pub const OVERLAP_LIMIT: f64 = 0.01;
 /// Points of the lattice in a rigid body along each axis.
 const LATTICE: i32 = 12;
 
@@ -115,6 +119,21 @@ impl Penetration {
                 );
             }
         }
+    }
+
+    /// What went beyond its limit.
+    pub fn excess(&self) -> Option<String> {
+        let Self { deepest, largest } = self;
+        let said = |share: f64, of: &str, between: &str, time: f64, limit: f64| {
+            let [share, limit] = [share, limit].map(|x| 100.0 * x);
+            (share > limit).then(|| {
+                format!("{between}: at {:.2} ms {share:.1} % of {of} (limit {limit:.0} %)", 1e3 * time)
+            })
+        };
+        let deep = said(deepest.share, "a face deep inside", &deepest.between, deepest.time, DEPTH_LIMIT);
+        deep.or_else(|| {
+            said(largest.share, "the volume shared", &largest.between, largest.time, OVERLAP_LIMIT)
+        })
     }
 
     fn keep(&mut self, between: &str, time: f64, found: Found, smaller: f64) {

@@ -10,6 +10,7 @@ fn ordinary_impacts_run_to_the_end_of_contact() {
         assert_eq!(cell.verdict, Verdict::Finished, "{name}: {cell:?}");
         assert!(cell.balance_error <= 0.01 && cell.growth <= 1.01, "{name}: {cell:?}");
         assert!(cell.deflection_m > 1e-3, "{name}: {cell:?}");
+        assert!(cell.face_penetration < 0.1, "{name}: {cell:?}");
     }
 }
 

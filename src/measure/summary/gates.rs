@@ -2,7 +2,7 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
-use super::super::penetration::Depth;
+use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT};
 use super::laws::{LawRange, law_excess, left_laws, numerical_stress};
 use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
@@ -21,10 +21,6 @@ const INERTIA_WARNING: f64 = 0.01;
 const LAW_GATE: &str = "laws_within_limits";
 /// Depth inside another body over the size of a face above which there is a warning [-].
 const PENETRATION_WARNING: f64 = 0.02;
-/// The same above which the numbers are withheld [-].
-const PENETRATION_LIMIT: f64 = 0.1;
-/// Volume that two bodies share over that of the smaller one above which the numbers are withheld [-].
-const OVERLAP_LIMIT: f64 = 0.01;
 /// Fewer field times than this are told to the user.
 const FEW_SAMPLES: u32 = 20;
 /// A force window of fewer steps than this is told to the user.
@@ -99,7 +95,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             "penetration_within_limit",
             "deepest penetration over the size of a face",
             numerics.deepest_penetration_share,
-            PENETRATION_LIMIT,
+            DEPTH_LIMIT,
         ),
         gate(
             "overlap_within_limit",

@@ -287,16 +287,22 @@ fn run_cell(
     };
     // A run that was stopped failed in nothing.
     let stopped = (*ending == Ending::Cancelled).then_some(STOPPED);
+    // Numbers of bodies that are in each other would be withheld.
+    let overlap = watch.penetration.excess().filter(|_| *ending == Ending::Finished);
     let verdict = match (ending, is_finite) {
-        (Ending::Finished, true) => Verdict::Finished,
         (Ending::Finished, false) => Verdict::Wrong,
+        (Ending::Finished, true) if overlap.is_none() => Verdict::Finished,
         _ => Verdict::Diagnosed,
     };
+    let is_deep = overlap.is_some();
+    let reason = overlap.clone().or_else(|| failure.map(|f| f.message.clone()));
+    let remedy =
+        overlap.map(|_| "refine the coarser of the two surfaces").or(failure.map(|f| f.remedy.as_str()));
     Cell {
         verdict,
-        ending: ending_name(ending),
-        reason: failure.map(|f| f.message.as_str()).or(stopped.map(|(reason, _)| reason)).map(str::to_owned),
-        remedy: failure.map(|f| f.remedy.as_str()).or(stopped.map(|(_, remedy)| remedy)).map(str::to_owned),
+        ending: if is_deep { "bodies overlap".into() } else { ending_name(ending) },
+        reason: reason.or(stopped.map(|(reason, _)| reason.to_owned())),
+        remedy: remedy.or(stopped.map(|(_, remedy)| remedy)).map(str::to_owned),
         balance_error: outcome.balance_error,
         growth: watch.growth(),
         contact_loss: watch.contact_loss(),

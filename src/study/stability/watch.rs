@@ -18,6 +18,8 @@ pub(super) struct Watch<'a> {
     pub penetration: Penetration,
     /// Set when contact has begun and is over.
     contact_is_over: &'a AtomicBool,
+    /// Whether each pair has touched so far.
+    touched: Vec<bool>,
     /// First and last time with contact [s].
     contact_span: Option<[f64; 2]>,
     /// Deepest gap of a candidate contact at the start of a step [m], not negative.
@@ -35,6 +37,7 @@ impl<'a> Watch<'a> {
             deflection: Deflection::default(),
             penetration: Penetration::default(),
             contact_is_over,
+            touched: Vec::new(),
             contact_span: None,
             deepest: 0.0,
             initial: 0.0,
@@ -56,6 +59,7 @@ impl<'a> Watch<'a> {
 impl Recorder for Watch<'_> {
     fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
         self.deflection = Deflection::new(plan);
+        self.touched = vec![false; plan.contact.as_ref().map_or(0, |contact| contact.pairs.len())];
         Ok(())
     }
 
@@ -68,10 +72,15 @@ impl Recorder for Watch<'_> {
         self.lost = energy.numerical_contact_j();
         self.scale = energy.turnover_j;
         self.deflection.accumulate(frame);
-        if frame.is_field_time {
-            self.penetration.accumulate(frame, |_| true);
+        let acting = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);
+        let is_touching = acting.clone().next().is_some();
+        for (contact, _) in acting {
+            self.touched[contact.pair as usize] = true;
         }
-        if frame.reactions.iter().any(|r| r.impulse[0] > 0.0) {
+        if frame.is_field_time {
+            self.penetration.accumulate(frame, |pair| self.touched[pair]);
+        }
+        if is_touching {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);
         }
         if let Some([first, last]) = self.contact_span
