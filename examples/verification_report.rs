@@ -1,8 +1,8 @@
 //! The page of the verification tests: what each compares, with what, and what came out.
 //!
 //! ```text
-//! CONTUSE_VERIFICATION_RECORDS=target/verification cargo test --test verification
-//! cargo run --example verification_report -- target/verification docs/verification.md
+//! CONTUSE_VERIFICATION_RECORDS=target/verification cargo test --release --test verification
+//! cargo run --release --example verification_report -- target/verification docs/verification.md
 //! ```
 //!
 //! Pictures are written beside the page, under `pictures/`. The folder of the records is emptied by hand before a new run.
@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 
 const HEAD: &str = "# Verification\n\n\
     Cases with known answers, and what Contuse computes. Written by\n\n    \
-    CONTUSE_VERIFICATION_RECORDS=target/verification cargo test --test verification\n    \
-    cargo run --example verification_report -- target/verification docs/verification.md\n\n\
+    CONTUSE_VERIFICATION_RECORDS=target/verification cargo test --release --test verification\n    \
+    cargo run --release --example verification_report -- target/verification docs/verification.md\n\n\
     from what the tests in `tests/verification/` compare when they run: each row is an assertion that held. A case with several rows of \
     one name (elements, nodes, laws) shows the one nearest to its tolerance, and how many there are.\n\n";
 

@@ -352,7 +352,8 @@ fn the_architecture_page_knows_every_room() {
 #[test]
 fn the_readme_and_the_ci_run_the_same_commands() {
     let (readme, ci) = (read(&root().join("README.md")), read(&root().join(".ci/run")));
-    let commands = ["cargo run --release -- run scenarios/flashball_thigh/scene.json", "cargo test"];
+    let commands =
+        ["cargo run --release -- run scenarios/flashball_thigh/scene.json", "cargo test --release"];
     let is_missing = |command: &&str| !(readme.contains(*command) && ci.contains(*command));
     let violations: Vec<String> = commands.into_iter().filter(is_missing).map(str::to_owned).collect();
     expect_none("both name the same two commands", &violations);

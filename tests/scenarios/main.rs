@@ -17,7 +17,7 @@
 //! ```
 //!
 //! The words for quantities are those of [`Quantity`]. `ending` is `finished` or the cause of the failure. Slow scenes run
-//! with `cargo test --test scenarios -- --ignored`.
+//! with `cargo test --release --test scenarios -- --ignored`.
 #![allow(clippy::unwrap_used)] // a test may stop at the first surprise
 
 mod quantity;
