@@ -103,7 +103,7 @@ impl ContactOperator {
     }
 
     /// A reaction in the local frame from its part along the eigenvectors.
-    fn to_frame(&self, n: f64, t: [f64; 2]) -> Local {
+    fn in_frame(&self, n: f64, t: [f64; 2]) -> Local {
         let along = |i: usize| self.axes[0][i] * t[0] + self.axes[1][i] * t[1];
         [n, along(0), along(1)]
     }
@@ -163,7 +163,7 @@ impl<'a> Closing<'a> {
         }
         let n = self.normal(t) / self.operator.w_nn;
         let inside = n >= 0.0 && self.inverse_mu * length(t[0], t[1]) <= n;
-        inside.then(|| self.operator.to_frame(n, t))
+        inside.then(|| self.operator.in_frame(n, t))
     }
 
     /// The slipping reaction at `y`; exactly on the cone for finite μ.
@@ -174,7 +174,7 @@ impl<'a> Closing<'a> {
         } else {
             (self.normal(t) / self.operator.w_nn).max(0.0)
         };
-        self.operator.to_frame(n, t)
+        self.operator.in_frame(n, t)
     }
 
     /// The smallest root `y` of the excess, that is the largest λ; `None` if there is no finite one.
