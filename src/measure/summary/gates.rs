@@ -2,8 +2,8 @@
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
-use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT};
-use super::laws::{LawRange, law_excess, left_laws, numerical_stress};
+use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT, TOO_DEEP};
+use super::laws::{LawRange, beyond_limit, law_excess, left_laws, numerical_stress};
 use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
@@ -17,8 +17,13 @@ const CONTACT_CREATION_LIMIT: f64 = 0.001;
 const PROJECTION_WARNING: f64 = 0.01;
 /// Share of a body's inertia above which redistributed mass is warned of [-].
 const INERTIA_WARNING: f64 = 0.01;
-/// The gate of laws that were taken too far.
+/// The gate of laws that were taken too far, and what to do.
 const LAW_GATE: &str = "laws_within_limits";
+const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
+                          how far a law holds, say so in the scene (`valid_to` of the material).";
+/// The gates of bodies in each other.
+const PENETRATION_GATE: &str = "penetration_within_limit";
+const OVERLAP_GATE: &str = "overlap_within_limit";
 /// Depth inside another body over the size of a face above which there is a warning [-].
 const PENETRATION_WARNING: f64 = 0.02;
 /// Fewer field times than this are told to the user.
@@ -92,13 +97,13 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             limit,
         ),
         gate(
-            "penetration_within_limit",
+            PENETRATION_GATE,
             "deepest penetration over the size of a face",
             numerics.deepest_penetration_share,
             DEPTH_LIMIT,
         ),
         gate(
-            "overlap_within_limit",
+            OVERLAP_GATE,
             "volume that two bodies share over that of the smaller one",
             numerics.overlapped_volume_share,
             OVERLAP_LIMIT,
@@ -107,25 +112,37 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
     ]
 }
 
+/// Why the numbers of a run are withheld, and what to do.
+pub(super) struct Withholding {
+    pub reason: String,
+    pub remedy: &'static str,
+}
+
 /// Why the numbers are withheld, if they are.
-pub(super) fn withholding_reason(
+pub(super) fn withholding(
     gates: &[Gate],
     state: &RunState,
-    beyond_limit: impl Fn() -> String,
-) -> Option<String> {
+    measures: &Measures,
+    numerics: &Numerics,
+) -> Option<Withholding> {
     if let RunState::Failed { failure } = state
         && matches!(failure.cause, FailureCause::EnergyGate | FailureCause::NotFinite)
     {
-        return Some(failure.message.trim_end_matches('.').to_owned());
+        let reason = failure.message.trim_end_matches('.').to_owned();
+        return Some(Withholding { reason, remedy: failure.cause.remedy() });
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
-    if failed.name == LAW_GATE {
-        return Some(beyond_limit());
-    }
-    Some(format!(
-        "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
-        failed.name, failed.meaning, failed.value, failed.limit
-    ))
+    Some(match (failed.name, measures.penetration.excess()) {
+        (LAW_GATE, _) => Withholding { reason: beyond_limit(&measures.laws, numerics), remedy: BEYOND_LAW },
+        (PENETRATION_GATE | OVERLAP_GATE, Some(reason)) => Withholding { reason, remedy: TOO_DEEP },
+        _ => Withholding {
+            reason: format!(
+                "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
+                failed.name, failed.meaning, failed.value, failed.limit
+            ),
+            remedy: FailureCause::EnergyGate.remedy(),
+        },
+    })
 }
 
 /// Warnings that follow from the measures.
@@ -266,8 +283,7 @@ fn penetration_warning(deepest: &Depth) -> Option<String> {
     let Depth { depth, share, between, time } = deepest;
     (*share > PENETRATION_WARNING).then(|| {
         format!(
-            "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %): refine the coarser of the \
-             two surfaces.",
+            "{between}: a point lay {} mm inside the other side at {}, {:.1} % of a face (above {:.0} %). {TOO_DEEP}",
             number(1e3 * depth),
             seconds(*time),
             100.0 * share,

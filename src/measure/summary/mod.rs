@@ -22,11 +22,11 @@ pub use table::{number, render_table, rounded};
 
 use super::measures::Measures;
 use crate::plan::Plan;
-use crate::step::{Ending, Failure, Outcome};
+use crate::step::{Ending, Failure, FailureCause, Outcome};
 use from_measures::{Mint, results};
-use gates::{gates, numerics, own_warnings, withholding_reason};
+use gates::{Withholding, gates, numerics, own_warnings, withholding};
 use injury::injury_measures;
-use laws::{beyond_limit, left_laws};
+use laws::left_laws;
 use serde::Serialize;
 use words::plain_words;
 
@@ -165,6 +165,8 @@ pub enum Shown {
     Withheld {
         /// Which, and by how much.
         reason: String,
+        /// What to do about it.
+        remedy: &'static str,
         /// What was computed; not to be used as results.
         values: Results,
     },
@@ -230,12 +232,12 @@ impl Summary {
         let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
-        let mut reason = withholding_reason(&gates, &state, || beyond_limit(&measures.laws, &numerics));
-        let verdict =
-            |reason: &Option<String>| if reason.is_some() { GateResult::Failed } else { GateResult::Passed };
-        let mut values = results(measures, plan, &state, Mint(verdict(&reason)));
-        if reason.is_none() && !values.is_finite() {
-            reason = Some("a result is infinite or not a number".to_owned());
+        let mut withheld = withholding(&gates, &state, measures, &numerics);
+        let verdict = if withheld.is_some() { GateResult::Failed } else { GateResult::Passed };
+        let mut values = results(measures, plan, &state, Mint(verdict));
+        if withheld.is_none() && !values.is_finite() {
+            let reason = "a result is infinite or not a number".to_owned();
+            withheld = Some(Withholding { reason, remedy: FailureCause::NotFinite.remedy() });
             values = results(measures, plan, &state, Mint(GateResult::Failed));
         }
         let mut error_bars = measures.error_bars.to_string();
@@ -261,9 +263,9 @@ impl Summary {
         );
         let law_ranges = left_laws(&measures.laws);
         let time_s = outcome.map_or(measures.time, |o| o.time_s);
-        let results = match reason {
+        let results = match withheld {
             None => Shown::Results(values),
-            Some(reason) => Shown::Withheld { reason, values },
+            Some(Withholding { reason, remedy }) => Shown::Withheld { reason, remedy, values },
         };
         Self {
             notice: NOTICE,

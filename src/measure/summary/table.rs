@@ -26,8 +26,8 @@ pub fn render_table(summary: &Summary) -> String {
         table.line("  Nothing touched: there are no numbers of an impact.");
     }
     match &summary.results {
-        Shown::Withheld { reason, .. } => {
-            table.line(&format!("  The results are withheld: {reason}."));
+        Shown::Withheld { reason, remedy, .. } => {
+            table.line(&format!("  The results are withheld: {reason}. {remedy}"));
         }
         Shown::Results(results) => {
             results.impacts.iter().filter(|i| i.is_told()).for_each(|impact| table.impact(impact));

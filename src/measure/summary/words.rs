@@ -9,7 +9,9 @@ use super::{
 pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
-        Shown::Withheld { reason, .. } => return vec![format!("No result can be given: {reason}.")],
+        Shown::Withheld { reason, remedy, .. } => {
+            return vec![format!("No result can be given: {reason}."), (*remedy).to_owned()];
+        }
     };
     let mut words = Vec::new();
     let until = |what: &str| {

@@ -10,6 +10,7 @@ pub use picture::picture;
 pub use scenes::{Case, cases};
 
 use super::single::{ending_name, is_stop};
+use crate::measure::penetration::TOO_DEEP;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, compile};
 use crate::scene::{Budget, NoFiles, load};
@@ -296,8 +297,7 @@ fn run_cell(
     };
     let is_deep = overlap.is_some();
     let reason = overlap.clone().or_else(|| failure.map(|f| f.message.clone()));
-    let remedy =
-        overlap.map(|_| "refine the coarser of the two surfaces").or(failure.map(|f| f.remedy.as_str()));
+    let remedy = overlap.map(|_| TOO_DEEP).or(failure.map(|f| f.remedy.as_str()));
     Cell {
         verdict,
         ending: if is_deep { "bodies overlap".into() } else { ending_name(ending) },
