@@ -4,11 +4,14 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::Frame;
 
-/// The largest displacement of a node of the tissue's skin from where the scene puts it.
+/// The largest displacement of a node of the tissue's skin from where the scene puts it; of a tissue that nothing holds less the mean
+/// displacement of its skin, which is no deflection.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
     /// Sorted nodes of the skin.
     nodes: Vec<u32>,
+    /// Whether a node of the tissue is held along an axis, or moved as the scene says.
+    is_held: bool,
     /// Largest ‖u‖ so far [m].
     pub largest: f64,
     /// When [s].
@@ -29,16 +32,25 @@ impl Deflection {
         let mut nodes: Vec<u32> = plan.measures.tissue_skin.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        Self { nodes, ..Self::default() }
+        let holds = |node: &u32| plan.inverse_mass[*node as usize].iter().any(|m| *m == 0.0);
+        let bodies = plan
+            .bodies
+            .iter()
+            .filter(|body| body.nodes.clone().any(|node| nodes.binary_search(&node).is_ok()));
+        let is_held = bodies.into_iter().any(|body| body.nodes.clone().any(|node| holds(&node)));
+        Self { nodes, is_held, ..Self::default() }
     }
 
     /// Takes in one step.
     pub fn accumulate(&mut self, frame: &Frame) {
         let mut now = 0.0_f64;
         let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
+        // From where it was at the start: a body that starts turned or stretched is not deflected yet.
+        let moved = |node: u32| frame.u[node as usize] - start(node);
+        let all = self.nodes.iter().map(|&node| moved(node)).sum::<Vec3>();
+        let drift = if self.is_held { Vec3::zeros() } else { all / self.nodes.len().max(1) as f64 };
         for &node in &self.nodes {
-            // From where it was at the start: a body that starts turned or stretched is not deflected yet.
-            let u = (frame.u[node as usize] - start(node)).norm();
+            let u = (moved(node) - drift).norm();
             now = now.max(u);
             if u > self.largest {
                 (self.largest, self.time) = (u, frame.time);

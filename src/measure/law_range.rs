@@ -1,9 +1,11 @@
-//! Whether the laws stay within the deformations that they are good for, part by part, at the field times.
+//! Whether the laws stay within the deformations that they are good for, part by part, at the look times.
 
 use crate::mechanics::element::POINTS;
-use crate::mechanics::force::PointBatch;
+use crate::mechanics::force::{ElementBlock, Formulation, PointBatch};
 use crate::mechanics::material::Validity;
+use crate::mesh::hexahedron::{gauss_points, jacobian};
 use crate::plan::Plan;
+use crate::step::Frame;
 use std::ops::Range;
 
 /// Reference volume outside of a range, and since when.
@@ -128,8 +130,43 @@ impl LawRanges {
         }
     }
 
-    /// Ends the sweep at a time [s].
-    pub fn end(&mut self, time: f64) {
+    /// A sweep over all points of a frame, at a look time.
+    pub fn look(&mut self, frame: &Frame) {
+        self.begin();
+        for block in &frame.plan.blocks {
+            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+                self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
+            });
+        }
+        self.end(frame);
+    }
+
+    /// One-point elements look at their middle alone: those that have turned over at a point of the 2×2×2 rule are beyond any limit.
+    fn add_turned_over(&mut self, frame: &Frame) {
+        let is_reduced = |block: &&ElementBlock| block.parameters.formulation == Formulation::Reduced;
+        for block in frame.plan.blocks.iter().filter(is_reduced) {
+            let body = &frame.plan.bodies[block.body];
+            for (slot, element) in block.elements.iter().enumerate() {
+                let hex = &body.hexes[(element - body.elements.start) as usize];
+                let at_rest = hex.map(|node| frame.plan.X[node as usize]);
+                let now = hex.map(|node| frame.position_in(block.body, node));
+                let part = &mut self.parts[self.part_of[block.first_slot + slot] as usize];
+                for xi in gauss_points() {
+                    let rest = jacobian(&at_rest, xi).determinant();
+                    let J = jacobian(&now, xi).determinant() / rest;
+                    if J <= 0.0 {
+                        part.jacobian[0] = part.jacobian[0].min(J);
+                        part.beyond.volume += rest;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Ends the sweep over the points of a frame.
+    pub fn end(&mut self, frame: &Frame) {
+        self.add_turned_over(frame);
+        let time = frame.time;
         for part in &mut self.parts {
             part.left.end(time);
             part.beyond.end(time);

@@ -135,7 +135,7 @@ impl Measures {
                 }
             });
         }
-        laws.end(frame.time);
+        laws.end(frame);
         if let Some(stress) = stress {
             stress.end();
         }
@@ -196,9 +196,13 @@ impl Recorder for Measures {
         self.energy.copy_from(frame.energy);
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);
-        if frame.is_field_time {
+        if frame.is_look_time {
             self.penetration.accumulate(frame, |pair| self.pairs[pair].force.contact_span.is_some());
+        }
+        if frame.is_field_time {
             self.accumulate_points(frame);
+        } else if frame.is_look_time {
+            self.laws.look(frame);
         }
         Ok(())
     }

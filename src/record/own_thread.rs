@@ -149,7 +149,7 @@ impl Recorder for Handle {
     }
 
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        let (mut copy, field) = self.free_copy(frame.is_field_time)?;
+        let (mut copy, field) = self.free_copy(frame.is_look_time)?;
         copy.take(frame, field);
         self.order(Order::Record(copy))
     }

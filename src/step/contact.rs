@@ -23,11 +23,11 @@ use crate::plan::{ContactPlan, Plan, RigidPlan};
 const MOST_SWEEPS: usize = 2000;
 /// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and warned about.
 const LARGEST_RESIDUAL: f64 = 1e-4;
-
-/// Residual above which sweeps that are stuck on no more than [`FEW`] contacts are left to the hybrid solver, too.
-const COARSE: f64 = 1e-7;
-/// Contacts of which W costs no more than the sweeps.
+/// Contacts of which W costs no more than sweeps that take their time.
 const FEW: usize = 100;
+/// Sweeps over so few before Newton's method goes on from where they are, and the most iterations that it has.
+const FEW_SWEEPS: usize = 200;
+const NEWTON_STEPS: usize = 60;
 
 /// Shifts of a projection for each contact that there is room for: slave and master nodes in a few passes.
 pub(super) const SHIFTS: usize = 8;
@@ -131,16 +131,20 @@ impl<'p> ContactStep<'p> {
         self.detect(plan, rigid, x, h, phase, v)?;
         let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
         let laws = if phase.sticks() { &self.stuck } else { &self.laws };
+        let masses = (&plan.inverse_mass[..], &sides);
+        let tolerance = self.plan.tolerance;
         if let Some(method) = self.plan.solver {
-            let options =
-                solvers::Options { tolerance: self.plan.tolerance, method, ..solvers::Options::default() };
-            let masses = (&plan.inverse_mass[..], &sides);
+            self.reactions.clear();
+            self.reactions.resize(self.contacts.len(), Reaction::default());
+            let options = solvers::Options { tolerance, method, ..solvers::Options::default() };
             let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
             let report = solved.map_err(no_problem)?;
             return report.map_or(Ok(()), |report| self.accept_report(&report));
         }
-        let options =
-            Options { tolerance: self.plan.tolerance, max_sweeps: MOST_SWEEPS, acceptable: LARGEST_RESIDUAL };
+        let has_mesh = |c: &Contact| sides.of_pair(c.pair)[0].is_none();
+        let is_few = self.contacts.len() <= FEW && self.contacts.iter().all(has_mesh) && !phase.sticks();
+        let max_sweeps = if is_few { FEW_SWEEPS } else { MOST_SWEEPS };
+        let options = Options { tolerance, max_sweeps, acceptable: LARGEST_RESIDUAL };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
             laws,
@@ -155,11 +159,12 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        // Friction at several places that share their nodes may make sweeps go round for ever: Newton solves it.
-        let is_small = self.contacts.len() <= FEW && report.residual > COARSE;
-        if (report.residual > LARGEST_RESIDUAL || is_small) && !phase.sticks() {
-            let options = solvers::Options { tolerance: self.plan.tolerance, ..solvers::Options::default() };
-            let masses = (&plan.inverse_mass[..], &sides);
+        // Friction at several places that share their nodes may make sweeps go round for ever: Newton solves it. Where they have come
+        // near, and its steps do not lead on, the best iterate will do.
+        let is_near = report.residual <= LARGEST_RESIDUAL;
+        if (is_few || !is_near) && !phase.sticks() {
+            let max_iterations = is_near.then_some(NEWTON_STEPS);
+            let options = solvers::Options { tolerance, max_iterations, ..solvers::Options::default() };
             take_off(&self.contacts, &self.reactions, masses, h, v);
             let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
             let report = solved.map_err(no_problem)?;

@@ -37,7 +37,13 @@ pub struct Frame<'a> {
     pub energy: &'a Energy,
     /// Whether t_n is one of the plan's field times (or the end of a run that failed or was cancelled).
     pub is_field_time: bool,
+    /// Whether measures look at the whole bodies: a field time, or one of the [`LOOKS`] in between; the displacements of all nodes
+    /// are known then, and else those of the skins alone.
+    pub is_look_time: bool,
 }
+
+/// Times of a run at which whole bodies are looked at, whatever is recorded.
+pub const LOOKS: f64 = 50.0;
 
 impl Frame<'_> {
     /// Position x = X + V_b t + u of a node at t_n [m].

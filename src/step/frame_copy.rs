@@ -15,8 +15,9 @@ pub struct FrameCopy {
     time: f64,
     step: u64,
     mean_step: f64,
-    /// Displacement of the nodes of the skins [m], body after body; empty at a field time.
+    /// Displacement of the nodes of the skins [m], body after body; empty at a look time.
     skin_u: Vec<Vec3>,
+    is_field_time: bool,
     field: Option<Box<FieldCopy>>,
     orientations: Vec<Rotation>,
     contacts: Vec<Contact>,
@@ -24,7 +25,7 @@ pub struct FrameCopy {
     energy: Energy,
 }
 
-/// What a copy has of all nodes, at a field time.
+/// What a copy has of all nodes, when all is looked at.
 #[derive(Clone, Debug, Default)]
 pub struct FieldCopy {
     /// Displacement [m], nodes × 3.
@@ -48,9 +49,10 @@ impl FrameCopy {
         }
     }
 
-    /// Copies a frame into the memory at hand. `field` is the memory for the fields: `Some` at a field time and then only.
+    /// Copies a frame into the memory at hand. `field` is the memory for the fields: `Some` when all is looked at and then only.
     pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
         (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
+        self.is_field_time = frame.is_field_time;
         self.skin_u.clear();
         if let Some(field) = &mut field {
             field.take(frame);
@@ -71,7 +73,7 @@ impl FrameCopy {
 
     /// The frame again. `u` [m], nodes × 3, is where the displacement is put together; it belongs to one run.
     pub fn frame<'a>(&'a mut self, plan: &'a Plan, u: &'a mut Vec<Vec3>) -> Frame<'a> {
-        let is_field_time = self.field.is_some();
+        let (is_field_time, is_look_time) = (self.is_field_time, self.field.is_some());
         if let Some(field) = &mut self.field {
             std::mem::swap(u, &mut field.u);
         } else {
@@ -98,6 +100,7 @@ impl FrameCopy {
             mean_step: self.mean_step,
             energy: &self.energy,
             is_field_time,
+            is_look_time,
         }
     }
 

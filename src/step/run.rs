@@ -1,7 +1,7 @@
 //! The loop.
 
 use super::failure::{Failure, FailureCause, Stop};
-use super::frame::{Ending, Frame, Outcome, Recorder, RecorderError};
+use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
 use super::integrator::{Phase, Stepper, preloader, stepper};
 use super::ledger::Energy;
 use super::state::State;
@@ -125,6 +125,7 @@ fn drive(
     {
         return interrupted(interrupt, state);
     }
+    let mut last_look = f64::NEG_INFINITY;
     loop {
         let interrupt = (options.interrupt)();
         let target = next_target(plan, state.time);
@@ -137,6 +138,10 @@ fn drive(
         let verdict = gate(plan, state, stepper.energy());
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
+        // The first step in each of the equal parts of the run.
+        let look = (LOOKS * state.time / plan.end_time).floor();
+        let is_look_time = is_field_time || look > last_look;
+        last_look = last_look.max(look);
         let (contacts, reactions) = stepper.contacts();
         let frame = Frame {
             plan,
@@ -151,6 +156,7 @@ fn drive(
             mean_step: stepper.mean_step(state),
             energy: stepper.energy(),
             is_field_time,
+            is_look_time,
         };
         for recorder in recorders.iter_mut() {
             recorder.record(&frame).map_err(|e| recording_failed(state, &e))?;

@@ -13,6 +13,10 @@ use crate::step::{Ending, Energy, FailureCause, Outcome};
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
+/// Numerical contact dissipation over the energy scale above which the numbers are withheld [-].
+const CONTACT_DISSIPATION_LIMIT: f64 = 0.25;
+/// The same of the work of the position projection.
+const PROJECTION_LIMIT: f64 = 0.05;
 /// Share of the energy scale above which the work of the position projection is warned of [-].
 const PROJECTION_WARNING: f64 = 0.01;
 /// Share of a body's inertia above which redistributed mass is warned of [-].
@@ -21,6 +25,10 @@ const INERTIA_WARNING: f64 = 0.01;
 const LAW_GATE: &str = "laws_within_limits";
 const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
                           how far a law holds, say so in the scene (`valid_to` of the material).";
+/// The gates of what contact on a coarse mesh costs, and what to do.
+const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
+const PROJECTION_GATE: &str = "projection_within_limit";
+const COARSE_CONTACT: &str = "Refine both surfaces where they meet: nodes that are caught lose their energy, and fewer and heavier nodes more.";
 /// The gates of bodies in each other.
 const PENETRATION_GATE: &str = "penetration_within_limit";
 const OVERLAP_GATE: &str = "overlap_within_limit";
@@ -108,6 +116,18 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             numerics.overlapped_volume_share,
             OVERLAP_LIMIT,
         ),
+        gate(
+            DISSIPATION_GATE,
+            "numerical contact dissipation over the energy scale",
+            numerics.numerical_contact_dissipation_share,
+            CONTACT_DISSIPATION_LIMIT,
+        ),
+        gate(
+            PROJECTION_GATE,
+            "work of moving nodes out of what they had entered over the energy scale",
+            if energy.turnover_j > 0.0 { projection_work(energy) / energy.turnover_j } else { 0.0 },
+            PROJECTION_LIMIT,
+        ),
         gate(LAW_GATE, "largest deformation over the limit of its law", numerics.law_excess, 1.0),
     ]
 }
@@ -135,12 +155,15 @@ pub(super) fn withholding(
     Some(match (failed.name, measures.penetration.excess()) {
         (LAW_GATE, _) => Withholding { reason: beyond_limit(&measures.laws, numerics), remedy: BEYOND_LAW },
         (PENETRATION_GATE | OVERLAP_GATE, Some(reason)) => Withholding { reason, remedy: TOO_DEEP },
-        _ => Withholding {
+        (name, _) => Withholding {
             reason: format!(
                 "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
                 failed.name, failed.meaning, failed.value, failed.limit
             ),
-            remedy: FailureCause::EnergyGate.remedy(),
+            remedy: match name {
+                DISSIPATION_GATE | PROJECTION_GATE => COARSE_CONTACT,
+                _ => FailureCause::EnergyGate.remedy(),
+            },
         },
     })
 }
@@ -265,12 +288,16 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
 }
 
 /// Where moving caught nodes out of what they had entered did work that is worth a word.
+fn projection_work(energy: &Energy) -> f64 {
+    energy.bodies.iter().map(|body| body.projection_j.abs()).sum()
+}
+
 fn projection_warning(energy: &Energy) -> Option<String> {
-    let work: f64 = energy.bodies.iter().map(|body| body.projection_j.abs()).sum();
+    let work = projection_work(energy);
     (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
             "Moving nodes out of what they had entered (position projection) did {} J of work, {:.1} % of the energy scale (above \
-             {:.0} %): take shorter steps (`integrator.max_step_s` of explicit runs, `step_s` of implicit ones), so that they enter less.",
+             {:.0} %): energies are uncertain by as much.",
             number(work),
             100.0 * work / energy.turnover_j,
             100.0 * PROJECTION_WARNING
@@ -311,7 +338,7 @@ mod tests {
             projection_warning(&Energy { turnover_j: 2.0, bodies: bodies.into(), ..Energy::default() })
         };
         // What two bodies get of opposite signs does not cancel.
-        assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %") && w.contains("shorter steps")));
+        assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %")));
         assert_eq!(warned([0.01, 0.0]), None);
         assert_eq!(projection_warning(&Energy::default()), None);
     }

@@ -108,8 +108,10 @@ pub(super) fn beyond_limit(ranges: &LawRanges, numerics: &Numerics) -> String {
         }
     }
     let Outside { since, .. } = part.beyond;
+    // How far beyond is no number for an element that has turned over.
+    let times = if small > 0.0 { format!(" ({excess:.1} times the limit)") } else { String::new() };
     format!(
-        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on ({excess:.1} times the limit)",
+        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on{times}",
         part.part,
         part.body,
         what.join(", "),

@@ -27,7 +27,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
         RunState::Failed { .. } => words.push(until("The run failed")),
     }
     if results.nothing_touched {
-        words.insert(0, nothing_touched(results));
+        words.insert(0, nothing_touched(results, *state == RunState::Finished));
         return words;
     }
     contact(results, &mut words);
@@ -40,10 +40,13 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
 }
 
 /// What is said first, and alone, of a run in which nothing touched.
-fn nothing_touched(results: &Results) -> String {
+fn nothing_touched(results: &Results, is_over: bool) -> String {
     let told = results.impacts.iter().filter(|impact| impact.is_told());
     let names = told.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
     let pairs = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
+    if !is_over {
+        return format!("Nothing has touched{pairs} so far: there are no numbers of an impact.");
+    }
     format!(
         "Nothing touched{pairs}: there was no impact, and there are no numbers of one. Look at the direction of the velocity, the gap and \
          the end time."

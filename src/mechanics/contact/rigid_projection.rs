@@ -11,7 +11,7 @@
 //! of one face do not lift each other in turn, and a gap that is open stays so.
 
 use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use super::projection::{CAP, TOLERANCE};
+use super::projection::{CAP, SLOW, TOLERANCE};
 use super::rigid_detection::{RigidDetector, RigidMotion};
 use super::rigid_faces::ALLOWED;
 use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
@@ -20,9 +20,6 @@ use crate::mechanics::tensor::Vec3;
 
 /// A correction need not be exact: what is left is removed in the next step.
 const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };
-
-/// Share of the usual cap for places between nodes, which may begin to touch at any depth.
-const SLOW: f64 = 0.1;
 
 /// Buffers of the projection, kept from step to step.
 pub struct RigidProjection {

@@ -63,30 +63,30 @@ pub fn take_off(
 /// Finds impulses and end velocities as [`super::gauss_seidel::solve_with_rigid`], by a solver of the library: W is formed, and
 /// memory allocated. Contacts whose both sides are immovable along n get no reaction. `None` where no other is left.
 ///
-/// Arguments as of [`step_problem`], but `v` [m/s] are the velocities before the impulses, which are added to it; `reactions` is
-/// resized to the contacts.
+/// Arguments as of [`step_problem`], but `reactions` are where the solver starts, and `v` [m/s] the velocities without them; then the
+/// impulses that it found and the velocities after these.
 ///
 /// # Errors
 /// [`ProblemError`] where a number is not finite.
 pub fn solve_step(
     contacts: &[Contact],
-    reactions: &mut Vec<Reaction>,
+    reactions: &mut [Reaction],
     laws: &[ContactLaw],
     masses: (&[Vec3], &RigidSides),
     h: f64,
     v: &mut [Vec3],
     options: &Options,
 ) -> Result<Option<SolveReport>, ProblemError> {
-    reactions.clear();
-    reactions.resize(contacts.len(), Reaction::default());
     let is_movable = |c: &usize| row(&contacts[*c], masses, h).normal.w_nn > 0.0;
     let movable: Vec<usize> = (0..contacts.len()).filter(is_movable).collect();
     if movable.is_empty() {
+        reactions.fill(Reaction::default());
         return Ok(None);
     }
     let chosen: Vec<Contact> = movable.iter().map(|&c| contacts[c].clone()).collect();
     let problem = step_problem(&chosen, &[], laws, masses, h, v)?;
-    let mut r = vec![0.0; 3 * chosen.len()];
+    let mut r: Vec<f64> = movable.iter().flat_map(|&c| reactions[c].impulse).collect();
+    reactions.fill(Reaction::default());
     let report = solvers::solve(&problem, &mut r, options);
     for ((&c, contact), impulse) in movable.iter().zip(&chosen).zip(r.chunks_exact(3)) {
         if impulse.iter().any(|p| *p != 0.0) {

@@ -77,7 +77,7 @@ impl Recorder for Watch<'_> {
         for (contact, _) in acting {
             self.touched[contact.pair as usize] = true;
         }
-        if frame.is_field_time {
+        if frame.is_look_time {
             self.penetration.accumulate(frame, |pair| self.touched[pair]);
         }
         if is_touching {

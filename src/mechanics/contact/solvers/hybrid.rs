@@ -29,7 +29,7 @@ enum Stage {
 /// Solves; says which solver found the best iterate.
 pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     let mut total = 0;
-    let mut best = (f64::INFINITY, Method::Nsgs, scaled.r.clone());
+    let mut best = (scaled.error(), Method::Nsgs, scaled.r.clone());
     for (stage, most) in STAGES {
         let limits = Limits {
             tolerance: given.tolerance,
