@@ -86,7 +86,7 @@ fn a_failed_gate_withholds_the_numbers() {
     assert_eq!(json["withheld"]["values"]["impacts"][0]["peak_force_n"]["gate"], "failed");
     assert!(!json["withheld"]["reason"].as_str().unwrap().ends_with('.'), "sentences end it");
     let gates = json["gates"].as_array().unwrap();
-    assert_eq!(gates.len(), 7);
+    assert_eq!(gates.len(), 9);
     assert!(gates.iter().any(|gate| gate["result"] == "failed"), "{gates:?}");
     assert_eq!(json["ending"], "failed");
     read(&path);

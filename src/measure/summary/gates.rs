@@ -14,7 +14,7 @@ const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
 /// Share of the energy scale that contact may create at most.
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
 /// Numerical contact dissipation over the energy scale above which the numbers are withheld [-].
-const CONTACT_DISSIPATION_LIMIT: f64 = 0.25;
+const CONTACT_DISSIPATION_LIMIT: f64 = 0.5;
 /// The same of the work of the position projection.
 const PROJECTION_LIMIT: f64 = 0.05;
 /// Share of the energy scale above which the work of the position projection is warned of [-].

@@ -4,7 +4,7 @@ use super::{Cell, StabilityStudy, Verdict};
 use plotters::prelude::*;
 
 /// Width of the labels, width and height of a field [px].
-const LABELS: i32 = 330;
+const LABELS: i32 = 350;
 const FIELD: (i32, i32) = (118, 34);
 const HEAD: i32 = 60;
 
