@@ -89,6 +89,30 @@ fn soft_bars_that_meet_with_crossed_edges_do_not_cut_each_other() {
     }
 }
 
+#[test]
+fn moving_edges_apart_is_no_source_of_energy() {
+    // A cube of rubber flies with a corner at the edge of a block: with edges moved apart wherever they cross it got 9 % of its energy
+    // from that, 39 % in short steps.
+    let rubber = json!({"law": "mooney_rivlin", "c10_pa": 4e5, "c01_pa": 1e5, "bulk_modulus_pa": 5e7});
+    for longest in [1.0, 1.4e-6] {
+        let mut cube = gel_block("cube", "projectile", [[-0.01; 3], [0.01; 3]], [4; 3]);
+        cube["parts"][0]["material"] = rubber.clone();
+        cube["velocity_m_per_s"] = json!([-8, -8, -8]);
+        cube["placement"] = json!({"rotation": {"axis": [1, -1, 0], "angle_deg": 54.7356}, "translation_m": [0.0245, 0.0245, 0.014]});
+        let mut block = gel_block("block", "tissue", [[-0.02; 3], [0.02, 0.02, 0.0]], [6, 6, 4]);
+        block["fixed"] = json!([{"set": "z_min"}]);
+        let summary = summary(json!({
+            "name": "corner on edge", "end_time_s": 0.003,
+            "bodies": [cube, block],
+            "contact": {"friction": 0.3},
+            "integrator": {"kind": "explicit", "max_step_s": longest},
+            "record": {"fields": [], "field_times_s": []}
+        }));
+        let gate = summary.gates.iter().find(|gate| gate.name == "projection_within_limit").unwrap();
+        assert!(gate.value < 0.02, "steps of {longest} s at most: {}", gate.value);
+    }
+}
+
 /// A hollow rubber ball thrown at a wall, so fast that its inner surface comes together; nobody asks for self-contact.
 fn hollow_ball(speed: f64, [aside, along]: [f64; 2], thickness: f64, c10: f64) -> Value {
     json!({

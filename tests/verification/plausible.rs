@@ -98,6 +98,42 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
 }
 
 /// The 44 mm ball at 100 m/s: principal strain above 8, J below 0.01.
+/// A rigid ball of 72 mm at 18 m/s, aside, on gel of one-point elements, which turn over under it.
+fn ball_on_one_point_gel(record: Value) -> Value {
+    json!({
+        "name": "ball on one-point gel", "end_time_s": 0.004,
+        "bodies": [
+            {
+                "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -18],
+                "rigid": {"shape": {"kind": "ball", "radius_m": 0.036}, "center_m": [0.007, 0.003, 0.0361], "mass_kg": 0.16}
+            },
+            {
+                "name": "gel", "role": "tissue", "fixed": [{"set": "z_min"}],
+                "mesh": {"generator": {"kind": "block", "min_m": [-0.06, -0.06, -0.048], "max_m": [0.06, 0.06, 0], "elements": [10, 10, 8]}},
+                "parts": [{
+                    "part": "*", "density_kg_per_m3": 1000, "formulation": "reduced",
+                    "material": {"law": "neo_hookean", "c10_pa": 3e4, "bulk_modulus_pa": 5e7}
+                }]
+            }
+        ],
+        "contact": {"friction": 0.3},
+        "solver": {"error_bars": "none"},
+        "record": record
+    })
+}
+
+#[test]
+fn what_is_withheld_does_not_depend_on_what_is_recorded() {
+    for record in [json!({"field_interval_s": 1e-4}), json!({"fields": [], "field_times_s": []})] {
+        let summary = summary(&ball_on_one_point_gel(record), None);
+        let Shown::Withheld { reason, remedy, .. } = &summary.results else {
+            panic!("{:?}", summary.plain_words)
+        };
+        assert!(reason.contains("crushed to J = -"), "{reason}");
+        assert!(summary.plain_words[1] == *remedy && remedy.contains("Lower the speed"), "{remedy}");
+    }
+}
+
 #[test]
 fn the_44_mm_ball_gives_no_numbers() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/flashball_thigh/scene_44mm.json");
