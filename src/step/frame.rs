@@ -37,7 +37,7 @@ pub struct Frame<'a> {
     pub energy: &'a Energy,
     /// Whether t_n is one of the plan's field times (or the end of a run that failed or was cancelled).
     pub is_field_time: bool,
-    /// Whether measures look at the whole bodies: a field time, or one of the [`LOOKS`] in between; the displacements of all nodes
+    /// Whether measures look at the whole bodies: a field time, or one of fifty looks in between; the displacements of all nodes
     /// are known then, and else those of the skins alone.
     pub is_look_time: bool,
 }

@@ -99,7 +99,7 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
 
 /// The 44 mm ball at 100 m/s: principal strain above 8, J below 0.01.
 /// A rigid ball of 72 mm at 18 m/s, aside, on gel of one-point elements, which turn over under it.
-fn ball_on_one_point_gel(record: Value) -> Value {
+fn ball_on_one_point_gel(record: &Value) -> Value {
     json!({
         "name": "ball on one-point gel", "end_time_s": 0.004,
         "bodies": [
@@ -125,7 +125,7 @@ fn ball_on_one_point_gel(record: Value) -> Value {
 #[test]
 fn what_is_withheld_does_not_depend_on_what_is_recorded() {
     for record in [json!({"field_interval_s": 1e-4}), json!({"fields": [], "field_times_s": []})] {
-        let summary = summary(&ball_on_one_point_gel(record), None);
+        let summary = summary(&ball_on_one_point_gel(&record), None);
         let Shown::Withheld { reason, remedy, .. } = &summary.results else {
             panic!("{:?}", summary.plain_words)
         };
