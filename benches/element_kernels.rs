@@ -116,6 +116,7 @@ impl Bench {
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
+            shear_viscosity: 0.0,
         };
         let input = |e: usize| BlockInput {
             element: e as u32,

@@ -75,6 +75,14 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     for case in answer.cases.iter().filter(|case| case.reason.is_some()) {
         writeln!(out, "{}: {}: {}", case.name, case.ending, case.reason.as_deref().unwrap_or_default())?;
     }
+    for case in answer.cases.iter().filter(|case| !case.reaches.is_empty()) {
+        let ends = case.reaches.join(" and ");
+        writeln!(
+            out,
+            "{}: the significant stress reaches {ends}: it is at least so deep and large",
+            case.name
+        )?;
+    }
     write_sensitivities(answer, out)?;
     write_sample(answer, out)?;
     write_surrogates(answer, out)?;

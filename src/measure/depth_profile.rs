@@ -84,7 +84,7 @@ impl Recorder for DepthProfile {
             return Ok(());
         };
         for block in frame.plan.blocks.iter().filter(|block| self.bodies.contains(&block.body)) {
-            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+            block.for_each_moved_batch((frame.u, frame.v), &mut |slots, points| {
                 for (lane, slot) in slots.clone().enumerate() {
                     for q in 0..POINTS {
                         let depth = &mut self.depth[POINTS * (block.first_slot + slot) + q];

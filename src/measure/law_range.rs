@@ -47,16 +47,39 @@ pub struct PartRange {
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
+    /// Strain energy beyond the law's limit, the largest at any look so far [J].
+    pub energy_beyond: Largest,
+    /// Whether one-point elements of it have turned over.
+    pub has_turned_over: bool,
+    /// Index of the body in [`LawRanges`].
+    in_body: usize,
+}
+
+/// A sum over points, and the largest that it has been.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Largest {
+    now: f64,
+    /// So far.
+    pub largest: f64,
+}
+
+impl Largest {
+    fn end(&mut self) {
+        self.largest = self.largest.max(self.now);
+    }
+}
+
+/// Strain energy of one body [J].
+#[derive(Clone, Copy, Debug, Default)]
+struct BodyRange {
+    all: Largest,
+    beyond: Largest,
 }
 
 impl PartRange {
     /// The largest share of its volume that was outside.
     pub fn share(&self, outside: &Outside) -> f64 {
         if self.volume > 0.0 { outside.largest_volume / self.volume } else { 0.0 }
-    }
-    /// How far it was beyond its limit, as a factor [-]: at most 1 within.
-    pub fn excess(&self) -> f64 {
-        self.validity.limit.excess(self.stretch, self.jacobian)
     }
 }
 
@@ -65,6 +88,8 @@ impl PartRange {
 pub struct LawRanges {
     /// The parts.
     pub parts: Vec<PartRange>,
+    /// The bodies that they are parts of.
+    bodies: Vec<BodyRange>,
     /// Index of the part of each slot of the plan; padding has none that matters.
     part_of: Vec<u32>,
 }
@@ -72,7 +97,8 @@ pub struct LawRanges {
 impl LawRanges {
     /// Not started.
     pub fn new(plan: &Plan) -> Self {
-        let mut ranges = Self { parts: Vec::new(), part_of: vec![0; plan.slot_count()] };
+        let bodies = vec![BodyRange::default(); plan.bodies.len()];
+        let mut ranges = Self { parts: Vec::new(), bodies, part_of: vec![0; plan.slot_count()] };
         for block in &plan.blocks {
             let body = &plan.bodies[block.body];
             for (slot, element) in block.elements.iter().enumerate() {
@@ -91,6 +117,9 @@ impl LawRanges {
                         beyond: Outside::default(),
                         stretch: [1.0; 2],
                         jacobian: [1.0; 2],
+                        energy_beyond: Largest::default(),
+                        has_turned_over: false,
+                        in_body: block.body,
                     });
                     ranges.parts.len() - 1
                 });
@@ -104,7 +133,10 @@ impl LawRanges {
     /// Begins a sweep over all points.
     pub fn begin(&mut self) {
         for part in &mut self.parts {
-            (part.left.volume, part.beyond.volume) = (0.0, 0.0);
+            (part.left.volume, part.beyond.volume, part.energy_beyond.now) = (0.0, 0.0, 0.0);
+        }
+        for body in &mut self.bodies {
+            (body.all.now, body.beyond.now) = (0.0, 0.0);
         }
     }
 
@@ -112,6 +144,7 @@ impl LawRanges {
     pub fn accumulate(&mut self, slots: Range<usize>, points: &PointBatch) {
         for (lane, slot) in slots.enumerate() {
             let part = &mut self.parts[self.part_of[slot] as usize];
+            let body = &mut self.bodies[part.in_body];
             for q in 0..POINTS {
                 let stretch = |strain: f64| (1.0 + 2.0 * strain).max(0.0).sqrt();
                 let least = stretch(points.least_principal_strain[q][lane]);
@@ -119,12 +152,16 @@ impl LawRanges {
                 let J = points.jacobian[q][lane];
                 part.stretch = [part.stretch[0].min(least), part.stretch[1].max(largest)];
                 part.jacobian = [part.jacobian[0].min(J), part.jacobian[1].max(J)];
+                let energy = points.volume[q][lane] * points.psi[q][lane];
+                body.all.now += energy;
                 let Validity { fitted, limit } = part.validity;
                 if fitted.excess([least, largest], [J; 2]) > 1.0 {
                     part.left.volume += points.volume[q][lane];
                 }
                 if limit.excess([least, largest], [J; 2]) > 1.0 {
                     part.beyond.volume += points.volume[q][lane];
+                    part.energy_beyond.now += energy;
+                    body.beyond.now += energy;
                 }
             }
         }
@@ -134,7 +171,7 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+            block.for_each_moved_batch((frame.u, &[]), &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });
         }
@@ -156,6 +193,7 @@ impl LawRanges {
                     let J = jacobian(&now, xi).determinant() / rest;
                     if J <= 0.0 {
                         part.jacobian[0] = part.jacobian[0].min(J);
+                        part.has_turned_over = true;
                         part.beyond.volume += rest;
                     }
                 }
@@ -170,17 +208,30 @@ impl LawRanges {
         for part in &mut self.parts {
             part.left.end(time);
             part.beyond.end(time);
+            part.energy_beyond.end();
+        }
+        for body in &mut self.bodies {
+            body.all.end();
+            body.beyond.end();
         }
     }
 
-    /// The part that is farthest beyond its limit, and by what factor.
-    pub fn worst(&self) -> Option<(&PartRange, f64)> {
-        let excesses = self.parts.iter().map(|part| (part, part.excess()));
-        excesses.max_by(|(_, a), (_, b)| a.total_cmp(b))
+    /// The part with most strain energy beyond its limit, if any is; one that has turned over before all others.
+    pub fn worst(&self) -> Option<&PartRange> {
+        let beyond = self.parts.iter().filter(|part| part.beyond.since.is_some());
+        beyond.max_by(|a, b| {
+            let by_energy = a.energy_beyond.largest.total_cmp(&b.energy_beyond.largest);
+            a.has_turned_over.cmp(&b.has_turned_over).then(by_energy)
+        })
     }
 
-    /// The least J that any part's limit allows; 0 without parts [-].
-    pub fn least_jacobian(&self) -> f64 {
-        self.parts.iter().map(|part| part.validity.limit.jacobian[0]).reduce(f64::min).unwrap_or(0.0)
+    /// The largest share of a body's strain energy, at its peak, that was beyond the limits of the laws [-]; 1 where elements have
+    /// turned over, whose energy says nothing.
+    pub fn share_beyond(&self) -> f64 {
+        if self.parts.iter().any(|part| part.has_turned_over) {
+            return 1.0;
+        }
+        let share = |body: &BodyRange| body.beyond.largest / body.all.largest.max(f64::MIN_POSITIVE);
+        self.bodies.iter().map(share).fold(0.0, f64::max)
     }
 }

@@ -117,7 +117,7 @@ impl Measures {
             fields.clear();
         }
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch(frame.u, &mut |slots, points| {
+            block.for_each_moved_batch((frame.u, frame.v), &mut |slots, points| {
                 let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
                 laws.accumulate(among_all.clone(), points);
                 if let Some(stress) = stress {

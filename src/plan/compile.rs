@@ -440,6 +440,7 @@ fn add_blocks(
             density: part.density_kg_per_m3,
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
+            shear_viscosity: part.shear_viscosity_pa_s,
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));

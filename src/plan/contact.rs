@@ -119,17 +119,14 @@ fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
         let body = document.bodies.iter().position(|b| b.name == name).map(Side::Body);
         body.or_else(|| document.planes.iter().find(|p| p.name == name).map(Side::Plane))
     };
-    match &document.contact.pairs {
+    let mut pairs: Vec<Asked> = match &document.contact.pairs {
         ContactPairs::All(_) => {
             let count = document.bodies.len();
             let between =
                 (0..count).flat_map(|a| (a + 1..count).map(move |b| (Side::Body(a), Side::Body(b), default)));
             let onto =
                 |a: usize| document.planes.iter().map(move |p| (Side::Body(a), Side::Plane(p), default));
-            let itself = document
-                .bodies_that_meet_themselves()
-                .map(|body| (Side::Body(body), Side::Body(body), default));
-            between.chain((0..count).flat_map(onto)).chain(itself).collect()
+            between.chain((0..count).flat_map(onto)).collect()
         }
         ContactPairs::List(list) => list
             .iter()
@@ -138,7 +135,10 @@ fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
             })
             .filter(|(a, b, _)| document.contact.self_contact == SelfContact::Auto || !is_of_itself(*a, *b))
             .collect(),
-    }
+    };
+    let itself = |body: usize| (Side::Body(body), Side::Body(body), default);
+    pairs.extend(document.bodies_that_meet_themselves().map(itself));
+    pairs
 }
 
 fn add_pair(

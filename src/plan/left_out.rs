@@ -108,7 +108,7 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     add(
         deforms && !is_refused && !finds_itself,
         "self-contact",
-        "the scene lists no body with itself in `contact.pairs`: a fold passes through itself",
+        "the scene lists no pair: a fold passes through itself",
     );
     add(plan.rigid.is_none(), "rigid bodies", "every body deforms");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");
@@ -124,7 +124,12 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
         "stresses at points",
         "neither a measure nor a field needs them",
     );
-    add(true, "history variables", "every law is elastic: none has any");
+    let why = if plan.is_viscous() {
+        "no law remembers more than the last rate of strain"
+    } else {
+        "every law is elastic: none has any"
+    };
+    add(true, "history variables", why);
 }
 
 /// Body and part of the fibres of no stiffness.

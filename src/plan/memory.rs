@@ -18,7 +18,7 @@ pub struct MemoryReport {
     pub plan_bytes: u64,
     /// Constants of the elements: geometry, fibres, node numbers.
     pub elements_bytes: u64,
-    /// The state: displacement, velocity, dilatation and viscous pressure.
+    /// The state: displacement, velocity, dilatation and viscous pressure; viscous forces where a part has them.
     pub state_bytes: u64,
     /// Buffers of a step: element forces, totals, nodal forces, positions.
     pub step_bytes: u64,
@@ -35,6 +35,7 @@ impl MemoryReport {
     pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
+        let viscous = usize::from(plan.is_viscous());
         let bodies: u64 =
             plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
         let systems = match &plan.integrator {
@@ -49,8 +50,8 @@ impl MemoryReport {
                 + bodies
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
-            state_bytes: bytes(nodes, 2 * vector) + bytes(slots, 2 * size_of::<f64>()),
-            step_bytes: bytes(nodes, 3 * vector) + forces_bytes as u64,
+            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(slots, 2 * size_of::<f64>()),
+            step_bytes: bytes(nodes, (3 + viscous) * vector) + forces_bytes as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),
             bytes_per_element: 0.0,

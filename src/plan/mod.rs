@@ -347,6 +347,10 @@ impl Plan {
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
+    /// Whether a part has a shear viscosity.
+    pub fn is_viscous(&self) -> bool {
+        self.blocks.iter().any(|block| block.parameters.shear_viscosity > 0.0)
+    }
     /// Number of slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {
         self.blocks.last().map_or(0, ElementBlock::end_slot)

@@ -115,6 +115,8 @@ pub struct BlockReport {
     pub fibre_families: usize,
     /// Element formulation.
     pub formulation: String,
+    /// Shear viscosity [Pa s].
+    pub shear_viscosity_pa_s: f64,
     /// Smallest stable step of its elements at the start, without safety factor [s].
     pub smallest_stable_step_s: f64,
     /// Element-steps per second and core that the run time is expected from.
@@ -262,6 +264,7 @@ fn of_block(
             Formulation::Reduced => "one point, stabilised",
         }
         .into(),
+        shear_viscosity_pa_s: p.shear_viscosity,
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
     }
@@ -289,13 +292,18 @@ fn of_pairs(plan: &Plan) -> Vec<PairReport> {
 
 impl BlockReport {
     fn in_words(&self) -> String {
-        let Self { body, elements, formulation, law, fibre_families, .. } = self;
+        let Self { body, elements, formulation, law, fibre_families, shear_viscosity_pa_s, .. } = self;
         let fibres = match fibre_families {
             0 => String::new(),
             1 => " with 1 fibre family".into(),
             n => format!(" with {n} fibre families"),
         };
-        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}")
+        let viscous = if *shear_viscosity_pa_s > 0.0 {
+            format!(", viscosity {shear_viscosity_pa_s} Pa s")
+        } else {
+            String::new()
+        };
+        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}")
     }
 }
 

@@ -51,6 +51,8 @@ impl StableSteps {
         let zero = vec![0.0; slots];
         let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
         forces.sweep(&Threads::ONE, blocks, &input);
+        let at_rest = vec![Vec3::zeros(); u.len()];
+        forces.add_viscous(&Threads::ONE, blocks, u, &at_rest);
         // Slots beyond the elements pad the last batch.
         let steps = |(i, block): (usize, &ElementBlock)| {
             forces.stable_steps(i).take(block.elements.len()).collect::<Vec<f64>>()

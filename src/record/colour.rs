@@ -80,7 +80,7 @@ fn initial_stress(plan: &Plan) -> f64 {
     let mut largest = 0.0;
     if !plan.initial_u.is_empty() {
         for block in &plan.blocks {
-            block.for_each_moved_batch(&plan.initial_u, &mut |_, points| {
+            block.for_each_moved_batch((&plan.initial_u, &[]), &mut |_, points| {
                 largest = points.von_mises.iter().flat_map(|row| row.0).fold(largest, f64::max);
             });
         }

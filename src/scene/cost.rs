@@ -39,11 +39,19 @@ const COLUMN: f64 = 0.03;
 /// Share of the slave nodes that are candidates at a time, with as many master nodes.
 const TOUCHED: f64 = 0.1;
 
+/// Shear viscosity, on top of any law.
+const VISCOUS: Nanoseconds = [90.0, 110.0];
+
 /// Up to so many bytes the data of the elements lie in the cache.
 const CACHE_BYTES: usize = 4_000_000;
 
 /// Time of an element-step on one core [s], when a sweep goes through so many bytes.
-pub fn element_s(material: &Material, formulation: Formulation, swept_bytes: usize) -> f64 {
+pub fn element_s(
+    material: &Material,
+    formulation: Formulation,
+    shear_viscosity: f64,
+    swept_bytes: usize,
+) -> f64 {
     let matrix = match (material, formulation) {
         (Material::MooneyRivlin(_), Formulation::MeanDilatation) => MOONEY_RIVLIN_MEAN_DILATATION,
         (Material::MooneyRivlin(_), Formulation::Full) => MOONEY_RIVLIN_FULL,
@@ -53,7 +61,8 @@ pub fn element_s(material: &Material, formulation: Formulation, swept_bytes: usi
         (_, Formulation::Reduced) => NEO_HOOKEAN_REDUCED,
     };
     let place = usize::from(swept_bytes > CACHE_BYTES);
-    1e-9 * (matrix[place] + material.family_count() as f64 * FIBRE_FAMILY[place])
+    let viscous = if shear_viscosity > 0.0 { VISCOUS[place] } else { 0.0 };
+    1e-9 * (viscous + matrix[place] + material.family_count() as f64 * FIBRE_FAMILY[place])
 }
 
 /// What a step works on.

@@ -143,6 +143,10 @@ pub struct PartDocument {
     pub density_kg_per_m3: f64,
     /// The constitutive law.
     pub material: MaterialDocument,
+    /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): beside the law's stress acts 2 η dev d, d the rate of deformation. In explicit
+    /// steps only.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub shear_viscosity_pa_s: f64,
     /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
@@ -263,7 +267,8 @@ pub struct PlaneDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactDocument {
-    /// `"all"` (every body with every other body and plane, and with itself if it deforms), or a list of pairs.
+    /// `"all"` (every body with every other body and plane), or a list of pairs. Bodies of either that deform meet themselves, too, see
+    /// `self_contact`.
     #[serde(default)]
     pub pairs: ContactPairs,
     /// Whether bodies meet themselves.
@@ -288,7 +293,7 @@ pub struct ContactDocument {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SelfContact {
-    /// All of them where `pairs` is `"all"`; else those that are listed with themselves.
+    /// All of them that may touch anything.
     #[default]
     Auto,
     /// None, listed or not.
@@ -438,12 +443,25 @@ impl Default for RecordDocument {
 }
 
 impl SceneDocument {
-    /// The bodies that meet themselves though no list of pairs says so, by index.
+    /// The bodies that meet themselves though no pair says so, by index: those that deform and may touch anything else.
     pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = usize> {
-        let all = matches!(self.contact.pairs, ContactPairs::All(_))
-            && self.contact.self_contact == SelfContact::Auto;
-        let deforms = move |(_, body): &(usize, &BodyDocument)| all && body.rigid.is_none();
-        self.bodies.iter().enumerate().filter(deforms).map(|(index, _)| index)
+        let may_fold = |body: &BodyDocument| match &self.contact.pairs {
+            ContactPairs::All(_) => true,
+            ContactPairs::List(list) => {
+                let of_body = |pair: &&PairDocument| pair.between.contains(&body.name);
+                let has_own = list.iter().filter(of_body).any(|pair| pair.between[0] == pair.between[1]);
+                !has_own && list.iter().any(|pair| of_body(&pair))
+            }
+        };
+        let asks = self.contact.self_contact == SelfContact::Auto;
+        let meets_itself =
+            move |(_, body): &(usize, &BodyDocument)| asks && body.rigid.is_none() && may_fold(body);
+        self.bodies.iter().enumerate().filter(meets_itself).map(|(index, _)| index)
+    }
+
+    /// Whether a part has a shear viscosity.
+    pub fn is_viscous(&self) -> bool {
+        self.bodies.iter().flat_map(|body| &body.parts).any(|part| part.shear_viscosity_pa_s > 0.0)
     }
 
     /// Whether a thing is put back that plans leave out.

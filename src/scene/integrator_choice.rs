@@ -86,7 +86,9 @@ pub fn choose(
     let explicit = SteppingEstimate::new(duration, explicit_step, load.explicit_step_s());
     let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
 
-    let (implicit, why) = if least.run_time_s >= explicit.run_time_s {
+    let (implicit, why) = if document.is_viscous() {
+        (None, "implicit steps know no shear viscosity".to_owned())
+    } else if least.run_time_s >= explicit.run_time_s {
         // Sweeps and matrices alone take longer: nothing need be analysed.
         (None, "the sweeps of implicit steps alone would take longer".to_owned())
     } else if system_bytes(load.nodes as u64) > budget.memory_bytes {
@@ -135,7 +137,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
-            element_s(material, part.element(material), swept_bytes)
+            element_s(material, part.element(material), part.shear_viscosity_pa_s, swept_bytes)
         };
         body.part_entry.iter().map(of_entry).sum()
     };

@@ -58,6 +58,8 @@ pub(super) struct ExplicitStepper<'p> {
     energy: Energy,
     motion: Motion,
     f_int: Vec<Vec3>,
+    /// What of it is viscous [N]; empty where no part is.
+    f_viscous: Vec<Vec3>,
     /// Forces of loads at t_n [N]; empty where the plan has none.
     f_ext: Vec<Vec3>,
     /// Impulses on prescribed nodes [N s].
@@ -94,6 +96,7 @@ impl<'p> ExplicitStepper<'p> {
             energy: Energy::with_capacity(plan),
             motion: Motion::new(plan),
             f_int: vec![Vec3::zeros(); nodes],
+            f_viscous: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             f_ext: vec![Vec3::zeros(); if plan.loads.has_forces() { nodes } else { 0 }],
             prescribed: vec![0.0; plan.loads.prescribed.len()],
             touched: vec![Vec3::zeros(); if plan.loads.prescribed.is_empty() { 0 } else { nodes }],
@@ -163,6 +166,7 @@ impl Stepper for ExplicitStepper<'_> {
         for (sum, dissipated) in ledger.viscous.iter_mut().zip(&self.viscous) {
             *sum += dissipated;
         }
+        ledger.add_viscous(self.plan, state, &self.activity, &self.f_viscous);
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
@@ -193,6 +197,7 @@ impl Stepper for ExplicitStepper<'_> {
         });
         // Nodes that are not stepped have zero in both.
         std::mem::swap(&mut state.v, &mut self.v_after);
+        std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.copy_history(&self.threads, &mut state.dilatation, &mut state.viscous_pressure);
         // While settling nobody keeps books.
         if let Phase::Running = phase {
@@ -287,6 +292,7 @@ impl ExplicitStepper<'_> {
             viscous_pressure: &state.viscous_pressure,
         };
         self.forces.sweep(&self.threads, &self.plan.blocks, &input);
+        self.forces.add_viscous(&self.threads, &self.plan.blocks, &state.u, &state.v);
         self.swept = self.forces.awake_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
@@ -367,13 +373,16 @@ impl ExplicitStepper<'_> {
         Err(Failure { element, ..Failure::new(state, cause, message) })
     }
 
-    /// f_int, the sum of the element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
+    /// f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
     /// velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
-        let Self { plan, forces, activity, f_ext, .. } = self;
+        let Self { plan, forces, activity, f_ext, f_viscous, .. } = self;
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
+        for node in activity.stepped(0..f_viscous.len() as u32) {
+            f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
+        }
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
             if !activity.active()[run] {
@@ -382,6 +391,9 @@ impl ExplicitStepper<'_> {
             for (i, (f_int, v_after)) in f_int.iter_mut().zip(v_after).enumerate() {
                 let node = run * Activity::NODES + i;
                 *f_int = forces.at_node(&plan.assembly, node);
+                if let Some(viscous) = f_viscous.get(node) {
+                    *f_int += viscous;
+                }
                 let mut force = gravity * plan.mass[node] - *f_int;
                 if let Some(load) = f_ext.get(node) {
                     force += load;

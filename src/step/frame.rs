@@ -21,7 +21,7 @@ pub struct Frame<'a> {
     /// field times, and between them at the nodes of the skins only.
     pub u: &'a [Vec3],
     /// Velocity of the half step before t_n, relative to the bodies' flight [m/s], nodes × 3; in a [`super::FrameCopy`] empty
-    /// between the field times, and when the plan does not ask for the velocity.
+    /// between the look times, and when neither the plan asks for the velocity nor a part is viscous.
     pub v: &'a [Vec3],
     /// Velocity of the half step after t_n, as `v`.
     pub v_after: &'a [Vec3],

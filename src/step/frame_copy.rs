@@ -30,7 +30,7 @@ pub struct FrameCopy {
 pub struct FieldCopy {
     /// Displacement [m], nodes × 3.
     u: Vec<Vec3>,
-    /// Velocities of the half steps before and after [m/s], nodes × 3; empty when the plan does not ask for them.
+    /// Velocities of the half steps before and after [m/s], nodes × 3; empty when neither the plan asks for them nor a part is viscous.
     v: Vec<Vec3>,
     v_after: Vec<Vec3>,
 }
@@ -131,5 +131,5 @@ impl FieldCopy {
 }
 
 fn has_velocities(plan: &Plan) -> bool {
-    plan.fields.contains(&FieldName::Velocity)
+    plan.fields.contains(&FieldName::Velocity) || plan.is_viscous()
 }

@@ -34,7 +34,7 @@ const UNDONE: f64 = 1e-4;
 /// Running sums of work, part of the state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Dissipated by bulk viscosity in each body [J].
+    /// Dissipated by bulk and shear viscosity in each body [J].
     pub viscous: Vec<f64>,
     /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created. Of load
     /// steps without mass, what the work by the forces at their ends misses of that along their way.
@@ -88,7 +88,7 @@ pub struct BodyEnergy {
     pub strain_j: f64,
     /// What of the strain energy is in the stabilisation [J]; 0 in formulations that need none.
     pub hourglass_j: f64,
-    /// Dissipated by bulk viscosity so far [J].
+    /// Dissipated by bulk and shear viscosity so far [J].
     pub viscous_j: f64,
     /// Dissipated by the time integrator so far, below zero where it created energy [J]; 0 in explicit runs.
     pub algorithmic_j: f64,
@@ -296,6 +296,22 @@ impl Ledger {
             let nodes = body.nodes.start as usize..body.nodes.end as usize;
             let left: f64 = nodes.map(|a| f_int[a].dot(&(work.v_after[a] - work.state.v[a]))).sum();
             self.external[b] += 0.5 * work.mean_step * left;
+        }
+    }
+
+    /// What shear viscosity dissipated in the step to t_n: the mean of its forces [N] at both ends, those at t_n in `now` (nodes × 3, empty
+    /// without viscosity), times the way, shifts included.
+    pub(super) fn add_viscous(&mut self, plan: &Plan, state: &State, activity: &Activity, now: &[Vec3]) {
+        if now.is_empty() {
+            return;
+        }
+        let mean = |node: usize| (state.viscous_force[node] + now[node]) * 0.5;
+        for (sum, body) in self.viscous.iter_mut().zip(&plan.bodies) {
+            let power = |node: usize| mean(node).dot(&state.v[node]);
+            *sum += state.last_step * activity.stepped(body.nodes.clone()).map(power).sum::<f64>();
+        }
+        for (node, shift) in &state.projected {
+            self.viscous[plan.body_of_node(*node)] += mean(*node as usize).dot(shift);
         }
     }
 

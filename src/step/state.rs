@@ -27,6 +27,8 @@ pub struct State {
     pub dilatation: Vec<f64>,
     /// Viscous pressure of each element at t_{n−1} [Pa], in the order of the slots.
     pub viscous_pressure: Vec<f64>,
+    /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty where no part is viscous.
+    pub viscous_force: Vec<Vec3>,
     /// Shifts [m] of nodes that were projected out of the other side on arriving at t_n; half of their work is booked, by
     /// the forces before, the other half is to be by the forces at t_n.
     pub projected: Vec<(u32, Vec3)>,
@@ -96,6 +98,7 @@ impl State {
             last_step: 0.0,
             dilatation: vec![0.0; slots],
             viscous_pressure: vec![0.0; slots],
+            viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
             ledger: Ledger::new(plan),
             implicit: ImplicitMemory::default(),

@@ -90,7 +90,8 @@ fn pairs_without_friction_beside_pairs_with_it() {
     ]});
     let (plan, ..) = assert_same(&scene, &[Keep::TangentialReactions]);
     let unknowns: Vec<u32> = plan.report.pairs.iter().map(|p| p.unknowns_per_contact).collect();
-    assert_eq!(unknowns, [3, 1]);
+    // Those that a list names, then each with itself.
+    assert_eq!(unknowns, [3, 1, 1, 1]);
 }
 
 #[test]
@@ -148,8 +149,8 @@ fn pairs_that_cannot_meet() {
     });
     let (without, outcome, state) = assert_same(&scene, &[Keep::DistantPairs]);
     let names: Vec<&str> = without.distant_pairs.iter().map(|p| p.name.as_str()).collect();
-    assert_eq!(names, ["passing–still", "passing–wall"]);
-    assert!(outcome.most_contacts > 0 && state.ledger.pairs.len() == 1);
+    assert_eq!(names, ["passing–still", "passing–wall", "passing–passing", "still–still"]);
+    assert!(outcome.most_contacts > 0 && state.ledger.pairs.len() == 3);
     let moved = &state.u[without.bodies[2].nodes.start as usize..];
     assert!(moved.iter().flatten().all(|u| u.to_bits() == 0), "nothing has touched them");
 
@@ -157,7 +158,7 @@ fn pairs_that_cannot_meet() {
     let mut near = scene;
     near["bodies"][3]["mesh"]["generator"]["min_m"][1] = json!(0.0102);
     let kept = plan(&near);
-    assert!(kept.distant_pairs.is_empty() && kept.contact.unwrap().pairs.len() == 3);
+    assert!(kept.distant_pairs.is_empty() && kept.contact.unwrap().pairs.len() == 7);
 }
 
 #[test]

@@ -50,4 +50,5 @@ mod shock;
 mod solid_sphere_breathing;
 mod stability;
 mod two_bars;
+mod viscosity;
 mod what_if;

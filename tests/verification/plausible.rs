@@ -94,17 +94,17 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
     let table = render_table(&beyond);
     assert!(table.contains("withheld") && !table.contains("peak force, mean"), "{table}");
     let gate = beyond.gates.iter().find(|gate| gate.name == "laws_within_limits").unwrap();
-    assert!(gate.value > gate.limit && gate.limit == 1.0, "{gate:?}");
+    assert!(gate.value > 0.9 && gate.value < 1.0, "{gate:?}");
 }
 
 /// The 44 mm ball at 100 m/s: principal strain above 8, J below 0.01.
-/// A rigid ball of 72 mm at 18 m/s, aside, on gel of one-point elements, which turn over under it.
+/// A rigid ball of 72 mm at 60 m/s, aside, on gel of one-point elements: most of what it does is beyond the law.
 fn ball_on_one_point_gel(record: &Value) -> Value {
     json!({
         "name": "ball on one-point gel", "end_time_s": 0.004,
         "bodies": [
             {
-                "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -18],
+                "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -60],
                 "rigid": {"shape": {"kind": "ball", "radius_m": 0.036}, "center_m": [0.007, 0.003, 0.0361], "mass_kg": 0.16}
             },
             {
@@ -129,28 +129,27 @@ fn what_is_withheld_does_not_depend_on_what_is_recorded() {
         let Shown::Withheld { reason, remedy, .. } = &summary.results else {
             panic!("{:?}", summary.plain_words)
         };
-        assert!(reason.contains("crushed to J = -"), "{reason}");
+        assert!(reason.contains("beyond the limit of its law"), "{reason}");
         assert!(summary.plain_words[1] == *remedy && remedy.contains("Lower the speed"), "{remedy}");
     }
 }
 
 #[test]
-fn the_44_mm_ball_gives_no_numbers() {
+fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/flashball_thigh/scene_44mm.json");
     let mut scene: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
     scene["solver"] = json!({"error_bars": "none"});
     let summary = summary(&scene, None);
-    let Shown::Withheld { reason, .. } = &summary.results else { panic!("{:?}", summary.plain_words) };
-    assert!(reason.contains("beyond the limit"), "{reason}");
-    assert!(!summary.plain_words.iter().any(|words| words.contains("kPa")), "{:?}", summary.plain_words);
-    let criteria = &summary.injury_measures;
-    assert!(
-        criteria
-            .iter()
-            .filter(|c| c.applicable)
-            .all(|c| c.statement.contains("the run itself gives no result")),
-        "{criteria:?}"
-    );
+    // Half a per cent of the energy is beyond the limit: forces and energies stand, peaks at points do not.
+    let share = summary.numerics.energy_share_beyond_law;
+    assert!((1e-3..0.02).contains(&share), "{share}");
+    let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
+    let tissue = results.tissue.as_ref().unwrap();
+    assert!(tissue.peak_von_mises_pa.is_none() && tissue.peak_principal_strain.is_none());
+    let told = |word: &str| summary.warnings.iter().any(|w| w.contains(word));
+    assert!(told("beyond the limit of its law") && told("left out"), "{:?}", summary.warnings);
+    // Stretches of 4 at most, where one-point elements that turned over had strains of 8 to 17.
+    assert!(summary.law_ranges.iter().all(|law| law.stretch[1] < 5.0), "{:?}", summary.law_ranges);
 }
 
 /// A long block, hit at one end: its far elements are long, and each step carries something one of them further.

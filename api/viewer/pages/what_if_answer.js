@@ -103,6 +103,8 @@ export class WhatIfAnswer {
         return one.parameters[name] === base[name] ? html("span", { class: "quiet" }, text) : html("b", {}, text);
       });
       const numbers = this.#numbers.map(([key]) => (one.ending === "finished" ? words(one.numbers[key]) : ""));
+      const depth = this.#numbers.findIndex(([key]) => key === "stress_depth_mm");
+      if (one.reaches?.length && depth >= 0) numbers[depth] = `${numbers[depth]} (at least: reaches ${one.reaches.join(", ")})`;
       if (one.ending !== "finished") numbers[0] = `${one.ending}: ${one.reason ?? ""}`;
       return [one.index === 0 ? "as it was" : one.name, ...values, ...numbers];
     });

@@ -3,11 +3,11 @@
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::{Measures, PairMeasures};
 use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT, TOO_DEEP};
-use super::laws::{LawRange, beyond_limit, law_excess, left_laws, numerical_stress};
+use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
 use super::table::{number, seconds};
 use super::{Gate, GateResult, Numerics, RunState};
 use crate::plan::Plan;
-use crate::step::{Ending, Energy, FailureCause, Outcome};
+use crate::step::{Energy, FailureCause, Outcome};
 
 /// Share of the energy scale above which numerical contact dissipation is warned about.
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
@@ -21,6 +21,8 @@ const PROJECTION_LIMIT: f64 = 0.05;
 const PROJECTION_WARNING: f64 = 0.01;
 /// Share of a body's inertia above which redistributed mass is warned of [-].
 const INERTIA_WARNING: f64 = 0.01;
+/// Share of a body's strain energy beyond the limits of its laws above which the numbers are withheld [-]; below, peaks alone.
+const LAW_LIMIT: f64 = 0.05;
 /// The gate of laws that were taken too far, and what to do.
 const LAW_GATE: &str = "laws_within_limits";
 const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
@@ -48,8 +50,6 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
     // An empty sum is −0, and would be printed as such.
     let numerical: f64 = energy.numerical_contact_j() + 0.0;
-    // A run that broke off says itself what was crushed.
-    let smallest = outcome.filter(|o| o.ending == Ending::Finished).map(|o| o.smallest_jacobian);
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
@@ -62,7 +62,7 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
         numerical_contact_dissipation_share: over(numerical, energy.turnover_j),
         friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
         hourglass_energy_share: measures.hourglass.largest_share(),
-        law_excess: law_excess(&measures.laws, smallest),
+        energy_share_beyond_law: measures.laws.share_beyond(),
         deepest_penetration_m: measures.penetration.deepest.depth,
         deepest_penetration_share: measures.penetration.deepest.share,
         overlapped_volume_m3: measures.penetration.largest.volume,
@@ -128,7 +128,12 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
             if energy.turnover_j > 0.0 { projection_work(energy) / energy.turnover_j } else { 0.0 },
             PROJECTION_LIMIT,
         ),
-        gate(LAW_GATE, "largest deformation over the limit of its law", numerics.law_excess, 1.0),
+        gate(
+            LAW_GATE,
+            "share of a body's strain energy that was beyond the limits of its laws; 1 where elements turned over",
+            numerics.energy_share_beyond_law,
+            LAW_LIMIT,
+        ),
     ]
 }
 
@@ -152,10 +157,11 @@ pub(super) fn withholding(
         return Some(Withholding { reason, remedy: failure.cause.remedy() });
     }
     let failed = gates.iter().find(|g| g.result == GateResult::Failed)?;
-    Some(match (failed.name, measures.penetration.excess()) {
-        (LAW_GATE, _) => Withholding { reason: beyond_limit(&measures.laws, numerics), remedy: BEYOND_LAW },
-        (PENETRATION_GATE | OVERLAP_GATE, Some(reason)) => Withholding { reason, remedy: TOO_DEEP },
-        (name, _) => Withholding {
+    let beyond = || beyond_limit(&measures.laws).map(|told| share_in_words(told, numerics));
+    Some(match (failed.name, measures.penetration.excess(), beyond()) {
+        (LAW_GATE, _, Some(reason)) => Withholding { reason, remedy: BEYOND_LAW },
+        (PENETRATION_GATE | OVERLAP_GATE, Some(reason), _) => Withholding { reason, remedy: TOO_DEEP },
+        (name, ..) => Withholding {
             reason: format!(
                 "the gate {} failed: {} is {:.3e}, at most {:.3e} is allowed",
                 failed.name, failed.meaning, failed.value, failed.limit
@@ -166,6 +172,12 @@ pub(super) fn withholding(
             },
         },
     })
+}
+
+/// With the share of the strain energy; that of elements that have turned over is no number.
+fn share_in_words(told: String, numerics: &Numerics) -> String {
+    let share = numerics.energy_share_beyond_law;
+    if share < 1.0 { format!("{told}; {:.1} % of the strain energy was there", 100.0 * share) } else { told }
 }
 
 /// Warnings that follow from the measures.
@@ -188,6 +200,14 @@ pub(super) fn own_warnings(
         ));
     }
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
+    if numerics.energy_share_beyond_law <= LAW_LIMIT
+        && let Some(told) = beyond_limit(&measures.laws)
+    {
+        warnings.push(format!(
+            "{}: the peak stress, strain and energy density, which would be those of such points, are left out.",
+            share_in_words(told, numerics)
+        ));
+    }
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));
     warnings.extend(projection_warning(&measures.energy));

@@ -1,15 +1,12 @@
 //! Where the laws were left, and why numbers beyond their limits are withheld.
 
-use super::super::law_range::{LawRanges, Outside, PartRange};
+use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
-use super::Numerics;
 use super::table::{number, seconds};
 use serde::Serialize;
 
 /// What is told of a part whose law was left: share of its volume [-].
 const NOTABLE_SHARE: f64 = 1e-3;
-/// Below this a J is as good as none [-].
-const VANISHING: f64 = 1e-9;
 
 /// A part whose law was taken beyond what it is fitted to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -76,24 +73,10 @@ impl LawRange {
     }
 }
 
-/// How far any law was taken beyond its limit, as a factor [-]: at most 1 within. At the field times by stretch and J; besides by the
-/// smallest J of all steps, where the run tells it.
-pub(super) fn law_excess(ranges: &LawRanges, smallest_jacobian: Option<f64>) -> f64 {
-    let at_field_times = ranges.worst().map_or(0.0, |(_, excess)| excess);
-    let in_between = smallest_jacobian.map_or(0.0, |J| ranges.least_jacobian() / J.max(VANISHING));
-    at_field_times.max(in_between)
-}
-
-/// Why the numbers are withheld, when a law was taken beyond its limit.
-pub(super) fn beyond_limit(ranges: &LawRanges, numerics: &Numerics) -> String {
-    let Some((part, excess)) = ranges.worst().filter(|(_, excess)| *excess > 1.0) else {
-        let J = numerics.smallest_jacobian.unwrap_or_default();
-        return format!(
-            "an element was crushed to J = {} between field times, which is beyond the limit of every law ({})",
-            number(J),
-            number(ranges.least_jacobian())
-        );
-    };
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the limit of its law, in 0.1 % of its volume from 40 µs on", of the part with
+/// most strain energy there.
+pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
+    let part = ranges.worst()?;
     let limit = part.validity.limit;
     let ([thin, long], [small, large]) = (part.stretch, part.jacobian);
     let mut what = Vec::new();
@@ -107,17 +90,14 @@ pub(super) fn beyond_limit(ranges: &LawRanges, numerics: &Numerics) -> String {
             what.push(format!("{name} {} (limit {})", number(value), number(limit)));
         }
     }
-    let Outside { since, .. } = part.beyond;
-    // How far beyond is no number for an element that has turned over.
-    let times = if small > 0.0 { format!(" ({excess:.1} times the limit)") } else { String::new() };
-    format!(
-        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on{times}",
+    Some(format!(
+        "{} ({}) was {}, beyond the limit of its law, in {} % of its volume from {} on",
         part.part,
         part.body,
         what.join(", "),
         number(100.0 * part.share(&part.beyond)),
-        seconds(since.unwrap_or_default())
-    )
+        seconds(part.beyond.since.unwrap_or_default())
+    ))
 }
 
 /// Stress where no wave can have been.

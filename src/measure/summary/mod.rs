@@ -210,8 +210,8 @@ pub struct Numerics {
     pub overlapped_volume_share: f64,
     /// Largest difference of the absorbed energy's two computations over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
-    /// How far any law was taken beyond its limit, as a factor [-]: at most 1 within.
-    pub law_excess: f64,
+    /// Largest share of a body's strain energy that was beyond the limits of its laws [-]; 1 where elements have turned over.
+    pub energy_share_beyond_law: f64,
 }
 
 impl RunState {

@@ -12,7 +12,7 @@
 //! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
 //!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
 //!   along that normal. So no node tunnels, whatever the speed.
-//! - Self-contact never pairs a node with faces that touch it, with their neighbours, or with the far side of its own
+//! - Self-contact never pairs a node with faces that touch it, with their neighbours unless folded onto it, or with the far side of its own
 //!   wall as it was at the start of the run, and only with faces opposed to the node's own normal.
 //! - Slave nodes against master faces alone; master nodes in slave faces, and edges, are for [`super::guard`].
 //!
@@ -34,7 +34,7 @@ use thiserror::Error;
 const STEPS_PER_LIST: f64 = 12.0;
 /// Least and most slack of a list, in shares of the mean face size.
 const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
-/// Slack of the list of a surface against itself, in shares of its mean face size. The nearest faces that count are two faces away,
+/// Slack of the list of a surface against itself, in shares of its mean face size. The nearest faces that count are one face away,
 /// so hardly any is listed, and while the surface moves by less against itself hardly anything is looked at.
 const OWN_SLACK: f64 = 1.0;
 

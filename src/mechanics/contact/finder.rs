@@ -4,12 +4,14 @@ use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
 use super::narrow_phase::{BAND, NEAR, Proximity, choose_face, eval_proximity};
+use super::self_contact::is_beside;
 use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
 use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
+use std::cell::OnceCell;
 
 /// A gap below this share of the face's size is a touch.
 const TOUCH: f64 = 1e-6;
@@ -86,6 +88,13 @@ impl Finder<'_> {
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
         let slave = &self.skins[self.pair.slave];
         let same_surface = std::ptr::eq(slave, master);
+        let normal = OnceCell::new();
+        // Faces beside those around the node meet it where the surface is folded onto itself, and are at its edges otherwise.
+        let is_folded = |face: &u32| {
+            let patch = Patch::new(&master.faces[*face as usize], x);
+            normal.get_or_init(|| slave.node_normal(node, x)).dot(&patch.normal(&[0.25; 4])) < WELL_OPPOSED
+        };
+        let faces = faces.filter(|face| !same_surface || !is_beside(master, node, *face) || is_folded(face));
         let mut near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
         if near.is_some_and(|p| p.gap < 0.0 && self.is_behind_in_name_only((master, tree), node, &p)) {
             let in_front = |face: &u32| eval_proximity(master, *face, &s, x).is_some_and(|p| p.gap >= 0.0);

@@ -9,8 +9,7 @@ use crate::mechanics::tensor::Vec3;
 /// the node's own wall.
 const WALL: f64 = 2.0;
 
-/// Faces by node that self-contact leaves out: faces around the node, those that share a node with them, and the far side of
-/// thin walls.
+/// Faces by node that self-contact leaves out: faces around the node, and the far side of thin walls.
 #[derive(Clone, Debug)]
 pub(super) struct Exclusions {
     /// All nodes where they were at the start of the run [m].
@@ -25,7 +24,7 @@ impl Exclusions {
 
     /// Whether the node never meets the face.
     pub fn contain(&self, skin: &Skin, node: u32, face: u32) -> bool {
-        is_around(skin, node, face) || self.is_across_the_wall(skin, node, face)
+        skin.faces[face as usize].contains(&node) || self.is_across_the_wall(skin, node, face)
     }
 
     fn is_across_the_wall(&self, skin: &Skin, node: u32, face: u32) -> bool {
@@ -47,8 +46,8 @@ impl Exclusions {
     }
 }
 
-/// Whether the face shares a node with a face around the node, or is one.
-fn is_around(skin: &Skin, node: u32, face: u32) -> bool {
+/// Whether the face shares a node with a face around the node.
+pub(super) fn is_beside(skin: &Skin, node: u32, face: u32) -> bool {
     let corners = skin.faces[face as usize].iter();
     corners.flat_map(|&c| skin.faces_around(c)).any(|&beside| skin.faces[beside as usize].contains(&node))
 }

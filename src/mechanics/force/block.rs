@@ -32,6 +32,8 @@ pub struct BlockParameters {
     pub linear_viscosity: f64,
     /// Quadratic bulk viscosity b2 [-].
     pub quadratic_viscosity: f64,
+    /// Shear viscosity η of the material [Pa s].
+    pub shear_viscosity: f64,
 }
 
 impl BlockParameters {

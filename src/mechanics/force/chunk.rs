@@ -70,6 +70,8 @@ pub struct ChunkForces {
     pub(super) awake: u32,
     /// Internal force on each node of the chunk [N].
     pub(super) force: Vec<Vec3>,
+    /// Viscous force on each node of the chunk [N]; empty without viscosity.
+    pub(super) viscous: Vec<Vec3>,
     /// Displacements of the nodes of the chunk, gathered [m].
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].
@@ -96,6 +98,7 @@ impl ChunkForces {
             chunk: chunk as u32,
             awake: Self::all(batches),
             force: vec![Vec3::zeros(); nodes],
+            viscous: vec![Vec3::zeros(); if block.parameters.shear_viscosity > 0.0 { nodes } else { 0 }],
             u: vec![Vec3::zeros(); nodes],
             v: vec![Vec3::zeros(); nodes],
             stretch_rate: 0.0,

@@ -91,6 +91,7 @@ impl ElementForces {
         let of_chunk = |chunk: &ChunkForces| {
             size_of::<ChunkForces>()
                 + size_of_val(&chunk.force[..])
+                + size_of_val(&chunk.viscous[..])
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
                 + size_of_val(&chunk.after[..])

@@ -22,6 +22,7 @@ mod stiffness;
 mod sweep;
 mod threads;
 mod totals;
+mod viscous;
 
 pub use activity::Activity;
 pub use assembly::Assembly;

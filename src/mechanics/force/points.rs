@@ -4,6 +4,7 @@ use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
 use super::reduced::ReducedBatch;
 use super::rows::{load_corners, load_fibres};
+use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law};
@@ -27,8 +28,8 @@ pub struct PointBatch {
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
     pub F: [[Row; 9]; POINTS],
-    /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure in it, without viscous
-    /// pressure.
+    /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure and the stress of shear viscosity in it,
+    /// without bulk viscosity.
     pub cauchy: [[Row; 6]; POINTS],
     /// Strain energy per reference volume ψ [J/m³].
     pub psi: PointScalar,
@@ -70,7 +71,7 @@ pub struct PointField {
     pub volume: f64,
     /// Deformation gradient F [-].
     pub F: Mat3,
-    /// Cauchy stress σ [Pa], with the element's pressure in it, without viscous pressure.
+    /// Cauchy stress σ [Pa], as in a [`PointBatch`].
     pub cauchy: Mat3,
     /// Strain energy per reference volume ψ [J/m³].
     pub psi: f64,
@@ -78,8 +79,13 @@ pub struct PointField {
 
 impl ElementBlock {
     /// Visits the batches in which anything has moved: `visit(slots of its elements in this block, points)`, in the order
-    /// of the slots. Where every displacement `u` [m] (nodes × 3) is exactly zero there is no stress, strain or energy.
-    pub fn for_each_moved_batch(&self, u: &[Vec3], visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
+    /// of the slots, at displacements `u` [m] and velocities `v` [m/s], nodes × 3; without velocities there is no viscous stress.
+    /// Where every displacement is exactly zero there is no stress, strain or energy.
+    pub fn for_each_moved_batch(
+        &self,
+        (u, v): (&[Vec3], &[Vec3]),
+        visit: &mut dyn FnMut(Range<usize>, &PointBatch),
+    ) {
         let mut points = PointBatch::default();
         for (b, batch) in self.batches.iter().enumerate() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
@@ -87,17 +93,17 @@ impl ElementBlock {
             if batch.nodes.as_flattened().iter().all(is_still) {
                 continue;
             }
-            self.eval_points(b, u, &mut points);
+            self.eval_points(b, (u, v), &mut points);
             visit(self.slots_of(b), &points);
         }
     }
 
-    /// Visits every quadrature point one by one: `visit(element, index in the element, point)`, elements in the order of
+    /// Visits every quadrature point one by one, without viscous stress: `visit(element, index in the element, point)`, elements in the order of
     /// the slots.
     pub fn for_each_point(&self, X: &[Vec3], u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
         let mut points = PointBatch::default();
         for b in 0..self.batch_count() {
-            self.eval_points(b, u, &mut points);
+            self.eval_points(b, (u, &[]), &mut points);
             for slot in self.slots_of(b) {
                 for q in 0..POINTS {
                     let position = self.point_position(slot, q, X);
@@ -127,12 +133,13 @@ impl ElementBlock {
     /// All points of one batch, for those who keep no buffer.
     pub(super) fn points_of(&self, b: usize, u: &[Vec3]) -> Box<PointBatch> {
         let mut points = Box::<PointBatch>::default();
-        self.eval_points(b, u, &mut points);
+        self.eval_points(b, (u, &[]), &mut points);
         points
     }
 
     /// All points of one batch.
-    fn eval_points(&self, b: usize, u: &[Vec3], points: &mut PointBatch) {
+    fn eval_points(&self, b: usize, (u, v): (&[Vec3], &[Vec3]), points: &mut PointBatch) {
+        let eta = self.parameters.shear_viscosity;
         let families = self.parameters.material.family_count();
         with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
             element: PointLaw {
@@ -144,6 +151,7 @@ impl ElementBlock {
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             u,
+            viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
             to: points,
         }));
     }
@@ -175,6 +183,8 @@ struct Points<'a, L> {
     /// Global nodes of the chunk.
     nodes: &'a [u32],
     u: &'a [Vec3],
+    /// η [Pa s] and velocities [m/s], where there is a viscous stress.
+    viscosity: Option<(f64, &'a [Vec3])>,
     to: &'a mut PointBatch,
 }
 
@@ -183,25 +193,40 @@ impl<L: Law> WithSimd for Points<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let batch = self.element.batch;
-        let mut u = [[Row::default(); 8]; 3];
+        let u = self.gather(self.u);
+        let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));
+        for part in 0..BATCH / S::F64_LANES {
+            self.element.eval::<S>(simd, part, &u, rates.as_ref(), self.to);
+        }
+    }
+}
+
+impl<L: Law> Points<'_, L> {
+    /// Nodal vectors of the batch, in lanes.
+    fn gather(&self, from: &[Vec3]) -> [[Row; 8]; 3] {
+        let mut to = [[Row::default(); 8]; 3];
         for corner in 0..8 {
             for lane in 0..BATCH {
-                let value = &self.u[self.nodes[batch.nodes[corner][lane] as usize] as usize];
+                let value = &from[self.nodes[self.element.batch.nodes[corner][lane] as usize] as usize];
                 for i in 0..3 {
-                    u[i][corner].0[lane] = value[i];
+                    to[i][corner].0[lane] = value[i];
                 }
             }
         }
-        for part in 0..BATCH / S::F64_LANES {
-            self.element.eval::<S>(simd, part, &u, self.to);
-        }
+        to
     }
 }
 
 impl<L: Law> PointLaw<'_, L> {
     #[inline(always)]
-    fn eval<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3], points: &mut PointBatch) {
+    fn eval<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        u: &[[Row; 8]; 3],
+        rates: Option<&(f64, [[Row; 8]; 3])>,
+        points: &mut PointBatch,
+    ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
         macro_rules! load {
             ($x:expr) => {
@@ -211,6 +236,8 @@ impl<L: Law> PointLaw<'_, L> {
         let zero = Lane::splat(simd, 0.0);
         let local_X = Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part));
         let local_u = Hex8::local_gradients(&load_corners(simd, u, part));
+        let local_v = rates.map(|(eta, v)| (*eta, Hex8::local_gradients(&load_corners(simd, v, part))));
+        let mut viscous = [Sym([zero; 6]); POINTS];
         let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); POINTS];
         let mut change = zero;
         for q in 0..POINTS {
@@ -220,6 +247,11 @@ impl<L: Law> PointLaw<'_, L> {
             let inverse_weight = load!(&self.batch.inverse_weight[q]);
             let H = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof).scaled(inverse_weight);
             kinematics[q] = Kinematics::new(&H);
+            if let Some((eta, local_v)) = &local_v {
+                let rate = Hex8::local_gradient_at(local_v, q).dot_transposed(&cof).scaled(inverse_weight);
+                let k = &kinematics[q];
+                viscous[q] = stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta));
+            }
             change = w.mul_add(kinematics[q].j, change);
             // Padding has no volume.
             let is_element = load!(&self.batch.volume);
@@ -244,6 +276,9 @@ impl<L: Law> PointLaw<'_, L> {
             let mut cauchy = Sym([zero; 6]);
             for (s, (i, j)) in cauchy.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
                 *s = sigma.0[i][j] / k.J;
+            }
+            if rates.is_some() {
+                cauchy = cauchy.plus_scaled(zero + 1.0, &viscous[q]);
             }
             for i in 0..3 {
                 for j in 0..3 {

@@ -189,6 +189,7 @@ mod tests {
             density: 1.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
+            shear_viscosity: 0.0,
         };
         (x, ElementBlock::new(0, parameters, 0, &inputs))
     }

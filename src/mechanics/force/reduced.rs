@@ -11,7 +11,7 @@
 use super::block::{BlockInput, BlockParameters, ElementBlock};
 use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
 use super::rows::{load_corners, load_fibres, store_corners};
-use super::sweep::{BatchLanes, ElementKernel, ElementSweep};
+use super::sweep::{BatchLanes, ElementKernel, ElementSweep, corners_may_fold};
 use super::totals::BatchTotals;
 use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
@@ -20,6 +20,10 @@ use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
 use crate::with_law;
 use pulp::Simd;
+
+/// Energy of the stabilisation over μV counts as so much compression when corners are looked for that may fold [-]: a corner that lost
+/// 70 % of its volume in an element that keeps its own has four times the energy that is enough here.
+const FOLDED: f64 = 40.0;
 
 /// Constants of a batch of one-point elements, lane by lane; all zero in padding but `length` and `base`.
 #[derive(Clone, Debug)]
@@ -209,6 +213,17 @@ impl<R: Real> OnePointElement<R> {
     }
 }
 
+impl<S: Simd> OnePointElement<Lane<S>> {
+    /// Whether a corner of an element of a register may be folding: not where it is neither compressed nor bent much.
+    #[inline(always)]
+    pub fn corners_may_fold(&self, j: Lane<S>, hourglass: &HourglassResponse<Lane<S>>, part: usize) -> bool {
+        let bent = hourglass.energy * self.constants.inverse_scale;
+        let mut lanes = Row::default();
+        (j - bent * FOLDED).store(&mut lanes, part);
+        corners_may_fold::<S>(&lanes, part)
+    }
+}
+
 /// The largest λ with `ω² ≤ max(α, s α₀) λ/ρ`, α₀ the tangent norm at rest, s the stiffening of the stabilisation: of the 8×8 matrix
 /// `D^(−½) [V Σ_j b_j b_jᵀ + 1/α₀ Σ_α κ_α γ_α γ_αᵀ] D^(−½)`, D the corner volumes [1/m²].
 ///
@@ -311,16 +326,27 @@ impl ElementKernel for OnePoint {
         // The stabilisation, and the forces of both.
         let one_point = Aligned(batch.one_point(simd, part, A, B));
         let hourglass = one_point.0.hourglass(&modes.0, &H);
-        let forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
+        let mut forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
+        let (mut stabilisation, mut corner_frequency) = (hourglass.energy, zero);
+        if one_point.0.corners_may_fold(k.j, &hourglass, part) {
+            let corners = element.corners.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
+            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
+                *f += *on;
+            }
+            stabilisation += corners.energy;
+            corner_frequency = corners.stiffness * load!(&element.corners.inverse_least_mass);
+        }
         store_corners(&forces, &mut lanes.nodal, part);
-        volume.mul_add(psi, hourglass.energy).store(&mut totals.strain, part);
-        hourglass.energy.store(&mut totals.hourglass, part);
+        volume.mul_add(psi, stabilisation).store(&mut totals.strain, part);
+        stabilisation.store(&mut totals.hourglass, part);
         lanes.store_history(k.j, viscous.0, part);
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&batch.frequency_bound);
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
         let base = load!(&batch.base_bound) * hourglass.base_stiffness;
-        stable_step(bound.mul_add(tangent, base), bound * invariants.I2 * viscous.1)
+        let damping = bound * invariants.I2 * viscous.1;
+        (damping * 0.5).store(&mut totals.damping, part);
+        stable_step(bound.mul_add(tangent, base + corner_frequency), damping)
             .store(&mut totals.stable_step, part);
         k.j.store(&mut totals.smallest_j, part);
         point.fibre_exponent.store(&mut totals.fibre_exponent, part);

@@ -233,7 +233,8 @@ impl<L: Law> Stiffness<'_, L> {
     #[inline(always)]
     fn eval_one_point<S: Simd>(&mut self, simd: S, part: usize, batch: &ReducedBatch) {
         let (A, B) = batch.gradient_vectors(simd, part);
-        let element = lift(&batch.one_point(simd, part, A, B));
+        let at_point = batch.one_point(simd, part, A, B);
+        let element = lift(&at_point);
         let directions = self.directions(simd, part);
         let mut u = fixed_corners(&load_corners(simd, self.u, part));
         for column in 0..24 {
@@ -251,6 +252,11 @@ impl<L: Law> Stiffness<'_, L> {
                 }
             }
             u[j][b].slope = u[j][b].value.zero();
+        }
+        let modes = Modes::new(&load_corners(simd, self.u, part));
+        let H = modes.mean_gradient(&A, &B);
+        if at_point.corners_may_fold(volume_change(&H), &at_point.hourglass(&modes, &H), part) {
+            self.add_corner_penalty(simd, part);
         }
     }
 }

@@ -149,6 +149,7 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
             let element = ElementSweep {
                 law,
                 batch: &kernel.batches(block)[b],
+                corners: &block.batches[b],
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
@@ -171,6 +172,8 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
 pub(super) struct ElementSweep<'a, L, B> {
     pub law: L,
     pub batch: &'a B,
+    /// The same elements as eight corners, whatever the formulation.
+    pub corners: &'a Batch,
     pub parameters: &'a BlockParameters,
     pub fibres: &'a [[Row; 3]],
     pub inverse_step: f64,
@@ -356,8 +359,9 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         lanes.store_history(mean, viscous.0, part);
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&self.batch.frequency_bound);
-        stable_step(bound.mul_add(tangent, corner_frequency), bound * cofactor * viscous.1)
-            .store(&mut totals.stable_step, part);
+        let damping = bound * cofactor * viscous.1;
+        (damping * 0.5).store(&mut totals.damping, part);
+        stable_step(bound.mul_add(tangent, corner_frequency), damping).store(&mut totals.stable_step, part);
         exponent.store(&mut totals.fibre_exponent, part);
     }
 }

@@ -5,7 +5,7 @@ use super::{
     Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
     SweepInput, Threads, corner_pair,
 };
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
@@ -41,6 +41,7 @@ impl Element {
             density: DENSITY,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
+            shear_viscosity: 0.0,
         };
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| DENSITY * V);
@@ -210,4 +211,27 @@ fn the_stable_step_is_below_that_of_the_highest_frequency_however_an_element_is_
             sum / count
         );
     }
+}
+
+#[test]
+fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
+    let mut random = Random(5);
+    let (mut passed_over, mut penalised) = (0, 0);
+    for X in shapes() {
+        let material = laws()[0];
+        let (element, mu) = (Element::new(X, material, Formulation::Reduced), material.moduli_at_rest().0);
+        let volume = element.mass.iter().sum::<f64>() / DENSITY;
+        let components = |x: &U| std::array::from_fn(|i| std::array::from_fn(|a| x[a][i]));
+        for sample in 0..20_000 {
+            let u = deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random);
+            let swept = element.sweep(&u);
+            let penalty = eval_corner_penalty(&components(&X), &components(&u), 1.0).energy;
+            if swept.j - 40.0 * swept.hourglass / (mu * volume) >= -0.1 {
+                assert!(penalty <= 0.0, "sample {sample}: J = {}, {}", 1.0 + swept.j, swept.hourglass);
+                passed_over += 1;
+            }
+            penalised += u32::from(penalty > 0.0);
+        }
+    }
+    assert!(passed_over > 1000 && penalised > 1000, "{passed_over} {penalised}");
 }

@@ -13,6 +13,8 @@ pub struct BatchTotals {
     pub viscous: Row,
     /// Largest stable step [s].
     pub stable_step: Row,
+    /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk viscosity.
+    pub damping: Row,
     /// Smallest J − 1 over the points [-]; ≤ −1 means inverted.
     pub smallest_j: Row,
     /// Largest fibre exponent k2 E² over points and families [-]; 0 without fibres.

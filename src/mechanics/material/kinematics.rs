@@ -132,6 +132,6 @@ impl<R: Real> Invariants<R> {
 /// Upper bound of the largest eigenvalue of a symmetric 3×3 matrix with mean m and deviator s: `m + 2 √(s:s/6)`, the cosine
 /// of the closed-form solution set to 1.
 #[inline(always)]
-fn bound_largest<R: Real>(mean: R, deviator_squared: R) -> R {
+pub fn bound_largest<R: Real>(mean: R, deviator_squared: R) -> R {
     (deviator_squared * (1.0 / 6.0)).sqrt().mul_add(mean.constant(2.0), mean)
 }

@@ -21,7 +21,7 @@ mod volumetric;
 pub use ellipticity::least_acoustic_eigenvalue;
 pub use fibres::{FibreFamilies, MAX_FAMILIES};
 pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4Form, MatrixForm};
-pub use kinematics::{Invariants, Kinematics, volume_change};
+pub use kinematics::{Invariants, Kinematics, bound_largest, volume_change};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};

@@ -40,6 +40,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
         density: 1.0,
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
+        shear_viscosity: 0.0,
     };
     (X, hexes, ElementBlock::new(0, parameters, 0, &inputs))
 }

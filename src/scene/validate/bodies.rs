@@ -10,6 +10,9 @@ use std::collections::BTreeSet;
 /// Larger than any density [kg/m³]: osmium has 22 600.
 pub const MOST_DENSITY: f64 = 1e6;
 
+/// Larger than any viscosity of tissue or rubber [Pa s].
+const MOST_VISCOSITY: f64 = 1e4;
+
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
@@ -48,6 +51,10 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         let remedy = "give it in kg/m³: water has 1000, steel 7850";
         out.usual(&density, "the density", part.density_kg_per_m3, [100.0, 25_000.0], remedy);
     }
+    let viscosity = here.key("shear_viscosity_pa_s");
+    let remedy = "soft tissue has 0.1 to 30 Pa s; 0 leaves viscosity out";
+    out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
+    out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
     materials::check(&part.material, &here.key("material"), out);
     let coupled = !part.material.is_split();
     out.require(!(coupled && part.formulation == Some(Formulation::MeanDilatation)), || {

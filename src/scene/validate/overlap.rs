@@ -207,17 +207,11 @@ fn bounds(points: &[Vec3]) -> [Vec3; 2] {
 /// All sides that may touch.
 fn sides(document: &SceneDocument) -> Vec<Sides> {
     let count = document.bodies.len();
-    match &document.contact.pairs {
+    let mut sides: Vec<Sides> = match &document.contact.pairs {
         ContactPairs::All(_) => {
             let between = (0..count).flat_map(|a| (a + 1..count).map(move |b| Sides::Bodies(a, b)));
             let onto = (0..count).flat_map(|a| (0..document.planes.len()).map(move |p| Sides::Plane(a, p)));
-            // What a generator makes does not overlap itself.
-            let may_be_folded = |body: &usize| {
-                let body = &document.bodies[*body];
-                body.initial_deformation.is_some() || !matches!(body.mesh, Some(MeshDocument::Generator(_)))
-            };
-            let itself = document.bodies_that_meet_themselves().filter(may_be_folded);
-            between.chain(onto).chain(itself.map(|body| Sides::Bodies(body, body))).collect()
+            between.chain(onto).collect()
         }
         ContactPairs::List(list) => {
             let body = |name: &str| document.bodies.iter().position(|b| b.name == name);
@@ -230,7 +224,15 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
             };
             list.iter().filter_map(|pair| of_names([&pair.between[0], &pair.between[1]])).collect()
         }
-    }
+    };
+    // What a generator makes does not overlap itself.
+    let may_be_folded = |body: &usize| {
+        let body = &document.bodies[*body];
+        body.initial_deformation.is_some() || !matches!(body.mesh, Some(MeshDocument::Generator(_)))
+    };
+    let itself = document.bodies_that_meet_themselves().filter(may_be_folded);
+    sides.extend(itself.map(|body| Sides::Bodies(body, body)));
+    sides
 }
 
 /// The pairs that detection looks at for these sides of meshes.

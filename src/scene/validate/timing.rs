@@ -24,6 +24,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
         });
     }
     check_rigid(document, &root, out);
+    check_viscosity(document, &root, out);
     check_settling(document, &root, out);
     check_record(&document.record, end, budget, &root.key("record"), out);
 }
@@ -38,6 +39,27 @@ fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
             .limit("a largest step [s] for a scene of rigid bodies")
             .remedy("1e-4 s is a good trial for bodies of centimetres at metres per second")
     });
+}
+
+/// Shear viscosity is for explicit steps.
+fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
+    let at_fault = match &document.integrator {
+        IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. } => return,
+        IntegratorDocument::Implicit { .. } => Problem::error,
+        IntegratorDocument::QuasiStatic { .. } => Problem::warning,
+    };
+    for (b, body) in document.bodies.iter().enumerate() {
+        for (p, part) in body.parts.iter().enumerate().filter(|(_, part)| part.shear_viscosity_pa_s > 0.0) {
+            let place = root.key("bodies").index(b).key("parts").index(p).key("shear_viscosity_pa_s");
+            let message = "only explicit steps know shear viscosity";
+            out.push(
+                at_fault("viscosity_without_explicit_steps", &place, message)
+                    .value(part.shear_viscosity_pa_s)
+                    .limit("0 in implicit and quasi-static runs")
+                    .remedy("step explicitly, or leave the viscosity out"),
+            );
+        }
+    }
 }
 
 fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {

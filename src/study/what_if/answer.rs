@@ -98,6 +98,9 @@ pub struct CaseAnswer {
     /// Why, when it did not finish.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// Which ends of the tissue the significant stress reaches: its depth and volume are at least those.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reaches: Vec<String>,
     /// Steps.
     pub steps: u64,
     /// The numbers, by their names with units; empty when it did not finish.

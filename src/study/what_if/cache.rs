@@ -33,6 +33,9 @@ pub struct Numbers {
     /// Those of them that are not resolved.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub unresolved: BTreeSet<Quantity>,
+    /// Which ends of the tissue the significant stress reaches: its depth and volume end there because the model does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub reaches: Vec<String>,
     /// Largest von Mises stress from each of the asked depths on [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_pa: Vec<f64>,

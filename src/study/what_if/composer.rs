@@ -109,7 +109,7 @@ impl<'a> Composer<'a> {
             self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
-        let Numbers { ending, reason, steps, values, errors, unresolved, .. } = answered.numbers;
+        let Numbers { ending, reason, reaches, steps, values, errors, unresolved, .. } = answered.numbers;
         let number = |(quantity, value): (Quantity, f64)| {
             let (error, unresolved) = match errors.get(&quantity) {
                 Some(own) => (Some(*own), &unresolved),
@@ -128,6 +128,7 @@ impl<'a> Composer<'a> {
             edits: case.edits(self.question, self.base, self.facts),
             ending,
             reason,
+            reaches,
             steps,
             numbers: values.into_iter().map(number).collect(),
         };

@@ -177,6 +177,7 @@ fn invalid(reason: String) -> Numbers {
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
         unresolved: BTreeSet::new(),
+        reaches: Vec::new(),
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }
@@ -199,6 +200,10 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     let is_good = ending == "finished";
     let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
     let all = || Quantity::ALL.into_iter().filter_map(of);
+    let values = summary.values();
+    let tissue = values.tissue.as_ref().filter(|_| is_good);
+    let significant =
+        tissue.and_then(|tissue| tissue.significant_stress.get(values.headline.significant_stress?));
     Numbers {
         ending,
         reason,
@@ -211,6 +216,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
             })
             .collect(),
         unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),
+        reaches: significant.map_or_else(Vec::new, |stress| stress.reaches.clone()),
         von_mises_below_pa: Vec::new(),
         von_mises_below_error_pa: Vec::new(),
     }

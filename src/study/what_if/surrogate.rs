@@ -178,6 +178,7 @@ mod tests {
             edits: BTreeMap::new(),
             ending: "finished".into(),
             reason: None,
+            reaches: Vec::new(),
             steps: 1,
             numbers: BTreeMap::from([(Quantity::PeakForceN, Number::new(number(*point), None, true))]),
         };

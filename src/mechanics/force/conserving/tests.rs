@@ -49,6 +49,7 @@ impl Case {
             density: 1000.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
+            shear_viscosity: 0.0,
         };
         let input = BlockInput {
             element: 0,

@@ -38,6 +38,7 @@ impl Element {
             density: 1000.0,
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
+            shear_viscosity: 0.0,
         };
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| 1000.0 * V);

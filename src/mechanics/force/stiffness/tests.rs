@@ -80,6 +80,7 @@ impl Element {
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
+            shear_viscosity: 0.0,
         };
         let geometry = ReferenceGeometry::new(&X);
         let nodes = [0, 1, 2, 3, 4, 5, 6, 7];

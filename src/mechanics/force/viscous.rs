@@ -1,0 +1,151 @@
+//! Shear viscosity of a part (Kelvin–Voigt): forces of explicit steps, after the sweep, of any law and formulation.
+//!
+//! ```text
+//! l = Ḟ F⁻¹        σ_v = η dev(l + lᵀ) = (η/J) dev(s + sᵀ)        s = Ḟ cof Fᵀ = J l        P_v = σ_v cof F
+//! ```
+//!
+//! with Ḟ of the half step before t_n. Everything is taken at the 2×2×2 points, of one-point elements too: their hourglass modes are
+//! damped like any other motion. There and in crushed elements J may come near zero or below, so that 1/J is capped: the
+//! stress stays objective and dissipates, whatever J.
+
+use super::block::{Batch, ElementBlock};
+use super::chunk::ChunkForces;
+use super::pressure::stable_step;
+use super::rows::{add, gather, load_corners, store_corners};
+use super::totals::{BatchTotals, BlockTotals};
+use super::{Assembly, ElementForces, Threads};
+use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
+use crate::mechanics::material::{bound_largest, volume_change};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Sym, Tensor, Vec3};
+use pulp::{Simd, WithSimd};
+
+/// J below which 1/J grows no further [-].
+const LEAST_J: f64 = 0.2;
+
+/// The pairs (i, j) of the components of a [`Sym`].
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// Viscous Cauchy stress over the viscosity, `σ_v/η = dev(s + sᵀ)/J` [1/s], of the rate Ḟ [1/s] at `j = J − 1`.
+#[inline(always)]
+pub(super) fn stress_over_viscosity<R: Real>(rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Sym<R> {
+    let s = rate.dot_transposed(cof_F);
+    Sym(PAIRS.map(|(a, b)| s.0[a][b] + s.0[b][a])).deviator().scaled(inverse_J(j))
+}
+
+/// 1/J, capped.
+#[inline(always)]
+fn inverse_J<R: Real>(j: R) -> R {
+    j.constant(1.0) / (j + 1.0).max(j.constant(LEAST_J))
+}
+
+impl ElementForces {
+    /// Adds the viscous forces of all blocks that have a viscosity, at displacements `u` [m] and velocities `v` [m/s], nodes × 3, to what
+    /// the sweep at `u` left: forces of their own, see [`ElementForces::viscous_at_node`], and a shorter stable step.
+    pub fn add_viscous(&mut self, threads: &Threads, blocks: &[ElementBlock], u: &[Vec3], v: &[Vec3]) {
+        threads.for_each(&mut self.chunks, |chunk| {
+            let block = &blocks[chunk.block as usize];
+            if block.parameters.shear_viscosity > 0.0 && chunk.awake != 0 {
+                pulp::Arch::new().dispatch(Viscous { block, u, v, chunk });
+            }
+        });
+    }
+
+    /// Sum of the viscous forces [N] at a node.
+    #[inline]
+    pub fn viscous_at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
+        let of_chunk = |(chunk, i): &(u32, u32)| self.chunks[*chunk as usize].viscous.get(*i as usize);
+        assembly.places(node).iter().filter_map(of_chunk).sum()
+    }
+}
+
+/// The viscous forces of a chunk.
+struct Viscous<'a> {
+    block: &'a ElementBlock,
+    u: &'a [Vec3],
+    v: &'a [Vec3],
+    chunk: &'a mut ChunkForces,
+}
+
+impl WithSimd for Viscous<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { block, u, v, chunk } = self;
+        let nodes = block.nodes_of_chunk(chunk.chunk as usize);
+        for (i, node) in nodes.iter().enumerate() {
+            chunk.u[i] = u[*node as usize];
+            chunk.v[i] = v[*node as usize];
+        }
+        chunk.viscous.fill(Vec3::zeros());
+        let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+        let (mut x, mut rates) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
+        for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
+            let batch = &block.batches[first + i];
+            gather(&batch.nodes, &chunk.u, &mut x);
+            gather(&batch.nodes, &chunk.v, &mut rates);
+            for part in 0..BATCH / S::F64_LANES {
+                let eta = block.parameters.shear_viscosity;
+                batch.viscous_forces::<S>(simd, part, eta, &x, &mut rates, &mut chunk.batches[i]);
+            }
+            add(&rates, &batch.nodes, &mut chunk.viscous);
+        }
+        chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
+    }
+}
+
+impl Batch {
+    /// Replaces the velocities [m/s] of the elements of a register by their viscous forces [N].
+    #[inline(always)]
+    fn viscous_forces<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        eta: f64,
+        u: &[[Row; 8]; 3],
+        rates: &mut [[Row; 8]; 3],
+        totals: &mut BatchTotals,
+    ) {
+        let zero = Lane::splat(simd, 0.0);
+        let identity = Tensor::diagonal(zero.constant(1.0));
+        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.corners, part)));
+        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
+        let local_v = Aligned(Hex8::local_gradients(&load_corners(simd, rates, part)));
+        let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
+        let mut largest = zero;
+        for q in 0..POINTS {
+            let cof_X = Hex8::local_gradient_at(&local_X.0, q).cofactor();
+            let inverse_weight = Lane::load(simd, &self.inverse_weight[q], part);
+            let H = Hex8::local_gradient_at(&local_u.0, q).dot_transposed(&cof_X).scaled(inverse_weight);
+            let rate = Hex8::local_gradient_at(&local_v.0, q).dot_transposed(&cof_X).scaled(inverse_weight);
+            let (cof_F, j) = (H.plus(&identity).cofactor(), volume_change(&H));
+
+            // P_v = σ_v cof F
+            let sigma = stress_over_viscosity(&rate, &cof_F, j).scaled(zero.constant(eta));
+            let P = Tensor::from_fn(|a, b| {
+                (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum))
+            });
+            Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X);
+
+            // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.
+            let square = Sym(
+                PAIRS.map(|(a, b)| (0..3).fold(zero, |sum, c| cof_F.0[c][a].mul_add(cof_F.0[c][b], sum)))
+            );
+            let norm = bound_largest(square.trace() * (1.0 / 3.0), square.deviator().norm_squared());
+            largest = largest.max(norm * inverse_J(j) * (2.0 * eta));
+        }
+        store_corners(&Hex8::nodal_forces(&sums.0), rates, part);
+
+        // What the sweep found, (2/h)² = ω² with its own damping a: (2/h − a)² = ω² + a².
+        let a = Lane::load(simd, &totals.damping, part);
+        let twice_rate = zero.constant(2.0) / Lane::load(simd, &totals.stable_step, part);
+        let omega_squared = twice_rate * (twice_rate - a * 2.0);
+        let b = Lane::load(simd, &self.frequency_bound, part) * largest * 0.5;
+        stable_step(omega_squared.max(zero), (a + b) * 2.0).store(&mut totals.stable_step, part);
+    }
+}
+
+#[cfg(test)]
+mod tests;
