@@ -362,7 +362,8 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(
-                "The contact solver ended {count} times above its tolerance, at a residual of {residual:.1e} at most."
+                "The contact solver ended {count} times above its tolerance, at a residual of {residual:.1e} of the velocities of contact at \
+                 most: the reactions of those steps are off by about as much."
             ));
         }
     }

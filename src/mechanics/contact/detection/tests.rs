@@ -409,3 +409,30 @@ fn a_node_in_front_of_one_face_is_not_behind_the_edge_of_its_neighbour() {
     let slave = Surface { nodes: vec![x.len() as u32 - 1], faces: Vec::new() };
     assert_eq!(detect(&[slave, master], &[pair(0, Master::Surface(1))], &x, &x), []);
 }
+
+#[test]
+fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
+    // Two faces with a common edge at x = 0 are closed like a book from flat to 2°; their outer sides look at each other.
+    let contacts = |angle: f64| {
+        let (sin, cos) = (0.5 * angle).to_radians().sin_cos();
+        let x: Vec<Vec3> = [-1.0, 0.0, 1.0]
+            .into_iter()
+            .flat_map(|side: f64| [0.0, 1.0].map(|y| Vec3::new(side * sin, y, side.abs() * cos)))
+            .collect();
+        let surface = Surface { nodes: (0..6).collect(), faces: vec![[0, 2, 3, 1], [2, 4, 5, 3]] };
+        let flat: Vec<Vec3> =
+            x.iter().enumerate().map(|(i, x)| Vec3::new((i / 2) as f64 - 1.0, x.y, 0.0)).collect();
+        let pairs = [pair(0, Master::Surface(0))];
+        let surfaces = [surface];
+        let mut detector = Detector::new(&surfaces, &pairs, &flat).that_always_looks_at_itself();
+        let mut contacts = Vec::new();
+        detector.detect(&x, &x, &[Vec3::zeros()], &mut contacts).unwrap();
+        contacts
+    };
+    for open in [180.0, 120.0, 90.0, 60.0, 20.0] {
+        assert!(contacts(open).is_empty(), "{open}°: {:?}", contacts(open));
+    }
+    let mut nodes: Vec<u32> = contacts(2.0).iter().map(|contact| contact.slave).collect();
+    nodes.sort_unstable();
+    assert_eq!(nodes, [0, 1, 4, 5]);
+}
