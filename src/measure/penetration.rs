@@ -22,8 +22,8 @@ pub const DEPTH_LIMIT: f64 = 0.1;
 /// Volume that two bodies share over that of the smaller one above which they are [-].
 pub const OVERLAP_LIMIT: f64 = 0.01;
 /// What to do where either went too far.
-pub const TOO_DEEP: &str = "Lower the speed, shorten implicit steps (`integrator.step_s`), or refine the coarser of the two surfaces; \
-                            where soft bodies crush each other to folds no mesh keeps them apart.";
+pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run before; in an implicit run shorten the \
+                            steps (`integrator.step_s`). Where soft bodies crush each other to folds no mesh keeps them apart.";
 /// Points of the lattice in a rigid body along each axis.
 const LATTICE: i32 = 12;
 

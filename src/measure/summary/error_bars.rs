@@ -106,6 +106,16 @@ impl Cheaper {
                 .into_iter()
                 .for_each(|w| impact.average_over(w));
         }
+        // A peak that only one of them has gets no error.
+        if let (Some(tissue), Some(own)) = (&mut results.tissue, &mut own.tissue.clone()) {
+            for (peak, own) in tissue.peaks_mut().into_iter().zip(own.peaks_mut()) {
+                let missing = own.take().map(|mut own| {
+                    own.quantity.value = f64::NAN;
+                    own
+                });
+                *peak = missing.map(|missing| peak.take().unwrap_or(missing));
+            }
+        }
         results.list_mut().iter().map(|listed| listed.quantity.value).collect()
     }
 }

@@ -127,9 +127,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
     };
     // Zeros of the start would read as if nothing had happened.
     let is_looked_at = *state == RunState::Finished || stress.time > 0.0;
-    // At a point beyond the limit of its law they are no results.
-    let has_peaks = is_looked_at && measures.laws.worst().is_none();
-    let peak = |peak: &Peak| has_peaks.then(|| mint.located(1.0, peak));
+    let peak = |peak: &Peak| is_looked_at.then(|| mint.located(1.0, peak));
     let d = &measures.deflection;
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };
     Some(Tissue {

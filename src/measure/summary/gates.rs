@@ -25,7 +25,7 @@ const INERTIA_WARNING: f64 = 0.01;
 const LAW_LIMIT: f64 = 0.05;
 /// The gate of laws that were taken too far, and what to do.
 const LAW_GATE: &str = "laws_within_limits";
-const BEYOND_LAW: &str = "Lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
+const BEYOND_LAW: &str = "End the run before that time, lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
                           how far a law holds, say so in the scene (`valid_to` of the material).";
 /// The gates of what contact on a coarse mesh costs, and what to do.
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";

@@ -253,6 +253,10 @@ impl Summary {
         if outcome.is_some() {
             values.mark_misses();
         }
+        // At a point beyond the limit of its law they are no results.
+        if let Some(tissue) = values.tissue.as_mut().filter(|_| measures.laws.worst().is_some()) {
+            tissue.peaks_mut().into_iter().for_each(|peak| *peak = None);
+        }
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(

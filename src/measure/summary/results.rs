@@ -251,6 +251,17 @@ pub struct DoseVolume {
     pub point_spacing_mm: f64,
 }
 
+impl Tissue {
+    /// The peaks at points.
+    pub(super) fn peaks_mut(&mut self) -> [&mut Option<Located>; 3] {
+        [
+            &mut self.peak_von_mises_pa,
+            &mut self.peak_principal_strain,
+            &mut self.peak_strain_energy_density_j_per_m3,
+        ]
+    }
+}
+
 impl Results {
     /// Whether the headline numbers are finite (NaN poisons sums, so they stand for the others).
     pub(super) fn is_finite(&self) -> bool {

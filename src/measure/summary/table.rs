@@ -103,7 +103,7 @@ impl Table {
     fn peak(&mut self, name: &str, located: Option<&Located>, scale: f64, unit: &str) {
         match located {
             Some(located) => self.located(name, located, scale, unit),
-            None => self.row(name, "-", "not looked at after the start"),
+            None => self.row(name, "-", "not looked at after the start, or beyond the limit of a law"),
         }
     }
     fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {

@@ -112,8 +112,12 @@ impl Finder<'_> {
         let fast =
             |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
         let bound = (s_end - s).norm() + self.master_moved.in_step;
-        let mut quick =
-            faces.filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9)).filter(fast).peekable();
+        let far = |face: &u32| !same_surface || !is_beside(master, node, *face);
+        let mut quick = faces
+            .filter(|f| bound > NEAR * master.sizes[*f as usize] * (1.0 - 1e-9))
+            .filter(far)
+            .filter(fast)
+            .peekable();
         if quick.peek().is_none() {
             return near.map(|p| (self.near_contact(master, node, &p), false));
         }
@@ -145,9 +149,16 @@ impl Finder<'_> {
     /// Outside the node means a little towards the middle of the face, too, so that edges which lie on each other do not leave it to
     /// rounding.
     fn is_behind_in_name_only(&self, (master, tree): (&Skin, &FaceTree), node: u32, p: &Proximity) -> bool {
-        let Some(own) = self.pair.own.as_ref().filter(|_| master.is_closed) else { return false };
-        let (x, size) = (self.motion.x, master.sizes[p.face as usize]);
-        if p.gap >= -BAND * size {
+        let Some(own) = self.pair.own.as_ref() else { return false };
+        // Behind a face beside its own the node is in the wedge of a sharp edge, unless a fold has closed on it.
+        let is_beside = is_beside(master, node, p.face);
+        if !master.is_closed {
+            return is_beside;
+        }
+        // A thin layer is looked at by its own size, not by that of the large faces on it.
+        let x = self.motion.x;
+        let size = master.sizes[p.face as usize].min(master.shortest_edge_at(node, x));
+        if p.gap >= -BAND * size && !is_beside {
             return false;
         }
         let (normal, patch) = (master.node_normal(node, x), Patch::new(&master.faces[p.face as usize], x));
@@ -157,6 +168,11 @@ impl Finder<'_> {
             let place = x[node as usize] + away * (NEAR * size);
             winding_number(master, tree, (&place, &away), (x, &own.shift)) > 0
         };
+        // Where a face beside its own has closed on the node, that is where the node's own normal points; anywhere else may be the body
+        // around a corner.
+        if is_beside {
+            return !winds_around(normal);
+        }
         let is_entered = winds_around(normal + inwards * INWARDS)
             || (normal.dot(&p.normal) < WELL_OPPOSED && winds_around(-p.normal));
         !is_entered

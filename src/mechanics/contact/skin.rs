@@ -95,6 +95,18 @@ impl Skin {
         self.sizes.iter().sum::<f64>() / self.sizes.len().max(1) as f64
     }
 
+    /// Length of the shortest edge of the faces around a node that ends there [m]; infinite without faces.
+    pub fn shortest_edge_at(&self, node: u32, x: &[Vec3]) -> f64 {
+        let of_face = |face: &u32| {
+            let face = &self.faces[*face as usize];
+            let n = corner_count(face);
+            let k = face[..n].iter().position(|&f| f == node)?;
+            let to = |k: usize| (x[face[k % n] as usize] - x[node as usize]).norm();
+            Some(to(k + 1).min(to(k + n - 1)))
+        };
+        self.faces_around(node).iter().filter_map(of_face).fold(f64::INFINITY, f64::min)
+    }
+
     /// Unit normal of the surface at a node: mean of the normals of its faces, weighted with the areas of their corners;
     /// zero where there are no faces.
     pub fn node_normal(&self, node: u32, x: &[Vec3]) -> Vec3 {
