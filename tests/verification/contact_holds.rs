@@ -193,3 +193,30 @@ fn hollow_balls_fold_onto_themselves_wherever_and_however_fast_they_hit() {
         );
     }
 }
+
+#[test]
+fn a_sheared_thin_layer_does_not_meet_itself_in_its_sharp_edges() {
+    // Three layers of elements of 5 mm by 50 or 25 µm: at the edges top and side close to less than 60°, and stay on their sides.
+    for (height, shear) in [(1.5e-4, 1.0), (7.5e-5, 0.65)] {
+        let strained = |self_contact: &str| {
+            let scene = json!({
+                "name": "sheared layer", "end_time_s": 5e-5,
+                "bodies": [{
+                    "name": "layer",
+                    "mesh": {"generator": {"kind": "block", "min_m": [0, 0, 0], "max_m": [0.02, 0.02, height], "elements": [4, 4, 3]}},
+                    "parts": [{"part": "block", "density_kg_per_m3": 1000, "material":
+                        {"law": "neo_hookean", "c10_pa": 1e4, "bulk_modulus_pa": 1e6}}],
+                    "fixed": [{"set": "z_min"}],
+                    "prescribed": [{"set": "z_max", "displacement_m": [height * shear, 0, 0], "ramp": {"kind": "linear", "to_s": 5e-5}}]
+                }],
+                "contact": {"self_contact": self_contact}
+            });
+            let mut contacts = 0;
+            let (outcome, state) = rig::run(&rig::plan(&scene), |frame| contacts += frame.reactions.len());
+            assert!(outcome.balance_error < 1e-3, "{}", outcome.balance_error);
+            (state.u, contacts)
+        };
+        let (own, none) = (strained("auto"), strained("none"));
+        assert!(own.0 == none.0, "false contacts: {}", own.1);
+    }
+}
