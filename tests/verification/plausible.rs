@@ -130,7 +130,7 @@ fn what_is_withheld_does_not_depend_on_what_is_recorded() {
             panic!("{:?}", summary.plain_words)
         };
         assert!(reason.contains("beyond the limit of its law"), "{reason}");
-        assert!(summary.plain_words[1] == *remedy && remedy.contains("Lower the speed"), "{remedy}");
+        assert!(summary.plain_words[1] == *remedy && remedy.contains("lower the speed"), "{remedy}");
     }
 }
 

@@ -9,7 +9,7 @@
 //! gradient times the one stress, as exact quadrature would: the patch test is passed on any hexahedron.
 
 use super::block::{BlockInput, BlockParameters, ElementBlock};
-use super::pressure::{Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
+use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::rows::{load_corners, load_fibres, store_corners};
 use super::sweep::{BatchLanes, ElementKernel, ElementSweep, corners_may_fold};
 use super::totals::BatchTotals;
@@ -344,10 +344,8 @@ impl ElementKernel for OnePoint {
         let bound = load!(&batch.frequency_bound);
         let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
         let base = load!(&batch.base_bound) * hourglass.base_stiffness;
-        let damping = bound * invariants.I2 * viscous.1;
-        (damping * 0.5).store(&mut totals.damping, part);
-        stable_step(bound.mul_add(tangent, base + corner_frequency), damping)
-            .store(&mut totals.stable_step, part);
+        let omega_squared = bound.mul_add(tangent, base + corner_frequency);
+        totals.store_step(omega_squared, bound * invariants.I2 * viscous.1, part);
         k.j.store(&mut totals.smallest_j, part);
         point.fibre_exponent.store(&mut totals.fibre_exponent, part);
     }

@@ -2,7 +2,7 @@
 
 use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::ChunkForces;
-use super::pressure::{Barrier, Pressure, pressure_at, stable_step, tangent_bound, viscous_pressure};
+use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
 use super::rows::{add, gather, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
@@ -359,9 +359,7 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         lanes.store_history(mean, viscous.0, part);
         lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
         let bound = load!(&self.batch.frequency_bound);
-        let damping = bound * cofactor * viscous.1;
-        (damping * 0.5).store(&mut totals.damping, part);
-        stable_step(bound.mul_add(tangent, corner_frequency), damping).store(&mut totals.stable_step, part);
+        totals.store_step(bound.mul_add(tangent, corner_frequency), bound * cofactor * viscous.1, part);
         exponent.store(&mut totals.fibre_exponent, part);
     }
 }

@@ -1,6 +1,8 @@
 //! Energies and extremes of a sweep.
 
-use crate::mechanics::lanes::{BATCH, Row};
+use super::pressure::stable_step;
+use crate::mechanics::lanes::{BATCH, Lane, Row};
+use pulp::Simd;
 
 /// Sums and extremes of one batch, lane by lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,6 +21,15 @@ pub struct BatchTotals {
     pub smallest_j: Row,
     /// Largest fibre exponent k2 E² over points and families [-]; 0 without fibres.
     pub fibre_exponent: Row,
+}
+
+impl BatchTotals {
+    /// Stores the stable step and the damping in it of the elements of a register, from ω² [1/s²] and the viscous eigenvalue [1/s].
+    #[inline(always)]
+    pub(super) fn store_step<S: Simd>(&mut self, omega_squared: Lane<S>, viscous: Lane<S>, part: usize) {
+        (viscous * 0.5).store(&mut self.damping, part);
+        stable_step(omega_squared, viscous).store(&mut self.stable_step, part);
+    }
 }
 
 /// The totals of many elements as one: sums in slot order, extremes with their slot in the block.
