@@ -8,21 +8,33 @@ use crate::plan::Plan;
 use crate::step::Frame;
 use std::ops::Range;
 
+/// A sum over points, and the largest that it has been.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Largest {
+    now: f64,
+    /// So far.
+    pub largest: f64,
+}
+
+impl Largest {
+    fn end(&mut self) {
+        self.largest = self.largest.max(self.now);
+    }
+}
+
 /// Reference volume outside of a range, and since when.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outside {
-    /// Now [m³].
-    volume: f64,
-    /// The largest at any field time so far [m³].
-    pub largest_volume: f64,
+    /// [m³].
+    volume: Largest,
     /// The first field time with any [s].
     pub since: Option<f64>,
 }
 
 impl Outside {
     fn end(&mut self, time: f64) {
-        self.largest_volume = self.largest_volume.max(self.volume);
-        if self.volume > 0.0 {
+        self.volume.end();
+        if self.volume.now > 0.0 {
             self.since.get_or_insert(time);
         }
     }
@@ -55,20 +67,6 @@ pub struct PartRange {
     in_body: usize,
 }
 
-/// A sum over points, and the largest that it has been.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Largest {
-    now: f64,
-    /// So far.
-    pub largest: f64,
-}
-
-impl Largest {
-    fn end(&mut self) {
-        self.largest = self.largest.max(self.now);
-    }
-}
-
 /// Strain energy of one body [J].
 #[derive(Clone, Copy, Debug, Default)]
 struct BodyRange {
@@ -79,7 +77,7 @@ struct BodyRange {
 impl PartRange {
     /// The largest share of its volume that was outside.
     pub fn share(&self, outside: &Outside) -> f64 {
-        if self.volume > 0.0 { outside.largest_volume / self.volume } else { 0.0 }
+        if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
     }
 }
 
@@ -133,7 +131,7 @@ impl LawRanges {
     /// Begins a sweep over all points.
     pub fn begin(&mut self) {
         for part in &mut self.parts {
-            (part.left.volume, part.beyond.volume, part.energy_beyond.now) = (0.0, 0.0, 0.0);
+            (part.left.volume.now, part.beyond.volume.now, part.energy_beyond.now) = (0.0, 0.0, 0.0);
         }
         for body in &mut self.bodies {
             (body.all.now, body.beyond.now) = (0.0, 0.0);
@@ -156,10 +154,10 @@ impl LawRanges {
                 body.all.now += energy;
                 let Validity { fitted, limit } = part.validity;
                 if fitted.excess([least, largest], [J; 2]) > 1.0 {
-                    part.left.volume += points.volume[q][lane];
+                    part.left.volume.now += points.volume[q][lane];
                 }
                 if limit.excess([least, largest], [J; 2]) > 1.0 {
-                    part.beyond.volume += points.volume[q][lane];
+                    part.beyond.volume.now += points.volume[q][lane];
                     part.energy_beyond.now += energy;
                     body.beyond.now += energy;
                 }
@@ -194,7 +192,7 @@ impl LawRanges {
                     if J <= 0.0 {
                         part.jacobian[0] = part.jacobian[0].min(J);
                         part.has_turned_over = true;
-                        part.beyond.volume += rest;
+                        part.beyond.volume.now += rest;
                     }
                 }
             }

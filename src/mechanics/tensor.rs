@@ -136,6 +136,11 @@ impl<R: Real> Tensor<R> {
     }
 }
 
+impl<R> Sym<R> {
+    /// The indices (i, j) of the components, in their order.
+    pub const INDICES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+}
+
 impl<R: Real> Sym<R> {
     /// Component (i, j).
     #[inline(always)]

@@ -130,26 +130,31 @@ impl<'p> ContactStep<'p> {
     ) -> Result<(), (FailureCause, String)> {
         self.detect(plan, rigid, x, h, phase, v)?;
         let sides = rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides);
-        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let masses = (&plan.inverse_mass[..], &sides);
-        let tolerance = self.plan.tolerance;
-        if let Some(method) = self.plan.solver {
-            self.reactions.clear();
-            self.reactions.resize(self.contacts.len(), Reaction::default());
-            let options = solvers::Options { tolerance, method, ..solvers::Options::default() };
-            let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
-            let report = solved.map_err(no_problem)?;
-            return report.map_or(Ok(()), |report| self.accept_report(&report));
-        }
-        let has_mesh = |c: &Contact| sides.of_pair(c.pair)[0].is_none();
+        let Some(method) = self.plan.solver else { return self.solve_by_sweeps(masses, h, phase, v) };
+        self.reactions.clear();
+        self.reactions.resize(self.contacts.len(), Reaction::default());
+        self.solve_as_problem(method, None, masses, h, phase, v)
+    }
+
+    /// Gauss–Seidel, and Newton where its sweeps do not lead on.
+    fn solve_by_sweeps(
+        &mut self,
+        masses: (&[Vec3], &RigidSides),
+        h: f64,
+        phase: Phase,
+        v: &mut [Vec3],
+    ) -> Result<(), (FailureCause, String)> {
+        let has_mesh = |c: &Contact| masses.1.of_pair(c.pair)[0].is_none();
         let is_few = self.contacts.len() <= FEW && self.contacts.iter().all(has_mesh) && !phase.sticks();
         let max_sweeps = if is_few { FEW_SWEEPS } else { MOST_SWEEPS };
-        let options = Options { tolerance, max_sweeps, acceptable: LARGEST_RESIDUAL };
+        let options = Options { tolerance: self.plan.tolerance, max_sweeps, acceptable: LARGEST_RESIDUAL };
+        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let report = gauss_seidel::solve_with_rigid(
             &self.contacts,
             laws,
-            &sides,
-            &plan.inverse_mass,
+            masses.1,
+            masses.0,
             h,
             v,
             &mut self.reactions,
@@ -163,14 +168,33 @@ impl<'p> ContactStep<'p> {
         // near, and its steps do not lead on, the best iterate will do.
         let is_near = report.residual <= LARGEST_RESIDUAL;
         if (is_few || !is_near) && !phase.sticks() {
-            let max_iterations = is_near.then_some(NEWTON_STEPS);
-            let options = solvers::Options { tolerance, max_iterations, ..solvers::Options::default() };
             take_off(&self.contacts, &self.reactions, masses, h, v);
-            let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
-            let report = solved.map_err(no_problem)?;
-            return report.map_or(Ok(()), |report| self.accept_report(&report));
+            let most = is_near.then_some(NEWTON_STEPS);
+            return self.solve_as_problem(Method::default(), most, masses, h, phase, v);
         }
         self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
+    }
+
+    /// By a solver of the library, from the present reactions, which are not in `v`.
+    fn solve_as_problem(
+        &mut self,
+        method: Method,
+        max_iterations: Option<usize>,
+        masses: (&[Vec3], &RigidSides),
+        h: f64,
+        phase: Phase,
+        v: &mut [Vec3],
+    ) -> Result<(), (FailureCause, String)> {
+        let options = solvers::Options {
+            tolerance: self.plan.tolerance,
+            method,
+            max_iterations,
+            ..solvers::Options::default()
+        };
+        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
+        let solved = solve_step(&self.contacts, &mut self.reactions, laws, masses, h, v, &options);
+        let report = solved.map_err(no_problem)?;
+        report.map_or(Ok(()), |report| self.accept_report(&report))
     }
 
     /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`

@@ -68,7 +68,7 @@ fn failed_with_a_diagnosis() {
     // It is said to be a part of the impact, which was looked at to its last step.
     let tissue = result.summary.values().tissue.as_ref().unwrap();
     assert!((tissue.looked_at_until_s - result.outcome.time_s).abs() < 1e-15);
-    assert!(tissue.peak_von_mises_pa.is_some());
+    assert!(tissue.peaks.peak_von_mises_pa.is_some());
     let words = result.summary.plain_words.join("\n");
     assert!(words.starts_with("The run failed") && words.contains("not of the whole impact"), "{words}");
 }

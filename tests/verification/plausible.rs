@@ -79,7 +79,8 @@ fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
     assert!(gel.stretch[1] > 1.001 && gel.outside_since_s > 0.0, "{gel:?}");
     let Shown::Results(results) = &left.results else { panic!("{:?}", left.plain_words) };
     // The largest principal strain E of the summary is the same number as the largest stretch: 2E = λ² − 1.
-    let strain = results.tissue.as_ref().unwrap().peak_principal_strain.as_ref().unwrap().quantity.value;
+    let strain =
+        results.tissue.as_ref().unwrap().peaks.peak_principal_strain.as_ref().unwrap().quantity.value;
     assert!((gel.stretch[1].powi(2) - 1.0 - 2.0 * strain).abs() < 1e-12, "{strain} {gel:?}");
     assert!(
         left.warnings.iter().any(|w| w.contains("(gel) was taken beyond what it is fitted to")),
@@ -145,7 +146,7 @@ fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     assert!((1e-3..0.02).contains(&share), "{share}");
     let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
     let tissue = results.tissue.as_ref().unwrap();
-    assert!(tissue.peak_von_mises_pa.is_none() && tissue.peak_principal_strain.is_none());
+    assert!(tissue.peaks.peak_von_mises_pa.is_none() && tissue.peaks.peak_principal_strain.is_none());
     let told = |word: &str| summary.warnings.iter().any(|w| w.contains(word));
     assert!(told("beyond the limit of its law") && told("left out"), "{:?}", summary.warnings);
     // Stretches of 4 at most, where one-point elements that turned over had strains of 8 to 17.

@@ -108,7 +108,7 @@ impl Cheaper {
         }
         // A peak that only one of them has gets no error.
         if let (Some(tissue), Some(own)) = (&mut results.tissue, &mut own.tissue.clone()) {
-            for (peak, own) in tissue.peaks_mut().into_iter().zip(own.peaks_mut()) {
+            for (peak, own) in tissue.peaks.list_mut().into_iter().zip(own.peaks.list_mut()) {
                 let missing = own.take().map(|mut own| {
                     own.quantity.value = f64::NAN;
                     own

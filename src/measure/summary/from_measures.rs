@@ -4,7 +4,7 @@ use super::super::absorbed_energy::Absorbed;
 use super::super::measures::{Measures, PairMeasures};
 use super::super::stress_depth::{Dose, Exceedance, Layer, Peak, StressDepth};
 use super::results::{
-    DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
+    DoseVolume, Headline, Impact, Located, Peaks, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
 use super::table::seconds;
 use super::{ErrorEstimate, GateResult, Quantity, RunState};
@@ -142,9 +142,11 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         looked_at_until_s: stress.time,
         significant_stress: if is_looked_at { significant_stress(stress, mint) } else { Vec::new() },
         dose_volumes: if is_looked_at { dose_volumes(stress, mint) } else { Vec::new() },
-        peak_von_mises_pa: peak(&stress.von_mises),
-        peak_principal_strain: peak(&stress.principal_strain),
-        peak_strain_energy_density_j_per_m3: peak(&stress.energy_density),
+        peaks: Peaks {
+            peak_von_mises_pa: peak(&stress.von_mises),
+            peak_principal_strain: peak(&stress.principal_strain),
+            peak_strain_energy_density_j_per_m3: peak(&stress.energy_density),
+        },
         deflection_mm: mint.located(1e3, &deflection),
         viscous_response_m2_per_s: mint.quantity(d.largest_rate),
     })

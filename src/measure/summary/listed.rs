@@ -89,12 +89,7 @@ impl Results {
         all.extend(absorbed.map(|energy| Listed { missing: lost, ..Listed::sum(energy) }));
         let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.into_iter().chain(&mut t.projectile_loss_j).map(Listed::sum));
-        let peaks = [
-            &mut t.peak_von_mises_pa,
-            &mut t.peak_principal_strain,
-            &mut t.peak_strain_energy_density_j_per_m3,
-        ];
-        all.extend(peaks.into_iter().flatten().map(|peak| Listed::peak(&mut peak.quantity)));
+        all.extend(t.peaks.list_mut().into_iter().flatten().map(|peak| Listed::peak(&mut peak.quantity)));
         for split in [&mut t.absorbed_split, &mut t.peak_absorbed_split] {
             let parts = [
                 &mut split.strain_j,

@@ -16,7 +16,7 @@ pub use error_bars::{Cheaper, CheaperRuns, ErrorEstimate, Estimate};
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
 pub use results::{
-    DoseVolume, Headline, Impact, Located, Results, SignificantStress, Split, StressedLayer, Tissue,
+    DoseVolume, Headline, Impact, Located, Peaks, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
 pub use table::{number, render_table, rounded};
 
@@ -255,7 +255,7 @@ impl Summary {
         }
         // At a point beyond the limit of its law they are no results.
         if let Some(tissue) = values.tissue.as_mut().filter(|_| measures.laws.worst().is_some()) {
-            tissue.peaks_mut().into_iter().for_each(|peak| *peak = None);
+            tissue.peaks = Peaks::default();
         }
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));

@@ -151,15 +151,9 @@ pub struct Tissue {
     /// Volumes in which the measures of the scene exceed its thresholds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dose_volumes: Vec<DoseVolume>,
-    /// Largest von Mises stress at a quadrature point at a field time [Pa].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_von_mises_pa: Option<Located>,
-    /// Largest principal Green–Lagrange strain [-].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_principal_strain: Option<Located>,
-    /// Largest strain energy density [J/m³].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_strain_energy_density_j_per_m3: Option<Located>,
+    /// Largest values of the fields.
+    #[serde(flatten)]
+    pub peaks: Peaks,
     /// Largest displacement of a node of the skin, of all steps [mm].
     pub deflection_mm: Located,
     /// Largest product of the skin's largest deflection and its rate, of all steps [m²/s]: over the depth of the chest it is the
@@ -251,9 +245,23 @@ pub struct DoseVolume {
     pub point_spacing_mm: f64,
 }
 
-impl Tissue {
-    /// The peaks at points.
-    pub(super) fn peaks_mut(&mut self) -> [&mut Option<Located>; 3] {
+/// Largest values of the fields at quadrature points, at the field times.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Peaks {
+    /// Largest von Mises stress [Pa].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_von_mises_pa: Option<Located>,
+    /// Largest principal Green–Lagrange strain [-].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_principal_strain: Option<Located>,
+    /// Largest strain energy density [J/m³].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_strain_energy_density_j_per_m3: Option<Located>,
+}
+
+impl Peaks {
+    /// All of them.
+    pub(super) fn list_mut(&mut self) -> [&mut Option<Located>; 3] {
         [
             &mut self.peak_von_mises_pa,
             &mut self.peak_principal_strain,
@@ -270,7 +278,7 @@ impl Results {
             .iter()
             .flat_map(|i| [i.peak_force_n.value, i.impulse_n_s.value, i.patch_area_mm2.value]);
         let tissue = self.tissue.iter().flat_map(|t| {
-            let von_mises = t.peak_von_mises_pa.as_ref().map_or(0.0, |peak| peak.quantity.value);
+            let von_mises = t.peaks.peak_von_mises_pa.as_ref().map_or(0.0, |peak| peak.quantity.value);
             [t.absorbed_energy_j.value, t.absorbed_energy_by_work_j.value, von_mises]
         });
         impacts.chain(tissue).all(f64::is_finite)

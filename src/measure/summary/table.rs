@@ -164,9 +164,9 @@ impl Table {
             };
             self.quantity(&format!("volume of {measure}"), &dose.volume_mm3, "mm³");
         }
-        self.peak("peak von Mises stress", tissue.peak_von_mises_pa.as_ref(), 1e-3, "kPa");
-        self.peak("peak principal strain", tissue.peak_principal_strain.as_ref(), 1.0, "");
-        let density = tissue.peak_strain_energy_density_j_per_m3.as_ref();
+        self.peak("peak von Mises stress", tissue.peaks.peak_von_mises_pa.as_ref(), 1e-3, "kPa");
+        self.peak("peak principal strain", tissue.peaks.peak_principal_strain.as_ref(), 1.0, "");
+        let density = tissue.peaks.peak_strain_energy_density_j_per_m3.as_ref();
         self.peak("peak strain energy density", density, 1e-3, "kJ/m³");
         self.located("deflection of the skin", &tissue.deflection_mm, 1.0, "mm");
     }

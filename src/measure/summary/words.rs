@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     fn tissue(looked_at_until_s: f64, stresses: &[f64]) -> Tissue {
-        use super::super::{GateResult, Located, Split};
+        use super::super::{GateResult, Located, Peaks, Split};
         let zero = || Quantity { value: 0.0, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
         let split = || Split {
             strain_j: zero(),
@@ -196,9 +196,7 @@ mod tests {
                 })
                 .collect(),
             dose_volumes: Vec::new(),
-            peak_von_mises_pa: None,
-            peak_principal_strain: None,
-            peak_strain_energy_density_j_per_m3: None,
+            peaks: Peaks::default(),
             deflection_mm: Located { quantity: zero(), position_m: [0.0; 3], time_s: 0.0 },
             viscous_response_m2_per_s: zero(),
         }

@@ -274,7 +274,7 @@ impl<L: Law> PointLaw<'_, L> {
             // σ = P Fᵀ / J
             let sigma = response.first_piola(k, pressure).dot_transposed(&k.F);
             let mut cauchy = Sym([zero; 6]);
-            for (s, (i, j)) in cauchy.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
+            for (s, (i, j)) in cauchy.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
                 *s = sigma.0[i][j] / k.J;
             }
             if rates.is_some() {

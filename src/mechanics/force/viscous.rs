@@ -24,14 +24,11 @@ use pulp::{Simd, WithSimd};
 /// J below which 1/J grows no further [-].
 const LEAST_J: f64 = 0.2;
 
-/// The pairs (i, j) of the components of a [`Sym`].
-const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
-
 /// Viscous Cauchy stress over the viscosity, `σ_v/η = dev(s + sᵀ)/J` [1/s], of the rate Ḟ [1/s] at `j = J − 1`.
 #[inline(always)]
 pub(super) fn stress_over_viscosity<R: Real>(rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Sym<R> {
     let s = rate.dot_transposed(cof_F);
-    Sym(PAIRS.map(|(a, b)| s.0[a][b] + s.0[b][a])).deviator().scaled(inverse_J(j))
+    Sym(Sym::<R>::INDICES.map(|(a, b)| s.0[a][b] + s.0[b][a])).deviator().scaled(inverse_J(j))
 }
 
 /// 1/J, capped.
@@ -130,9 +127,8 @@ impl Batch {
             Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X);
 
             // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.
-            let square = Sym(
-                PAIRS.map(|(a, b)| (0..3).fold(zero, |sum, c| cof_F.0[c][a].mul_add(cof_F.0[c][b], sum)))
-            );
+            let square = Sym(Sym::<Lane<S>>::INDICES
+                .map(|(a, b)| (0..3).fold(zero, |sum, c| cof_F.0[c][a].mul_add(cof_F.0[c][b], sum))));
             let norm = bound_largest(square.trace() * (1.0 / 3.0), square.deviator().norm_squared());
             largest = largest.max(norm * inverse_J(j) * (2.0 * eta));
         }

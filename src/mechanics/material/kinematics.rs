@@ -49,7 +49,7 @@ impl<R: Real> Kinematics<R> {
         let F = H.plus(&Tensor::diagonal(one));
         let cof = F.cofactor();
         let mut G = Sym([one; 6]);
-        for (g, (a, b)) in G.0.iter_mut().zip([(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]) {
+        for (g, (a, b)) in G.0.iter_mut().zip(Sym::<R>::INDICES) {
             let linear = h[a][b] + h[b][a];
             *g = h[2][a].mul_add(h[2][b], h[1][a].mul_add(h[1][b], h[0][a].mul_add(h[0][b], linear)));
         }

@@ -88,7 +88,9 @@ impl Quantity {
             Self::StressDepthMm => tissue.and_then(|t| {
                 t.significant_stress.get(results.headline.significant_stress?)?.depth_mm.as_ref()
             }),
-            Self::PrincipalStrain => tissue.and_then(|t| Some(&t.peak_principal_strain.as_ref()?.quantity)),
+            Self::PrincipalStrain => {
+                tissue.and_then(|t| Some(&t.peaks.peak_principal_strain.as_ref()?.quantity))
+            }
             Self::DeflectionMm => tissue.map(|t| &t.deflection_mm.quantity),
         }
     }
