@@ -21,16 +21,21 @@
 //! problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
 //! result is that of a sweep, so it obeys the law as it does without.
 //!
+//! Everywhere else sweeps that go on for long are extrapolated ([`extrapolation`]): nodes, edges and faces of a mesh that hold the same
+//! rigid body depend on each other so closely that sweeps alone take hundreds.
+//!
 //! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
 //! The law is chosen once a pair. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
 //! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
 
+mod extrapolation;
 mod rows;
 
 use super::contact_row::{Levers, NormalRow, Row};
 use super::local::Local;
 use super::{Contact, ContactLaw, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
+use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
 
 /// Residuals below this many roundings of the velocities they come from cannot be lowered.
@@ -85,6 +90,7 @@ pub struct Workspace {
     rigid: Rows<Levers>,
     blocks: Vec<Block>,
     conjugate: Conjugate,
+    extrapolation: Extrapolation,
 }
 
 /// The direction of the conjugate gradient; empty where no rigid body touches a plane or another.
@@ -149,7 +155,7 @@ pub fn solve_with_rigid(
     let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
     let patience = if workspace.conjugate.direction.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
     for sweep in 1..=options.max_sweeps {
-        workspace.conjugate.remember(reactions);
+        workspace.remember(reactions);
         let sums = workspace.sweep(inverse_mass, v, reactions, Friction::Damped(damping));
         let change = sums.change;
         if sweep % patience == 0 {
@@ -178,7 +184,7 @@ pub fn solve_with_rigid(
             }
         }
         if damping >= 1.0 && sweep < options.max_sweeps {
-            workspace.follow(change / last_change, inverse_mass, v, reactions);
+            workspace.go_on(change, last_change, inverse_mass, v, reactions);
             last_change = change;
         }
     }
@@ -192,6 +198,7 @@ impl Workspace {
             meshes: Rows::with_capacity(contacts),
             rigid: Rows::with_capacity(rigid_contacts),
             blocks: Vec::with_capacity(pairs),
+            extrapolation: Extrapolation::with_capacity(contacts + rigid_contacts),
             conjugate: Conjugate::with_capacity(if rigid_contacts > 0 {
                 contacts + rigid_contacts
             } else {
@@ -235,19 +242,37 @@ impl Workspace {
             self.blocks.push(Block { law, turns, contacts: start..start + run.len(), rows });
             start += run.len();
         }
+        self.extrapolation.restart();
         let has_no_mesh = |c: &Contact| rigid.of_pair(c.pair)[0].is_some();
         self.conjugate.restart(if contacts.iter().any(has_no_mesh) { contacts.len() } else { 0 });
     }
 
-    /// Goes on along the last direction by the share `beta`, unless changes grow; nothing where no slave is a rigid body.
-    fn follow(&mut self, beta: f64, inverse_mass: &[Vec3], v: &mut [Vec3], reactions: &mut [Reaction]) {
+    /// What a sweep starts from.
+    fn remember(&mut self, reactions: &[Reaction]) {
         if self.conjugate.direction.is_empty() {
-            return;
+            self.extrapolation.remember(reactions);
+        } else {
+            self.conjugate.remember(reactions);
         }
-        let beta = if beta < 1.0 { beta } else { 0.0 };
-        self.conjugate.turn(beta, reactions);
+    }
+
+    /// Goes on from what a sweep led to, which changed the impulses by `change` and the one before by `last_change` (squares).
+    fn go_on(
+        &mut self,
+        change: f64,
+        last_change: f64,
+        inverse_mass: &[Vec3],
+        v: &mut [Vec3],
+        reactions: &mut [Reaction],
+    ) {
+        let step = if self.conjugate.direction.is_empty() {
+            self.extrapolation.step(reactions, change)
+        } else {
+            Some(self.conjugate.step(reactions, change / last_change))
+        };
+        let Some(step) = step else { return };
         for block in &self.blocks {
-            let (contacts, step) = (block.contacts.clone(), &self.conjugate.before);
+            let contacts = block.contacts.clone();
             let (reactions, step) = (&mut reactions[contacts.clone()], &step[contacts]);
             if block.turns {
                 self.rigid.add(block, step, inverse_mass, v, reactions);
@@ -285,12 +310,12 @@ impl Workspace {
         let (mut sweeps, mut last_change) = (0, f64::INFINITY);
         while sweeps < options.max_sweeps {
             sweeps += 1;
-            self.conjugate.remember(reactions);
+            self.remember(reactions);
             let sums = self.sweep(inverse_mass, v, reactions, Friction::None);
             if sums.change <= (options.tolerance * options.tolerance) * sums.impulse {
                 break;
             }
-            self.follow(sums.change / last_change, inverse_mass, v, reactions);
+            self.go_on(sums.change, last_change, inverse_mass, v, reactions);
             last_change = sums.change;
         }
         self.conjugate.restart(reactions.len());
@@ -343,13 +368,12 @@ impl Conjugate {
 
     fn remember(&mut self, reactions: &[Reaction]) {
         self.before.clear();
-        if !self.direction.is_empty() {
-            self.before.extend(reactions.iter().map(|reaction| reaction.impulse));
-        }
+        self.before.extend(reactions.iter().map(|reaction| reaction.impulse));
     }
 
-    /// The next direction, `β d + (p − p_before)`; the step `β d` is left in the place of what was before.
-    fn turn(&mut self, beta: f64, reactions: &[Reaction]) {
+    /// The step `β d` along the last direction d, none where changes grow (β ≥ 1), and the next one, `β d + (p − p_before)`.
+    fn step(&mut self, reactions: &[Reaction], beta: f64) -> &[Local] {
+        let beta = if beta < 1.0 { beta } else { 0.0 };
         for ((direction, before), reaction) in self.direction.iter_mut().zip(&mut self.before).zip(reactions)
         {
             for i in 0..3 {
@@ -358,6 +382,7 @@ impl Conjugate {
                 before[i] = step;
             }
         }
+        &self.before
     }
 }
 

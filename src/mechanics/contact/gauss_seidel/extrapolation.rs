@@ -1,0 +1,179 @@
+//! Anderson's acceleration of sweeps that go on for long: the combination of the last few whose change is least (Walker & Ni 2011,
+//! "Anderson acceleration for fixed-point iterations").
+//!
+//! ```text
+//! f_k = G(p_k) − p_k        γ = argmin ‖f_k − Σ γ_j Δf_j‖        p_{k+1} = G(p_k) − Σ γ_j ΔG_j
+//! ```
+//!
+//! with Δ the differences from sweep to sweep. What it leads to may leave the cones; the next sweep brings it back.
+
+use super::super::Reaction;
+use super::super::local::Local;
+
+/// Sweeps that it combines besides the last.
+const DEPTH: usize = 5;
+/// Sweeps before it begins: most solutions are found by then.
+const BEGIN: usize = 6;
+/// Growth of the squared change of a sweep after which what came before is forgotten.
+const GROWN: f64 = 4.0;
+/// Least pivot of the normal equations, over the diagonal.
+const DEPENDENT: f64 = 1e-10;
+
+/// What the last sweeps made of which impulses.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Extrapolation {
+    /// Impulses before the sweep, then the step that is added after it.
+    step: Vec<Local>,
+    /// Changes by the sweep before, and what they led to.
+    last: [Vec<Local>; 2],
+    /// Differences of these two from sweep to sweep, in turn.
+    differences: [[Vec<Local>; 2]; DEPTH],
+    sweeps: usize,
+    /// How many of the differences are of use.
+    known: usize,
+    /// Squared change by the last sweep.
+    last_change: f64,
+}
+
+impl Extrapolation {
+    pub fn with_capacity(contacts: usize) -> Self {
+        let room = || [Vec::with_capacity(contacts), Vec::with_capacity(contacts)];
+        Self {
+            step: Vec::with_capacity(contacts),
+            last: room(),
+            differences: std::array::from_fn(|_| room()),
+            ..Self::default()
+        }
+    }
+
+    pub fn restart(&mut self) {
+        (self.sweeps, self.known) = (0, 0);
+    }
+
+    /// Before a sweep.
+    pub fn remember(&mut self, reactions: &[Reaction]) {
+        self.step.clear();
+        self.step.extend(reactions.iter().map(|reaction| reaction.impulse));
+    }
+
+    /// After a sweep that changed the impulses by `change` (a square): the step to add to them, if any.
+    pub fn step(&mut self, reactions: &[Reaction], change: f64) -> Option<&[Local]> {
+        self.sweeps += 1;
+        if self.sweeps < BEGIN {
+            return None;
+        }
+        if change > GROWN * self.last_change {
+            self.known = 0;
+        }
+        self.last_change = change;
+        let slot = self.sweeps % DEPTH;
+        self.differ(reactions, slot);
+        if self.sweeps == BEGIN {
+            return None;
+        }
+        self.known = (self.known + 1).min(DEPTH);
+        let shares = self.shares(slot);
+        self.step.fill([0.0; 3]);
+        for (k, share) in shares.iter().enumerate().take(self.known) {
+            for (step, result) in self.step.iter_mut().zip(&self.differences[Self::back(slot, k)][1]) {
+                *step = [0, 1, 2].map(|i| step[i] - share * result[i]);
+            }
+        }
+        Some(&self.step)
+    }
+
+    /// The slot of `k` sweeps before.
+    fn back(slot: usize, k: usize) -> usize {
+        (slot + DEPTH - k) % DEPTH
+    }
+
+    /// Keeps what this sweep changed, and by how much that differs from the sweep before; nothing yet at the first.
+    fn differ(&mut self, reactions: &[Reaction], slot: usize) {
+        let Self { step: before, last: [change, result], differences, .. } = self;
+        let [changes, results] = &mut differences[slot];
+        changes.clear();
+        results.clear();
+        let is_first = self.sweeps == BEGIN;
+        if is_first {
+            change.clear();
+            result.clear();
+            change.resize(reactions.len(), [0.0; 3]);
+            result.resize(reactions.len(), [0.0; 3]);
+        }
+        let less = |a: &Local, b: &Local| [0, 1, 2].map(|i| a[i] - b[i]);
+        let sides = before.iter().zip(change).zip(result);
+        for (reaction, ((before, change), result)) in reactions.iter().zip(sides) {
+            let now = less(&reaction.impulse, before);
+            changes.push(less(&now, change));
+            results.push(less(&reaction.impulse, result));
+            (*change, *result) = (now, reaction.impulse);
+        }
+    }
+
+    /// Least squares: the shares γ of the differences, the latest first, with `‖f − ΔF γ‖` least; Cholesky.
+    fn shares(&self, slot: usize) -> [f64; DEPTH] {
+        let of = |k: usize| &self.differences[Self::back(slot, k)][0];
+        let dot = |a: &[Local], b: &[Local]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()
+        };
+        let n = self.known;
+        let (mut L, mut y) = ([[0.0; DEPTH]; DEPTH], [0.0; DEPTH]);
+        for i in 0..n {
+            for j in 0..=i {
+                L[i][j] = dot(of(i), of(j));
+            }
+            y[i] = dot(of(i), &self.last[0]);
+        }
+        // A difference that the later ones already span has no share.
+        for i in 0..n {
+            let diagonal = L[i][i];
+            for j in 0..i {
+                let sum: f64 = (0..j).map(|k| L[i][k] * L[j][k]).sum();
+                L[i][j] = if L[j][j] > 0.0 { (L[i][j] - sum) / L[j][j] } else { 0.0 };
+            }
+            let pivot = diagonal - L[i][..i].iter().map(|x| x * x).sum::<f64>();
+            L[i][i] = if pivot > DEPENDENT * diagonal { pivot.sqrt() } else { 0.0 };
+        }
+        for i in 0..n {
+            let sum: f64 = (0..i).map(|k| L[i][k] * y[k]).sum();
+            y[i] = if L[i][i] > 0.0 { (y[i] - sum) / L[i][i] } else { 0.0 };
+        }
+        for i in (0..n).rev() {
+            let sum: f64 = (i + 1..n).map(|k| L[k][i] * y[k]).sum();
+            y[i] = if L[i][i] > 0.0 { (y[i] - sum) / L[i][i] } else { 0.0 };
+        }
+        y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_linear_iteration_ends_in_a_few_sweeps() {
+        // p ← p + (1 − λ)(p* − p) in five modes, the slowest of which sweeps alone would halve in seventy.
+        let rates = [0.99, 0.97, 0.9, 0.5, 0.1];
+        let (mut reactions, mut extrapolation) = (vec![Reaction::default(); 40], Extrapolation::default());
+        let goal = |c: usize, i: usize| 1.0 + c as f64 - 0.3 * i as f64;
+        let mut left = Vec::new();
+        for _ in 0..16 {
+            extrapolation.remember(&reactions);
+            let mut change = 0.0;
+            for (c, reaction) in reactions.iter_mut().enumerate() {
+                for (i, p) in reaction.impulse.iter_mut().enumerate() {
+                    let step = (1.0 - rates[(c + i) % 5]) * (goal(c, i) - *p);
+                    *p += step;
+                    change += step * step;
+                }
+            }
+            left.push(change.sqrt());
+            if let Some(step) = extrapolation.step(&reactions, change) {
+                for (reaction, step) in reactions.iter_mut().zip(step) {
+                    reaction.impulse.iter_mut().zip(step).for_each(|(p, step)| *p += step);
+                }
+            }
+        }
+        assert!(left[5] > 1e-2 * left[0] && left[15] < 1e-8 * left[0], "{left:?}");
+    }
+}
