@@ -24,6 +24,9 @@ pub const OVERLAP_LIMIT: f64 = 0.01;
 /// What to do where either went too far.
 pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run before; in an implicit run shorten the \
                             steps (`integrator.step_s`). Where soft bodies crush each other to folds no mesh keeps them apart.";
+/// Cosine between the normals of a node and a face of its own body below which the face is another part of the skin, through which
+/// the node came in: at the bottom of a crease whose sides cross it those sides stand at right angles to its normal.
+const ALONGSIDE: f64 = 0.5;
 /// Points of the lattice in a rigid body along each axis.
 const LATTICE: i32 = 12;
 
@@ -386,10 +389,10 @@ impl<'a> Mesh<'a> {
             if self.locator().element_at(&self.x[node as usize], apart).is_none() {
                 continue;
             }
-            let is_opposed = |face: &[u32; 4]| {
-                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < 0.0
+            let is_another_part = |face: &[u32; 4]| {
+                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
             };
-            if let Some((depth, size)) = self.depth_below_skin(&self.x[node as usize], is_opposed) {
+            if let Some((depth, size)) = self.depth_below_skin(&self.x[node as usize], is_another_part) {
                 found.deepen(depth, size);
             }
         }

@@ -312,7 +312,7 @@ impl SelfContact {
 #[serde(rename_all = "snake_case")]
 pub enum ContactDiscretisation {
     /// Each slave node against the closest face of the master; nodes of the master in slave faces beyond 1 % of a face; sharp edges
-    /// against each other: nothing slips between the nodes of either side.
+    /// against edges, also those that deformation makes: nothing slips between the nodes of either side.
     #[default]
     TwoPass,
     /// Each slave node against the closest face of the master, and nothing else.

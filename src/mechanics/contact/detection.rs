@@ -260,11 +260,6 @@ impl Detector {
         self.pairs[pair].side.master().map(|master| &self.skins[master])
     }
 
-    /// The skins of a pair's master and slave, in this order; `None` for a plane.
-    pub(super) fn exchanged_skins(&self, pair: usize) -> Option<(&Skin, &Skin)> {
-        Some((self.master_skin(pair)?, self.slave_skin(pair)))
-    }
-
     /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.
     pub(super) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
         match self.pairs[pair].side {

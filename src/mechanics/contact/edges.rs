@@ -5,12 +5,15 @@
 //! impact is that of the resting origin with the moving patch ([`super::time_of_impact`]).
 //!
 //! Edges touch along the common normal of both, where it points out of each body: into the arc between the normals of the two
-//! faces at an edge (the arcs of the Gauss map cross). Elsewhere a node touches a face. An edge is sharp if the normals of its
-//! faces are more than [`SHARP`] apart at the start of the run, so two smooth skins have none and cost nothing. Against the other
-//! edges of a skin, across which a sharp one may lie where they bulge, it is held as nodes of the master are: by [`ALLOWED`] and no
-//! deeper, so that where nodes hold already this constrains nothing.
+//! faces at an edge (the arcs of the Gauss map cross), or nearly along their mean, since between surfaces that bulge towards each
+//! other edges cross whose normal is just outside of the arc. Elsewhere a node touches a face.
+//!
+//! An edge is sharp where the body is convex by more than [`SHARP`] there, or by [`BENT`] more than at the start of the run: soft
+//! bodies are crushed to new edges. Two edges that were sharp from the start do not enter each other at all. All others are held as
+//! nodes of the master are: by [`ALLOWED`] and no deeper, so that where nodes hold already this constrains nothing; what is deeper
+//! when it is found stays so ([`Kind::Bulge`]).
 
-use super::closest_point::{Feature, Patch};
+use super::closest_point::Patch;
 use super::detection::Detector;
 use super::finder::local_frame;
 use super::guard::ALLOWED;
@@ -18,16 +21,18 @@ use super::narrow_phase::NEAR;
 use super::skin::{NONE, Skin, corner_count};
 use super::stencil::Stencil;
 use super::time_of_impact::Search;
-use super::{Contact, Kind};
+use super::{Contact, ContactPair, Kind, Master};
 use crate::mechanics::tensor::Vec3;
 
-/// Cosine of the angle between the normals of two faces above which the edge between them is smooth.
-const SHARP: f64 = 0.866;
+/// Angle between the normals of two faces above which the edge between them is sharp, of those that were so at the start (30°).
+const SHARP: f64 = 0.5236;
+/// Growth of the angle that makes a sharp edge of one that was smooth (10°).
+pub(super) const BENT: f64 = 0.1745;
 /// Sine of the angle between two edges below which they are parallel: then a node of one touches.
 const PARALLEL: f64 = 0.05;
 /// Sine of the angle by which the common normal must be inside the arcs: on their ends a node or a face touches.
 const INSIDE: f64 = 0.05;
-/// Cosine of the angle between the common normal and that of a smooth edge above which the edge is met from outside.
+/// Cosine of the angle between the common normal and the mean of those at an edge above which the edge is met from outside.
 const OUTSIDE: f64 = 0.8;
 /// Share of a smooth edge next to its ends where a node touches.
 const AT_END: f64 = 0.05;
@@ -39,14 +44,29 @@ const DEPTH: f64 = 0.25;
 struct Edge {
     nodes: [u32; 2],
     faces: [u32; 2],
+    /// Angle between their normals at the start of the run, negative in a notch.
+    start: f64,
+    /// Now; not kept up to date but in [`EdgeFinder::near`].
     is_sharp: bool,
 }
 
-/// The edges of the pairs in which one is sharp, those of the slave first.
+/// The edges of a pair.
+struct PairEdges {
+    /// Number of the pair.
+    number: u32,
+    /// Surfaces of slave and master.
+    surfaces: [usize; 2],
+    /// Edges of both.
+    edges: [Vec<Edge>; 2],
+}
+
+/// The edges of the pairs of meshes.
 pub(super) struct EdgeFinder {
-    /// Number of the pair, its place in the detector, edges of both, the sharp ones first.
-    pairs: Vec<(u32, usize, [Vec<Edge>; 2])>,
-    near: [Vec<u32>; 2],
+    pairs: Vec<PairEdges>,
+    /// Growth of the angle that makes an edge sharp.
+    bent: f64,
+    /// Those of a pair that are near the other side in a step, the sharp ones first.
+    near: [Vec<Edge>; 2],
     search: Search,
 }
 
@@ -54,43 +74,42 @@ pub(super) struct EdgeFinder {
 type Ends<'a> = (&'a [Vec3], &'a [Vec3]);
 
 impl EdgeFinder {
-    /// Of the pairs of a detector that has slave and master exchanged, with their `numbers`.
-    pub fn new(reversed: &Detector, numbers: &[u32], x: &[Vec3]) -> Self {
-        let mut pairs = Vec::new();
-        for (place, ((master, slave), number)) in reversed.sides().zip(numbers).enumerate() {
-            let Some(slave) = slave else { continue };
-            let edges = [slave, master].map(|surface| edges_of(reversed.skin(surface), x));
-            if edges.iter().flatten().any(|edge| edge.is_sharp) {
-                pairs.push((*number, place, edges));
-            }
-        }
-        let most = |side: usize| pairs.iter().map(|(.., edges)| edges[side].len()).max().unwrap_or(0);
+    /// Of pairs, with the `detector` that has the skins; `x` [m] places of all nodes at the start of the run; an edge whose angle grows
+    /// by `bent` is sharp.
+    pub fn new(detector: &Detector, pairs: &[ContactPair], x: &[Vec3], bent: f64) -> Self {
+        let of_pair = |(number, pair): (usize, &ContactPair)| {
+            let Master::Surface(master) = pair.master else { return None };
+            let surfaces = [pair.slave, master];
+            let edges = surfaces.map(|surface| edges_of(detector.skin(surface), x));
+            (master != pair.slave).then_some(PairEdges { number: number as u32, surfaces, edges })
+        };
+        let pairs: Vec<PairEdges> = pairs.iter().enumerate().filter_map(of_pair).collect();
+        let most = |side: usize| pairs.iter().map(|pair| pair.edges[side].len()).max().unwrap_or(0);
         let near = [0, 1].map(|side| Vec::with_capacity(most(side)));
-        Self { pairs, near, search: Search::default() }
+        Self { pairs, bent, near, search: Search::default() }
     }
 
     /// Appends the contacts of a step.
-    pub fn detect(&mut self, reversed: &Detector, ends: Ends, drifts: &[Vec3], contacts: &mut Vec<Contact>) {
-        let Self { pairs, near, search } = self;
-        for (number, place, edges) in pairs.iter() {
-            near.iter_mut().for_each(Vec::clear);
-            let sharp = [0, 1].map(|side| edges[side].partition_point(|edge| edge.is_sharp));
-            // Sharp edges of one side near all of the other, and what of the other is near those.
-            for (side, count) in sharp.into_iter().enumerate() {
-                collect_near(&edges[side][..count], 0, box_of(&edges[1 - side], ends), ends, &mut near[side]);
+    pub fn detect(&mut self, detector: &Detector, ends: Ends, drifts: &[Vec3], contacts: &mut Vec<Contact>) {
+        let Self { pairs, bent, near, search } = self;
+        for PairEdges { number, surfaces, edges } in pairs.iter() {
+            let skins = surfaces.map(|surface| detector.skin(surface));
+            let [a, b] = skins.map(|skin| box_of(skin, ends));
+            let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
+            for (side, near) in near.iter_mut().enumerate() {
+                near.clear();
+                near.extend(near_box(&edges[side], &common, ends).map(|edge| {
+                    let most = if edge.start > SHARP { SHARP } else { edge.start.max(0.0) + *bent };
+                    Edge { is_sharp: angle(edge, skins[side], ends.0) > most, ..*edge }
+                }));
+                near.sort_unstable_by_key(|edge| (!edge.is_sharp, edge.nodes));
             }
-            let of_sharp = [0, 1]
-                .map(|side| near[side].iter().map(|&i| swept(&edges[side][i as usize], ends)).reduce(joined));
-            for (side, count) in sharp.into_iter().enumerate() {
-                collect_near(&edges[side][count..], count, of_sharp[1 - side], ends, &mut near[side]);
-            }
-            let Some((slave, master)) = reversed.exchanged_skins(*place) else { continue };
-            for &i in &near[0] {
-                for &j in &near[1] {
-                    let pair = [&edges[0][i as usize], &edges[1][j as usize]];
-                    if pair.iter().any(|edge| edge.is_sharp)
-                        && let Some(found) = contact_of(pair, [slave, master], ends, search)
-                    {
+            let sharp = near[1].partition_point(|edge| edge.is_sharp);
+            for a in &near[0] {
+                // One of the two is sharp.
+                let others = if a.is_sharp { &near[1][..] } else { &near[1][..sharp] };
+                for b in others {
+                    if let Some(found) = contact_of([a, b], skins, ends, search) {
                         contacts.push(Contact { pair: *number, drift: drifts[*number as usize], ..found });
                     }
                 }
@@ -99,7 +118,7 @@ impl EdgeFinder {
     }
 }
 
-/// The edges of a skin, the sharp ones first.
+/// The edges of a skin.
 fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (i, (face, across)) in skin.faces.iter().zip(&skin.neighbours).enumerate() {
@@ -109,33 +128,36 @@ fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
             if other == NONE || (other as usize) < i {
                 continue;
             }
-            let edge =
-                Edge { nodes: [face[k], face[(k + 1) % n]], faces: [i as u32, other], is_sharp: false };
-            let [a, b] = normals(&edge, skin, (x, x), 0.0);
-            // Convex: the neighbour lies behind the face.
-            let middle = |face: u32| Patch::new(&skin.faces[face as usize], x).point(&[0.25; 4]);
-            let is_convex = a.dot(&(middle(other) - x[edge.nodes[0] as usize])) < 0.0;
-            edges.push(Edge { is_sharp: a.dot(&b) < SHARP && is_convex, ..edge });
+            let nodes = [face[k], face[(k + 1) % n]];
+            let edge = Edge { nodes, faces: [i as u32, other], start: 0.0, is_sharp: false };
+            edges.push(Edge { start: angle(&edge, skin, x), ..edge });
         }
     }
-    edges.sort_by_key(|edge| !edge.is_sharp);
     edges
+}
+
+/// Angle between the normals of the faces of an edge, negative in a notch: there the second lies before the first.
+fn angle(edge: &Edge, skin: &Skin, x: &[Vec3]) -> f64 {
+    let [a, b] = normals(edge, skin, (x, x), 0.0);
+    let middle = Patch::new(&skin.faces[edge.faces[1] as usize], x).point(&[0.25; 4]);
+    let is_notch = a.dot(&(middle - x[edge.nodes[0] as usize])) > 0.0;
+    let angle = a.dot(&b).clamp(-1.0, 1.0).acos();
+    if is_notch { -angle } else { angle }
 }
 
 fn joined([low, high]: [Vec3; 2], [l, h]: [Vec3; 2]) -> [Vec3; 2] {
     [low.inf(&l), high.sup(&h)]
 }
 
-/// The box around edges over the step.
-fn box_of(edges: &[Edge], ends: Ends) -> Option<[Vec3; 2]> {
-    edges.iter().map(|edge| swept(edge, ends)).reduce(joined)
+/// The box around a skin over the step.
+fn box_of(skin: &Skin, (x, x_end): Ends) -> [Vec3; 2] {
+    let ends = skin.nodes.iter().flat_map(|&node| [x[node as usize], x_end[node as usize]]);
+    ends.map(|x| [x, x]).reduce(joined).unwrap_or([Vec3::zeros(); 2])
 }
 
-/// Appends the numbers, from `first` on, of the edges that come near a box.
-fn collect_near(edges: &[Edge], first: usize, other: Option<[Vec3; 2]>, ends: Ends, near: &mut Vec<u32>) {
-    let Some(other) = other else { return };
-    let meets = |(_, edge): &(usize, &Edge)| meet(&swept(edge, ends), &other, NEAR * length(edge, ends.0));
-    near.extend(edges.iter().enumerate().filter(meets).map(|(i, _)| (first + i) as u32));
+/// The edges that come near a box.
+fn near_box<'a>(edges: &'a [Edge], place: &'a [Vec3; 2], ends: Ends<'a>) -> impl Iterator<Item = &'a Edge> {
+    edges.iter().filter(move |edge| meet(&swept(edge, ends), place, NEAR * length(edge, ends.0)))
 }
 
 /// Normals of the faces at an edge, at a share of the step.
@@ -165,6 +187,18 @@ fn difference([a, b]: [&Edge; 2], (x, x_end): Ends, tau: f64) -> Patch {
     Patch { corners: [a0 - b0, a1 - b0, a1 - b1, a0 - b1], triangle: false }
 }
 
+/// Where the lines of two edges are closest, as shares of their lengths, if that is between their ends.
+fn closest_places(difference: &Patch) -> Option<(f64, f64)> {
+    let [origin, along_a, _, along_b] = difference.corners;
+    let (a, b) = (along_a - origin, along_b - origin);
+    let (aa, ab, bb) = (a.norm_squared(), a.dot(&b), b.norm_squared());
+    let (oa, ob) = (origin.dot(&a), origin.dot(&b));
+    let determinant = aa * bb - ab * ab;
+    let places = ((ab * ob - bb * oa) / determinant, (ab * oa - aa * ob) / determinant);
+    let is_between = |place: f64| place > 0.0 && place < 1.0;
+    (is_between(places.0) && is_between(places.1)).then_some(places)
+}
+
 /// Unit normal of the contact out of the second edge, the master's, if it is in both arcs.
 fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> Option<Vec3> {
     let along = |edge: &Edge| {
@@ -184,28 +218,39 @@ fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> 
         let (along, mean) = (along.normalize(), first + second);
         let (to, from) = (first.cross(n).dot(&along), n.cross(second).dot(&along));
         let is_between = to.abs().min(from.abs()) > INSIDE && to * from > 0.0;
-        n.dot(&mean) > if is_sharp { 0.0 } else { OUTSIDE * mean.norm() } && (is_between || !is_sharp)
+        let outwards = n.dot(&mean);
+        outwards > OUTSIDE * mean.norm() || (is_sharp && is_between && outwards > 0.0)
     };
     (within(&n, edges[1].is_sharp, &of_b, &b) && within(&-n, edges[0].is_sharp, &of_a, &a)).then_some(n)
 }
 
+/// Whether both were sharp at the start of the run.
+fn were_sharp(edges: [&Edge; 2]) -> bool {
+    edges.iter().all(|edge| edge.start > SHARP)
+}
+
+/// The contact of two edges; the numbers of pair and drift are still to come.
 fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Search) -> Option<Contact> {
     let (x, _) = ends;
     let size = 0.5 * (length(edges[0], x) + length(edges[1], x));
     let near = NEAR * size;
-    let allowed = if edges.iter().all(|edge| edge.is_sharp) { 0.0 } else { ALLOWED * size };
+    let allowed = if were_sharp(edges) { 0.0 } else { ALLOWED * size };
     let [a, b] = edges.map(|edge| swept(edge, ends));
     if !meet(&a, &b, near) {
         return None;
     }
     let (start, end) = (difference(edges, ends, 0.0), difference(edges, ends, 1.0));
-    let closest = start.closest(&Vec3::zeros());
-    if closest.feature == Feature::Interior
+    if let Some((a, b)) = closest_places(&start)
+        && let weights = start.weights(a, b)
+        && let point = start.point(&weights)
+        && point.norm_squared() <= (DEPTH * size).powi(2)
         && let Some(n) = common_normal(edges, skins, ends, 0.0)
     {
-        let gap = n.dot(&closest.point);
+        let gap = n.dot(&point);
+        let after = gap + n.dot(&(end.point(&weights) - point));
         if gap <= near && gap >= -DEPTH * size {
-            return new_contact(edges, &n, &closest.weights, gap + allowed, x);
+            let is_held = allowed == 0.0 || gap.min(after) + allowed <= 0.0;
+            return new_contact(edges, &n, &weights, gap + allowed, x).filter(|_| is_held);
         }
     }
     let moved = start.corners.iter().zip(&end.corners).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
@@ -232,7 +277,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
     None
 }
 
-/// `weights` of the corners of [`difference`]; the numbers of pair and drift are still to come.
+/// `weights` of the corners of [`difference`].
 fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[Vec3]) -> Option<Contact> {
     let (a, b) = (weights[1] + weights[2], weights[2] + weights[3]);
     let is_at_end = |edge: &Edge, share: f64| !edge.is_sharp && share.min(1.0 - share) < AT_END;
@@ -244,7 +289,7 @@ fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[V
     let along = x[of_slave[1] as usize] - x[of_slave[0] as usize];
     Some(Contact {
         pair: 0,
-        kind: Kind::Fixed,
+        kind: if were_sharp(edges) { Kind::Fixed } else { Kind::Bulge },
         slave: of_slave[usize::from(a > 0.5)],
         face: edges[1].faces[0],
         stencil: Stencil::new(

@@ -3,12 +3,12 @@
 //! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are close together
 //!   they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or at a corner of the master,
 //!   it is what holds.
-//! - *Two sharp edges*, one of each surface, are held against each other between their ends.
+//! - *Two edges*, one of each surface and one of them sharp, are held against each other between their ends.
 //!
 //! Both are found as slave nodes are, so by their time of impact where they move far: nothing tunnels.
 
 use super::detection::{DetectionError, Detector};
-use super::edges::EdgeFinder;
+use super::edges::{BENT, EdgeFinder};
 use super::finder::local_frame;
 use super::stencil::Stencil;
 use super::{Contact, ContactPair, Discretisation, Kind, Master, Surface};
@@ -41,6 +41,8 @@ impl Guard {
         x: &[Vec3],
     ) -> Self {
         let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
+        // The mean over a smooth face is held by mortar contact, not each edge.
+        let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
         let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
             Master::Surface(master) if master != pair.slave => Some((
                 index as u32,
@@ -53,7 +55,7 @@ impl Guard {
         let most = reversed.iter().map(|pair| surfaces[pair.slave].nodes.len()).sum();
         let reversed_detector = Detector::new(surfaces, &reversed, x);
         Self {
-            edges: EdgeFinder::new(&reversed_detector, &numbers, x),
+            edges: EdgeFinder::new(&reversed_detector, pairs, x, bent),
             reversed: reversed_detector,
             still: vec![Vec3::zeros(); numbers.len()],
             found: Vec::with_capacity(most),

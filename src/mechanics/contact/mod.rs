@@ -130,6 +130,8 @@ pub enum Kind {
     Averaged,
     /// Weights that stand, such as of two edges or of a face against a rigid body. A slave node may be in several.
     Fixed,
+    /// As [`Kind::Fixed`], of two edges of which one was made by deformation: held where they are found, but not moved apart.
+    Bulge,
     /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`guard::ALLOWED`]): the gap is
     /// measured from there.
     Guard,

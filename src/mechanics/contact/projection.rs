@@ -84,6 +84,10 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
         (depth > TOLERANCE * size).then(|| Penetration { depth, normal, stencil: stencil(), size })
     };
     let same = || contact.stencil.clone();
+    // Surfaces that bulge towards each other cross before anything tells; to move them apart would be work.
+    if contact.kind == Kind::Bulge {
+        return None;
+    }
     if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
         return found(-normal.dot(&(s - point)), normal, size, &same);
     }

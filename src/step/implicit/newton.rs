@@ -314,7 +314,7 @@ impl Newton {
                     Kind::Fixed if sides.of_pair(candidate.pair) != [None; 2] => {
                         c.kind == candidate.kind && c.stencil == candidate.stencil
                     }
-                    Kind::Fixed | Kind::Guard => {
+                    Kind::Fixed | Kind::Bulge | Kind::Guard => {
                         c.kind == candidate.kind && c.stencil.nodes() == candidate.stencil.nodes()
                     }
                 };
