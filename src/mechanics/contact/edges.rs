@@ -23,11 +23,12 @@ use super::stencil::Stencil;
 use super::time_of_impact::Search;
 use super::{Contact, ContactPair, Kind, Master};
 use crate::mechanics::tensor::Vec3;
+use std::f64::consts::PI;
 
-/// Angle between the normals of two faces above which the edge between them is sharp, of those that were so at the start (30°).
-const SHARP: f64 = 0.5236;
-/// Growth of the angle that makes a sharp edge of one that was smooth (10°).
-pub(super) const BENT: f64 = 0.1745;
+/// Angle between the normals of two faces above which the edge between them is sharp, of those that were so at the start [rad].
+const SHARP: f64 = PI / 6.0;
+/// Growth of the angle that makes a sharp edge of one that was smooth [rad].
+pub(super) const BENT: f64 = PI / 18.0;
 /// Sine of the angle between two edges below which they are parallel: then a node of one touches.
 const PARALLEL: f64 = 0.05;
 /// Sine of the angle by which the common normal must be inside the arcs: on their ends a node or a face touches.
@@ -44,7 +45,7 @@ const DEPTH: f64 = 0.25;
 struct Edge {
     nodes: [u32; 2],
     faces: [u32; 2],
-    /// Angle between their normals at the start of the run, negative in a notch.
+    /// Angle between their normals at the start of the run [rad], negative in a notch.
     start: f64,
     /// Now; not kept up to date but in [`EdgeFinder::near`].
     is_sharp: bool,
@@ -63,7 +64,7 @@ struct PairEdges {
 /// The edges of the pairs of meshes.
 pub(super) struct EdgeFinder {
     pairs: Vec<PairEdges>,
-    /// Growth of the angle that makes an edge sharp.
+    /// Growth of the angle that makes an edge sharp [rad].
     bent: f64,
     /// Those of a pair that are near the other side in a step, the sharp ones first.
     near: [Vec<Edge>; 2],
@@ -75,7 +76,7 @@ type Ends<'a> = (&'a [Vec3], &'a [Vec3]);
 
 impl EdgeFinder {
     /// Of pairs, with the `detector` that has the skins; `x` [m] places of all nodes at the start of the run; an edge whose angle grows
-    /// by `bent` is sharp.
+    /// by `bent` [rad] is sharp.
     pub fn new(detector: &Detector, pairs: &[ContactPair], x: &[Vec3], bent: f64) -> Self {
         let of_pair = |(number, pair): (usize, &ContactPair)| {
             let Master::Surface(master) = pair.master else { return None };

@@ -21,7 +21,7 @@
 //! problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
 //! result is that of a sweep, so it obeys the law as it does without.
 //!
-//! Everywhere else sweeps that go on for long are extrapolated ([`extrapolation`]): nodes, edges and faces of a mesh that hold the same
+//! Everywhere else sweeps that go on for long are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that hold the same
 //! rigid body depend on each other so closely that sweeps alone take hundreds.
 //!
 //! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
