@@ -25,7 +25,7 @@ impl Largest {
 /// Reference volume outside of a range, and since when.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outside {
-    /// [m³].
+    /// Volume outside [m³].
     volume: Largest,
     /// The first field time with any [s].
     pub since: Option<f64>,

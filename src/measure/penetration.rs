@@ -375,7 +375,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// Nodes of the skin inside the body and in elements that are no neighbours of their own ones, with their distance to the nearest
-    /// face that is turned towards them; the volume only where there are such. By the skin and by the elements: a crumpled skin
+    /// face that they are behind and that is no continuation of their own; the volume only where there are such. By the skin and by the elements: a crumpled skin
     /// alone, and folded elements alone, are no penetration.
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
@@ -389,10 +389,14 @@ impl<'a> Mesh<'a> {
             if self.locator().element_at(&self.x[node as usize], apart).is_none() {
                 continue;
             }
+            let point = &self.x[node as usize];
             let is_another_part = |face: &[u32; 4]| {
-                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
+                let patch = Patch::new(face, self.x);
+                let out = patch.normal(&[0.25; 4]);
+                let is_behind = out.dot(&(patch.point(&[0.25; 4]) - point)) > 0.0;
+                !face.contains(&node) && is_behind && out.dot(&normal) < ALONGSIDE
             };
-            if let Some((depth, size)) = self.depth_below_skin(&self.x[node as usize], is_another_part) {
+            if let Some((depth, size)) = self.depth_below_skin(point, is_another_part) {
                 found.deepen(depth, size);
             }
         }

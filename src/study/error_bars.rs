@@ -1,7 +1,7 @@
 //! The cheaper runs that a run's error bars come from.
 
 use super::Setting;
-use super::single::ending_name;
+use super::single::{ending_name, is_stop};
 use super::variant::Variants;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
@@ -78,11 +78,17 @@ fn results(
     let also: Option<&mut dyn Recorder> = if depths.is_empty() { None } else { Some(&mut profile) };
     let result = variants
         .run(&setting, longest, also)
-        .map_err(|error| format!("no run with {}: {error}", setting.name()))?;
+        .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))?;
     match &result.outcome.ending {
         Ending::Finished => {
             Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
         }
-        ending => Err(format!("the run with {} ended as {}", setting.name(), ending_name(ending))),
+        ending => Err(match ending_name(ending) {
+            stop if is_stop(&stop) => format!(
+                "the run was stopped ({stop}) during the cheaper ones that error bars come from; allow more time, or leave them out \
+                 (`--no-error-bars`)"
+            ),
+            name => format!("the run on the coarser mesh ({}) ended as {name}", setting.name()),
+        }),
     }
 }

@@ -197,4 +197,22 @@ fn what_has_no_room_ends_the_run_with_a_diagnosis() {
         let Ending::Failed { failure } = &outcome.ending else { panic!("{solver:?}: {outcome:#?}") };
         assert_eq!(failure.cause, FailureCause::ContactJammed, "{solver:?}: {failure}");
     }
+
+    // On a bed of elements that are held instead of the floor, where long sweeps are extrapolated.
+    let mut bed = scene["bodies"][1].clone();
+    bed["name"] = json!("bed");
+    bed["mesh"]["generator"]["min_m"] = json!([-0.02, -0.02, -0.01]);
+    bed["mesh"]["generator"]["max_m"] = json!([0.02, 0.02, 0.0]);
+    bed["prescribed"][0]["displacement_m"] = json!([0, 0, 0]);
+    scene["bodies"].as_array_mut().unwrap().push(bed);
+    scene["planes"] = json!([]);
+    scene["integrator"] = json!({"kind": "explicit"});
+    scene["solver"] = json!({});
+    for friction in [0.0, 0.3] {
+        scene["contact"]["friction"] = json!(friction);
+        let plan = plan(&scene);
+        let (outcome, _) = run_on(&plan, State::new(&plan), 1, |_| {});
+        let Ending::Failed { failure } = &outcome.ending else { panic!("μ = {friction}: {outcome:#?}") };
+        assert_eq!(failure.cause, FailureCause::ContactJammed, "μ = {friction}: {failure}");
+    }
 }

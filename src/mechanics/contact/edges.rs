@@ -31,7 +31,7 @@ const SHARP: f64 = PI / 6.0;
 pub(super) const BENT: f64 = PI / 18.0;
 /// Sine of the angle between two edges below which they are parallel: then a node of one touches.
 const PARALLEL: f64 = 0.05;
-/// Sine of the angle by which the common normal must be inside the arcs: on their ends a node or a face touches.
+/// Sine of the angle by which the common normal is inside the arcs: on their ends a node or a face touches.
 const INSIDE: f64 = 0.05;
 /// Cosine of the angle between the common normal and the mean of those at an edge above which the edge is met from outside.
 const OUTSIDE: f64 = 0.8;
@@ -47,7 +47,7 @@ struct Edge {
     faces: [u32; 2],
     /// Angle between their normals at the start of the run [rad], negative in a notch.
     start: f64,
-    /// Now; not kept up to date but in [`EdgeFinder::near`].
+    /// Now; kept up to date only in [`EdgeFinder::near`].
     is_sharp: bool,
 }
 
@@ -97,6 +97,11 @@ impl EdgeFinder {
             let skins = surfaces.map(|surface| detector.skin(surface));
             let [a, b] = skins.map(|skin| box_of(skin, ends));
             let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
+            // Near is at most a twentieth of an edge, and an edge no longer than its skin.
+            let near_size = NEAR * (a[1] - a[0]).norm().max((b[1] - b[0]).norm());
+            if (0..3).any(|i| common[0][i] > common[1][i] + near_size) {
+                continue;
+            }
             for (side, near) in near.iter_mut().enumerate() {
                 near.clear();
                 near.extend(near_box(&edges[side], &common, ends).map(|edge| {
@@ -140,8 +145,14 @@ fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
 /// Angle between the normals of the faces of an edge, negative in a notch: there the second lies before the first.
 fn angle(edge: &Edge, skin: &Skin, x: &[Vec3]) -> f64 {
     let [a, b] = normals(edge, skin, (x, x), 0.0);
+    // A face that is crushed to nothing has no normal.
+    if a.norm_squared().min(b.norm_squared()) == 0.0 {
+        return 0.0;
+    }
+    // From the middle of the edge to that of its face is along the face, however it is warped.
     let middle = Patch::new(&skin.faces[edge.faces[1] as usize], x).point(&[0.25; 4]);
-    let is_notch = a.dot(&(middle - x[edge.nodes[0] as usize])) > 0.0;
+    let of_edge = (x[edge.nodes[0] as usize] + x[edge.nodes[1] as usize]) * 0.5;
+    let is_notch = a.dot(&(middle - of_edge)) > 0.0;
     let angle = a.dot(&b).clamp(-1.0, 1.0).acos();
     if is_notch { -angle } else { angle }
 }
@@ -225,9 +236,9 @@ fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> 
     (within(&n, edges[1].is_sharp, &of_b, &b) && within(&-n, edges[0].is_sharp, &of_a, &a)).then_some(n)
 }
 
-/// Whether both were sharp at the start of the run.
-fn were_sharp(edges: [&Edge; 2]) -> bool {
-    edges.iter().all(|edge| edge.start > SHARP)
+/// Whether both were sharp at the start of the run, and are.
+fn are_sharp(edges: [&Edge; 2]) -> bool {
+    edges.iter().all(|edge| edge.is_sharp && edge.start > SHARP)
 }
 
 /// The contact of two edges; the numbers of pair and drift are still to come.
@@ -235,7 +246,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
     let (x, _) = ends;
     let size = 0.5 * (length(edges[0], x) + length(edges[1], x));
     let near = NEAR * size;
-    let allowed = if were_sharp(edges) { 0.0 } else { ALLOWED * size };
+    let allowed = if are_sharp(edges) { 0.0 } else { ALLOWED * size };
     let [a, b] = edges.map(|edge| swept(edge, ends));
     if !meet(&a, &b, near) {
         return None;
@@ -249,9 +260,9 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
     {
         let gap = n.dot(&point);
         let after = gap + n.dot(&(end.point(&weights) - point));
-        if gap <= near && gap >= -DEPTH * size {
-            let is_held = allowed == 0.0 || gap.min(after) + allowed <= 0.0;
-            return new_contact(edges, &n, &weights, gap + allowed, x).filter(|_| is_held);
+        let is_held = allowed == 0.0 || gap.min(after) + allowed <= 0.0;
+        if is_held && gap <= near && gap >= -DEPTH * size {
+            return new_contact(edges, &n, &weights, gap + allowed, x);
         }
     }
     let moved = start.corners.iter().zip(&end.corners).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
@@ -288,9 +299,10 @@ fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[V
     let [of_slave, of_master] = edges.map(|edge| edge.nodes);
     let place = |[p, q]: [u32; 2], share: f64| x[p as usize] * (1.0 - share) + x[q as usize] * share;
     let along = x[of_slave[1] as usize] - x[of_slave[0] as usize];
+    let is_made = edges.iter().any(|edge| edge.is_sharp && edge.start <= SHARP);
     Some(Contact {
         pair: 0,
-        kind: if were_sharp(edges) { Kind::Fixed } else { Kind::Bulge },
+        kind: if is_made { Kind::Bulge } else { Kind::Fixed },
         slave: of_slave[usize::from(a > 0.5)],
         face: edges[1].faces[0],
         stencil: Stencil::new(

@@ -48,6 +48,9 @@ const CONJUGATE_PATIENCE: usize = 500;
 const STALLED: f64 = 0.9;
 /// Sweeps that must lower the change of a sweep to a half, or those at an acceptable residual are ended.
 const LAST_LOOKS: usize = 250;
+/// Largest residual against the free velocities, over the tolerance, of a converged solution: so many times larger may the impulses be
+/// than those velocities ask for by themselves.
+const HIDDEN: f64 = 1e4;
 /// Factor on the steps of frictional contacts each time there was none, and its least value.
 const DAMPING: (f64, f64) = (0.7, 0.05);
 
@@ -151,19 +154,20 @@ pub fn solve_with_rigid(
 
     let (mut residual, mut residual_of_free) = (f64::INFINITY, f64::INFINITY);
     let (mut damping, mut last_look) = (1.0, f64::INFINITY);
-    let (mut last_change, mut half) = (f64::INFINITY, f64::INFINITY);
+    let (mut last_change, mut half, mut least) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
     let start = workspace.start_without_friction(inverse_mass, v, reactions, options);
     let patience = if workspace.conjugate.direction.is_empty() { PATIENCE } else { CONJUGATE_PATIENCE };
     for sweep in 1..=options.max_sweeps {
         workspace.remember(reactions);
         let sums = workspace.sweep(inverse_mass, v, reactions, Friction::Damped(damping));
         let change = sums.change;
+        least = least.min(change);
         if sweep % patience == 0 {
-            let change = sums.change.sqrt() / damping;
+            let change = least.sqrt() / damping;
             if change > STALLED * last_look {
                 damping = (DAMPING.0 * damping).max(DAMPING.1);
             }
-            last_look = change;
+            (last_look, least) = (change, f64::INFINITY);
         }
         let hint = (sums.change / closing.max(sums.impulse)).sqrt();
         let is_stuck = sweep % LAST_LOOKS == 0 && hint / damping > half && options.acceptable > 0.0;
@@ -176,7 +180,9 @@ pub fn solve_with_rigid(
             residual = (sums.change / closing.max(sums.impulse)).sqrt();
             residual_of_free = (sums.change / closing).sqrt();
             let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
-            if residual <= options.tolerance || sums.change.sqrt() <= rounding {
+            // Impulses that grow without end must not hide what they do not stop.
+            let is_small = residual <= options.tolerance && residual_of_free <= HIDDEN * options.tolerance;
+            if is_small || sums.change.sqrt() <= rounding {
                 return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: true };
             }
             if is_stuck && residual <= options.acceptable {

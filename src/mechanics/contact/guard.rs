@@ -41,7 +41,7 @@ impl Guard {
         x: &[Vec3],
     ) -> Self {
         let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
-        // The mean over a smooth face is held by mortar contact, not each edge.
+        // Mortar contact holds the mean over a smooth face, not each edge.
         let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
         let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
             Master::Surface(master) if master != pair.slave => Some((

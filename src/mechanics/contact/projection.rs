@@ -84,7 +84,7 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
         (depth > TOLERANCE * size).then(|| Penetration { depth, normal, stencil: stencil(), size })
     };
     let same = || contact.stencil.clone();
-    // Surfaces that bulge towards each other cross before anything tells; to move them apart would be work.
+    // Surfaces that bulge towards each other cross before anything detects it; moving them apart would do work.
     if contact.kind == Kind::Bulge {
         return None;
     }

@@ -18,11 +18,15 @@ const BEGIN: usize = 6;
 const GROWN: f64 = 4.0;
 /// Least pivot of the normal equations, over the diagonal.
 const DEPENDENT: f64 = 1e-10;
+/// The same over the squared change of a sweep: where there is no solution each sweep adds the same, and differences are rounding.
+const RESOLVED: f64 = 1e-8;
+/// Largest step, over the impulses that it is added to.
+const LARGEST: f64 = 10.0;
 
 /// What the last sweeps made of which impulses.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Extrapolation {
-    /// Impulses before the sweep, then the step that is added after it.
+    /// Impulses before a sweep; after it the step that is added.
     step: Vec<Local>,
     /// Changes by the sweep before, and what they led to.
     last: [Vec<Local>; 2],
@@ -62,13 +66,12 @@ impl Extrapolation {
         if self.sweeps < BEGIN {
             return None;
         }
-        if change > GROWN * self.last_change {
-            self.known = 0;
-        }
+        let has_grown = change > GROWN * self.last_change;
         self.last_change = change;
         let slot = self.sweeps % DEPTH;
         self.differ(reactions, slot);
-        if self.sweeps == BEGIN {
+        if has_grown || self.sweeps == BEGIN {
+            self.known = 0;
             return None;
         }
         self.known = (self.known + 1).min(DEPTH);
@@ -79,7 +82,8 @@ impl Extrapolation {
                 *step = [0, 1, 2].map(|i| step[i] - share * result[i]);
             }
         }
-        Some(&self.step)
+        let size = |list: &[Local]| list.iter().flatten().map(|x| x * x).sum::<f64>();
+        (size(&self.step) <= LARGEST * LARGEST * size(&self.last[1])).then_some(&self.step[..])
     }
 
     /// The slot of `k` sweeps before.
@@ -116,7 +120,7 @@ impl Extrapolation {
         let dot = |a: &[Local], b: &[Local]| -> f64 {
             a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()
         };
-        let n = self.known;
+        let (n, least) = (self.known, RESOLVED * dot(&self.last[0], &self.last[0]));
         let (mut L, mut y) = ([[0.0; DEPTH]; DEPTH], [0.0; DEPTH]);
         for i in 0..n {
             for j in 0..=i {
@@ -132,7 +136,7 @@ impl Extrapolation {
                 L[i][j] = if L[j][j] > 0.0 { (L[i][j] - sum) / L[j][j] } else { 0.0 };
             }
             let pivot = diagonal - L[i][..i].iter().map(|x| x * x).sum::<f64>();
-            L[i][i] = if pivot > DEPENDENT * diagonal { pivot.sqrt() } else { 0.0 };
+            L[i][i] = if pivot > (DEPENDENT * diagonal).max(least) { pivot.sqrt() } else { 0.0 };
         }
         for i in 0..n {
             let sum: f64 = (0..i).map(|k| L[i][k] * y[k]).sum();
