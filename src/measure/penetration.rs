@@ -375,7 +375,7 @@ impl<'a> Mesh<'a> {
     }
 
     /// Nodes of the skin inside the body and in elements that are no neighbours of their own ones, with their distance to the nearest
-    /// face that they are behind and that is no continuation of their own; the volume only where there are such. By the skin and by the elements: a crumpled skin
+    /// face that is no continuation of their own; the volume only where there are such. By the skin and by the elements: a crumpled skin
     /// alone, and folded elements alone, are no penetration.
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
@@ -391,10 +391,7 @@ impl<'a> Mesh<'a> {
             }
             let point = &self.x[node as usize];
             let is_another_part = |face: &[u32; 4]| {
-                let patch = Patch::new(face, self.x);
-                let out = patch.normal(&[0.25; 4]);
-                let is_behind = out.dot(&(patch.point(&[0.25; 4]) - point)) > 0.0;
-                !face.contains(&node) && is_behind && out.dot(&normal) < ALONGSIDE
+                !face.contains(&node) && Patch::new(face, self.x).normal(&[0.25; 4]).dot(&normal) < ALONGSIDE
             };
             if let Some((depth, size)) = self.depth_below_skin(point, is_another_part) {
                 found.deepen(depth, size);
