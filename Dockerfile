@@ -21,7 +21,6 @@ RUN useradd --system --uid 10001 --no-create-home --shell /usr/sbin/nologin cont
     && install -d -o contuse -g contuse -m 0750 /data
 COPY --from=build /usr/local/bin/contuse /usr/local/bin/contuse
 COPY LICENSE-APACHE LICENSE-MIT /usr/share/doc/contuse/
-COPY src/study/font/LICENSE /usr/share/doc/contuse/LICENSE-DejaVu
 USER 10001:10001
 VOLUME /data
 ENV CONTUSE_LISTEN=0.0.0.0:8080 CONTUSE_DATA=/data RUST_LOG=warn,contuse=info

@@ -7,6 +7,7 @@ use contuse::mechanics::element::ReferenceGeometry;
 use contuse::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
+use contuse::mechanics::lanes::Row;
 use contuse::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
     NeoHookean, Volumetric,
@@ -102,7 +103,7 @@ struct Bench {
     blocks: [ElementBlock; 1],
     forces: ElementForces,
     u: Vec<Vec3>,
-    before: Vec<f64>,
+    history: Vec<Vec<Row>>,
 }
 
 impl Bench {
@@ -117,6 +118,7 @@ impl Bench {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
+            prony: contuse::mechanics::material::PronySeries::NONE,
         };
         let input = |e: usize| BlockInput {
             element: e as u32,
@@ -128,17 +130,13 @@ impl Bench {
         let inputs: Vec<BlockInput> = (0..mesh.hexes.len()).map(input).collect();
         let blocks = [ElementBlock::new(0, parameters, 0, &inputs)];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
-        let before = vec![0.02; blocks[0].end_slot()];
-        Some(Self { forces: ElementForces::new(&blocks), mesh, blocks, u, before })
+        let mut history = ElementForces::no_history(&blocks);
+        history.as_mut_slice().iter_mut().flatten().for_each(|row| row.0.fill(0.02));
+        Some(Self { forces: ElementForces::new(&blocks), mesh, blocks, u, history })
     }
 
     fn sweep(&mut self) {
-        let input = SweepInput {
-            u: &self.u,
-            inverse_step: 1e6,
-            dilatation: &self.before,
-            viscous_pressure: &self.before,
-        };
+        let input = SweepInput { u: &self.u, inverse_step: 1e6, history: &self.history };
         self.forces.sweep(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }

@@ -59,8 +59,7 @@ fn measure(mesh: &str, formulation: &str, end: f64) -> Result<Found, Box<dyn Err
     let scene = load(&document_json, &FolderSource::new(&folder), &Budget::COMMAND_LINE)?.scene;
     let result = run_scene(RunRequest {
         scene: &scene,
-        document_json: &document_json,
-        recording: None,
+        sinks: Vec::new(),
         threads: 1,
         interrupt: &|| None,
         progress: &mut |_| {},

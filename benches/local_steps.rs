@@ -6,9 +6,9 @@
 //! that are being crushed, is not in it.
 
 use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
-use contuse::plan::{Plan, compile};
+use contuse::plan::compile;
 use contuse::scene::{Budget, load_file};
-use contuse::step::{Frame, Outcome, Recorder, RecorderError, RunOptions, run};
+use contuse::step::{Frame, Recorder, RecorderError, RunOptions, run};
 use std::path::Path;
 
 /// Largest power of two of a group's step.
@@ -39,17 +39,12 @@ struct Spread {
 }
 
 impl Recorder for Spread {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
-
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         if !frame.is_field_time {
             return Ok(());
         }
         let plan = frame.plan;
-        let zero = vec![0.0; plan.slot_count()];
-        let input = SweepInput { u: frame.u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u: frame.u, inverse_step: 0.0, history: &[] };
         self.forces.sweep(&Threads::ONE, &plan.blocks, &input);
         let steps: Vec<f64> = plan
             .blocks
@@ -74,10 +69,6 @@ impl Recorder for Spread {
             shares.join(" "),
             100.0 * left
         );
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }

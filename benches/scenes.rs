@@ -4,6 +4,8 @@
 //! are timed. The columns are wall time, which other programs on the machine lengthen; the median processor time of the
 //! process is printed below the table.
 
+use contuse::measure::Sink;
+use contuse::record::{McapRecorder, RecordingInfo};
 use contuse::scene::document::ErrorBarsDocument;
 use contuse::scene::{Budget, Loaded, load_file};
 use contuse::study::{RunRequest, RunResult, run_scene};
@@ -58,10 +60,11 @@ fn load(case: &Case) -> Option<(Vec<u8>, Loaded)> {
 }
 
 fn run(document_json: &[u8], loaded: &Loaded, recording: Option<&Path>) -> Option<RunResult> {
+    let recorder_to = |path| McapRecorder::new(path, RecordingInfo::of(&loaded.scene, document_json));
+    let mut recorder = recording.map(recorder_to);
     let request = RunRequest {
         scene: &loaded.scene,
-        document_json,
-        recording,
+        sinks: recorder.iter_mut().map(|recorder| recorder as &mut dyn Sink).collect(),
         also: None,
         threads: 1,
         interrupt: &|| None,

@@ -4,17 +4,17 @@ use clap::Parser as _;
 use contuse::cli::{Cli, Exit, dispatch};
 use std::io::{self, IsTerminal as _, Write as _};
 use std::process::ExitCode;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     // Results go to standard output, all else to standard error; RUST_LOG chooses how much of it.
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(cli.default_log()));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(io::stderr)
-        .with_ansi(io::stderr().is_terminal())
-        .init();
+    let chosen = std::env::var("RUST_LOG").ok().and_then(|words| words.parse().ok());
+    let filter: Targets = chosen.or_else(|| cli.default_log().parse().ok()).unwrap_or_default();
+    let lines =
+        tracing_subscriber::fmt::layer().with_writer(io::stderr).with_ansi(io::stderr().is_terminal());
+    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 
     let mut out = io::BufWriter::new(io::stdout().lock());
     let outcome = dispatch(cli, &mut out).and_then(|exit| Ok(out.flush().map(|()| exit)?));

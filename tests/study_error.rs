@@ -1,4 +1,4 @@
-//! `contuse study error` as a program: solvers side by side, the geometry apart, pictures in both formats.
+//! `contuse study error` as a program: solvers side by side, the geometry apart, pictures as SVG and, if built so, as PNG.
 
 #![allow(clippy::expect_used, clippy::unwrap_used)] // a test may stop at the first surprise
 
@@ -29,22 +29,13 @@ fn ball() -> Value {
 }
 
 #[test]
-fn solvers_are_compared_the_geometry_is_told_apart_and_pictures_are_drawn() {
+fn solvers_are_compared_the_geometry_is_told_apart_and_a_picture_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let (scene, svg, png) = (file("scene.json"), file("out.svg"), file("out.png"));
+    let (scene, svg) = (file("scene.json"), file("out.svg"));
     std::fs::write(&scene, ball().to_string()).unwrap();
-    let output = study_error(&[
-        &scene,
-        "--contact-solvers",
-        "nsgs,newton",
-        "--geometry",
-        "--svg",
-        &svg,
-        "--png",
-        &png,
-        "--json",
-    ]);
+    let output =
+        study_error(&[&scene, "--contact-solvers", "nsgs,newton", "--geometry", "--svg", &svg, "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let study: Value = serde_json::from_slice(&output.stdout).unwrap();
     let row = |name: &str| {
@@ -60,11 +51,32 @@ fn solvers_are_compared_the_geometry_is_told_apart_and_pictures_are_drawn() {
     let expected = 1.0 - impulse("mesh +1, on the facets") / impulse("mesh +1");
     assert!((geometry["change_by_surface"].as_f64().unwrap() - expected).abs() < 1e-12, "{geometry}");
     assert_eq!(row("mesh +1, on the facets")["elements"], row("mesh +1")["elements"]);
-    // A PNG of twice the size of the SVG: signature, then the width in the header.
-    let (svg, png) = (std::fs::read_to_string(svg).unwrap(), std::fs::read(png).unwrap());
+    let svg = std::fs::read_to_string(svg).unwrap();
     assert!(svg.starts_with("<svg width=\"1120\""), "{}", &svg[..80]);
+}
+
+#[test]
+#[cfg(feature = "png")]
+fn picture_is_drawn_as_png() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (scene, png) = (file("scene.json"), file("out.png"));
+    std::fs::write(&scene, ball().to_string()).unwrap();
+    let output = study_error(&[&scene, "--png", &png]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    // A PNG of twice the size of the SVG: signature, then the width in the header.
+    let png = std::fs::read(png).unwrap();
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"), "{:?}", &png[..8]);
     assert_eq!(png[16..20], 2240_u32.to_be_bytes());
+}
+
+#[test]
+#[cfg(not(feature = "png"))]
+fn a_program_without_png_says_so_before_it_runs_anything() {
+    let output = study_error(&["scene.json", "--png", "out.png"]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("--svg FILE") && told.contains("--features png"), "{told}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `contuse contact-problem`: solve saved frictional contact problems, and compare solvers on them.
 
 use super::performance_profile::{Timing, profile_picture};
-use super::picture::write_by_name;
+use super::picture::{picture_path, write_by_name};
 use super::{CliError, Exit};
 use crate::mechanics::contact::problem::ContactProblem;
 use crate::mechanics::contact::solvers::{LARGEST_OF_FREE, Method, Options, SolveReport, solve};
@@ -36,7 +36,7 @@ pub struct ContactProblemArgs {
     pub json: bool,
     /// Solve by every solver, and draw the performance profile (Dolan & Moré 2002): as PNG where the file's name ends so, else as
     /// SVG.
-    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    #[arg(long, value_name = "FILE", conflicts_with = "json", value_parser = picture_path)]
     pub profile: Option<PathBuf>,
 }
 

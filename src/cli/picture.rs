@@ -1,9 +1,19 @@
 //! Pictures into files: SVG, or PNG made of it.
 
 use super::CliError;
+#[cfg(feature = "png")]
 use crate::study::png;
 use clap::Args;
 use std::path::{Path, PathBuf};
+
+/// What is said by a program that was built without the feature `png`.
+const NO_PNG: &str = "this program was built without PNG: let it draw SVG (a name that ends with .svg, or --svg FILE), \
+                      or build it with `cargo build --release --features png`";
+
+#[cfg(not(feature = "png"))]
+fn png(_svg: &str) -> Result<Vec<u8>, String> {
+    Err(NO_PNG.into())
+}
 
 /// Where a picture goes.
 #[derive(Args, Debug)]
@@ -11,8 +21,8 @@ pub struct PictureArgs {
     /// Draw it as SVG.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Draw it as PNG.
-    #[arg(long, value_name = "FILE")]
+    /// Draw it as PNG (if built with the feature `png`).
+    #[arg(long, value_name = "FILE", value_parser = png_path)]
     pub png: Option<PathBuf>,
 }
 
@@ -41,7 +51,20 @@ impl PictureArgs {
 /// # Errors
 /// As [`PictureArgs::write`].
 pub fn write_by_name(path: &Path, draw: impl FnOnce() -> Result<String, String>) -> Result<(), CliError> {
-    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    let (svg, png) = if is_png { (None, Some(path)) } else { (Some(path), None) };
+    let (svg, png) = if is_png(path) { (None, Some(path)) } else { (Some(path), None) };
     PictureArgs { svg: svg.map(Path::to_owned), png: png.map(Path::to_owned) }.write(draw)
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+}
+
+/// The path of a PNG; refused before any work is done where the program makes none.
+fn png_path(text: &str) -> Result<PathBuf, &'static str> {
+    if cfg!(feature = "png") { Ok(text.into()) } else { Err(NO_PNG) }
+}
+
+/// The path of a picture, a PNG by its name or an SVG; as [`png_path`].
+pub fn picture_path(text: &str) -> Result<PathBuf, &'static str> {
+    if is_png(Path::new(text)) { png_path(text) } else { Ok(text.into()) }
 }

@@ -3,6 +3,7 @@
 use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
 use super::{CliError, Exit};
+use crate::record::{McapRecorder, RecordingInfo};
 use crate::report::{RecordedRun, csv, fhir, html};
 use crate::step::Interrupt;
 use crate::study::{RunRequest, run_scene};
@@ -60,10 +61,11 @@ fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     let recording = std::env::temp_dir().join(format!("contuse-report-{}.mcap", std::process::id()));
     let cancelled = watch_for_ctrl_c()?;
+    let info = RecordingInfo::of(&loaded.scene, &document_json);
+    let mut recorder = McapRecorder::new(&recording, info);
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
-        document_json: &document_json,
-        recording: Some(&recording),
+        sinks: vec![&mut recorder],
         also: None,
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &|| cancelled.load(Ordering::Relaxed).then_some(Interrupt::Cancel),

@@ -4,7 +4,7 @@ use super::keep::KeepArgs;
 use super::output_file::check_writable;
 use super::{CliError, Exit};
 use crate::measure::{Summary, render_table};
-use crate::record::{ContactProblemRecorder, partial_path};
+use crate::record::{ContactProblemRecorder, McapRecorder, RecordingInfo, partial_path};
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
@@ -78,10 +78,10 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let bar = progress_bar(args);
     let name = &loaded.scene.document.name;
     let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
+    let mut recorder = McapRecorder::new(&path, RecordingInfo::of(&loaded.scene, &document_json));
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
-        document_json: &document_json,
-        recording: Some(&path),
+        sinks: vec![&mut recorder],
         also: problems.as_mut().map(|recorder| recorder as &mut dyn Recorder),
         threads: args.threads.map_or_else(available_threads, usize::from),
         interrupt: &interrupt,
@@ -184,13 +184,13 @@ fn progress_bar(args: &RunArgs) -> ProgressBar {
 
 #[allow(clippy::cast_sign_loss)] // a fraction is never negative
 fn show(bar: &ProgressBar, progress: &Progress) {
-    bar.set_position((progress.fraction * BAR_LENGTH as f64) as u64);
+    bar.set_position((progress.progress * BAR_LENGTH as f64) as u64);
     bar.set_message(match progress.phase {
-        Phase::Compiling => "compiling".to_owned(),
+        Phase::Waiting | Phase::Loading => "compiling".to_owned(),
         Phase::EstimatingErrors => "estimating errors".to_owned(),
         Phase::Settling => "settling".to_owned(),
-        Phase::Running | Phase::Finished => {
-            format!("t = {:.2} µs, step {}", 1e6 * progress.time_s, progress.step)
+        Phase::Stepping | Phase::Closing | Phase::Done => {
+            format!("t = {:.2} µs, step {}", 1e6 * progress.simulated_time_s, progress.step)
         }
     });
 }

@@ -37,6 +37,9 @@ pub struct StabilityArgs {
     /// but the first.
     #[arg(long, value_delimiter = ',')]
     pub implicit: Option<Vec<u32>>,
+    /// Only the cases with this in their name, such as `rigid ball on limb`.
+    #[arg(long, value_name = "TEXT")]
+    pub only: Option<String>,
     /// Cells side by side; by default one a core.
     #[arg(long)]
     pub threads: Option<usize>,
@@ -57,11 +60,17 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };
     let usual = if args.ordinary { &[] } else { usual };
     let steppings = Stepping::with_implicit(args.implicit.as_deref().unwrap_or(usual));
-    let cases = if args.ordinary {
+    let mut cases = if args.ordinary {
         ordinary_impacts(args.short, usize::from(args.meshes))
     } else {
         cases(args.short)
     };
+    if let Some(text) = &args.only {
+        cases.retain(|case| case.axis.contains(text.as_str()) || case.label.contains(text.as_str()));
+        if cases.is_empty() {
+            return Err(CliError::Usage(format!("no case of this matrix has \"{text}\" in its name")));
+        }
+    }
     let study = study_stability(
         &cases,
         &steppings,

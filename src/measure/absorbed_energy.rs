@@ -1,6 +1,7 @@
-//! Energy absorbed by the tissue, computed both ways: from its own state, and from the work of the reactions on it.
+//! Energy absorbed by the tissue, computed both ways: from its own state, and from the work of the reactions on it; and what the
+//! projectile has lost in contact.
 //!
-//! Both are told in an inertial frame of the tissue's own, so that they are the same for whoever looks: that of whoever holds it, or of
+//! All are told in an inertial frame of the tissue's own, so that they are the same for whoever looks: that of whoever holds it, or of
 //! the plane that it touches, and along axes where nobody does, that in which its centre of mass rested when it was first touched. In a frame
 //! that moves with V, bodies with the momentum p that contact has given the impulse P,
 //!
@@ -50,15 +51,29 @@ struct Motion {
     kinetic: f64,
     /// Momentum [kg m/s].
     momentum: Vec3,
+    /// Work of external forces and of the position projection so far [J].
+    given: f64,
+    /// Impulse that contact has given so far [N s].
+    impulse: Vec3,
 }
 
 impl Motion {
-    fn of(bodies: &[usize], energy: &Energy) -> Self {
-        bodies.iter().map(|&b| &energy.bodies[b]).fold(Self::default(), |sum, b| Self {
+    /// Of bodies, with what the impulse on the slave of each pair is to them: 1, −1 where they are the master, else 0.
+    fn of(bodies: &[usize], signs: &[f64], energy: &Energy) -> Self {
+        let impulses =
+            signs.iter().zip(&energy.pairs).map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign);
+        let start = Self { impulse: impulses.sum(), ..Self::default() };
+        bodies.iter().map(|&b| &energy.bodies[b]).fold(start, |sum, b| Self {
             strain: sum.strain + b.strain_j,
             kinetic: sum.kinetic + b.kinetic_j,
             momentum: sum.momentum + Vec3::from(b.momentum_kg_m_per_s),
+            given: sum.given + b.external_work_j + b.projection_j,
+            ..sum
         })
+    }
+    /// Work since `start` that did not come through contact, in a frame that moves with `velocity` [J].
+    fn given_since(&self, start: &Self, velocity: &Vec3) -> f64 {
+        self.given - velocity.dot(&(self.momentum - start.momentum - self.impulse))
     }
     /// Change of the kinetic energy since `start` in a frame that moves with `velocity` [J].
     fn kinetic_since(&self, start: &Self, velocity: &Vec3) -> f64 {
@@ -73,8 +88,8 @@ pub struct AbsorbedEnergy {
     projectile: Vec<usize>,
     /// Who holds the tissue.
     pub holder: Holder,
-    /// What the impulse on the slave of each pair is to the tissue: 1, −1 where it is the master, else 0.
-    signs: Vec<f64>,
+    /// What the impulse on the slave of each pair is to the tissue and to the projectile: 1, −1 where it is the master, else 0.
+    signs: [Vec<f64>; 2],
     /// Mass of the tissue [kg].
     mass: f64,
     /// Of the frame, V [m/s].
@@ -85,7 +100,7 @@ pub struct AbsorbedEnergy {
     pub now: Absorbed,
     /// Where `by_state` was largest.
     pub peak: Absorbed,
-    /// Strain + kinetic energy that the projectile has lost [J].
+    /// Strain + kinetic energy that the projectile has lost, and work that gravity and other loads have done on it [J].
     pub projectile_loss: f64,
     /// Largest |by state − by work| so far [J].
     pub disagreement: f64,
@@ -99,13 +114,16 @@ impl AbsorbedEnergy {
         let of_pairs = plan.contact.as_ref().map_or(&[][..], |contact| &contact.pair_bodies);
         let is_tissue = |body: usize| tissue.contains(&body);
         let on_plane = of_pairs.iter().any(|&(slave, master)| master.is_none() && is_tissue(slave));
-        let side = |body: usize| f64::from(u8::from(is_tissue(body)));
-        let sign = |&(slave, master): &(usize, Option<usize>)| side(slave) - master.map_or(0.0, side);
+        let projectile = with(Role::Projectile);
+        let signs = [&tissue, &projectile].map(|bodies| {
+            let side = |body: usize| f64::from(u8::from(bodies.contains(&body)));
+            of_pairs.iter().map(|&(slave, master)| side(slave) - master.map_or(0.0, side)).collect()
+        });
         let own = Self {
             holder: Holder::new(plan, is_tissue, on_plane),
-            signs: of_pairs.iter().map(sign).collect(),
+            signs,
             mass: tissue.iter().map(|&b| plan.bodies[b].mass).sum(),
-            ..Self::of_bodies(tissue.clone(), with(Role::Projectile))
+            ..Self::of_bodies(tissue.clone(), projectile)
         };
         (!tissue.is_empty()).then_some(own)
     }
@@ -116,7 +134,7 @@ impl AbsorbedEnergy {
             tissue,
             projectile,
             holder: Holder::default(),
-            signs: Vec::new(),
+            signs: Default::default(),
             mass: 0.0,
             velocity: Vec3::zeros(),
             start: None,
@@ -125,6 +143,11 @@ impl AbsorbedEnergy {
             projectile_loss: 0.0,
             disagreement: 0.0,
         }
+    }
+
+    /// Velocity of the frame that energies are told in [m/s].
+    pub fn velocity(&self) -> Vec3 {
+        self.velocity
     }
 
     /// Whether the projectile's loss can be told.
@@ -137,33 +160,29 @@ impl AbsorbedEnergy {
         let sum = |part: fn(&crate::step::BodyEnergy) -> f64| -> f64 {
             self.tissue.iter().map(|&b| part(&energy.bodies[b])).sum()
         };
-        let [tissue, projectile] = [&self.tissue, &self.projectile].map(|bodies| Motion::of(bodies, energy));
-        let impulse: Vec3 = self
-            .signs
-            .iter()
-            .zip(&energy.pairs)
-            .map(|(sign, pair)| Vec3::from(pair.impulse_n_s) * *sign)
-            .sum();
-        if self.start.is_none() || impulse == Vec3::zeros() {
+        let [of_tissue, of_projectile] = &self.signs;
+        let tissue = Motion::of(&self.tissue, of_tissue, energy);
+        let projectile = Motion::of(&self.projectile, of_projectile, energy);
+        if self.start.is_none() || tissue.impulse == Vec3::zeros() {
             let rest = |axis: usize| if self.mass > 0.0 { tissue.momentum[axis] / self.mass } else { 0.0 };
             self.velocity = Vec3::from_fn(|axis, _| held[axis].unwrap_or_else(|| rest(axis)));
         }
         let [tissue_start, projectile_start] = *self.start.get_or_insert([tissue, projectile]);
-        let given = tissue.momentum - tissue_start.momentum - impulse;
         self.now = Absorbed {
             time,
             strain: tissue.strain - tissue_start.strain,
             kinetic: tissue.kinetic_since(&tissue_start, &self.velocity),
             dissipated: sum(|b| b.viscous_j + b.algorithmic_j),
-            not_from_contact: sum(|b| b.external_work_j + b.projection_j) - self.velocity.dot(&given),
-            work: sum(|b| b.contact_work_j) - self.velocity.dot(&impulse),
+            not_from_contact: tissue.given_since(&tissue_start, &self.velocity),
+            work: sum(|b| b.contact_work_j) - self.velocity.dot(&tissue.impulse),
         };
         if self.now.by_state() > self.peak.by_state() {
             self.peak = self.now;
         }
         self.projectile_loss = projectile_start.strain
             - projectile.strain
-            - projectile.kinetic_since(&projectile_start, &self.velocity);
+            - projectile.kinetic_since(&projectile_start, &self.velocity)
+            + projectile.given_since(&projectile_start, &self.velocity);
         self.disagreement = self.disagreement.max((self.now.by_state() - self.now.work).abs());
     }
 }
@@ -215,6 +234,22 @@ mod tests {
         assert!((measure.now.by_state() - 1.6).abs() < 1e-12);
         assert!(measure.disagreement < 1e-12);
         assert!((measure.projectile_loss - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_gravity_gives_a_projectile_is_not_gained() {
+        let mut measure = AbsorbedEnergy::of_bodies(vec![1], vec![0]);
+        let falls = |kinetic_j: f64, external_work_j: f64| BodyEnergy {
+            kinetic_j,
+            external_work_j,
+            ..BodyEnergy::default()
+        };
+        for projectile in [falls(0.0, 0.0), falls(2.0, 2.0)] {
+            measure.accumulate(0.0, &energy(BodyEnergy::default(), projectile), [None; 3]);
+        }
+        assert_eq!(measure.projectile_loss, 0.0);
+        measure.accumulate(0.0, &energy(BodyEnergy::default(), falls(0.5, 2.0)), [None; 3]);
+        assert_eq!(measure.projectile_loss, 1.5);
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Deflection of the tissue's skin.
 
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::plan::Plan;
 use crate::step::Frame;
 
-/// The largest displacement of a node of the tissue's skin from where the scene puts it; of a tissue that nothing holds less the mean
-/// displacement of its skin, which is no deflection.
+/// The largest displacement of a node of the tissue's skin from where the scene puts it; of a tissue that nothing holds, from where the
+/// rigid motion of its skin takes it, which is no deflection.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
     /// Sorted nodes of the skin.
@@ -46,15 +46,19 @@ impl Deflection {
         let mut now = 0.0_f64;
         let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
         // From where it was at the start: a body that starts turned or stretched is not deflected yet.
-        let moved = |node: u32| frame.u[node as usize] - start(node);
-        let all = self.nodes.iter().map(|&node| moved(node)).sum::<Vec3>();
-        let drift = if self.is_held { Vec3::zeros() } else { all / self.nodes.len().max(1) as f64 };
-        for &node in &self.nodes {
-            let u = (moved(node) - drift).norm();
+        let places = |&node: &u32| {
+            let X = frame.plan.X[node as usize];
+            [X + start(node), X + frame.u[node as usize]]
+        };
+        let has_moved = self.nodes.iter().map(places).any(|[from, to]| from != to);
+        let rigid = (has_moved && !self.is_held).then(|| RigidMotion::fitted(self.nodes.iter().map(places)));
+        for node in &self.nodes {
+            let [from, to] = places(node);
+            let u = (to - rigid.as_ref().map_or(from, |rigid| rigid.apply(&from))).norm();
             now = now.max(u);
             if u > self.largest {
                 (self.largest, self.time) = (u, frame.time);
-                self.position = frame.plan.X[node as usize];
+                self.position = frame.plan.X[*node as usize];
             }
         }
         if let Some((time, before)) = self.latest
@@ -67,5 +71,68 @@ impl Deflection {
             }
         }
         self.latest = Some((frame.time, now));
+    }
+}
+
+/// A motion that changes no distance.
+struct RigidMotion {
+    rotation: Mat3,
+    /// Centres before and after [m].
+    centres: [Vec3; 2],
+}
+
+impl RigidMotion {
+    /// The one that takes points closest to where they are, by the sum of squares (Kabsch): with `A = Σ (x − x̄)(X − X̄)ᵀ = U S Vᵀ`,
+    /// `R = U diag(1, 1, det U det V) Vᵀ`.
+    fn fitted(places: impl Iterator<Item = [Vec3; 2]> + Clone) -> Self {
+        let count = places.clone().count().max(1) as f64;
+        let centres =
+            places.clone().fold([Vec3::zeros(); 2], |[a, b], [from, to]| [a + from / count, b + to / count]);
+        let spread = places
+            .fold(Mat3::zeros(), |sum, [from, to]| sum + (to - centres[1]) * (from - centres[0]).transpose());
+        let svd = spread.svd(true, true);
+        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
+            return Self { rotation: Mat3::identity(), centres };
+        };
+        // Singular values come in falling order: the least certain axis gives way to a reflection.
+        let sign = (u.determinant() * v_t.determinant()).signum();
+        Self { rotation: u * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * v_t, centres }
+    }
+    /// Where it takes a point [m].
+    fn apply(&self, from: &Vec3) -> Vec3 {
+        self.centres[1] + self.rotation * (from - self.centres[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    #[test]
+    fn a_rigid_motion_is_found() {
+        let turned = Rotation3::from_scaled_axis(Vec3::new(0.3, -2.0, 0.7));
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.3, 0.1, 1.0]].map(Vec3::from);
+        let to = |x: &Vec3| turned * x + Vec3::new(5.0, -1.0, 2.0);
+        for flat in [false, true] {
+            let points = &points[..points.len() - usize::from(flat)];
+            let motion = RigidMotion::fitted(points.iter().map(|x| [*x, to(x)]));
+            assert!(points.iter().all(|x| (motion.apply(x) - to(x)).norm() < 1e-14));
+        }
+    }
+
+    #[test]
+    fn the_same_deflection_is_left_however_it_is_turned() {
+        let points: Vec<Vec3> =
+            (0..27).map(|i| Vec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9))).collect();
+        let left = |turned: Rotation3<f64>| {
+            let bulge = |x: &Vec3| x * (1.0 + 0.1 * x.x * x.y);
+            let pairs = points.iter().map(|x| [*x, turned * bulge(x)]);
+            let motion = RigidMotion::fitted(pairs.clone());
+            pairs.map(|[from, to]| (to - motion.apply(&from)).norm()).fold(0.0, f64::max)
+        };
+        let (still, turned) =
+            (left(Rotation3::identity()), left(Rotation3::from_scaled_axis(Vec3::new(1.0, 2.0, -0.5))));
+        assert!(still > 0.1 && (still - turned).abs() < 1e-13, "{still}, {turned}");
     }
 }

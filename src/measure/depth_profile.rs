@@ -4,9 +4,9 @@ use crate::mechanics::element::POINTS;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
 use crate::scene::document::Role;
-use crate::step::{Frame, Outcome, Recorder, RecorderError};
+use crate::step::{Frame, Recorder, RecorderError};
 
-/// Accumulates over the quadrature points of the tissue. Ignores the settling before the clock starts.
+/// Accumulates over the quadrature points of the tissue.
 pub struct DepthProfile {
     /// Where the layers begin [m], ascending; the last one has no lower end.
     from: Vec<f64>,
@@ -80,11 +80,9 @@ impl Recorder for DepthProfile {
     }
 
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        let Some(skin) = self.skin.as_ref().filter(|_| frame.is_field_time && frame.time >= 0.0) else {
-            return Ok(());
-        };
+        let Some(skin) = self.skin.as_ref().filter(|_| frame.is_field_time) else { return Ok(()) };
         for block in frame.plan.blocks.iter().filter(|block| self.bodies.contains(&block.body)) {
-            block.for_each_moved_batch((frame.u, frame.v), &mut |slots, points| {
+            block.for_each_moved_batch(frame.points(), &mut |slots, points| {
                 for (lane, slot) in slots.clone().enumerate() {
                     for q in 0..POINTS {
                         let depth = &mut self.depth[POINTS * (block.first_slot + slot) + q];
@@ -101,10 +99,6 @@ impl Recorder for DepthProfile {
                 }
             });
         }
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Whether the laws stay within the deformations that they are good for, part by part, at the look times.
 
 use crate::mechanics::element::POINTS;
-use crate::mechanics::force::{ElementBlock, Formulation, PointBatch};
+use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
 use crate::mechanics::material::Validity;
 use crate::mesh::hexahedron::{gauss_points, jacobian};
 use crate::plan::Plan;
@@ -169,7 +169,7 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch((frame.u, &[]), &mut |slots, points| {
+            block.for_each_moved_batch(PointInput::at_rest(frame.u), &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });
         }

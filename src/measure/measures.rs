@@ -2,47 +2,20 @@
 
 use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
-use super::contact_patch::PatchGeometry;
 use super::deflection::Deflection;
 use super::fields::Fields;
 use super::hourglass_energy::HourglassEnergy;
-use super::impact_force::{ImpactForce, PairSample, resultant_force};
 use super::law_range::LawRanges;
+use super::pair::{PairMeasures, pairs_of};
 use super::penetration::Penetration;
 use super::stress_depth::StressDepth;
-use super::summary::{ErrorBars, Summary};
-use super::wave_reach::{Source, WaveSpeed};
-use crate::mechanics::tensor::Vec3;
+use super::summary::ErrorBars;
+use super::wave_reach::WaveSpeed;
+use crate::mesh::MeshError;
 use crate::plan::Plan;
-use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
+use crate::step::{Energy, Frame};
 
-/// One contact pair.
-pub struct PairMeasures {
-    /// Name of the pair.
-    pub name: String,
-    /// Names of the slave's body and of the master's body or plane.
-    pub between: [String; 2],
-    /// Whether both are the same.
-    pub of_itself: bool,
-    /// Whether one of them is the tissue, and the other is not.
-    pub on_tissue: bool,
-    /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
-    /// so a sign by the slave would change with refinement.
-    pub told_for: usize,
-    /// Whether both sides are rigid: they touch in points, without a patch.
-    pub is_of_points: bool,
-    /// Forces.
-    pub force: ImpactForce,
-    /// Where it first touched the tissue, and how far its patch has spread; `None` before.
-    pub source: Option<Source>,
-    /// Velocity of the frame of its tissue [m/s].
-    tissue_flight: Vec3,
-    /// How fast its two sides fly at each other [m/s].
-    pub approach: f64,
-    geometry: PatchGeometry,
-}
-
-/// Everything measured so far. Ignores the settling before the clock starts (negative times).
+/// Everything measured so far.
 #[derive(Default)]
 pub struct Measures {
     /// One for each contact pair of the plan.
@@ -77,8 +50,6 @@ pub struct Measures {
     pub scene_warnings: Vec<String>,
     /// Where the numbers' error bars come from.
     pub error_bars: ErrorBars,
-    /// The final summary, once the run has ended.
-    pub summary: Option<Summary>,
 }
 
 impl Measures {
@@ -105,6 +76,12 @@ impl Measures {
         Self { error_bars, ..self }
     }
 
+    /// The pairs in which the tissue is struck: by the projectiles, where there are any, however it rests on others.
+    pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
+        let any_projectile = self.pairs.iter().any(|pair| pair.on_tissue && pair.of_projectile);
+        self.pairs.iter().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
+    }
+
     /// Takes in a frame's stresses.
     fn accumulate_points(&mut self, frame: &Frame) {
         let reach = self.wave_speed.as_ref().map(|speed| speed.reach(&self.pairs, frame));
@@ -117,7 +94,7 @@ impl Measures {
             fields.clear();
         }
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch((frame.u, frame.v), &mut |slots, points| {
+            block.for_each_moved_batch(frame.points(), &mut |slots, points| {
                 let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
                 laws.accumulate(among_all.clone(), points);
                 if let Some(stress) = stress {
@@ -144,19 +121,15 @@ impl Measures {
         }
     }
 
-    /// The summary of the run so far.
-    pub fn running_summary(&self, plan: &Plan) -> Summary {
-        Summary::compose(self, plan, None)
-    }
-}
-
-impl Recorder for Measures {
-    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
-        let boxed = |error| RecorderError(Box::new(error));
+    /// Before the first step.
+    ///
+    /// # Errors
+    /// When the tissue's skin has no depth below it.
+    pub fn start(&mut self, plan: &Plan) -> Result<(), MeshError> {
         *self = Self {
             pairs: pairs_of(plan),
             absorbed: AbsorbedEnergy::new(plan),
-            stress: StressDepth::new(plan).map_err(boxed)?,
+            stress: StressDepth::new(plan)?,
             laws: LawRanges::new(plan),
             wave_speed: WaveSpeed::new(plan),
             deflection: Deflection::new(plan),
@@ -169,23 +142,11 @@ impl Recorder for Measures {
         Ok(())
     }
 
-    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+    /// Takes in the frame of a step.
+    pub fn accumulate(&mut self, frame: &Frame) {
         let time = frame.time;
-        if time < 0.0 {
-            return Ok(());
-        }
         for (index, pair) in self.pairs.iter_mut().enumerate() {
-            let sample = PairSample {
-                time,
-                impulse: Vec3::from(frame.energy.pairs[index].impulse_n_s),
-                force: resultant_force(frame, index as u32),
-                patch: pair.geometry.eval(frame, index as u32),
-            };
-            pair.force.accumulate(sample);
-            if pair.on_tissue && sample.patch.nodes > 0 {
-                let centre = sample.patch.centre - pair.tissue_flight * time;
-                Source::widen(&mut pair.source, centre, 0.5 * sample.patch.axes[0]);
-            }
+            pair.accumulate(frame, index);
         }
         if let Some(absorbed) = &mut self.absorbed {
             let held = absorbed.holder.velocity(&frame.plan.loads, time);
@@ -204,38 +165,5 @@ impl Recorder for Measures {
         } else if frame.is_look_time {
             self.laws.look(frame);
         }
-        Ok(())
     }
-
-    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
-        self.summary = Some(Summary::compose(self, plan, Some(outcome)));
-        Ok(())
-    }
-}
-
-/// The pairs of a plan.
-fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
-    let Some(contact) = &plan.contact else { return Vec::new() };
-    let tissue = |body: usize| plan.bodies[body].role == crate::scene::document::Role::Tissue;
-    let pairs = contact.pairs.iter().zip(&contact.pair_bodies);
-    let flight = |body: Option<usize>| body.map_or_else(Vec3::zeros, |b| plan.bodies[b].flight_velocity);
-    let tissue_of = |slave: usize, master: Option<usize>| if tissue(slave) { Some(slave) } else { master };
-    pairs
-        .map(|(pair, &(slave, master))| PairMeasures {
-            source: None,
-            tissue_flight: flight(tissue_of(slave, master)),
-            approach: (flight(Some(slave)) - flight(master)).norm(),
-            name: pair.name.clone(),
-            between: [
-                plan.bodies[slave].name.clone(),
-                master.map_or_else(|| "plane".to_owned(), |m| plan.bodies[m].name.clone()),
-            ],
-            of_itself: master == Some(slave),
-            on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
-            told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
-            is_of_points: plan.bodies[slave].rigid.is_some(),
-            force: ImpactForce::new(plan.measures.force_average),
-            geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
-        })
-        .collect()
 }

@@ -1,9 +1,10 @@
 //! Measures that ride along a run: impact force, contact patch, depth of significant stress, absorbed energy, and the
 //! summary made of them.
 //!
-//! [`Measures`] is a [`Recorder`](crate::step::Recorder), so it sees every frame and costs nothing to a run that does not
-//! carry it. What needs stresses at quadrature points (depth of significant stress, peak values, nodal fields) is evaluated
-//! at the field times only, because the stepper does not keep stresses; everything else at every step.
+//! A [`MeasuringRecorder`] takes every frame of a run into its [`Measures`], once, and hands it on to the [`Sink`]s as a
+//! [`MeasuredFrame`]; a run without one is not measured, and pays nothing. What needs stresses at quadrature points (depth of
+//! significant stress, peak values, nodal fields) is evaluated at the field times only, because the stepper does not keep
+//! stresses; everything else at every step.
 
 pub mod absorbed_energy;
 pub mod artificial_end;
@@ -20,12 +21,15 @@ pub mod impact_force;
 pub mod impulse_history;
 pub mod law_range;
 mod measures;
+pub mod pair;
 pub mod penetration;
 pub mod presented_area;
+mod sink;
 pub mod stress_depth;
 pub mod summary;
 pub mod wave_reach;
 
 pub use convergence::REFINEMENT;
 pub use measures::Measures;
+pub use sink::{MeasuredEnd, MeasuredFrame, MeasuringRecorder, Sink};
 pub use summary::{Cheaper, CheaperRuns, ErrorBars, Results, Summary, render_table};

@@ -73,11 +73,10 @@ enum Side<'a> {
     Plane(Vec3, Vec3),
 }
 
-/// A body of elements where it is; what finds its elements is made when something comes near.
+/// A body of elements where it is.
 struct Mesh<'a> {
     body: &'a PlanBody,
     x: &'a [Vec3],
-    locator: OnceCell<Locator<'a>>,
     bounds: [Vec3; 2],
 }
 
@@ -158,21 +157,31 @@ impl Penetration {
 fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
     let mut found = Found::default();
     let ([a_low, a_high], [b_low, b_high]) = (a.bounds(), b.bounds());
-    if (0..3).any(|i| a_low[i] > b_high[i] || b_low[i] > a_high[i]) {
+    let common = [a_low.sup(&b_low), a_high.inf(&b_high)];
+    if (0..3).any(|i| common[0][i] > common[1][i]) {
         return found;
     }
     for (points_of, of) in [(a, b), (b, a)] {
         let size =
             of.face_size().or(points_of.face_size()).unwrap_or_else(|| a.thickness().min(b.thickness()));
-        points_of.for_each_surface_point(of, |point| {
-            if let Some((depth, of_face)) = of.depth_at(point) {
+        let elements = OnceCell::new();
+        let holds = |point: &Vec3| match of {
+            Side::Mesh(mesh) => {
+                let elements = elements.get_or_init(|| mesh.elements_near(&common));
+                elements.element_at(point, |_| true).is_some()
+            }
+            Side::Rigid(..) | Side::Plane(..) => of.height(point) < 0.0,
+        };
+        points_of.for_each_surface_point(&common, |point| {
+            if holds(point) {
+                let (depth, of_face) = of.depth_at(point);
                 found.deepen(depth, of_face.unwrap_or(size));
             }
         });
         // Both count the same volume, each as finely as its own points.
         let mut volume = 0.0;
-        points_of.for_each_volume_point(of, |point, weight| {
-            volume += if of.holds(point) { weight() } else { 0.0 };
+        points_of.for_each_volume_point(&common, |point, weight| {
+            volume += if holds(point) { weight() } else { 0.0 };
         });
         found.volume = found.volume.max(volume);
     }
@@ -218,25 +227,22 @@ impl<'a> Side<'a> {
         }
     }
 
-    fn holds(&self, point: &Vec3) -> bool {
+    /// Distance of a point from a rigid body or a plane, negative inside [m]; of a mesh elements tell.
+    fn height(&self, point: &Vec3) -> f64 {
         match self {
-            Self::Mesh(mesh) => mesh.locator().element_at(point, |_| true).is_some(),
-            Self::Rigid(shape, pose) => shape.eval_distance(&pose.local(point)).0 < 0.0,
-            Self::Plane(at, normal) => normal.dot(&(point - at)) < 0.0,
+            Self::Mesh(_) => f64::INFINITY,
+            Self::Rigid(shape, pose) => shape.eval_distance(&pose.local(point)).0,
+            Self::Plane(at, normal) => normal.dot(&(point - at)),
         }
     }
 
-    /// How deep a point is inside [m], with the size of the nearest face of a mesh [m].
-    fn depth_at(&self, point: &Vec3) -> Option<(f64, Option<f64>)> {
-        let depth = match self {
-            Self::Mesh(mesh) => {
-                mesh.locator().element_at(point, |_| true)?;
-                return mesh.depth_below_skin(point, |_| true).map(|(d, size)| (d, Some(size)));
-            }
-            Self::Rigid(shape, pose) => -shape.eval_distance(&pose.local(point)).0,
-            Self::Plane(at, normal) => -normal.dot(&(point - at)),
-        };
-        (depth > 0.0).then_some((depth, None))
+    /// How deep a point inside lies [m], with the size of the nearest face of a mesh [m].
+    fn depth_at(&self, point: &Vec3) -> (f64, Option<f64>) {
+        let Self::Mesh(mesh) = self else { return (-self.height(point), None) };
+        match mesh.depth_below_skin(point, |_| true) {
+            Some((depth, size)) => (depth, Some(size)),
+            None => (0.0, None),
+        }
     }
 
     /// The box around what the points of another side must be in to be inside [m].
@@ -250,10 +256,9 @@ impl<'a> Side<'a> {
         }
     }
 
-    fn for_each_surface_point(&self, inside: &Side, mut take: impl FnMut(&Vec3)) {
-        let [low, high] = inside.bounds();
+    fn for_each_surface_point(&self, [low, high]: &[Vec3; 2], mut take: impl FnMut(&Vec3)) {
         let mut take_near = |point: &Vec3| {
-            if *point >= low && *point <= high {
+            if point >= low && point <= high {
                 take(point);
             }
         };
@@ -279,12 +284,12 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Points with the volumes that they stand for [m³], asked for where they matter.
-    fn for_each_volume_point(&self, inside: &Side, mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
-        let [low, high] = inside.bounds();
+    /// Points within a box with the volumes that they stand for [m³], asked for where they matter.
+    fn for_each_volume_point(&self, near: &[Vec3; 2], mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
+        let [low, high] = near;
         match self {
             Self::Mesh(mesh) => {
-                mesh.for_each_volume_point(&[low, high], |_, point, weight| take(point, weight));
+                mesh.for_each_volume_point(near, |_, point, weight| take(point, weight));
             }
             Self::Rigid(shape, pose) => {
                 let half = half_extents(shape);
@@ -296,7 +301,7 @@ impl<'a> Side<'a> {
                     (0..LATTICE.pow(3)).map(|n| [n % LATTICE, n / LATTICE % LATTICE, n / LATTICE.pow(2)]);
                 for local in cells.map(at).filter(inner) {
                     let point = pose.place(&local);
-                    if point >= low && point <= high {
+                    if point >= *low && point <= *high {
                         take(&point, &|| cell.product());
                     }
                 }
@@ -321,11 +326,12 @@ impl<'a> Mesh<'a> {
         let nodes = body.skin.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { body, x, locator: OnceCell::new(), bounds }
+        Self { body, x, bounds }
     }
 
-    fn locator(&self) -> &Locator<'a> {
-        self.locator.get_or_init(|| Locator::new(&self.body.hexes, self.x))
+    /// What finds the elements that come into a box.
+    fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'a> {
+        Locator::within(place, &self.body.hexes, self.x)
     }
 
     fn volume(&self) -> f64 {
@@ -382,11 +388,13 @@ impl<'a> Mesh<'a> {
         let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
         let hexes = &self.body.hexes;
         let mut around = Vec::new();
+        let elements = OnceCell::new();
+        let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
         for (node, normal) in nodes_inside(&self.body.skin, self.x) {
             around.clear();
             around.extend(hexes.iter().filter(|hex| hex.contains(&node)).flatten());
             let apart = |e: usize| is_apart(&around, &hexes[e]);
-            if self.locator().element_at(&self.x[node as usize], apart).is_none() {
+            if locator().element_at(&self.x[node as usize], apart).is_none() {
                 continue;
             }
             let point = &self.x[node as usize];
@@ -399,7 +407,7 @@ impl<'a> Mesh<'a> {
         }
         if found.depth > 0.0 {
             self.for_each_volume_point(&self.bounds, |element, point, weight| {
-                if self.locator().element_at(point, |e| is_apart(&hexes[element], &hexes[e])).is_some() {
+                if locator().element_at(point, |e| is_apart(&hexes[element], &hexes[e])).is_some() {
                     // Each of the two counts it.
                     found.volume += 0.5 * weight();
                 }

@@ -426,7 +426,7 @@ mod tests {
 
     #[test]
     fn what_no_wave_can_have_reached_counts_nowhere() {
-        use crate::measure::wave_reach::Source;
+        use crate::measure::pair::Source;
         let mut source = None;
         Source::widen(&mut source, Vec3::new(0.5, 0.5, 0.0), 0.3);
         let mut measure = StressDepth::of(None, vec![0], 2, &[1.0]);

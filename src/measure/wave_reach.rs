@@ -3,7 +3,7 @@
 //! Each step carries something one element further, whatever the element's size, so that long elements are stressed long before
 //! any wave can be there.
 
-use super::measures::PairMeasures;
+use super::pair::PairMeasures;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::Frame;
@@ -18,7 +18,7 @@ pub struct WaveReach {
 impl WaveReach {
     /// Around one place that has not sent anything further yet.
     #[cfg(test)]
-    pub fn of(source: Source) -> Self {
+    pub fn of(source: super::pair::Source) -> Self {
         Self { sources: vec![(source.place, source.spread)] }
     }
 
@@ -62,23 +62,6 @@ impl WaveSpeed {
     }
 }
 
-/// Where a pair first touched the tissue, in its reference configuration, and how far from there its patch has been [m].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Source {
-    /// Place [m].
-    pub place: Vec3,
-    /// How far [m].
-    pub spread: f64,
-}
-
-impl Source {
-    /// Takes in a patch: its centre in the reference configuration, and half its long axis [m].
-    pub fn widen(this: &mut Option<Self>, centre: Vec3, radius: f64) {
-        let source = this.get_or_insert(Self { place: centre, spread: 0.0 });
-        source.spread = source.spread.max((centre - source.place).norm() + radius);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,15 +75,5 @@ mod tests {
         );
         assert!(reach.holds(&Vec3::new(1.0, 0.0, 0.009), 0.0) && (reach.farthest() - 0.02).abs() < 1e-15);
         assert!(!WaveReach::default().holds(&Vec3::zeros(), 1.0), "before contact there is no wave");
-    }
-
-    #[test]
-    fn a_source_spreads_with_its_patch() {
-        let mut source = None;
-        Source::widen(&mut source, Vec3::x(), 0.1);
-        Source::widen(&mut source, Vec3::x() * 1.5, 0.2);
-        Source::widen(&mut source, Vec3::x(), 0.0);
-        let source = source.unwrap_or(Source { place: Vec3::zeros(), spread: 0.0 });
-        assert!(source.place == Vec3::x() && (source.spread - 0.7).abs() < 1e-15);
     }
 }

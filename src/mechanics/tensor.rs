@@ -193,6 +193,24 @@ impl<R: Real> Sym<R> {
             f.mul_add(a + c, d * e),
         ])
     }
+    /// Matrix product with a tensor that commutes with this one: symmetric.
+    #[inline(always)]
+    #[must_use]
+    pub fn dot_commuting(&self, other: &Self) -> Self {
+        let mut out = *self;
+        for (o, (i, j)) in out.0.iter_mut().zip(Self::INDICES) {
+            let first = self.at(i, 0) * other.at(0, j);
+            *o = self.at(i, 2).mul_add(other.at(2, j), self.at(i, 1).mul_add(other.at(1, j), first));
+        }
+        out
+    }
+    /// Double contraction `self : other`.
+    #[inline(always)]
+    pub fn double_dot(&self, other: &Self) -> R {
+        let (s, t) = (&self.0, &other.0);
+        let off = s[5].mul_add(t[5], s[4].mul_add(t[4], s[3] * t[3]));
+        off.mul_add(off.constant(2.0), s[2].mul_add(t[2], s[1].mul_add(t[1], s[0] * t[0])))
+    }
     /// Quadratic form `a · s a`.
     #[inline(always)]
     pub fn quadratic_form(&self, a: &[R; 3]) -> R {

@@ -2,7 +2,7 @@
 
 use super::hexahedron::{CORNERS, jacobian};
 use crate::mechanics::tensor::Vec3;
-use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
@@ -15,21 +15,27 @@ const FAR: f64 = 4.0;
 pub struct Locator<'a> {
     hexes: &'a [[u32; 8]],
     x: &'a [Vec3],
+    /// The elements of the leaves.
+    near: Vec<u32>,
     tree: Bvh,
 }
 
 impl<'a> Locator<'a> {
-    /// Of these elements at the positions `x` [m] of all nodes, which must be finite.
-    pub fn new(hexes: &'a [[u32; 8]], x: &'a [Vec3]) -> Self {
-        let boxes: Vec<Aabb> = hexes.iter().map(|hex| aabb(&corners(hex, x))).collect();
-        Self { hexes, x, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+    /// Of those elements at the positions `x` [m] of all nodes, which must be finite, whose boxes meet the box of points that will be
+    /// asked for.
+    pub fn within([low, high]: &[Vec3; 2], hexes: &'a [[u32; 8]], x: &'a [Vec3]) -> Self {
+        let place = Aabb::new(to_parry(low), to_parry(high));
+        let all = (0..).zip(hexes).map(|(element, hex)| (element, aabb(&corners(hex, x))));
+        let (near, boxes): (Vec<u32>, Vec<Aabb>) =
+            all.filter(|(_, around)| around.intersects(&place)).unzip();
+        Self { hexes, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
     }
 
     /// The first element, of those that `takes` takes, in whose interior (or on whose surface) the point [m] lies: where the
     /// trilinear map has natural coordinates within ±1 for it.
     pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
         let at = Aabb::new(to_parry(point), to_parry(point));
-        let found = self.tree.intersect_aabb(&at).map(|element| element as usize);
+        let found = self.tree.intersect_aabb(&at).map(|leaf| self.near[leaf as usize] as usize);
         found.filter(|&e| takes(e) && contains(&corners(&self.hexes[e], self.x), point)).min()
     }
 }
@@ -80,6 +86,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_box_that_few_elements_meet_finds_these() {
+        let mesh =
+            Block::uniform(Vec3::zeros(), Vec3::new(3.0, 1.0, 1.0), [3, 1, 1], "b").generate().unwrap();
+        for (low, high, found) in
+            [(2.5, 2.6, Some(2)), (1.5, 2.6, Some(2)), (0.1, 2.6, Some(2)), (5.0, 6.0, None)]
+        {
+            let place = [Vec3::new(low, 0.4, 0.4), Vec3::new(high, 0.6, 0.6)];
+            let locator = Locator::within(&place, &mesh.hexes, &mesh.nodes);
+            assert_eq!(locator.element_at(&place[1], |_| true), found);
+        }
+    }
+
+    #[test]
     fn points_of_a_bent_block_are_found_in_the_elements_that_they_come_from() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
@@ -88,7 +107,7 @@ mod tests {
             Vec3::new((p.z + 3.0) * sine, p.y + 0.1 * p.x * p.z, (p.z + 3.0) * cosine)
         };
         let x: Vec<Vec3> = mesh.nodes.iter().map(bent).collect();
-        let locator = Locator::new(&mesh.hexes, &x);
+        let locator = Locator::within(&[Vec3::repeat(-10.0), Vec3::repeat(10.0)], &mesh.hexes, &x);
         for (element, hex) in mesh.hexes.iter().enumerate() {
             for k in 0..20 {
                 let t = f64::from(k);

@@ -5,8 +5,8 @@ use super::contact::compile_contact;
 use super::contact_mass::{ContactMass, inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
 use super::loads::Loads;
+use super::parts::{CompileError, Parts};
 use super::report::{PlanReport, report};
-use super::rigid::RigidPlan;
 use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
@@ -14,55 +14,11 @@ use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
-use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
 use crate::scene::document::{Axis, BodyDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
-
-/// Why a validated scene could not be compiled.
-#[derive(Debug, thiserror::Error, PartialEq)]
-pub enum CompileError {
-    /// An element has no positive volume at a quadrature point.
-    #[error("element {element} of body `{body}` has a Jacobian of {ratio:.3} of its mean: it is inverted")]
-    InvertedElement {
-        /// Body.
-        body: String,
-        /// Element in the body.
-        element: usize,
-        /// Smallest determinant over the mean.
-        ratio: f64,
-    },
-    /// A node belongs to no element, or to elements without mass.
-    #[error("node {node} of body `{body}` has no mass")]
-    MasslessNode {
-        /// Body.
-        body: String,
-        /// Node in the body.
-        node: usize,
-    },
-    /// Nobody has chosen explicit or implicit steps; validation does.
-    #[error("the integrator of the scene is still to be chosen")]
-    NoIntegrator,
-    /// The systems of an implicit integrator cannot be solved.
-    #[error(transparent)]
-    Sparse(#[from] SparseError),
-}
-
-/// What is collected body after body.
-#[derive(Default)]
-pub(super) struct Parts {
-    pub X: Vec<Vec3>,
-    mass: Vec<f64>,
-    pub inverse_mass: Vec<Vec3>,
-    u: Vec<Vec3>,
-    v: Vec<Vec3>,
-    pub blocks: Vec<ElementBlock>,
-    pub bodies: Vec<PlanBody>,
-    rigid: RigidPlan,
-    loads: Loads,
-}
 
 /// Compiles a scene.
 ///
@@ -441,6 +397,7 @@ fn add_blocks(
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
             shear_viscosity: part.shear_viscosity_pa_s,
+            prony: part.series(),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));

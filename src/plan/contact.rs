@@ -38,6 +38,7 @@ pub(super) fn compile_contact(
         pairs: Vec::new(),
         mesh_pairs: 0,
         pair_bodies: Vec::new(),
+        pair_names: Vec::new(),
         tolerance: document.contact.tolerance,
         discretisation: document.contact.discretisation.method(),
         solver: document.solver.contact.map(ContactSolver::method),
@@ -171,6 +172,7 @@ fn add_pair(
     let law = if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) };
     plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, law });
     plan.pair_bodies.push((slave, master_body));
+    plan.pair_names.push(names.map(str::to_owned));
 }
 
 /// The finer surface in the patch that the bodies sweep towards each other is the slave; a mesh that of a rigid body.

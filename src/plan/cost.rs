@@ -7,7 +7,12 @@ use crate::scene::cost::{FactorSize, StepLoad, element_s};
 
 /// Element-steps per second and core of a block in a plan whose sweep goes through so many bytes.
 pub(super) fn element_steps_per_s(parameters: &BlockParameters, swept_bytes: usize) -> f64 {
-    1.0 / element_s(&parameters.material, parameters.formulation, parameters.shear_viscosity, swept_bytes)
+    1.0 / element_s(
+        &parameters.material,
+        parameters.formulation,
+        [parameters.shear_viscosity > 0.0, !parameters.prony.is_none()],
+        swept_bytes,
+    )
 }
 
 /// Run time on one core [s] if every element is swept in every step, without recording.

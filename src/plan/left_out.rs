@@ -129,7 +129,7 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     } else {
         "every law is elastic: none has any"
     };
-    add(true, "history variables", why);
+    add(!plan.has_memory(), "history variables", why);
 }
 
 /// Body and part of the fibres of no stiffness.

@@ -5,6 +5,7 @@ use crate::mechanics::contact::compliance::MOST_NODES;
 use crate::mechanics::contact::stencil::Stencil;
 use crate::mechanics::contact::{Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use serde::Serialize;
@@ -18,7 +19,7 @@ pub struct MemoryReport {
     pub plan_bytes: u64,
     /// Constants of the elements: geometry, fibres, node numbers.
     pub elements_bytes: u64,
-    /// The state: displacement, velocity, dilatation and viscous pressure; viscous forces where a part has them.
+    /// The state: displacement, velocity, history of the elements; viscous forces where a part has them.
     pub state_bytes: u64,
     /// Buffers of a step: element forces, totals, nodal forces, positions.
     pub step_bytes: u64,
@@ -34,7 +35,8 @@ impl MemoryReport {
     /// Of a plan whose element forces take so many bytes.
     pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
-        let (nodes, slots, vector) = (plan.node_count(), plan.slot_count(), size_of::<Vec3>());
+        let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
+        let rows = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
         let viscous = usize::from(plan.is_viscous());
         let bodies: u64 =
             plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
@@ -50,7 +52,7 @@ impl MemoryReport {
                 + bodies
                 + plan.assembly.memory() as u64,
             elements_bytes: plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() as u64,
-            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(slots, 2 * size_of::<f64>()),
+            state_bytes: bytes(nodes, (2 + viscous) * vector) + bytes(rows, size_of::<Row>()),
             step_bytes: bytes(nodes, (3 + viscous) * vector) + forces_bytes as u64,
             contact_bytes: contact_bytes(plan),
             fields_bytes: fields_bytes(plan),

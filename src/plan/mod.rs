@@ -10,6 +10,7 @@ mod holder;
 mod left_out;
 mod loads;
 mod memory;
+mod parts;
 mod report;
 mod rigid;
 mod stable_step;
@@ -19,12 +20,13 @@ mod stepping;
 mod tests;
 
 pub use asked::CUTS;
-pub use compile::{CompileError, compile, recompile};
+pub use compile::{compile, recompile};
 pub use distant::DistantPair;
 pub use holder::Holder;
 pub use left_out::LeftOut;
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use memory::MemoryReport;
+pub use parts::CompileError;
 pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
@@ -148,6 +150,8 @@ pub struct ContactPlan {
     pub mesh_pairs: usize,
     /// For each pair the bodies of slave and master (`None` for a plane).
     pub pair_bodies: Vec<(usize, Option<usize>)>,
+    /// Names of both sides of each pair.
+    pub pair_names: Vec<[String; 2]>,
     /// Largest scaled residual of the solver [-].
     pub tolerance: f64,
     /// How contacts of two meshes are made discrete.
@@ -290,7 +294,8 @@ pub struct MeasurePlan {
 }
 
 impl ContactPlan {
-    /// The most contacts that a step can have: one for each slave node of each pair, and what is met between nodes.
+    /// The most contacts that a step can have: one for each slave node of each pair, two where it may lie in a valley, and what is met
+    /// between nodes.
     pub fn most_contacts(&self) -> usize {
         self.most_mesh_contacts() + self.most_rigid_contacts()
     }
@@ -299,11 +304,12 @@ impl ContactPlan {
         let of_pair = |pair: &ContactPair| {
             let slaves = self.surfaces[pair.slave].nodes.len();
             match pair.master {
-                // Nodes of the master in the slave, and edges, of which there are as few.
+                // In valleys; nodes of the master in the slave; edges, of which a surface has two for each of its nodes.
                 Master::Surface(master)
                     if master != pair.slave && self.discretisation != Discretisation::NodeToSurface =>
                 {
-                    slaves + self.surfaces[master].nodes.len()
+                    let masters = self.surfaces[master].nodes.len();
+                    2 * slaves + masters + 2 * slaves.min(masters)
                 }
                 _ => slaves,
             }
@@ -347,9 +353,13 @@ impl Plan {
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
-    /// Whether a part has a shear viscosity.
+    /// Whether stresses relax.
+    pub fn has_memory(&self) -> bool {
+        self.blocks.iter().any(|block| !block.parameters.prony.is_none())
+    }
+    /// Whether the stress of a part depends on rate or history, bulk viscosity apart.
     pub fn is_viscous(&self) -> bool {
-        self.blocks.iter().any(|block| block.parameters.shear_viscosity > 0.0)
+        self.blocks.iter().any(|block| block.parameters.is_viscous())
     }
     /// Number of slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {

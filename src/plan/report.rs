@@ -117,6 +117,8 @@ pub struct BlockReport {
     pub formulation: String,
     /// Shear viscosity [Pa s].
     pub shear_viscosity_pa_s: f64,
+    /// Branches of its Prony series.
+    pub prony_branches: usize,
     /// Smallest stable step of its elements at the start, without safety factor [s].
     pub smallest_stable_step_s: f64,
     /// Element-steps per second and core that the run time is expected from.
@@ -265,6 +267,7 @@ fn of_block(
         }
         .into(),
         shear_viscosity_pa_s: p.shear_viscosity,
+        prony_branches: p.prony.branches().len(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
     }
@@ -292,7 +295,16 @@ fn of_pairs(plan: &Plan) -> Vec<PairReport> {
 
 impl BlockReport {
     fn in_words(&self) -> String {
-        let Self { body, elements, formulation, law, fibre_families, shear_viscosity_pa_s, .. } = self;
+        let Self {
+            body,
+            elements,
+            formulation,
+            law,
+            fibre_families,
+            shear_viscosity_pa_s,
+            prony_branches,
+            ..
+        } = self;
         let fibres = match fibre_families {
             0 => String::new(),
             1 => " with 1 fibre family".into(),
@@ -303,7 +315,11 @@ impl BlockReport {
         } else {
             String::new()
         };
-        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}")
+        let relaxing = match prony_branches {
+            0 => String::new(),
+            n => format!(", Prony series of {n}"),
+        };
+        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}")
     }
 }
 

@@ -47,12 +47,10 @@ pub(super) struct StableSteps(Vec<Vec<f64>>);
 impl StableSteps {
     /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
-        let slots = blocks.last().map_or(0, ElementBlock::end_slot);
-        let zero = vec![0.0; slots];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         forces.sweep(&Threads::ONE, blocks, &input);
         let at_rest = vec![Vec3::zeros(); u.len()];
-        forces.add_viscous(&Threads::ONE, blocks, u, &at_rest);
+        forces.add_viscous(&Threads::ONE, blocks, &input, &at_rest);
         // Slots beyond the elements pad the last batch.
         let steps = |(i, block): (usize, &ElementBlock)| {
             forces.stable_steps(i).take(block.elements.len()).collect::<Vec<f64>>()

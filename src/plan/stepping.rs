@@ -1,6 +1,6 @@
 //! How a plan steps in time: what a scene asks of its integrator, and the systems of steps that need any.
 
-use super::compile::{CompileError, Parts};
+use super::parts::{CompileError, Parts};
 use super::statics::Statics;
 use super::{Explicit, Implicit, Integrator, SystemSize};
 use crate::mechanics::sparse::{SparseError, Unknowns};

@@ -4,6 +4,7 @@
 //! first step, so it is chosen from the plan, see [`range`].
 
 use super::proto::foxglove::Color;
+use crate::mechanics::force::PointInput;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::Role;
@@ -80,7 +81,7 @@ fn initial_stress(plan: &Plan) -> f64 {
     let mut largest = 0.0;
     if !plan.initial_u.is_empty() {
         for block in &plan.blocks {
-            block.for_each_moved_batch((&plan.initial_u, &[]), &mut |_, points| {
+            block.for_each_moved_batch(PointInput::at_rest(&plan.initial_u), &mut |_, points| {
                 largest = points.von_mises.iter().flat_map(|row| row.0).fold(largest, f64::max);
             });
         }

@@ -8,7 +8,7 @@ use crate::mechanics::contact::step_problem::step_problem;
 use crate::mechanics::contact::{ContactLaw, RigidSides};
 use crate::mechanics::rigid::Pose;
 use crate::plan::Plan;
-use crate::step::{Frame, Outcome, Recorder, RecorderError};
+use crate::step::{Frame, Recorder, RecorderError};
 use std::path::PathBuf;
 
 /// Steps with contacts from one file to the next.
@@ -88,10 +88,6 @@ impl Recorder for ContactProblemRecorder {
         if due && writable && self.files < MOST_FILES && h > 0.0 {
             self.write(frame, h)?;
         }
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }

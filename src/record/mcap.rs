@@ -7,38 +7,22 @@
 //! | `/stress/{body}`, `/mesh/{body}`, `/points/{body}` | at the field times, when any field is asked for; of a rigid body `/mesh` |
 //! | `/summary`, `/log` | at the field times and at the end; as there is something to say |
 //!
-//! It carries the [`Measures`], so that what is recorded and what is summed up are the same numbers.
+//! Its numbers are those of the measured frames, as are those of the summary.
 
+use super::metadata::{ENDING_METADATA, RUN_METADATA, RecordingInfo, ending_metadata, run_metadata};
+use super::proto::foxglove::Level;
 use super::writer::{RecordingWriter, TimeScale};
 use super::{
     RecordError, colour, contact, energy, log, point_cloud, pose, reference, scene_update, stress, summary,
 };
-use crate::measure::{Measures, Summary};
+use crate::measure::{MeasuredEnd, MeasuredFrame, Sink};
 use crate::plan::{Plan, PlanBody};
-use crate::record::proto::foxglove::Level;
-use crate::step::{Ending, Frame, Outcome, Recorder, RecorderError};
-use std::collections::BTreeMap;
+use crate::step::{Ending, Outcome, RecorderError};
 use std::path::{Path, PathBuf};
 
 /// A chunk is closed at a field time when this much is waiting [bytes], so that a crash or a look at a running job costs
 /// little, and small runs do not fall into crumbs.
 const FLUSH_BYTES: usize = 64 * 1024;
-
-/// Name of the metadata record about the run.
-pub const RUN_METADATA: &str = "contuse.run";
-/// Name of the metadata record about its end.
-pub const ENDING_METADATA: &str = "contuse.ending";
-
-/// What a recording says of its origin.
-#[derive(Clone, Debug, Default)]
-pub struct RecordingInfo {
-    /// The scene document as it came, for the attachment.
-    pub document_json: Vec<u8>,
-    /// SHA-256 of the scene and its meshes.
-    pub scene_hash: String,
-    /// SHA-256 of the mesh of each body, by name.
-    pub mesh_hashes: Vec<(String, String)>,
-}
 
 /// Channels of one body that deforms.
 struct BodyChannels {
@@ -68,6 +52,8 @@ struct Open {
     rigid: Vec<RigidChannels>,
     colour_top: f64,
     frames: u64,
+    /// Time [s] and step of the latest frame.
+    latest: (f64, u64),
     /// Whether the latest frame is in the file.
     is_latest_written: bool,
 }
@@ -76,19 +62,13 @@ struct Open {
 pub struct McapRecorder {
     path: PathBuf,
     info: RecordingInfo,
-    measures: Measures,
     open: Option<Open>,
 }
 
 impl McapRecorder {
     /// To `path`; nothing is written before the run starts.
-    pub fn new(path: &Path, info: RecordingInfo, measures: Measures) -> Self {
-        Self { path: path.to_owned(), info, measures, open: None }
-    }
-
-    /// What has been measured.
-    pub fn measures(&self) -> &Measures {
-        &self.measures
+    pub fn new(path: &Path, info: RecordingInfo) -> Self {
+        Self { path: path.to_owned(), info, open: None }
     }
 
     fn open(&mut self, plan: &Plan) -> Result<Open, RecordError> {
@@ -96,7 +76,7 @@ impl McapRecorder {
         let mut writer = RecordingWriter::create(&self.path, scale)?;
         let colour_top = colour::range(plan);
         // Before the first chunk: what a killed run leaves still says what it was.
-        writer.write_metadata(RUN_METADATA, self.run_metadata(plan, scale, colour_top)?)?;
+        writer.write_metadata(RUN_METADATA, run_metadata(&self.info, plan, scale, colour_top)?)?;
         writer.attach("scene.json", &self.info.document_json)?;
         writer.attach("plan_report.json", &serde_json::to_vec_pretty(&plan.report)?)?;
         let contact = if plan.contact.is_some() {
@@ -142,45 +122,15 @@ impl McapRecorder {
             rigid,
             colour_top,
             frames: 0,
+            latest: (0.0, 0),
             is_latest_written: true,
         })
     }
 
-    fn run_metadata(
-        &self,
-        plan: &Plan,
-        scale: TimeScale,
-        top: f64,
-    ) -> Result<BTreeMap<String, String>, RecordError> {
-        let mut metadata: BTreeMap<String, String> = [
-            ("engine", "contuse".to_owned()),
-            ("engine_version", env!("CARGO_PKG_VERSION").to_owned()),
-            ("engine_commit", option_env!("CONTUSE_COMMIT").unwrap_or("unknown").to_owned()),
-            ("scene", plan.name.clone()),
-            ("scene_hash", self.info.scene_hash.clone()),
-            ("units", "SI: m, kg, s, N, Pa, J".to_owned()),
-            ("time_factor", scale.factor.to_string()),
-            ("log_time", "simulated time × time_factor [ns], strictly increasing".to_owned()),
-            ("publish_time", "simulated time [ns]".to_owned()),
-            ("end_time_s", plan.end_time.to_string()),
-            ("every_steps", plan.every_steps.to_string()),
-            ("field_times_s", serde_json::to_string(&plan.field_times)?),
-            ("fields", serde_json::to_string(&plan.fields)?),
-            ("colour", "von Mises stress, viridis".to_owned()),
-            ("colour_range_pa", serde_json::to_string(&[0.0, top])?),
-            ("plan_report", serde_json::to_string(&plan.report)?),
-            ("notice", crate::measure::summary::NOTICE.to_owned()),
-        ]
-        .map(|(key, value)| (key.to_owned(), value))
-        .into();
-        let hashes =
-            self.info.mesh_hashes.iter().map(|(body, hash)| (format!("mesh_hash/{body}"), hash.clone()));
-        metadata.extend(hashes);
-        Ok(metadata)
-    }
-
-    fn write_frame(open: &mut Open, measures: &Measures, frame: &Frame) -> Result<(), RecordError> {
+    fn write_frame(open: &mut Open, measured: &MeasuredFrame) -> Result<(), RecordError> {
+        let MeasuredFrame { frame, measures } = *measured;
         let time = frame.time;
+        open.latest = (time, frame.step);
         let is_due = open.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1)));
         open.frames += 1;
         open.is_latest_written = is_due || frame.is_field_time;
@@ -213,58 +163,33 @@ impl McapRecorder {
             open.writer.write(channels.mesh, time, &mesh)?;
             open.writer.write(channels.points, time, &point_cloud::message(frame, body, fields))?;
         }
-        let running = measures.running_summary(frame.plan);
-        open.writer.write(open.summary, time, &summary::message(&running, time, frame.step)?)?;
+        open.writer.write(open.summary, time, &summary::message(&measured.summary(), time, frame.step)?)?;
         open.writer.flush_if(FLUSH_BYTES)
     }
 
     /// Writes what belongs at the end, and closes.
-    fn close(
-        mut open: Open,
-        measures: &Measures,
-        plan: &Plan,
-        outcome: &Outcome,
-        end: &Summary,
-    ) -> Result<(), RecordError> {
-        let time = measures.time;
+    fn close(mut open: Open, end: &MeasuredEnd) -> Result<(), RecordError> {
+        let MeasuredEnd { plan, measures, outcome, summary } = *end;
+        let (time, step) = open.latest;
         if !open.is_latest_written {
             open.writer.write(open.energy, time, &energy::message(plan, measures))?;
         }
-        open.writer.write(open.summary, time, &summary::message(end, time, measures.step)?)?;
-        for warning in &end.warnings {
+        open.writer.write(open.summary, time, &summary::message(summary, time, step)?)?;
+        for warning in &summary.warnings {
             open.writer.write(open.log, time, &log::message(time, Level::Warning, warning))?;
         }
         let (level, text) = last_words(outcome);
         open.writer.write(open.log, time, &log::message(time, level, &text))?;
-        open.writer.attach("summary.json", end.to_json()?.as_bytes())?;
+        open.writer.attach("summary.json", summary.to_json()?.as_bytes())?;
         let (complete, ending) = match &outcome.ending {
             Ending::Finished => (true, "finished"),
             Ending::Cancelled => (false, "cancelled"),
             Ending::Failed { .. } => (false, "failed"),
         };
-        open.writer
-            .write_metadata(ENDING_METADATA, ending_metadata(complete, ending, &text, time, measures.step))?;
+        let metadata = ending_metadata(complete, ending, &text, time, step);
+        open.writer.write_metadata(ENDING_METADATA, metadata)?;
         open.writer.finish()
     }
-}
-
-/// The metadata record about the end of a run.
-pub(super) fn ending_metadata(
-    complete: bool,
-    ending: &str,
-    why: &str,
-    time: f64,
-    step: u64,
-) -> BTreeMap<String, String> {
-    [
-        ("complete", complete.to_string()),
-        ("ending", ending.to_owned()),
-        ("why", why.to_owned()),
-        ("time_s", time.to_string()),
-        ("step", step.to_string()),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into()
 }
 
 /// How the run ended, for the log.
@@ -309,28 +234,21 @@ fn topic_names(bodies: &[PlanBody]) -> Vec<String> {
     names
 }
 
-impl Recorder for McapRecorder {
+impl Sink for McapRecorder {
     fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
-        self.measures.start(plan)?;
         self.open = Some(self.open(plan)?);
         Ok(())
     }
 
-    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        self.measures.record(frame)?;
-        if frame.time < 0.0 {
-            return Ok(());
-        }
+    fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
         let open = self.open.as_mut().ok_or(RecordError::NotOpen)?;
-        Ok(Self::write_frame(open, &self.measures, frame)?)
+        Ok(Self::write_frame(open, measured)?)
     }
 
-    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
-        self.measures.finish(plan, outcome)?;
+    fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
         // Taken before anything can fail: a file that cannot be written is not tried again when this is dropped.
         let open = self.open.take().ok_or(RecordError::NotOpen)?;
-        let Some(end) = &self.measures.summary else { return Err(RecordError::NotOpen.into()) };
-        Ok(Self::close(open, &self.measures, plan, outcome, end)?)
+        Ok(Self::close(open, end)?)
     }
 }
 
@@ -338,7 +256,7 @@ impl Drop for McapRecorder {
     /// As a last resort (a panic on the way): closes the file, marked incomplete.
     fn drop(&mut self) {
         let Some(mut open) = self.open.take() else { return };
-        let (time, step) = (self.measures.time, self.measures.step);
+        let (time, step) = open.latest;
         let metadata =
             ending_metadata(false, "interrupted", "the run was dropped before its end", time, step);
         let closed =

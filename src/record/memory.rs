@@ -1,9 +1,9 @@
 //! A recorder that keeps the histories in memory, for tests and studies.
 
-use crate::measure::impact_force::resultant_force;
+use crate::measure::{MeasuredEnd, MeasuredFrame, Sink};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
-use crate::step::{Energy, Frame, Outcome, Recorder, RecorderError};
+use crate::step::{Energy, Outcome, RecorderError};
 
 /// One step.
 #[derive(Clone, Debug)]
@@ -43,20 +43,20 @@ pub struct MemoryRecorder {
     frames: u64,
 }
 
-impl Recorder for MemoryRecorder {
+impl Sink for MemoryRecorder {
     fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
         *self = Self::default();
         Ok(())
     }
 
-    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+    fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
+        let MeasuredFrame { frame, measures } = *measured;
         if self.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1))) || frame.is_field_time {
-            let pairs = frame.plan.contact.as_ref().map_or(0, |c| c.pairs.len()) as u32;
             self.samples.push(Sample {
                 time: frame.time,
                 step: frame.step,
                 energy: frame.energy.clone(),
-                forces: (0..pairs).map(|pair| resultant_force(frame, pair)).collect(),
+                forces: measures.pairs.iter().map(|pair| pair.force.now().force).collect(),
                 active_contacts: frame.reactions.iter().filter(|r| r.impulse[0] > 0.0).count(),
             });
         }
@@ -69,8 +69,8 @@ impl Recorder for MemoryRecorder {
         Ok(())
     }
 
-    fn finish(&mut self, _: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
-        self.outcome = Some(outcome.clone());
+    fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
+        self.outcome = Some(end.outcome.clone());
         Ok(())
     }
 }

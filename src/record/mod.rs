@@ -1,4 +1,4 @@
-//! Recorders: MCAP files, memory, nothing.
+//! Recorders: MCAP files, memory.
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
 //! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
@@ -12,7 +12,7 @@ pub mod energy;
 pub mod log;
 pub mod mcap;
 pub mod memory;
-pub mod null;
+pub mod metadata;
 mod own_thread;
 pub mod packed;
 mod partial_file;
@@ -29,9 +29,9 @@ mod writer;
 
 pub use contact_problem_file::{NamedContactProblem, contact_problem_document, read_contact_problem};
 pub use contact_problems::ContactProblemRecorder;
-pub use mcap::{McapRecorder, RecordingInfo};
+pub use mcap::McapRecorder;
 pub use memory::MemoryRecorder;
-pub use null::NullRecorder;
+pub use metadata::RecordingInfo;
 pub use own_thread::on_own_thread;
 pub use salvage::{Salvaged, reindex_incomplete, snapshot};
 pub use writer::{TimeScale, partial_path};

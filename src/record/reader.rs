@@ -8,7 +8,7 @@ use ::mcap::records::{Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, McapResult, parse_record};
 use std::fs::File;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Most that one record or one chunk may unpack to [bytes], unless the file itself is larger. Chunks are closed at
@@ -26,11 +26,25 @@ const PIECE: usize = 256 << 10;
 /// When the file cannot be read, and what else `take` says.
 pub fn for_each_record(
     path: &Path,
+    take: impl FnMut(Record) -> Result<(), RecordError>,
+) -> Result<Option<McapError>, RecordError> {
+    let input = File::open(path).map_err(|source| RecordError::File { path: path.to_owned(), source })?;
+    for_each_record_of(input, path, take)
+}
+
+/// As [`for_each_record`], of what is not a file and called `name` in errors.
+///
+/// # Errors
+/// As [`for_each_record`].
+pub fn for_each_record_of(
+    mut input: impl Read + Seek,
+    name: &Path,
     mut take: impl FnMut(Record) -> Result<(), RecordError>,
 ) -> Result<Option<McapError>, RecordError> {
-    let at = |source| RecordError::File { path: path.to_owned(), source };
-    let mut input = File::open(path).map_err(at)?;
-    let length = usize::try_from(input.metadata().map_err(at)?.len()).unwrap_or(usize::MAX);
+    let at = |source| RecordError::File { path: name.to_owned(), source };
+    let length = input.seek(SeekFrom::End(0)).map_err(at)?;
+    input.rewind().map_err(at)?;
+    let length = usize::try_from(length).unwrap_or(usize::MAX);
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
         .with_record_length_limit(length.max(LARGEST_UNPACKED));

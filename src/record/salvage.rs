@@ -4,7 +4,7 @@
 //! file with its own index and summary section, marked incomplete.
 
 use super::RecordError;
-use super::mcap::{ENDING_METADATA, ending_metadata};
+use super::metadata::{ENDING_METADATA, ending_metadata};
 use super::reader::for_each_record;
 use super::writer::{partial_path, seal, write_options};
 use ::mcap::records::Record;

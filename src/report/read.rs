@@ -3,13 +3,15 @@
 use crate::measure::channel_class::filtered_force;
 use crate::record::RecordError;
 use crate::record::proto::foxglove::Vector3;
-use crate::record::reader::for_each_record;
+use crate::record::reader::for_each_record_of;
 use crate::scene::document::ForceFilter;
 use ::mcap::McapError;
 use ::mcap::records::Record;
 use prost::Message as _;
 use serde_json::Value;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
 /// Why a recording cannot be reported on.
@@ -92,15 +94,24 @@ impl RecordedRun {
     /// # Errors
     /// When the file cannot be read, or has no summary.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let file = File::open(path).map_err(|source| RecordError::File { path: path.to_owned(), source })?;
+        Self::of(file, path)
+    }
+
+    /// As [`RecordedRun::read`], of what need not be a file and is called `name` in errors.
+    ///
+    /// # Errors
+    /// As [`RecordedRun::read`].
+    pub fn of(input: impl Read + Seek, name: &Path) -> Result<Self, ReadError> {
         let (mut run, mut topics) = (Self::default(), BTreeMap::new());
-        let broken_off = for_each_record(path, |record| {
+        let broken_off = for_each_record_of(input, name, |record| {
             run.take(record, &mut topics);
             Ok(())
         })?;
         if let Some(source) = broken_off {
-            return Err(ReadError::Mcap { path: path.to_owned(), source });
+            return Err(ReadError::Mcap { path: name.to_owned(), source });
         }
-        if run.summary.is_null() { Err(ReadError::NoSummary { path: path.to_owned() }) } else { Ok(run) }
+        if run.summary.is_null() { Err(ReadError::NoSummary { path: name.to_owned() }) } else { Ok(run) }
     }
 
     fn take(&mut self, record: Record, topics: &mut BTreeMap<u16, String>) {

@@ -1,7 +1,10 @@
 //! How a document chooses one variant of an enum of the schema: by a word, a tag, its only member or its type.
 
-use super::structure::TAGS;
+use super::misfit::is_of_type;
 use serde_json::Value;
+
+/// Members by which the variant of an enum is chosen.
+pub(super) const TAGS: [&str; 2] = ["law", "kind"];
 
 /// How a document chooses one variant of an enum.
 pub(super) enum Choice {
@@ -12,7 +15,7 @@ pub(super) enum Choice {
     /// By having this member alone.
     Member(String),
     /// By being of this type.
-    Type(Value),
+    Type(String),
     /// By choosing one of these.
     Nested(Vec<Choice>),
 }
@@ -33,7 +36,7 @@ impl Choice {
         match self {
             Self::Word(_) => found.is_string(),
             Self::Tag(..) | Self::Member(_) => found.is_object(),
-            Self::Type(name) => name == type_of(found),
+            Self::Type(name) => is_of_type(found, name),
             Self::Nested(choices) => choices.iter().any(|c| c.has_type_of(found)),
         }
     }
@@ -50,16 +53,20 @@ impl Choice {
         match self {
             Self::Word(word) | Self::Tag(_, word) => vec![word.as_str().unwrap_or_default().to_owned()],
             Self::Member(name) => vec![format!("{{{name:?}: …}}")],
-            Self::Type(name) => vec![name.as_str().unwrap_or("anything").to_owned()],
+            Self::Type(name) => vec![name.clone()],
             Self::Nested(choices) => choices.iter().flat_map(Self::words).collect(),
         }
     }
 }
 
-/// The choices of the variants of `schema`, in their order.
-pub(super) fn choices(schema: &Value, root: &Value) -> Vec<Choice> {
-    let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
-    variants.into_iter().flatten().map(|variant| choice(variant, root)).collect()
+/// The variants of an enum, or of a value that may be absent.
+pub(super) fn variants(schema: &Value) -> Option<&[Value]> {
+    schema.get("oneOf").or_else(|| schema.get("anyOf"))?.as_array().map(Vec::as_slice)
+}
+
+/// The choices of variants, in their order.
+pub(super) fn choices(variants: &[Value], root: &Value) -> Vec<Choice> {
+    variants.iter().map(|variant| choice(variant, root)).collect()
 }
 
 fn choice(variant: &Value, root: &Value) -> Choice {
@@ -78,11 +85,9 @@ fn choice(variant: &Value, root: &Value) -> Choice {
     if let Some(name) = properties.filter(|p| p.len() == 1).and_then(|p| p.keys().next()) {
         return Choice::Member(name.clone());
     }
-    let nested = choices(variant, root);
-    if nested.is_empty() {
-        Choice::Type(variant.get("type").cloned().unwrap_or_default())
-    } else {
-        Choice::Nested(nested)
+    match variants(variant) {
+        Some(nested) => Choice::Nested(choices(nested, root)),
+        None => Choice::Type(variant.get("type").and_then(Value::as_str).unwrap_or("anything").to_owned()),
     }
 }
 
@@ -96,16 +101,4 @@ pub(super) fn only(choices: &[Choice], condition: impl Fn(&Choice) -> bool) -> O
 /// What a `$ref` points to.
 pub(super) fn resolve<'a>(schema: &Value, root: &'a Value) -> Option<&'a Value> {
     root.pointer(schema.get("$ref")?.as_str()?.strip_prefix('#')?)
-}
-
-/// The name of a value's type in JSON Schema.
-fn type_of(value: &Value) -> &'static str {
-    match value {
-        Value::Null => "null",
-        Value::Bool(_) => "boolean",
-        Value::Number(_) => "number",
-        Value::String(_) => "string",
-        Value::Array(_) => "array",
-        Value::Object(_) => "object",
-    }
 }

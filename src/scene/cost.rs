@@ -42,14 +42,17 @@ const TOUCHED: f64 = 0.1;
 /// Shear viscosity, on top of any law.
 const VISCOUS: Nanoseconds = [90.0, 110.0];
 
+/// Relaxation, on top of any law.
+const RELAXING: Nanoseconds = [250.0, 300.0];
+
 /// Up to so many bytes the data of the elements lie in the cache.
 const CACHE_BYTES: usize = 4_000_000;
 
-/// Time of an element-step on one core [s], when a sweep goes through so many bytes.
+/// Time of an element-step on one core [s], when a sweep goes through so many bytes; `viscous`: has it a shear viscosity, a Prony series.
 pub fn element_s(
     material: &Material,
     formulation: Formulation,
-    shear_viscosity: f64,
+    viscous: [bool; 2],
     swept_bytes: usize,
 ) -> f64 {
     let matrix = match (material, formulation) {
@@ -61,7 +64,8 @@ pub fn element_s(
         (_, Formulation::Reduced) => NEO_HOOKEAN_REDUCED,
     };
     let place = usize::from(swept_bytes > CACHE_BYTES);
-    let viscous = if shear_viscosity > 0.0 { VISCOUS[place] } else { 0.0 };
+    let viscous: f64 =
+        [VISCOUS, RELAXING].iter().zip(viscous).filter(|(_, is)| *is).map(|(time, _)| time[place]).sum();
     1e-9 * (viscous + matrix[place] + material.family_count() as f64 * FIBRE_FAMILY[place])
 }
 

@@ -1,8 +1,9 @@
 //! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
 
+use super::prony_document::PronyDocument;
 use crate::mechanics::contact::Discretisation;
 use crate::mechanics::force;
-use crate::mechanics::material::Material;
+use crate::mechanics::material::{Material, PronySeries};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -147,6 +148,9 @@ pub struct PartDocument {
     /// steps only.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub shear_viscosity_pa_s: f64,
+    /// Relaxation of the stress of a split law. In explicit steps; a quasi-static run finds what is left when all has relaxed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prony_series: Option<PronyDocument>,
     /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
@@ -156,6 +160,19 @@ pub struct PartDocument {
 }
 
 impl PartDocument {
+    /// The law under slow loading; `None` where it cannot be made.
+    pub fn law(&self) -> Option<Material> {
+        let material = self.material.to_material()?;
+        self.prony_series.as_ref().map_or(Some(material), |prony| prony.slow_law(material))
+    }
+    /// Its Prony series.
+    pub fn series(&self) -> PronySeries {
+        self.prony_series.as_ref().map_or(PronySeries::NONE, PronyDocument::series)
+    }
+    /// Whether its stress depends on rate or history, bulk viscosity apart.
+    pub fn is_viscous(&self) -> bool {
+        self.shear_viscosity_pa_s > 0.0 || self.prony_series.is_some()
+    }
     /// The element that is asked for, or else mean dilatation for split laws and full integration for coupled ones.
     pub fn element(&self, material: &Material) -> force::Formulation {
         match self.formulation {
@@ -395,8 +412,8 @@ pub struct PairDocument {
     pub friction: Option<f64>,
 }
 
-/// Settle before the clock starts: gravity on, velocities of flight off, damping on, full stick; in the last third of the time with
-/// the friction of the scene, so that what it cannot hold slips before the clock starts.
+/// Settle before the clock starts: gravity on, damping on, full stick; in the last third of the time with the friction of the scene, so
+/// that what it cannot hold slips before the clock starts. A body with a velocity waits where the scene puts it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SettleDocument {
@@ -461,7 +478,7 @@ impl SceneDocument {
 
     /// Whether a part has a shear viscosity.
     pub fn is_viscous(&self) -> bool {
-        self.bodies.iter().flat_map(|body| &body.parts).any(|part| part.shear_viscosity_pa_s > 0.0)
+        self.bodies.iter().flat_map(|body| &body.parts).any(PartDocument::is_viscous)
     }
 
     /// Whether a thing is put back that plans leave out.

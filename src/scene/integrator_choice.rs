@@ -87,7 +87,7 @@ pub fn choose(
     let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
 
     let (implicit, why) = if document.is_viscous() {
-        (None, "implicit steps know no shear viscosity".to_owned())
+        (None, "implicit steps know neither shear viscosity nor relaxation".to_owned())
     } else if least.run_time_s >= explicit.run_time_s {
         // Sweeps and matrices alone take longer: nothing need be analysed.
         (None, "the sweeps of implicit steps alone would take longer".to_owned())
@@ -137,7 +137,12 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
-            element_s(material, part.element(material), part.shear_viscosity_pa_s, swept_bytes)
+            element_s(
+                material,
+                part.element(material),
+                [part.shear_viscosity_pa_s > 0.0, part.prony_series.is_some()],
+                swept_bytes,
+            )
         };
         body.part_entry.iter().map(of_entry).sum()
     };

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::fmt;
 
 /// A JSON document, and the keys that were written twice (the last one counts in `value`).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Parsed {
     /// The document.
     pub value: Value,
@@ -31,15 +31,30 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed, Problems> {
             .alone()
     })?;
     let trace = Trace::default();
-    let mut reader = serde_json::Deserializer::from_str(text);
-    let value = Node(&trace).deserialize(&mut reader);
-    let value = value.and_then(|value| reader.end().map(|()| value)).map_err(|error| {
+    let value = trace.value(serde_json::Deserializer::from_str(text)).map_err(|error| {
         Problem::error("not_json", &trace.pointer(), format!("the document is not JSON: {error}"))
             .limit("JSON (RFC 8259), nested at most 128 deep, numbers within ±1.8e308")
             .remedy("mend the document at this line and column")
             .alone()
     })?;
     Ok(Parsed { value, problems: trace.repeated.into_inner() })
+}
+
+/// As [`parse`], in the words of `serde_json` where the bytes are no JSON; a byte order mark is none.
+///
+/// # Errors
+/// Those of `serde_json`, with line and column.
+pub fn read(bytes: &[u8]) -> Result<Parsed, serde_json::Error> {
+    let trace = Trace::default();
+    let value = trace.value(serde_json::Deserializer::from_slice(bytes))?;
+    Ok(Parsed { value, problems: trace.repeated.into_inner() })
+}
+
+impl From<Value> for Parsed {
+    /// A part of a document that was parsed.
+    fn from(value: Value) -> Self {
+        Self { value, problems: Vec::new() }
+    }
 }
 
 /// Where the reader stands, and what it found so far.
@@ -51,6 +66,15 @@ struct Trace {
 }
 
 impl Trace {
+    /// The one value that there is to read.
+    fn value<'de, R: serde_json::de::Read<'de>>(
+        &self,
+        mut reader: serde_json::Deserializer<R>,
+    ) -> Result<Value, serde_json::Error> {
+        let value = Node(self).deserialize(&mut reader)?;
+        reader.end().map(|()| value)
+    }
+
     fn pointer(&self) -> Pointer {
         self.path.borrow().iter().fold(Pointer::root(), |p, key| p.key(key))
     }

@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::build::{Builder, body_axes, rigid_body};
-use super::document::{BodyDocument, IntegratorDocument, SceneDocument};
+use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
@@ -11,6 +11,7 @@ use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -43,15 +44,26 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
             .remedy("put meshes into files of their own")
             .alone());
     }
-    let parsed = json::parse(document_json)?;
+    load_parsed(&json::parse(document_json)?, source, budget)
+}
+
+/// As [`load`], of a document that was parsed before.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_parsed(
+    parsed: &json::Parsed,
+    source: &dyn MeshSource,
+    budget: &Budget,
+) -> Result<Loaded, Problems> {
     let mut checked = structure::check(&parsed.value, &schema::SCENE);
-    checked.problems.splice(0..0, parsed.problems);
+    checked.problems.splice(0..0, parsed.problems.iter().cloned());
 
     if checked.is_cut_short {
         return Err(Problems(checked.problems));
     }
     let mended = std::mem::take(&mut checked.mended);
-    let mut document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
+    let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
         Ok(document) => document,
         Err(error) => {
             checked.problems.push(Problem::refused_by_serde(&error, &mended));
@@ -60,7 +72,42 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     };
     let whole = checked.placeholders.is_empty();
     let (found, parts) = examine(&document, whole, source, budget);
-    let problems = checked.merged_with(found);
+    complete(document, checked.merged_with(found), parts)
+}
+
+/// As [`load`], of a document that was made of one that was loaded: it has the structure of a scene.
+///
+/// # Errors
+/// All problems at once, warnings included.
+pub fn load_document(
+    document: SceneDocument,
+    source: &dyn MeshSource,
+    budget: &Budget,
+) -> Result<Loaded, Problems> {
+    // Numbers that were computed need not be finite, and JSON, whose schema tells of such, has none for them but null.
+    let written = serde_json::to_value(&document).unwrap_or_default();
+    if holds_null(&written) {
+        return load_parsed(&written.into(), source, budget);
+    }
+    let (found, parts) = examine(&document, true, source, budget);
+    complete(document, found.0, parts)
+}
+
+fn holds_null(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(items) => items.iter().any(holds_null),
+        Value::Object(members) => members.values().any(holds_null),
+        _ => false,
+    }
+}
+
+/// The scene that was made of a document, unless it has an error.
+fn complete(
+    mut document: SceneDocument,
+    problems: Vec<Problem>,
+    parts: Option<Parts>,
+) -> Result<Loaded, Problems> {
     match parts {
         Some(parts) if problems.iter().all(|p| !p.is_error()) => {
             document.integrator = parts.integrator;
@@ -116,19 +163,19 @@ pub fn with_motion(
     if found.0.iter().any(Problem::is_error) {
         return Some(Err(Problems(found.0)));
     }
-    Some(Ok(Scene {
-        content_hash: content_hash(document, &scene.mesh_files),
-        document: document.clone(),
-        choice: scene.choice.clone(),
-        bodies: scene.bodies.clone(),
-        warnings: scene.warnings.clone(),
-        mesh_files: scene.mesh_files.clone(),
-    }))
+    Some(Ok(with_bodies(scene, document, scene.bodies.clone())))
 }
 
-/// The problems of a document whose bodies have the meshes of a loaded scene, without making those again; `None` where a mesh, its
+/// The scene of a document whose bodies have the meshes of a loaded scene, without making those again; `None` where a mesh, its
 /// place or a part of it is another.
-pub fn check_on_meshes_of(scene: &Scene, document: &SceneDocument, budget: &Budget) -> Option<Vec<Problem>> {
+///
+/// # Errors
+/// All problems of the document at once. Overlaps and warnings are those of the loaded scene.
+pub fn on_meshes_of(
+    scene: &Scene,
+    document: &SceneDocument,
+    budget: &Budget,
+) -> Option<Result<Scene, Problems>> {
     let known = &scene.document.bodies;
     let has_same_mesh = |(a, b): (&BodyDocument, &BodyDocument)| {
         let parts = |body: &BodyDocument| -> Vec<_> {
@@ -150,14 +197,30 @@ pub fn check_on_meshes_of(scene: &Scene, document: &SceneDocument, budget: &Budg
         return None;
     }
     let mut out = check_document(document, budget);
-    if !out.0.iter().any(Problem::is_error) {
-        let mut bodies = scene.bodies.clone();
-        for (body, written) in bodies.iter_mut().zip(&document.bodies) {
-            body.materials = written.parts.iter().map(|p| p.material.to_material()).collect::<Option<_>>()?;
-        }
-        estimate::check(document, &document.integrator, &bodies, budget, &mut out);
+    if out.0.iter().any(Problem::is_error) {
+        return Some(Err(Problems(out.0)));
     }
-    Some(out.0)
+    let mut bodies = scene.bodies.clone();
+    for (body, written) in bodies.iter_mut().zip(&document.bodies) {
+        body.materials = written.parts.iter().map(PartDocument::law).collect::<Option<_>>()?;
+    }
+    estimate::check(document, &document.integrator, &bodies, budget, &mut out);
+    if out.0.iter().any(Problem::is_error) {
+        return Some(Err(Problems(out.0)));
+    }
+    Some(Ok(with_bodies(scene, document, bodies)))
+}
+
+/// The scene of another document, checked, with the mesh files of a loaded scene.
+fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) -> Scene {
+    Scene {
+        content_hash: content_hash(document, &scene.mesh_files),
+        document: document.clone(),
+        choice: scene.choice.clone(),
+        bodies,
+        warnings: scene.warnings.clone(),
+        mesh_files: scene.mesh_files.clone(),
+    }
 }
 
 /// What a document becomes.
@@ -225,7 +288,7 @@ fn make_body(
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
-    let materials = body.parts.iter().map(|part| part.material.to_material()).collect::<Option<Vec<_>>>()?;
+    let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
     Some((SceneBody { rigid: None, mesh, materials, part_entry, axes }, summary))
 }

@@ -9,6 +9,7 @@ use crate::mechanics::material::PointStress;
 use crate::mechanics::tensor::Mat3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::sync::LazyLock;
 
 /// A law, and a deformation to evaluate it at. Fibre directions lie in the material, whose axes are x, y, z.
@@ -69,9 +70,8 @@ pub enum MaterialQuestions {
     Many(Vec<MaterialQuestion>),
 }
 
-static QUESTIONS: LazyLock<schema::Compiled> = LazyLock::new(|| {
-    schema::Compiled::new(schema::schema_of::<MaterialQuestions>("Contuse material questions"))
-});
+static QUESTIONS: LazyLock<Value> =
+    LazyLock::new(|| schema::schema_of::<MaterialQuestions>("Contuse material questions"));
 
 impl MaterialQuestions {
     /// Reads and checks questions; the warnings come along.

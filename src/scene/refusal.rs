@@ -1,7 +1,7 @@
 //! What serde refuses, in the words of the document: serde itself speaks of the types of the program.
 
+use super::choice::TAGS;
 use super::problem::{Pointer, Problem, suggest};
-use super::structure::TAGS;
 use serde_json::Value;
 use serde_path_to_error::{Error, Segment};
 

@@ -1,7 +1,6 @@
 //! The JSON Schema of the scene document, generated from its types.
 
 use super::document::SceneDocument;
-use jsonschema::Validator;
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
@@ -21,24 +20,8 @@ pub fn schema_of<T: JsonSchema>(title: &str) -> Value {
     schema.to_value()
 }
 
-/// The schema with its compiled checker, made once.
-pub(super) static SCENE: LazyLock<Compiled> = LazyLock::new(|| Compiled::new(scene_schema()));
-
-/// A schema and its checker.
-pub(super) struct Compiled {
-    /// The schema.
-    pub schema: Value,
-    /// Its checker; an error text when the schema does not compile, which a test excludes.
-    pub validator: Result<Validator, String>,
-}
-
-impl Compiled {
-    /// Compiles a schema.
-    pub fn new(schema: Value) -> Self {
-        let validator = jsonschema::validator_for(&schema).map_err(|error| error.to_string());
-        Self { schema, validator }
-    }
-}
+/// The schema of a scene document, made once.
+pub(super) static SCENE: LazyLock<Value> = LazyLock::new(scene_schema);
 
 /// Says what the types imply but schemars leaves out: the range of a `u32`, and a title for each variant of an enum.
 #[derive(Clone, Debug)]
@@ -59,20 +42,71 @@ impl Transform for Polish {
 /// The word by which a variant is chosen: the constant under `kind` or `law`.
 fn variant_name(schema: &Schema) -> Option<String> {
     let properties = schema.get("properties")?;
-    let tag = super::structure::TAGS.iter().find_map(|tag| properties.get(tag)?.get("const"))?;
+    let tag = super::choice::TAGS.iter().find_map(|tag| properties.get(tag)?.get("const"))?;
     tag.as_str().map(str::to_owned)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::choice::{Choice, choices, variants};
+
+    /// All schemas within one, itself included.
+    fn parts(schema: &Value) -> Vec<&Value> {
+        let lists = ["oneOf", "anyOf"].iter().filter_map(|k| schema.get(k)?.as_array()).flatten();
+        let maps = ["properties", "$defs"]
+            .iter()
+            .filter_map(|k| schema.get(k)?.as_object())
+            .flat_map(|m| m.values());
+        let inner = lists.chain(maps).chain(schema.get("items"));
+        std::iter::once(schema).chain(inner.flat_map(parts)).collect()
+    }
 
     #[test]
-    fn schema_compiles_and_names_its_variants() {
-        assert!(SCENE.validator.is_ok());
-        let law = &SCENE.schema["$defs"]["MaterialDocument"]["oneOf"][0];
+    fn schemas_have_no_keyword_that_the_check_does_not_know() {
+        const ANNOTATIONS: [&str; 6] = ["$defs", "$schema", "default", "description", "format", "title"];
+        const CHECKED: [&str; 13] = [
+            "$ref",
+            "additionalProperties",
+            "anyOf",
+            "const",
+            "items",
+            "maxItems",
+            "maximum",
+            "minItems",
+            "minimum",
+            "oneOf",
+            "properties",
+            "required",
+            "type",
+        ];
+        let questions = schema_of::<crate::scene::material_question::MaterialQuestions>("questions");
+        for part in parts(&SCENE).into_iter().chain(parts(&questions)) {
+            for (keyword, value) in part.as_object().unwrap() {
+                let is_known = ANNOTATIONS.contains(&&**keyword) || CHECKED.contains(&&**keyword);
+                assert!(is_known, "{keyword:?} in {part:#}");
+                assert!(keyword != "additionalProperties" || value == false, "{part:#}");
+                assert!(keyword != "properties" || part.get("additionalProperties").is_some(), "{part:#}");
+            }
+        }
+    }
+
+    /// The check compares a document with one variant, the one it chooses.
+    #[test]
+    fn variants_of_the_schema_are_told_apart() {
+        for part in parts(&SCENE) {
+            let choices = variants(part).map_or_else(Vec::new, |v| choices(v, &SCENE));
+            let words: Vec<String> = choices.iter().flat_map(Choice::words).collect();
+            let distinct: std::collections::BTreeSet<&String> = words.iter().collect();
+            assert!(distinct.len() == words.len(), "{words:?} in {part:#}");
+        }
+    }
+
+    #[test]
+    fn schema_names_its_variants() {
+        let law = &SCENE["$defs"]["MaterialDocument"]["oneOf"][0];
         assert_eq!(law["title"], "mooney_rivlin");
-        assert_eq!(SCENE.schema["title"], "Contuse scene");
+        assert_eq!(SCENE["title"], "Contuse scene");
     }
 
     #[test]

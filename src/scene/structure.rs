@@ -1,19 +1,14 @@
 //! Whether a document has the structure of a scene: all misspelt, missing and mistyped members at once.
 //!
-//! The JSON Schema finds them; this file says them in words, with the branch of a tagged enum that the document chose.
+//! The document is compared with its JSON Schema, of a tagged enum with the variant that the document chose.
 //! What is broken is then *mended* in a copy (removed, or replaced by a placeholder), so that the checks of meaning can
 //! look at the rest; what they say of a placeholder is dropped.
 
-use super::choice::{Choice, choices, only, resolve};
+use super::choice::{Choice, choices, only, resolve, variants};
+use super::misfit::misfits;
 use super::problem::{Pointer, Problem, suggest};
-use super::schema::Compiled;
 use super::validate::Findings;
-use jsonschema::ValidationError;
-use jsonschema::error::{TypeKind, ValidationErrorKind as Kind};
 use serde_json::{Map, Value};
-
-/// Members by which the variant of an enum is chosen.
-pub(super) const TAGS: [&str; 2] = ["law", "kind"];
 
 /// The outcome of the check.
 #[derive(Debug)]
@@ -53,34 +48,23 @@ fn longer_than_any_scene(value: &Value, at: &Pointer) -> Option<Problem> {
     }
 }
 
-/// Checks `document` against a compiled schema.
-pub(super) fn check(document: &Value, compiled: &Compiled) -> Checked {
-    let mut out = Checked {
+/// Checks `document` against a schema.
+pub(super) fn check(document: &Value, schema: &Value) -> Checked {
+    let checked = Checked {
         problems: Vec::new(),
         mended: document.clone(),
         placeholders: Vec::new(),
         is_cut_short: false,
     };
-    if let Some(problem) = longer_than_any_scene(document, &Pointer::root()) {
-        out.problems.push(problem);
-        out.is_cut_short = true;
-        return out;
-    }
-    match &compiled.validator {
-        Ok(validator) => {
-            for error in validator.iter_errors(document) {
-                out.report(&error, compiled);
-                if out.problems.len() >= MOST_PROBLEMS {
-                    let more = format!("there are more; the first {MOST_PROBLEMS} are listed");
-                    out.problems.push(Problem::error("too_many_problems", &Pointer::root(), more));
-                    out.is_cut_short = true;
-                    break;
-                }
-            }
+    let mut walk = Walk { root: schema, checked };
+    match longer_than_any_scene(document, &Pointer::root()) {
+        Some(problem) => {
+            walk.tell(problem);
+            walk.checked.is_cut_short = true;
         }
-        Err(text) => out.problems.push(Problem::error("schema_broken", &Pointer::root(), text)),
+        None => walk.compare(document, &Pointer::root(), schema),
     }
-    out
+    walk.checked
 }
 
 impl Checked {
@@ -102,143 +86,143 @@ impl Checked {
         let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
         self.problems.into_iter().chain(kept).collect()
     }
+}
 
-    fn report(&mut self, error: &ValidationError, compiled: &Compiled) {
-        let pointer = Pointer::from_text(error.instance_path().as_str());
-        let schema = parent(error.schema_path().as_str(), &compiled.schema);
-        let found = error.instance().as_ref();
-        match error.kind() {
-            Kind::OneOfNotValid { context } | Kind::AnyOf { context } => {
-                self.report_branches(&pointer, found, context, schema, compiled);
+/// The walk over a document beside its schema. It knows the keywords of JSON Schema that schemas of our types have, as the tests
+/// of `schema.rs` hold.
+struct Walk<'a> {
+    /// The whole schema, which references point into.
+    root: &'a Value,
+    /// What was found so far.
+    checked: Checked,
+}
+
+impl Walk<'_> {
+    /// Compares the value at `at` with its schema, and all that is in it.
+    fn compare(&mut self, found: &Value, at: &Pointer, schema: &Value) {
+        if self.checked.is_cut_short {
+            return;
+        }
+        for (code, message, limit) in misfits(found, schema) {
+            let remedy = description(schema).unwrap_or_else(|| "change the value".into());
+            self.tell(Problem::error(code, at, message).value(found.clone()).limit(limit).remedy(remedy));
+            self.mend(at, Some(schema));
+        }
+        if let Value::Object(members) = found {
+            self.compare_members(members, at, schema);
+        }
+        if let (Value::Array(items), Some(schema)) = (found, schema.get("items")) {
+            for (i, item) in items.iter().enumerate() {
+                self.compare(item, &at.index(i), schema);
             }
-            Kind::AdditionalProperties { unexpected } => {
-                for name in unexpected {
-                    self.report_unknown_member(&pointer, name, schema);
-                }
-            }
-            Kind::Required { property } => {
-                let name = property.as_str().unwrap_or_default();
-                let member = schema.and_then(|s| s.pointer(&format!("/properties/{name}")));
-                self.problems.push(
-                    Problem::error("missing_field", &pointer.key(name), format!("{name:?} is missing"))
-                        .limit(member.map_or_else(String::new, describe))
-                        .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m))),
-                );
-                self.mend(&pointer.key(name), member, compiled);
-            }
-            kind => {
-                let (code, limit) = limit_of(kind);
-                self.problems.push(
-                    Problem::error(code, &pointer, error.to_string())
-                        .value(found.clone())
-                        .limit(limit)
-                        .remedy(schema.and_then(description).unwrap_or_else(|| "change the value".into())),
-                );
-                self.mend(&pointer, schema, compiled);
-            }
+        }
+        if let Some(variants) = variants(schema) {
+            self.compare_variants(found, at, schema, variants);
+        }
+        if let Some(target) = resolve(schema, self.root) {
+            self.compare(found, at, target);
         }
     }
 
-    /// An enum (or an optional value) none of whose variants fits: the errors of the variant that the document chose by
-    /// its tag, its only member or its type; when it chose none, what there is to choose.
-    fn report_branches(
-        &mut self,
-        pointer: &Pointer,
-        found: &Value,
-        context: &[Vec<ValidationError<'static>>],
-        schema: Option<&Value>,
-        compiled: &Compiled,
-    ) {
-        let choices = schema.map(|s| choices(s, &compiled.schema)).unwrap_or_default();
+    /// Members that are missing, those of the schema, those it has not.
+    fn compare_members(&mut self, members: &Map<String, Value>, at: &Pointer, schema: &Value) {
+        let Some(known) = schema.get("properties").and_then(Value::as_object) else { return };
+        let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
+        for name in required.filter_map(Value::as_str).filter(|name| !members.contains_key(*name)) {
+            let member = known.get(name);
+            self.tell(
+                Problem::error("missing_field", &at.key(name), format!("{name:?} is missing"))
+                    .limit(member.map_or_else(String::new, describe))
+                    .remedy(member.map_or_else(|| format!("add {name:?}"), |m| remedy_for(name, m))),
+            );
+            self.mend(&at.key(name), member);
+        }
+        for (name, value) in members {
+            if let Some(member) = known.get(name) {
+                self.compare(value, &at.key(name), member);
+            }
+        }
+        for (name, value) in members.iter().filter(|(name, _)| !known.contains_key(*name)) {
+            self.tell_unknown_member(name, value, at, known);
+        }
+    }
+
+    /// An enum (or an optional value): the variant that the document chooses by its tag, its only member or its type is
+    /// compared; when it chooses none, what there is to choose is told.
+    fn compare_variants(&mut self, found: &Value, at: &Pointer, schema: &Value, variants: &[Value]) {
+        let choices = choices(variants, self.root);
         let chosen =
             only(&choices, |c| c.is_made_by(found)).or_else(|| only(&choices, |c| c.has_type_of(found)));
-        if let Some(errors) = chosen.and_then(|i| context.get(i)) {
-            for error in errors {
-                self.report(error, compiled);
-            }
-            return;
+        if let Some(variant) = chosen.and_then(|i| variants.get(i)) {
+            return self.compare(found, at, variant);
         }
         let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
         let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
-        let at = tag.map_or_else(|| pointer.clone(), |tag| pointer.key(tag));
+        let place = tag.map_or_else(|| at.clone(), |tag| at.key(tag));
         let written = tag.map_or(Some(found), |tag| found.get(tag));
         let problem = match (written, tag) {
             (None, _) => {
-                Problem::error("missing_field", &at, "the field that chooses the variant is missing")
+                Problem::error("missing_field", &place, "the field that chooses the variant is missing")
             }
-            (Some(word), Some(_)) => Problem::error("unknown_variant", &at, format!("there is no {word}")),
+            (Some(word), Some(_)) => Problem::error("unknown_variant", &place, format!("there is no {word}")),
             (Some(Value::String(word)), None) => {
-                Problem::error("unknown_variant", &at, format!("there is no {word:?}"))
+                Problem::error("unknown_variant", &place, format!("there is no {word:?}"))
             }
-            _ => Problem::error("wrong_type", &at, "this is none of the variants"),
+            _ => Problem::error("wrong_type", &place, "this is none of the variants"),
         };
         let hint = match written {
             Some(Value::String(word)) => suggest(word, options.iter().map(String::as_str)),
-            _ => schema.and_then(description).unwrap_or_else(|| "choose one of them".into()),
+            _ => description(schema).unwrap_or_else(|| "choose one of them".into()),
         };
-        self.problems.push(
+        self.tell(
             problem
                 .value(written.cloned().unwrap_or_default())
                 .limit(format!("one of {}", options.join(", ")))
                 .remedy(hint),
         );
-        self.mend(pointer, schema, compiled);
+        self.mend(at, Some(schema));
     }
 
-    fn report_unknown_member(&mut self, pointer: &Pointer, name: &str, schema: Option<&Value>) {
-        let members = schema.and_then(|s| s.get("properties")).and_then(Value::as_object);
-        let known: Vec<&str> = members.into_iter().flat_map(Map::keys).map(String::as_str).collect();
-        let value = self.mended.pointer(pointer.key(name).as_str()).cloned().unwrap_or_default();
-        self.problems.push(
-            Problem::error("unknown_field", &pointer.key(name), format!("{name:?} is not a field here"))
-                .value(value)
+    fn tell_unknown_member(&mut self, name: &str, value: &Value, at: &Pointer, known: &Map<String, Value>) {
+        let known: Vec<&str> = known.keys().map(String::as_str).collect();
+        self.tell(
+            Problem::error("unknown_field", &at.key(name), format!("{name:?} is not a field here"))
+                .value(value.clone())
                 .limit(format!("one of {}", known.join(", ")))
                 .remedy(suggest(name, known)),
         );
-        if let Some(Value::Object(object)) = self.mended.pointer_mut(pointer.as_str()) {
+        if let Some(Value::Object(object)) = self.checked.mended.pointer_mut(at.as_str()) {
             object.remove(name);
         }
     }
 
+    /// Adds a problem to the list, unless that is full.
+    fn tell(&mut self, problem: Problem) {
+        let Checked { problems, is_cut_short, .. } = &mut self.checked;
+        if *is_cut_short {
+            return;
+        }
+        problems.push(problem);
+        if problems.len() >= MOST_PROBLEMS {
+            let more = format!("there are more; the first {MOST_PROBLEMS} are listed");
+            problems.push(Problem::error("too_many_problems", &Pointer::root(), more));
+            *is_cut_short = true;
+        }
+    }
+
     /// Puts a placeholder of the right type at `pointer`.
-    fn mend(&mut self, pointer: &Pointer, schema: Option<&Value>, compiled: &Compiled) {
-        let value = schema.map_or(Value::Null, |s| placeholder(s, &compiled.schema));
-        if let Some(place) = self.mended.pointer_mut(pointer.as_str()) {
+    fn mend(&mut self, pointer: &Pointer, schema: Option<&Value>) {
+        let Checked { mended, placeholders, .. } = &mut self.checked;
+        let value = schema.map_or(Value::Null, |s| placeholder(s, self.root));
+        if let Some(place) = mended.pointer_mut(pointer.as_str()) {
             *place = value;
         } else if let Some((parent, name)) = pointer.as_str().rsplit_once('/')
-            && let Some(Value::Object(object)) = self.mended.pointer_mut(parent)
+            && let Some(Value::Object(object)) = mended.pointer_mut(parent)
         {
             object.insert(name.replace("~1", "/").replace("~0", "~"), value);
         }
-        self.placeholders.push(pointer.as_str().to_owned());
+        placeholders.push(pointer.as_str().to_owned());
     }
-}
-
-/// Code and limit of a simple error.
-fn limit_of(kind: &Kind) -> (&'static str, String) {
-    match kind {
-        Kind::Type { kind } => ("wrong_type", type_name(kind)),
-        Kind::Constant { expected_value } => ("unknown_variant", expected_value.to_string()),
-        Kind::Enum { options } => ("unknown_variant", format!("one of {options}")),
-        Kind::MinItems { limit } => ("too_few_items", format!("at least {limit} items")),
-        Kind::MaxItems { limit } => ("too_many_items", format!("at most {limit} items")),
-        Kind::Minimum { limit } => ("out_of_range", format!(">= {limit}")),
-        Kind::Maximum { limit } => ("out_of_range", format!("<= {limit}")),
-        other => ("wrong_structure", other.keyword().to_owned()),
-    }
-}
-
-fn type_name(kind: &TypeKind) -> String {
-    match kind {
-        TypeKind::Single(json_type) => json_type.to_string(),
-        TypeKind::Multiple(types) => types.iter().map(|t| t.to_string()).collect::<Vec<_>>().join(" or "),
-    }
-}
-
-/// The schema that holds the keyword at `path`.
-fn parent<'a>(path: &str, root: &'a Value) -> Option<&'a Value> {
-    let (parent, _) = path.rsplit_once('/')?;
-    root.pointer(parent)
 }
 
 fn description(schema: &Value) -> Option<String> {
@@ -268,7 +252,7 @@ fn placeholder(schema: &Value, root: &Value) -> Value {
     if let Some(target) = resolve(schema, root) {
         return placeholder(target, root);
     }
-    if let Some(variants) = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array) {
+    if let Some(variants) = variants(schema) {
         let may_be_absent = variants.iter().any(|v| v.get("type").is_some_and(|t| t == "null"));
         let first = variants.first().filter(|_| !may_be_absent);
         return first.map_or(Value::Null, |variant| placeholder(variant, root));

@@ -9,41 +9,50 @@ use crate::mesh::quality::Quality;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a body is, in numbers.
+// What these types say of themselves is part of the service's contract. A rigid body has no mesh: volume and mass are those of its
+// shape, and its quality is that of a brick, with a shortest edge of zero.
+
+/// A body of a scene, with its mesh in place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = BodyPreview))]
 pub struct BodySummary {
-    /// Name.
+    /// Its name.
     pub name: String,
     /// Nodes.
+    #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub nodes: usize,
     /// Elements.
+    #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
-    /// Volume of the mesh or the rigid shape [m³].
+    /// Volume of the mesh [m³].
     pub volume_m3: f64,
-    /// Mass [kg].
+    /// Mass of the mesh [kg].
     pub mass_kg: f64,
     /// Lower and upper corner of the box around it [m].
     pub bounding_box_m: [[f64; 3]; 2],
-    /// Smallest scaled Jacobian of all corners and Gauss points, 1 for a brick and where there is no mesh [-].
+    /// Smallest scaled Jacobian of all corners and quadrature points, 1 for a brick [-].
     pub min_scaled_jacobian: f64,
     /// The element where that is.
     pub worst_element: u32,
-    /// Largest ratio of longest to shortest edge in one element [-], 1 where there is no mesh.
+    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
+    #[cfg_attr(feature = "service", schema(value_type = Option<f64>))]
     pub max_aspect_ratio: f64,
-    /// Shortest edge [m], 0 where there is no mesh.
+    /// Shortest edge [m].
     pub min_edge_m: f64,
-    /// Elements and mass of each part.
+    /// Its parts.
     pub parts: Vec<PartSummary>,
-    /// What the mesh says of itself (how far facets stay from the true shape, what a reader left out).
+    /// What the mesh says of itself.
     pub notes: Vec<String>,
 }
 
-/// What a part is, in numbers.
+/// A part of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = PartPreview))]
 pub struct PartSummary {
-    /// Name of the part in the mesh.
+    /// Its name.
     pub name: String,
     /// Elements.
+    #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
     /// Mass [kg].
     pub mass_kg: f64,

@@ -6,8 +6,10 @@
 //!
 //! - [`jobs`]: what can be asked of jobs, without HTTP.
 //! - [`http`]: the calls; `http/problem.rs` is the only place that knows status codes.
+//! - [`blobs`]: recordings and meshes that are whole.
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
 
+pub mod blobs;
 pub mod config;
 pub mod http;
 pub mod jobs;
@@ -16,11 +18,14 @@ pub mod metrics;
 pub mod server;
 mod stall;
 
+use blobs::FolderBlobs;
 use config::ServiceConfig;
 use http::{App, Judges};
 use jobs::JobsError;
 use jobs::engine::Engine;
-use jobs::queue::Queue;
+use jobs::queue::{Queue, Storage};
+use jobs::recordings::DataFolder;
+use jobs::store::SqliteStore;
 use jobs::worker;
 use metrics::Metrics;
 use std::future::Future;
@@ -74,7 +79,13 @@ impl Service {
         let listener = TcpListener::bind(config.listen).await.map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         let metrics = Arc::new(Metrics::default());
-        let queue = Arc::new(Queue::open(Arc::clone(&config), engine, Arc::clone(&metrics)).await?);
+        let folder = DataFolder::open(&config.data)?;
+        let storage = Storage {
+            jobs: Arc::new(SqliteStore::open(&folder.store_file()).await?),
+            blobs: Arc::new(FolderBlobs::new(&config.data)),
+            folder,
+        };
+        let queue = Queue::open(storage, Arc::clone(&config), engine, Arc::clone(&metrics)).await?;
         let workers = worker::start(&queue).map_err(ServiceError::Workers)?;
         let judges = Judges::new(JUDGES_PER_WORKER * config.workers.max(1));
         let app = Arc::new(App { queue, config, metrics, judges });

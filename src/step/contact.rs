@@ -279,10 +279,9 @@ impl<'p> ContactStep<'p> {
         (&mut self.contacts, &mut self.reactions)
     }
 
-    /// Friction of a pair [-], infinite while settling.
-    pub fn friction(&self, pair: u32, phase: Phase) -> f64 {
-        let laws = if phase.sticks() { &self.stuck } else { &self.laws };
-        laws[pair as usize].mu()
+    /// Friction of a contact [-], infinite while settling.
+    pub fn friction(&self, contact: &Contact, phase: Phase) -> f64 {
+        contact.law(if phase.sticks() { &self.stuck } else { &self.laws }).mu()
     }
 
     /// Unknowns of each of the contacts: one where none of them rubs.

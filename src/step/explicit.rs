@@ -23,6 +23,7 @@ use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::{Activity, ElementForces, SweepInput, Threads};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Explicit, Plan};
 
@@ -50,6 +51,10 @@ pub(super) struct ExplicitStepper<'p> {
     swept: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
+    /// What of it is in the branches of Prony series [J].
+    branches: Vec<f64>,
+    /// History of the elements as recorders see it; empty where nothing relaxes.
+    history: Vec<Vec<Row>>,
     /// Dissipated by bulk viscosity in the step to t_n, a body [J].
     viscous: Vec<f64>,
     /// Sums with both halves of the work at t_n; they become the state's when it advances.
@@ -91,6 +96,8 @@ impl<'p> ExplicitStepper<'p> {
             swept: 0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
+            branches: vec![0.0; plan.bodies.len()],
+            history: if plan.has_memory() { ElementForces::no_history(&plan.blocks) } else { Vec::new() },
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
@@ -198,7 +205,7 @@ impl Stepper for ExplicitStepper<'_> {
         // Nodes that are not stepped have zero in both.
         std::mem::swap(&mut state.v, &mut self.v_after);
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
-        self.forces.copy_history(&self.threads, &mut state.dilatation, &mut state.viscous_pressure);
+        self.forces.swap_history(&mut state.history);
         // While settling nobody keeps books.
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.swept;
@@ -229,6 +236,14 @@ impl Stepper for ExplicitStepper<'_> {
             self.activity.wake_nodes(&mut self.forces, blocks, assembly, moved);
             state.ledger.add_projection(self.plan, &state.projected, &self.f_int);
         }
+    }
+
+    fn note_history(&mut self) {
+        self.forces.copy_history(&mut self.history);
+    }
+
+    fn history(&self) -> &[Vec<Row>] {
+        &self.history
     }
 
     fn contacts(&self) -> (&[Contact], &[crate::mechanics::contact::Reaction]) {
@@ -275,6 +290,7 @@ impl ExplicitStepper<'_> {
             strain: &self.strain,
             activity: &self.activity,
             hourglass: &self.hourglass,
+            branches: &self.branches,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -283,24 +299,21 @@ impl ExplicitStepper<'_> {
     fn sweep(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
+        self.branches.fill(0.0);
         self.viscous.fill(0.0);
         let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
-        let input = SweepInput {
-            u: &state.u,
-            inverse_step,
-            dilatation: &state.dilatation,
-            viscous_pressure: &state.viscous_pressure,
-        };
+        let input = SweepInput { u: &state.u, inverse_step, history: &state.history };
         self.forces.sweep(&self.threads, &self.plan.blocks, &input);
-        self.forces.add_viscous(&self.threads, &self.plan.blocks, &state.u, &state.v);
+        self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
         self.swept = self.forces.awake_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);
             self.extremes.smallest_j = self.extremes.smallest_j.min(totals.smallest_j.0);
             check_block(self.plan, block, &totals, state)?;
-            self.strain[block.body] += totals.strain;
+            self.strain[block.body] += totals.strain + totals.branches;
             self.hourglass[block.body] += totals.hourglass;
+            self.branches[block.body] += totals.branches;
             self.viscous[block.body] += totals.viscous;
             let (step, slot) = totals.stable_step;
             if step < stable.0 {

@@ -3,6 +3,8 @@
 use super::failure::Failure;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::force::PointInput;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::{Pose, Rotation};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -13,7 +15,7 @@ use serde::Serialize;
 pub struct Frame<'a> {
     /// The plan.
     pub plan: &'a Plan,
-    /// Time t_n [s]; negative while settling.
+    /// Time t_n [s], from 0 on: settling has no frames.
     pub time: f64,
     /// Number of steps done.
     pub step: u64,
@@ -25,6 +27,8 @@ pub struct Frame<'a> {
     pub v: &'a [Vec3],
     /// Velocity of the half step after t_n, as `v`.
     pub v_after: &'a [Vec3],
+    /// History of the elements at t_n, chunk by chunk; empty between the look times, and where nothing relaxes.
+    pub history: &'a [Vec<Row>],
     /// Orientation of each rigid body at t_n.
     pub orientations: &'a [Rotation],
     /// Candidate contacts at t_n, sorted by (pair, slave, face).
@@ -46,6 +50,10 @@ pub struct Frame<'a> {
 pub const LOOKS: f64 = 50.0;
 
 impl Frame<'_> {
+    /// What stresses at points are made of.
+    pub fn points(&self) -> PointInput<'_> {
+        PointInput { u: self.u, v: self.v, history: self.history }
+    }
     /// Position x = X + V_b t + u of a node at t_n [m].
     pub fn position(&self, node: u32) -> Vec3 {
         self.position_in(self.plan.body_of_node(node), node)
@@ -114,7 +122,9 @@ pub trait Recorder {
     ///
     /// # Errors
     /// When the sink cannot be opened.
-    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError>;
+    fn start(&mut self, _plan: &Plan) -> Result<(), RecorderError> {
+        Ok(())
+    }
     /// At every step, also those that are not due: the recorder keeps the plan's cadence (`plan.every_steps`,
     /// `frame.is_field_time`).
     ///
@@ -125,5 +135,7 @@ pub trait Recorder {
     ///
     /// # Errors
     /// When the sink cannot be closed.
-    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError>;
+    fn finish(&mut self, _plan: &Plan, _outcome: &Outcome) -> Result<(), RecorderError> {
+        Ok(())
+    }
 }

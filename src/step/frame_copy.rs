@@ -3,6 +3,8 @@
 use super::frame::Frame;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::force::ElementForces;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -33,6 +35,8 @@ pub struct FieldCopy {
     /// Velocities of the half steps before and after [m/s], nodes × 3; empty when neither the plan asks for them nor a part is viscous.
     v: Vec<Vec3>,
     v_after: Vec<Vec3>,
+    /// History of the elements, chunk by chunk; empty where nothing relaxes.
+    history: Vec<Vec<Row>>,
 }
 
 impl FrameCopy {
@@ -87,6 +91,7 @@ impl FrameCopy {
             }
         }
         let velocities = self.field.as_ref().map_or((&[][..], &[][..]), |f| (&f.v[..], &f.v_after[..]));
+        let history = self.field.as_ref().map_or(&[][..], |f| &f.history[..]);
         Frame {
             plan,
             time: self.time,
@@ -94,6 +99,7 @@ impl FrameCopy {
             u,
             v: velocities.0,
             v_after: velocities.1,
+            history,
             orientations: &self.orientations,
             contacts: &self.contacts,
             reactions: &self.reactions,
@@ -115,7 +121,8 @@ impl FieldCopy {
     pub fn new(plan: &Plan) -> Self {
         let room = |count| Vec::with_capacity(count);
         let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
-        Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities) }
+        let history = if plan.has_memory() { ElementForces::no_history(&plan.blocks) } else { Vec::new() };
+        Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities), history }
     }
 
     fn take(&mut self, frame: &Frame) {
@@ -126,6 +133,9 @@ impl FieldCopy {
             self.v.extend_from_slice(frame.v);
             self.v_after.clear();
             self.v_after.extend_from_slice(frame.v_after);
+        }
+        for (to, from) in self.history.iter_mut().zip(frame.history) {
+            to.copy_from_slice(from);
         }
     }
 }

@@ -8,6 +8,7 @@ use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::Threads;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Integrator, LoadTime, Plan, Settle};
@@ -101,6 +102,12 @@ pub(super) trait Stepper {
     fn extremes(&self) -> &Extremes;
     /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
     fn unconverged(&self) -> (u64, f64);
+    /// Notes the history of the elements at t_n, after [`Stepper::solve`], where anything relaxes.
+    fn note_history(&mut self) {}
+    /// The history that was noted last, chunk by chunk.
+    fn history(&self) -> &[Vec<Row>] {
+        &[]
+    }
     /// Sentences about the run that the user should read.
     fn warnings(&self) -> Vec<String> {
         Vec::new()

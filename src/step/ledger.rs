@@ -84,11 +84,13 @@ pub struct PairLedger {
 pub struct BodyEnergy {
     /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in, and the rotation of a rigid body [J].
     pub kinetic_j: f64,
-    /// Strain, ∫ψ dV, with that of the stabilisation of one-point elements [J].
+    /// Strain, ∫ψ dV, with that of the stabilisation of one-point elements and of the branches of Prony series [J].
     pub strain_j: f64,
     /// What of the strain energy is in the stabilisation [J]; 0 in formulations that need none.
     pub hourglass_j: f64,
-    /// Dissipated by bulk and shear viscosity so far [J].
+    /// What of the strain energy is in the branches of Prony series [J].
+    pub branches_j: f64,
+    /// Dissipated by bulk and shear viscosity and by relaxation so far [J].
     pub viscous_j: f64,
     /// Dissipated by the time integrator so far, below zero where it created energy [J]; 0 in explicit runs.
     pub algorithmic_j: f64,
@@ -188,6 +190,8 @@ pub(super) struct StepWork<'a> {
     pub strain: &'a [f64],
     /// What of it is in the stabilisation [J].
     pub hourglass: &'a [f64],
+    /// What of it is in the branches of Prony series [J]; empty where there are none.
+    pub branches: &'a [f64],
     /// Which nodes move at all, relative to their bodies' flight.
     pub activity: &'a Activity,
     /// The rigid bodies, if there are any.
@@ -195,6 +199,10 @@ pub(super) struct StepWork<'a> {
 }
 
 impl StepWork<'_> {
+    /// Strain energy of a body that is in the branches of Prony series [J].
+    fn branches_of(&self, body: usize) -> f64 {
+        self.branches.get(body).copied().unwrap_or_default()
+    }
     /// As seen before anything has been done: with the velocities at the start on both sides of it.
     pub fn at_the_start(&self) -> Self {
         Self { v_after: &self.state.v, step_change: 0.0, ..*self }
@@ -299,7 +307,7 @@ impl Ledger {
         }
     }
 
-    /// What shear viscosity dissipated in the step to t_n: the mean of its forces [N] at both ends, those at t_n in `now` (nodes × 3, empty
+    /// The work of the forces of viscosity and memory in the step to t_n: the mean of its forces [N] at both ends, those at t_n in `now` (nodes × 3, empty
     /// without viscosity), times the way, shifts included.
     pub(super) fn add_viscous(&mut self, plan: &Plan, state: &State, activity: &Activity, now: &[Vec3]) {
         if now.is_empty() {
@@ -416,7 +424,8 @@ impl Ledger {
                 kinetic_j: 0.5 * kinetic,
                 strain_j: work.strain[b],
                 hourglass_j: work.hourglass[b],
-                viscous_j: self.viscous[b],
+                branches_j: work.branches_of(b),
+                viscous_j: self.viscous[b] - work.branches_of(b),
                 algorithmic_j: self.algorithmic[b],
                 contact_work_j: self.contact_work[b],
                 external_work_j: self.external[b],
@@ -470,7 +479,7 @@ impl Ledger {
         self.peak_strain = self.peak_strain.max(strain);
         self.note_at_hand(kinetic - common_motion(work, energy) + strain, kinetic);
         let initial = *self.initial.get_or_insert(kinetic + strain);
-        let viscous: f64 = self.viscous.iter().sum();
+        let viscous: f64 = self.viscous.iter().sum::<f64>() - work.branches.iter().sum::<f64>();
         let friction: f64 = self.pairs.iter().map(|p| p.friction_j).sum();
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
         let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();

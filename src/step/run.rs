@@ -142,6 +142,9 @@ fn drive(
         let look = (LOOKS * state.time / plan.end_time).floor();
         let is_look_time = is_field_time || look > last_look;
         last_look = last_look.max(look);
+        if is_look_time {
+            stepper.note_history();
+        }
         let (contacts, reactions) = stepper.contacts();
         let frame = Frame {
             plan,
@@ -150,6 +153,7 @@ fn drive(
             u: &state.u,
             v: &state.v,
             v_after: stepper.v_after(state),
+            history: if is_look_time { stepper.history() } else { &[] },
             orientations: &state.orientations,
             contacts,
             reactions,
@@ -189,6 +193,7 @@ fn solve(
 }
 
 /// Gravity, damping and full stick, in the end with the friction of the scene, until the settling time is over; then the clock starts at rest.
+/// A body with a velocity waits where the scene puts it.
 fn settle_down(
     plan: &Plan,
     stepper: &mut dyn Stepper,
@@ -198,6 +203,9 @@ fn settle_down(
 ) -> Result<Option<Interrupt>, Failure> {
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -settle.duration;
+    let flying = plan.bodies.iter().filter(|body| body.flight_velocity != Vec3::zeros());
+    let waiting: Vec<(usize, Vec3)> =
+        flying.flat_map(|body| body.nodes.clone()).map(|n| (n as usize, state.u[n as usize])).collect();
     while state.time < 0.0 {
         if let Some(interrupt) = (options.interrupt)() {
             return Ok(Some(interrupt));
@@ -208,6 +216,9 @@ fn settle_down(
             return Ok(Some(interrupt));
         }
         stepper.advance(state, phase);
+        for &(node, place) in &waiting {
+            (state.u[node], state.v[node]) = (place, Vec3::zeros());
+        }
         snap(state, Some(0.0));
     }
     start_clock(plan, state, released_v);
@@ -252,7 +263,6 @@ fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
         u: std::mem::take(&mut state.u),
         v: released_v,
         orientations: std::mem::take(&mut state.orientations),
-        dilatation: std::mem::take(&mut state.dilatation),
         ..State::new(plan)
     };
 }

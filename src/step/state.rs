@@ -3,6 +3,8 @@
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
+use crate::mechanics::force::ElementForces;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -23,10 +25,8 @@ pub struct State {
     pub orientations: Vec<Rotation>,
     /// Size of the last step [s]; 0 at the start.
     pub last_step: f64,
-    /// Volume ratio J̄ − 1 of each element at t_{n−1} [-], in the order of the slots, for the bulk viscosity.
-    pub dilatation: Vec<f64>,
-    /// Viscous pressure of each element at t_{n−1} [Pa], in the order of the slots.
-    pub viscous_pressure: Vec<f64>,
+    /// History of the elements at t_{n−1}, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
+    pub history: Vec<Vec<Row>>,
     /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty where no part is viscous.
     pub viscous_force: Vec<Vec3>,
     /// Shifts [m] of nodes that were projected out of the other side on arriving at t_n; half of their work is booked, by
@@ -80,7 +80,6 @@ impl State {
     /// The state at the start of a plan (before settling, if it settles).
     pub fn new(plan: &Plan) -> Self {
         let nodes = plan.node_count();
-        let slots = plan.slot_count();
         // x + 0 makes +0 of −0: what is at rest has one bit pattern.
         let or_zero = |values: &[Vec3]| {
             if values.is_empty() {
@@ -96,8 +95,7 @@ impl State {
             v: or_zero(&plan.initial_v),
             orientations: plan.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.orientations.clone()),
             last_step: 0.0,
-            dilatation: vec![0.0; slots],
-            viscous_pressure: vec![0.0; slots],
+            history: ElementForces::no_history(&plan.blocks),
             viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
             ledger: Ledger::new(plan),

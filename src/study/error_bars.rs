@@ -1,13 +1,13 @@
-//! The cheaper runs that a run's error bars come from.
+//! A run with its error bars, and the cheaper runs that they come from.
 
-use super::Setting;
-use super::single::{ending_name, is_stop};
-use super::variant::Variants;
+use super::setting::Setting;
+use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
+use super::variant::{NotRun, Variants};
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
-use crate::step::{Ending, Interrupt, Recorder};
+use crate::step::{Ending, Interrupt};
 
 /// The mesh of the cheaper runs.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
@@ -15,6 +15,14 @@ const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
 const COARSER: Setting = Setting { mesh_level: -2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
+
+/// Runs a scene, with the error bars that it asks for.
+///
+/// # Errors
+/// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
+pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
+    run_with_error_bars(request, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
+}
 
 /// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
 pub(super) fn error_bars(
@@ -35,9 +43,14 @@ pub(super) fn error_bars(
     }
     let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
-    let run = |setting: Setting, longest: Option<f64>| results(&variants, setting, longest, depths);
     let runs = || {
-        let coarse = run(COARSE, None)?;
+        // Three of the runs have the same meshes.
+        let like = scene_of(&variants, COARSE, None, None)?;
+        let run = |setting: Setting, longest: Option<f64>| {
+            let scene = scene_of(&variants, setting, longest, Some(&like))?;
+            results(&variants, setting, &scene, depths)
+        };
+        let coarse = results(&variants, COARSE, &like, depths)?;
         // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
         let longest = document.end_time_s / (REFINEMENT * coarse.steps as f64);
         let three_levels = document.solver.error_bars == ErrorBarsDocument::ThreeLevels;
@@ -67,18 +80,24 @@ fn coarsening(document: &SceneDocument) -> f64 {
     least
 }
 
-/// A run with a setting, and no step beyond `longest` [s]; it must come to its end.
-fn results(
+/// The scene with a setting, and no step beyond `longest` [s].
+fn scene_of(
     variants: &Variants,
     setting: Setting,
     longest: Option<f64>,
-    depths: &[f64],
-) -> Result<Cheaper, String> {
+    like: Option<&Scene>,
+) -> Result<Scene, String> {
+    variants.scene(&setting, longest, like).map_err(|error| no_run(setting, &error))
+}
+
+fn no_run(setting: Setting, error: &NotRun) -> String {
+    format!("no run on the coarser mesh ({}): {error}", setting.name())
+}
+
+/// A run of the scene with a setting; it must come to its end.
+fn results(variants: &Variants, setting: Setting, scene: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
     let mut profile = DepthProfile::new(depths.to_vec());
-    let also: Option<&mut dyn Recorder> = if depths.is_empty() { None } else { Some(&mut profile) };
-    let result = variants
-        .run(&setting, longest, also)
-        .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))?;
+    let result = variants.run_scene(scene, Some(&mut profile)).map_err(|error| no_run(setting, &error))?;
     match &result.outcome.ending {
         Ending::Finished => {
             Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))

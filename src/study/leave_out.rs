@@ -4,7 +4,10 @@
 //! Whatever a plan leaves out adds exact zeros, or is never looked at, so putting it back must leave every bit of the
 //! motion, of the impulses and of the energies ([`Theory::Bitwise`]); a run that does not is a fault of the program.
 
-use super::single::{RunError, RunRequest, RunResult, ending_name, run_scene};
+use super::error_bars::run_scene;
+use super::single::{RunError, RunRequest, RunResult, ending_name};
+use crate::measure::Sink;
+use crate::record::{McapRecorder, RecordingInfo};
 use crate::scene::Scene;
 use crate::scene::document::{ErrorBarsDocument, Keep};
 use crate::step::{Ending, Interrupt};
@@ -150,10 +153,11 @@ impl Kind {
         scene.put_back(&self.put_back);
         // Error bars would be the same, and their time is not what is studied.
         scene.document.solver.error_bars = ErrorBarsDocument::None;
+        let recorder_to = |path| McapRecorder::new(path, RecordingInfo::of(&scene, request.document_json));
+        let mut recorder = request.recording.map(recorder_to);
         let result = run_scene(RunRequest {
             scene: &scene,
-            document_json: request.document_json,
-            recording: request.recording,
+            sinks: recorder.iter_mut().map(|recorder| recorder as &mut dyn Sink).collect(),
             also: None,
             threads: request.threads,
             interrupt: request.interrupt,

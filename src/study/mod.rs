@@ -5,14 +5,19 @@ pub mod error;
 mod error_bars;
 pub mod leave_out;
 pub mod palette;
+#[cfg(feature = "png")]
 mod png;
+pub mod progress;
 pub mod setting;
 pub mod single;
 pub mod stability;
 mod variant;
 pub mod what_if;
 
+pub use error_bars::run_scene;
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
+#[cfg(feature = "png")]
 pub use png::png;
+pub use progress::{Phase, Progress};
 pub use setting::Setting;
-pub use single::{Phase, Progress, RunError, RunRequest, RunResult, process_cpu_s, run_scene};
+pub use single::{RunError, RunRequest, RunResult, process_cpu_s};

@@ -1,67 +1,31 @@
 //! One run of one scene: compile, step, measure, record. The command line and the service both come through here.
 
-use super::error_bars::error_bars;
+use super::progress::{Phase, Progress};
 use crate::measure::artificial_end::ArtificialEnds;
-use crate::measure::{Measures, Summary};
+use crate::measure::{ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, Sink, Summary};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
-use crate::record::{McapRecorder, NullRecorder, RecordingInfo, on_own_thread};
+use crate::record::on_own_thread;
 use crate::scene::Scene;
-use crate::step::{
-    Ending, Energy, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run,
-};
-use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
-use std::path::Path;
+use crate::step::{Ending, Energy, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run};
 use std::time::{Duration, Instant};
 
 /// Progress is told at most this often.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What a run is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Phase {
-    /// Scene → plan.
-    Compiling,
-    /// Cheaper runs for the error bars.
-    EstimatingErrors,
-    /// Settling, or loading quasi-statically, before the clock starts.
-    Settling,
-    /// Stepping.
-    Running,
-    /// Done with stepping; the recording is closed.
-    Finished,
-}
-
-/// How far a run is.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Progress {
-    /// Share of the simulated time, 0 to 1.
-    pub fraction: f64,
-    /// Simulated time [s].
-    pub time_s: f64,
-    /// Steps done.
-    pub step: u64,
-    /// What it is doing.
-    pub phase: Phase,
-}
-
 /// What to run, and how.
 pub struct RunRequest<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its document as it came, for the recording.
-    pub document_json: &'a [u8],
-    /// Where to record, if at all. The file has its name when it is whole, see [`crate::record::partial_path`].
-    pub recording: Option<&'a Path>,
-    /// Another recorder that sees every frame, if any.
+    /// Where its measured frames go, such as recordings. If anywhere, they are measured on a thread of their own.
+    pub sinks: Vec<&'a mut dyn Sink>,
+    /// A recorder beside the steps, if any: it sees every frame whole.
     pub also: Option<&'a mut dyn Recorder>,
     /// Worker threads; the results are the same for any number.
     pub threads: usize,
     /// Asked before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
     /// Told how far it is, every fiftieth of a second at most, and at the end.
-    pub progress: &'a mut dyn FnMut(Progress),
+    pub progress: &'a mut (dyn FnMut(Progress) + Send),
 }
 
 /// What came out. A run that failed with a diagnosis is a result, not an error.
@@ -92,37 +56,41 @@ pub enum RunError {
     Compile(#[from] CompileError),
 }
 
-/// Runs a scene.
+/// Runs a scene, with the error bars that `error_bars` finds once it is known to compile.
 ///
 /// # Errors
 /// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
-pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
+pub(super) fn run_with_error_bars(
+    request: RunRequest,
+    error_bars: impl FnOnce(&RunRequest) -> ErrorBars,
+) -> Result<RunResult, RunError> {
     let (wall, cpu) = (Instant::now(), process_cpu_s());
-    let progress = request.progress;
-    progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::Compiling });
+    (request.progress)(Progress::beginning(Phase::Loading));
     let plan = compile(request.scene)?;
-    progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase: Phase::EstimatingErrors });
-    let error_bars = error_bars(request.scene, &[], request.threads, request.interrupt);
+    (request.progress)(Progress::beginning(Phase::EstimatingErrors));
+    let error_bars = error_bars(&request);
     let phase =
-        if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Running };
-    progress(Progress { fraction: 0.0, time_s: 0.0, step: 0, phase });
+        if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Stepping };
+    (request.progress)(Progress::beginning(phase));
 
     let measures = measures_of(request.scene, &plan).with_error_bars(error_bars);
+    let mut teller = Teller { tell: request.progress, told: None };
+    let is_kept = !request.sinks.is_empty();
+    let mut measuring = MeasuringRecorder::new(measures);
+    for sink in request.sinks {
+        measuring = measuring.with(sink);
+    }
+    // The last of the sinks: when it tells of the end, the recordings are closed.
+    let mut measuring = measuring.with(&mut teller);
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
-    let mut teller = Teller { tell: progress, told: None };
-    let mut nothing = NullRecorder;
-    let also = request.also.unwrap_or(&mut nothing);
-    let (outcome, state, summary, energy) = if let Some(path) = request.recording {
-        let info = recording_info(request.scene, request.document_json);
-        let mut recorder = McapRecorder::new(path, info, measures);
-        let (outcome, state) = on_own_thread(&plan, &mut recorder, |recorder| {
-            run(&plan, &options, &mut [recorder, &mut teller, also])
-        });
-        let summary = final_summary(recorder.measures(), &plan, &outcome);
-        (outcome, state, summary, recorder.measures().energy.clone())
-    } else {
-        run_measured(&plan, measures, &options, &mut [&mut teller, also])
+    let steps = |measuring: &mut dyn Recorder| {
+        let mut recorders: Vec<&mut dyn Recorder> = vec![measuring];
+        recorders.extend(request.also.map(|also| also as &mut dyn Recorder));
+        run(&plan, &options, &mut recorders)
     };
+    let (outcome, state) =
+        if is_kept { on_own_thread(&plan, &mut measuring, steps) } else { steps(&mut measuring) };
+    let (summary, energy) = (measuring.summary(&plan, &outcome), measuring.measures().energy.clone());
     Ok(RunResult {
         outcome,
         summary,
@@ -139,52 +107,6 @@ pub(super) fn measures_of(scene: &Scene, plan: &Plan) -> Measures {
     Measures::new()
         .with_artificial_ends(ArtificialEnds::of(scene, plan))
         .with_scene_warnings(scene.warnings.clone())
-}
-
-/// Runs a plan without recording it.
-pub(super) fn run_measured(
-    plan: &Plan,
-    mut measures: Measures,
-    options: &RunOptions,
-    also: &mut [&mut dyn Recorder],
-) -> (Outcome, State, Summary, Energy) {
-    let mut recorders: Vec<&mut dyn Recorder> = vec![&mut measures];
-    recorders.extend(also.iter_mut().map(|recorder| &mut **recorder as &mut dyn Recorder));
-    let (outcome, state) = run(plan, options, &mut recorders);
-    let summary = final_summary(&measures, plan, &outcome);
-    (outcome, state, summary, measures.energy)
-}
-
-/// The summary of the outcome. It is composed anew when the outcome changed after the measures were finished: when closing
-/// the recording failed.
-fn final_summary(measures: &Measures, plan: &Plan, outcome: &Outcome) -> Summary {
-    match &measures.summary {
-        Some(summary) if summary.is_of(outcome) => summary.clone(),
-        _ => Summary::compose(measures, plan, Some(outcome)),
-    }
-}
-
-/// Where the recording comes from.
-fn recording_info(scene: &Scene, document_json: &[u8]) -> RecordingInfo {
-    let bodies = scene.document.bodies.iter().zip(&scene.bodies).filter(|(_, body)| body.rigid.is_none());
-    RecordingInfo {
-        document_json: document_json.to_vec(),
-        scene_hash: scene.content_hash.clone(),
-        mesh_hashes: bodies.map(|(document, body)| (document.name.clone(), mesh_hash(&body.mesh))).collect(),
-    }
-}
-
-/// SHA-256 of a mesh as it was placed: node positions, elements, parts.
-fn mesh_hash(mesh: &crate::mesh::Mesh) -> String {
-    let mut hash = Sha256::new();
-    mesh.nodes.iter().flat_map(|x| x.iter()).for_each(|x| hash.update(x.to_le_bytes()));
-    mesh.hexes.iter().flatten().for_each(|node| hash.update(node.to_le_bytes()));
-    mesh.part_of.iter().for_each(|part| hash.update(part.to_le_bytes()));
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 /// How a run ended, as it is written in tables and answers.
@@ -218,34 +140,30 @@ pub fn process_cpu_s() -> Option<f64> {
     None
 }
 
-/// A recorder that tells how far the run is.
+/// A sink that tells how far the run is.
 struct Teller<'a> {
-    tell: &'a mut dyn FnMut(Progress),
+    tell: &'a mut (dyn FnMut(Progress) + Send),
     told: Option<Instant>,
 }
 
-impl Recorder for Teller<'_> {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
-
-    fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+impl Sink for Teller<'_> {
+    fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
         if self.told.is_none_or(|told| told.elapsed() >= PROGRESS_INTERVAL) {
             self.told = Some(Instant::now());
-            let fraction = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
-            let phase = if frame.time < 0.0 { Phase::Settling } else { Phase::Running };
-            (self.tell)(Progress { fraction, time_s: frame.time, step: frame.step, phase });
+            let frame = measured.frame;
+            let share = (frame.time / frame.plan.end_time).clamp(0.0, 1.0);
+            (self.tell)(Progress::at(Phase::Stepping, share, frame.step, frame.time));
         }
         Ok(())
     }
 
-    fn finish(&mut self, plan: &Plan, outcome: &Outcome) -> Result<(), RecorderError> {
-        let fraction = match outcome.ending {
+    fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
+        let outcome = end.outcome;
+        let share = match outcome.ending {
             Ending::Finished => 1.0,
-            _ => (outcome.time_s / plan.end_time).clamp(0.0, 1.0),
+            _ => (outcome.time_s / end.plan.end_time).clamp(0.0, 1.0),
         };
-        let phase = Phase::Finished;
-        (self.tell)(Progress { fraction, time_s: outcome.time_s, step: outcome.steps, phase });
+        (self.tell)(Progress::at(Phase::Closing, share, outcome.steps, outcome.time_s));
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
 //! One run of a scene document with another setting of the numerics: what every study is made of.
 
-use super::Setting;
-use super::single::{RunError, RunRequest, RunResult, run_scene};
+use super::setting::Setting;
+use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
+use crate::measure::ErrorBars;
 use crate::scene::document::{Generator, MeshDocument, SceneDocument};
-use crate::scene::{Budget, MeshSource, Problems, Scene, load};
+use crate::scene::{Budget, MeshSource, Problems, Scene, load_document, on_meshes_of};
 use crate::step::{Interrupt, Recorder};
 
 /// The scene, and what each of its runs may have.
@@ -33,54 +34,56 @@ pub(super) enum NotRun {
     /// The scene with the setting is refused.
     #[error("{}", .0.first_error().map_or_else(|| .0.to_string(), ToString::to_string))]
     Refused(Problems),
-    /// The scene with the setting cannot be written.
-    #[error(transparent)]
-    Unwritten(#[from] serde_json::Error),
     /// It cannot be compiled.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
 impl Variants<'_> {
-    /// Runs the scene with a setting, and no step beyond `longest` [s]; `also` sees every frame. A run that failed is a result.
-    pub fn run(
-        &self,
-        setting: &Setting,
-        longest: Option<f64>,
-        also: Option<&mut dyn Recorder>,
-    ) -> Result<RunResult, NotRun> {
+    /// Runs the scene with a setting, and no step beyond `longest` [s]. A run that failed is a result.
+    pub fn run(&self, setting: &Setting, longest: Option<f64>) -> Result<RunResult, NotRun> {
         if setting.on_facets {
             if !self.document.bodies.iter().any(|body| body.mesh.as_ref().is_some_and(is_curved)) {
                 return Err(NotRun::NoCurvedSurface);
             }
             // As many elements are judged by the budget.
-            self.load(&Setting { on_facets: false, ..*setting }, longest)?;
+            self.scene(&Setting { on_facets: false, ..*setting }, longest, None)?;
         }
-        let (document_json, mut scene) = self.load(setting, longest)?;
+        let mut scene = self.scene(setting, longest, None)?;
         if setting.on_facets {
             scene.split_on_facets();
         }
-        let result = run_scene(RunRequest {
-            scene: &scene,
-            document_json: &document_json,
-            recording: None,
-            threads: self.threads,
-            interrupt: self.interrupt,
-            progress: &mut |_| {},
-            also: also.map(|recorder| recorder as &mut dyn Recorder),
-        });
-        Ok(result?)
+        self.run_scene(&scene, None)
     }
 
-    /// The document with a setting, and its scene.
-    fn load(&self, setting: &Setting, longest: Option<f64>) -> Result<(Vec<u8>, Scene), NotRun> {
+    /// The scene with a setting, and no step beyond `longest` [s]; with the meshes of a scene that is `like` it, if it is.
+    pub fn scene(
+        &self,
+        setting: &Setting,
+        longest: Option<f64>,
+        like: Option<&Scene>,
+    ) -> Result<Scene, NotRun> {
         let mut document = setting.apply(self.document).ok_or(NotRun::NoSuchMesh)?;
         if let Some(longest) = longest {
             document.integrator.limit_step(longest);
         }
-        let document_json = serde_json::to_vec(&document)?;
-        let loaded = load(&document_json, self.source, self.budget).map_err(NotRun::Refused)?;
-        Ok((document_json, loaded.scene))
+        like.and_then(|scene| on_meshes_of(scene, &document, self.budget))
+            .unwrap_or_else(|| load_document(document, self.source, self.budget).map(|loaded| loaded.scene))
+            .map_err(NotRun::Refused)
+    }
+
+    /// Runs a scene with a setting; `also` sees every frame.
+    pub fn run_scene(&self, scene: &Scene, also: Option<&mut dyn Recorder>) -> Result<RunResult, NotRun> {
+        let request = RunRequest {
+            scene,
+            sinks: Vec::new(),
+            threads: self.threads,
+            interrupt: self.interrupt,
+            progress: &mut |_| {},
+            also: also.map(|recorder| recorder as &mut dyn Recorder),
+        };
+        // Settings have none of their own: they are what error bars are made of.
+        Ok(run_with_error_bars(request, |_| ErrorBars::NotAsked)?)
     }
 }
 

@@ -299,7 +299,7 @@ UNNAMED = """() => [...document.querySelectorAll("input, select, textarea, butto
       || e.hidden)).map((e) => e.outerHTML.slice(0, 200))"""
 
 
-@pytest.mark.parametrize("path", ["#/", "#/new", "#/job/{fast}", "#/compare/{fast}/{slow}", "#/what-if/{fast}"])
+@pytest.mark.parametrize("path", ["#/", "#/new", "#/job/{fast}", "#/compare/{fast}/{slow}", "#/what-if/{fast}", "docs/#submit_job"])
 def test_everything_has_a_name_and_fits(page, path):
     for width, height in [(820, 1180), (390, 844)]:
         page.set_viewport_size({"width": width, "height": height})

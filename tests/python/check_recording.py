@@ -260,12 +260,15 @@ def check_energies(recording: Recording, given: str | None) -> str:
         origins = [recording.of(t)[0] for kind in ("/reference/", "/pose/") for t in recording.topics(kind)]
         roles = {origin.body: origin.role for origin in origins}
         first = energies[0]
-        lost = sum(a.kinetic_j + a.strain_j - b.kinetic_j - b.strain_j
+        # What loads and projection gave it is none of what it had.
+        lost = sum(a.kinetic_j + a.strain_j - b.kinetic_j - b.strain_j + b.external_work_j + b.projection_j
                    for a, b in zip(first.bodies, last.bodies) if roles[a.body] == "projectile")  # fmt: skip
         if "projectile_loss_j" in tissue:
             pairs.append(("projectile's loss", tissue["projectile_loss_j"]["value"], lost))
-    for impact, e in zip(results["impacts"], last.pairs):
-        pairs.append((f"friction of {e.pair}", impact["friction_dissipation_j"]["value"], e.friction_j))
+    friction = {e.pair: e.friction_j for e in last.pairs}
+    for impact in results["impacts"]:
+        pair = impact["pair"]
+        pairs.append((f"friction of {pair}", impact["friction_dissipation_j"]["value"], friction[pair]))
     for name, said, recorded in pairs:
         need(close(said, recorded, scale), f"{name}: the summary says {said}, the recording {recorded}")
     need(numerics["balance_error"] >= max(e.balance_error for e in energies) * (1 - 1e-12), "the balance error is too small")

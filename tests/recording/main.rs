@@ -5,10 +5,13 @@
 
 mod own_thread;
 mod salvage;
+mod sinks;
 mod whole;
 
+use contuse::plan::{Plan, compile};
+use contuse::record::{McapRecorder, RecordingInfo};
 use contuse::scene::{Budget, FolderSource, Loaded, load};
-use contuse::step::Interrupt;
+use contuse::step::{Interrupt, RunOptions};
 use contuse::study::{Progress, RunRequest, RunResult, run_scene};
 use mcap::records::Metadata;
 use std::collections::BTreeMap;
@@ -29,6 +32,13 @@ fn scene(replacements: &[(&str, &str)]) -> (String, Loaded) {
     (text, loaded)
 }
 
+/// The plan of the small scene.
+fn small_plan() -> Plan {
+    compile(&scene(&[]).1.scene).expect("it compiles")
+}
+
+const NOT_INTERRUPTED: RunOptions = RunOptions { threads: 1, interrupt: &|| None };
+
 /// Runs a scene into a file; `interrupt` is asked with the number of times that it has been asked.
 fn record(
     (document, loaded): &(String, Loaded),
@@ -37,10 +47,11 @@ fn record(
     interrupt: &(dyn Fn(u64) -> Option<Interrupt> + Sync),
 ) -> (RunResult, Vec<Progress>) {
     let (asked, mut told) = (AtomicU64::new(0), Vec::new());
+    let info = RecordingInfo::of(&loaded.scene, document.as_bytes());
+    let mut recorder = McapRecorder::new(path, info);
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
-        document_json: document.as_bytes(),
-        recording: Some(path),
+        sinks: vec![&mut recorder],
         also: None,
         threads,
         interrupt: &|| interrupt(asked.fetch_add(1, Ordering::Relaxed)),

@@ -1,20 +1,12 @@
 //! A recorder on a thread of its own sees what it would see beside the steps, and is heard when it fails.
 
-use super::scene;
-use contuse::measure::Measures;
+use super::{NOT_INTERRUPTED, small_plan};
+use contuse::measure::{Measures, MeasuringRecorder};
 use contuse::mechanics::tensor::Vec3;
-use contuse::plan::{Plan, compile};
+use contuse::plan::Plan;
 use contuse::record::{McapRecorder, MemoryRecorder, RecordingInfo, on_own_thread};
-use contuse::step::{
-    Ending, FailureCause, Frame, Interrupt, Outcome, Recorder, RecorderError, RunOptions, run,
-};
+use contuse::step::{Ending, FailureCause, Frame, Outcome, Recorder, RecorderError, run};
 use std::time::Duration;
-
-fn small_plan() -> Plan {
-    compile(&scene(&[]).1.scene).unwrap()
-}
-
-const NOT_INTERRUPTED: RunOptions = RunOptions { threads: 1, interrupt: &|| None::<Interrupt> };
 
 #[test]
 fn the_file_is_the_same_as_beside_the_steps() {
@@ -22,7 +14,8 @@ fn the_file_is_the_same_as_beside_the_steps() {
     let plan = small_plan();
     let bytes = [false, true].map(|own_thread| {
         let path = folder.path().join(if own_thread { "a" } else { "b" });
-        let mut recorder = McapRecorder::new(&path, RecordingInfo::default(), Measures::new());
+        let mut recorder = McapRecorder::new(&path, RecordingInfo::default());
+        let mut recorder = MeasuringRecorder::new(Measures::new()).with(&mut recorder);
         let (outcome, _) = if own_thread {
             on_own_thread(&plan, &mut recorder, |recorder| run(&plan, &NOT_INTERRUPTED, &mut [recorder]))
         } else {
@@ -45,9 +38,6 @@ struct Slow {
 }
 
 impl Recorder for Slow {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         assert_ne!(self.panics_at, Some(frame.step), "asked for");
         if frame.step.is_multiple_of(7) {
@@ -75,9 +65,10 @@ fn deepest(frame: &Frame) -> f64 {
 fn a_slow_recorder_misses_nothing() {
     let plan = small_plan();
     let (mut slow, mut beside, mut memory) = (Slow::default(), Slow::default(), MemoryRecorder::default());
+    let mut measuring = MeasuringRecorder::new(Measures::new()).with(&mut memory);
     let (outcome, _) = on_own_thread(&plan, &mut slow, |slow| run(&plan, &NOT_INTERRUPTED, &mut [slow]));
     run(&plan, &NOT_INTERRUPTED, &mut [&mut beside]);
-    on_own_thread(&plan, &mut memory, |memory| run(&plan, &NOT_INTERRUPTED, &mut [memory]));
+    on_own_thread(&plan, &mut measuring, |measuring| run(&plan, &NOT_INTERRUPTED, &mut [measuring]));
     assert_eq!(outcome.ending, Ending::Finished);
     assert_eq!(slow.steps, (0..=outcome.steps).collect::<Vec<_>>());
     assert_eq!(slow.deepest, beside.deepest);

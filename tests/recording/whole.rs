@@ -1,11 +1,11 @@
 //! A recording is whole after every ending.
 
 use super::{read, record, scene};
-use contuse::measure::Measures;
+use contuse::measure::Sink;
 use contuse::measure::summary::{RunState, Shown};
 use contuse::plan::compile;
 use contuse::record::{McapRecorder, RecordingInfo, partial_path};
-use contuse::step::{Ending, FailureCause, Interrupt, Recorder};
+use contuse::step::{Ending, FailureCause, Interrupt};
 use contuse::study::Phase;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,8 +25,8 @@ fn finished() {
     assert_eq!(contents.topics["/reference/ball"].len(), 1);
     assert_eq!(contents.topics["/contact/forces"].len(), contents.topics["/energy"].len());
     let last = told.last().unwrap();
-    assert_eq!((last.fraction, last.phase), (1.0, Phase::Finished));
-    assert!(told.windows(2).all(|w| w[1].fraction >= w[0].fraction));
+    assert_eq!((last.progress, last.phase), (1.0, Phase::Closing));
+    assert!(told.windows(2).all(|w| w[1].progress >= w[0].progress));
 
     let Shown::Results(results) = &result.summary.results else { panic!("withheld") };
     let (impact, tissue) = (&results.impacts[0], results.tissue.as_ref().unwrap());
@@ -123,7 +123,7 @@ fn a_dropped_recorder_closes_its_file() {
     let path = folder.path().join("run.mcap");
     let (_, loaded) = scene(&[]);
     let plan = compile(&loaded.scene).unwrap();
-    let mut recorder = McapRecorder::new(&path, RecordingInfo::default(), Measures::new());
+    let mut recorder = McapRecorder::new(&path, RecordingInfo::default());
     recorder.start(&plan).unwrap();
     drop(recorder);
     let contents = read(&path);

@@ -4,7 +4,7 @@ use crate::quantity::Quantity;
 use contuse::mechanics::tensor::Vec3;
 use contuse::plan::Plan;
 use contuse::scene::Scene;
-use contuse::step::{Energy, Frame, Outcome, Recorder, RecorderError};
+use contuse::step::{Energy, Frame, Recorder, RecorderError};
 use std::collections::BTreeMap;
 
 /// One step.
@@ -84,10 +84,6 @@ impl Seen {
 }
 
 impl Recorder for Seen {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
-
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         let plan = frame.plan;
         let mut force = vec![Vec3::zeros(); frame.energy.pairs.len()];
@@ -111,10 +107,6 @@ impl Recorder for Seen {
                 .collect(),
             sets: self.nodes.iter().map(|nodes| nodes.iter().map(|a| frame.position(*a)).collect()).collect(),
         });
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }

@@ -59,6 +59,28 @@ fn cubes_that_meet_corner_to_corner_do_not_overlap() {
     );
 }
 
+#[test]
+fn a_rubber_cube_lands_on_its_edge() {
+    // The gel folds to a valley along the edge: held by one side alone its nodes slid into the other, and were pushed out again with a
+    // quarter of the energy.
+    let mut cube = gel_block("cube", "projectile", [[-0.015; 3], [0.015; 3]], [6; 3]);
+    cube["parts"][0]["material"]["c10_pa"] = json!(5e5);
+    cube["placement"] =
+        json!({"rotation": {"axis": [0, 1, 0], "angle_deg": 45}, "translation_m": [0, 0, 0.0215]});
+    cube["velocity_m_per_s"] = json!([0, 0, -4]);
+    let mut gel = gel_block("gel", "tissue", [[-0.04; 3], [0.04, 0.04, 0.0]], [12, 12, 6]);
+    gel["parts"][0]["material"]["c10_pa"] = json!(1.5e4);
+    gel["fixed"] = json!([{"set": "z_min"}]);
+    for friction in [0.0, 0.5] {
+        let summary = summary(json!({
+            "name": "on edge", "end_time_s": 0.015, "bodies": [cube, gel], "contact": {"friction": friction}
+        }));
+        assert_holds(&summary, 0.02);
+        let projection = summary.gates.iter().find(|gate| gate.name == "projection_within_limit").unwrap();
+        assert!(projection.value < 0.03, "μ = {friction}: {}", projection.value);
+    }
+}
+
 /// A soft bar with a square section that stands on edge, along x or y.
 fn bar_on_edge(name: &str, axis: usize, height: f64) -> Value {
     let (mut low, mut high, mut elements, mut turn) = ([-0.01; 3], [0.01; 3], [4; 3], [0; 3]);

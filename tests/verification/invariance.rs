@@ -4,7 +4,7 @@
 //! Contact makes rounding grow: nodes are caught a little earlier or later. So the scene ends while the growth is far below 10⁻⁶.
 
 use crate::rig::{assert_at_most, plan, small_ball_on_block};
-use contuse::measure::Measures;
+use contuse::measure::{Measures, MeasuringRecorder};
 use contuse::mechanics::tensor::Vec3;
 use contuse::step::{Ending, Interrupt, RunOptions, State, run_from};
 use nalgebra::{Rotation3, Unit};
@@ -32,11 +32,12 @@ fn flying(mut scene: Value, common: [f64; 3]) -> Value {
 /// The absorbed energy, the energy scale, the steps, impulse and friction, and what the summary says of pairs and tissue.
 fn numbers(scene: &Value) -> Vec<(String, f64)> {
     let plan = plan(scene);
-    let mut measures = Measures::new();
+    let mut measuring = MeasuringRecorder::new(Measures::new());
     let options = RunOptions { threads: 1, interrupt: &|| None::<Interrupt> };
-    let (outcome, _) = run_from(&plan, State::new(&plan), &options, &mut [&mut measures]);
+    let (outcome, _) = run_from(&plan, State::new(&plan), &options, &mut [&mut measuring]);
     assert_eq!(outcome.ending, Ending::Finished, "{outcome:#?}");
-    let summary = serde_json::to_value(measures.summary.as_ref().unwrap()).unwrap();
+    let measures = measuring.measures();
+    let summary = serde_json::to_value(measuring.summary(&plan, &outcome)).unwrap();
     let absorbed = summary["results"]["tissue"]["absorbed_energy_j"]["value"].as_f64().unwrap();
     let mut all = vec![("absorbed".to_owned(), absorbed), ("scale".to_owned(), measures.energy.scale_j)];
     all.push(("steps".to_owned(), outcome.steps as f64));

@@ -185,9 +185,6 @@ struct Last {
 }
 
 impl Recorder for Last {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         (self.step, self.is_field_time) = (frame.step, frame.is_field_time);
         if self.fails_at == Some(self.step) { Err(RecorderError("no space left".into())) } else { Ok(()) }

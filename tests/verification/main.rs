@@ -38,6 +38,7 @@ mod plausible;
 mod pressurised_ball;
 mod quasi_static;
 mod record;
+mod relaxation;
 mod rig;
 mod rigid_ball;
 mod rigid_between_nodes;

@@ -52,9 +52,8 @@ fn scene(material: &Value, formulation: &str) -> Value {
 
 /// Internal forces of all nodes [N], strain energy [J].
 fn sweep(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
-    let zero = vec![0.0; plan.slot_count()];
     let mut forces = ElementForces::new(&plan.blocks);
-    let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+    let input = SweepInput { u, inverse_step: 0.0, history: &[] };
     forces.sweep(&Threads::ONE, &plan.blocks, &input);
     let of_nodes = (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect();
     (of_nodes, forces.totals(0).strain)

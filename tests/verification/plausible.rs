@@ -136,6 +136,22 @@ fn what_is_withheld_does_not_depend_on_what_is_recorded() {
 }
 
 #[test]
+fn a_body_with_a_velocity_waits_while_others_settle() {
+    let mut scene = ball_on_gel([0.0, 0.0, -2.0], 4e-3);
+    scene["solver"] = json!({"error_bars": "none"});
+    let touched = |scene: &Value| {
+        let summary = summary(scene, None);
+        let Shown::Results(results) = &summary.results else { panic!("{:?}", summary.plain_words) };
+        results.impacts[results.headline.impact.unwrap()].contact_span_s.unwrap()[0]
+    };
+    let at_once = touched(&scene);
+    scene["gravity_m_per_s2"] = json!([0, 0, -9.81]);
+    scene["settle"] = json!({"duration_s": 0.02, "damping_per_s": 100});
+    // The tissue sinks by some micrometres; the ball would have fallen on it.
+    assert!((touched(&scene) - at_once).abs() < 0.1e-3, "{} for {at_once}", touched(&scene));
+}
+
+#[test]
 fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/flashball_thigh/scene_44mm.json");
     let mut scene: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();

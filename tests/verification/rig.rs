@@ -49,8 +49,7 @@ pub fn loaded(document: &Value, mesh: Option<Mesh>) -> Loaded {
 pub fn summary(loaded: &Loaded) -> Summary {
     let request = RunRequest {
         scene: &loaded.scene,
-        document_json: b"{}",
-        recording: None,
+        sinks: Vec::new(),
         also: None,
         threads: 1,
         interrupt: &|| None,
@@ -103,14 +102,8 @@ pub fn both_integrators(step: f64) -> [Value; 2] {
 struct Watch<W>(W);
 
 impl<W: FnMut(&Frame)> Recorder for Watch<W> {
-    fn start(&mut self, _: &Plan) -> Result<(), RecorderError> {
-        Ok(())
-    }
     fn record(&mut self, frame: &Frame) -> Result<(), RecorderError> {
         (self.0)(frame);
-        Ok(())
-    }
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }
@@ -148,4 +141,27 @@ pub fn mean_velocity(frame: &Frame, body: usize) -> Vec3 {
 /// Observed order of convergence of errors under halving.
 pub fn order(coarse: f64, fine: f64) -> f64 {
     (coarse / fine).log2()
+}
+
+/// A body that starts with the velocity of a mode, `speed · shape(X)` along x: its largest difference from `exact`, the
+/// displacement of the mode over its initial speed [s] at a time [s], times ω, and the largest error of the energy balance.
+pub fn difference_of_a_mode(
+    plan: &Plan,
+    (omega, speed): (f64, f64),
+    shape: impl Fn(&Vec3) -> f64,
+    exact: impl Fn(f64) -> f64,
+) -> (f64, f64) {
+    let mode: Vec<f64> = plan.X.iter().map(shape).collect();
+    let mut state = State::new(plan);
+    state.v.iter_mut().zip(&mode).for_each(|(v, shape)| v.x = speed * shape);
+    let norm: f64 = plan.mass.iter().zip(&mode).map(|(m, shape)| m * shape * shape).sum();
+    let (mut largest, mut balance) = (0.0_f64, 0.0_f64);
+    let (outcome, _) = run_on(plan, state, 1, |frame| {
+        let moved = |a: usize| plan.mass[a] * frame.u[a].x * mode[a];
+        let q = (0..mode.len()).map(moved).sum::<f64>() / norm;
+        largest = largest.max((q / speed - exact(frame.time)).abs() * omega);
+        balance = balance.max(frame.energy.balance_error);
+    });
+    assert_eq!(outcome.ending, Ending::Finished);
+    (largest, balance)
 }

@@ -1,7 +1,7 @@
 //! Shear viscosity (Kelvin–Voigt) against closed forms.
 
-use crate::rig::{assert_at_most, assert_close, assert_order, plan, run_on};
-use contuse::step::{Ending, State};
+use crate::rig::{assert_at_most, assert_close, assert_order, difference_of_a_mode, plan, run_on};
+use contuse::step::State;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 
@@ -39,22 +39,9 @@ fn difference(elements: u32) -> (f64, f64) {
     let viscosity = 2.0 * ZETA * omega * DENSITY / (k * k);
     let (delta, damped) = (ZETA * omega, omega * (1.0 - ZETA * ZETA).sqrt());
     let plan = plan(&column(elements, viscosity, 3.0 * PI / damped));
-    let mode: Vec<f64> = plan.X.iter().map(|X| (k * X.z).sin()).collect();
-    let mut state = State::new(&plan);
+    let exact = |t: f64| (-delta * t).exp() * (damped * t).sin() / damped;
     // Strains of 10⁻⁶: what is not linear is of that size.
-    let speed = 1e-7 * omega;
-    state.v.iter_mut().zip(&mode).for_each(|(v, shape)| v.x = speed * shape);
-    let norm: f64 = plan.mass.iter().zip(&mode).map(|(m, shape)| m * shape * shape).sum();
-    let (mut largest, mut balance) = (0.0_f64, 0.0_f64);
-    let (outcome, _) = run_on(&plan, state, 1, |frame| {
-        let moved = |a: usize| plan.mass[a] * frame.u[a].x * mode[a];
-        let q = (0..mode.len()).map(moved).sum::<f64>() / norm;
-        let exact = speed / damped * (-delta * frame.time).exp() * (damped * frame.time).sin();
-        largest = largest.max((q - exact).abs() * omega / speed);
-        balance = balance.max(frame.energy.balance_error);
-    });
-    assert_eq!(outcome.ending, Ending::Finished);
-    (largest, balance)
+    difference_of_a_mode(&plan, (omega, 1e-7 * omega), |X| (k * X.z).sin(), exact)
 }
 
 #[test]

@@ -7,76 +7,40 @@
 
 use super::super::convergence::{Reference, are_equal, assumed_error, assumed_step_error, extrapolate};
 use super::listed::Listed;
-use super::{Impact, Results};
-use serde::Serialize;
+use super::quantity::{ErrorEstimate, Estimate};
+use super::results::{Impact, Results};
 
 /// What sums of many numbers are known to, as a share of them [-].
 const ROUNDING: f64 = 1e-12;
 
-/// What is known of a number's numerical error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub enum ErrorEstimate {
-    /// Nobody looked.
-    #[serde(rename = "not estimated")]
-    NotEstimated,
-    /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
-    #[serde(rename = "not estimated: the three meshes show no order of convergence")]
-    NoOrder,
-    /// Nothing touched: there is no impact that the number could be of.
-    #[serde(rename = "nothing touched")]
-    NothingTouched,
-    /// So much.
-    #[serde(untagged)]
-    Estimated(Estimate),
+/// Where error bars come from.
+#[derive(Clone, Debug, Default)]
+pub enum ErrorBars {
+    /// Nobody asked for any.
+    #[default]
+    NotAsked,
+    /// There are none, and why.
+    Unknown(String),
+    /// Cheaper runs of the same scene.
+    From(Box<CheaperRuns>),
 }
 
-impl ErrorEstimate {
-    /// Of the number times a factor that is exact.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
+impl std::fmt::Display for ErrorBars {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Estimated(estimate) => Self::Estimated(estimate.scaled(factor)),
-            other => other.clone(),
+            Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
+            Self::Unknown(why) => write!(f, "not estimated: {why}"),
+            Self::From(runs) if runs.coarser.is_some() => f.write_str(
+                "estimated from runs on two coarser meshes (numbers of elements divided by 2 and 4): three levels, order observed, \
+                 factor of safety 1.25; of the steps first order assumed, factor of safety 3",
+            ),
+            Self::From(runs) => write!(
+                f,
+                "estimated from runs on a coarser mesh (numbers of elements divided by {:.2} to 2, layers of one element kept): \
+                 two levels, first order assumed, factor of safety 3",
+                runs.refinement
+            ),
         }
-    }
-    /// Whether the error was estimated, and the number is larger than it: only then it is shown as a plain number.
-    pub fn is_resolved(&self) -> bool {
-        matches!(self, Self::Estimated(estimate) if estimate.resolved)
-    }
-    /// Whether the number was estimated to be off by as much as itself.
-    pub fn is_unresolved(&self) -> bool {
-        matches!(self, Self::Estimated(estimate) if !estimate.resolved)
-    }
-}
-
-/// A number's numerical error, in the number's own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Estimate {
-    /// The sum of all.
-    pub total: f64,
-    /// Of the mesh.
-    pub mesh: f64,
-    /// Of the time step.
-    pub step: f64,
-    /// Of the contact solver's tolerance.
-    pub contact: f64,
-    /// What cannot be told apart: a time within its steps, a depth within two quadrature points, a sum within its rounding.
-    pub resolution: f64,
-    /// Observed order of convergence of the mesh; absent where the first is assumed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub order: Option<f64>,
-    /// Whether the number is larger than its error, or both are zero. A peak at a point never is on two meshes, which cannot tell
-    /// whether it converges.
-    pub resolved: bool,
-}
-
-impl Estimate {
-    /// Of the number times a factor that is exact.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        let [total, mesh, step, contact, resolution] =
-            [self.total, self.mesh, self.step, self.contact, self.resolution].map(|e| factor * e);
-        Self { total, mesh, step, contact, resolution, ..*self }
     }
 }
 
@@ -247,7 +211,7 @@ impl Results {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::summary::{GateResult, Headline, Impact, Quantity};
+    use crate::measure::summary::{GateResult, Headline, Quantity};
 
     fn results(value: f64) -> Results {
         let quantity = || Quantity { value, error: ErrorEstimate::NotEstimated, gate: GateResult::Passed };
@@ -269,6 +233,7 @@ mod tests {
             contact_duration_s: quantity(),
             contact_span_s: Some([0.0, 1.0]),
             contact_ended: true,
+            touches_in_points: false,
             patch_area_mm2: quantity(),
             patch_long_axis_mm: quantity(),
             patch_short_axis_mm: quantity(),

@@ -1,13 +1,15 @@
 //! The numbers of the summary, made from the measures.
 
 use super::super::absorbed_energy::Absorbed;
-use super::super::measures::{Measures, PairMeasures};
+use super::super::measures::Measures;
+use super::super::pair::PairMeasures;
 use super::super::stress_depth::{Dose, Exceedance, Layer, Peak, StressDepth};
+use super::quantity::{ErrorEstimate, GateResult, Quantity};
 use super::results::{
     DoseVolume, Headline, Impact, Located, Peaks, Results, SignificantStress, Split, StressedLayer, Tissue,
 };
-use super::table::seconds;
-use super::{ErrorEstimate, GateResult, Quantity, RunState};
+use super::run_state::RunState;
+use super::written::seconds;
 use crate::plan::{ForceAverage, Plan};
 use std::sync::Arc;
 
@@ -28,6 +30,7 @@ impl Mint {
 
 /// The numbers.
 pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
+    let strikes: Vec<&str> = measures.strikes().map(|pair| pair.name.as_str()).collect();
     let mut impacts: Vec<Impact> = measures
         .pairs
         .iter()
@@ -38,7 +41,7 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
     impacts.sort_by_key(Impact::is_of_itself);
     let tissue = tissue(measures, state, mint);
     let headline = Headline {
-        impact: headline_impact(&impacts),
+        impact: headline_impact(&impacts, &strikes),
         significant_stress: tissue.as_ref().and_then(|t| (!t.significant_stress.is_empty()).then_some(0)),
     };
     let nothing_touched = *state != RunState::Running && has_missed(measures, plan);
@@ -48,7 +51,7 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
 /// Whether nothing touched the tissue, or, in a scene without any, nothing touched at all; not where loads move the tissue, too.
 fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     let has_tissue = measures.stress.is_some();
-    let of_two = || measures.pairs.iter().filter(|pair| !pair.of_itself);
+    let of_two = || measures.pairs.iter().filter(|pair| !pair.is_of_itself());
     let mut counted = of_two().filter(|pair| pair.on_tissue || !has_tissue);
     let any = if has_tissue {
         plan.measures.moved_by_contact_alone
@@ -58,10 +61,11 @@ fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     any && counted.all(|pair| pair.force.contact_span.is_none())
 }
 
-fn headline_impact(impacts: &[Impact]) -> Option<usize> {
-    let any_on_tissue = impacts.iter().any(|impact| impact.on_tissue);
-    let is_candidate =
-        |(_, impact): &(usize, &Impact)| impact.on_tissue == any_on_tissue && !impact.is_of_itself();
+/// The hardest impact: of the pairs in which the tissue is struck, if any.
+fn headline_impact(impacts: &[Impact], strikes: &[&str]) -> Option<usize> {
+    let is_candidate = |(_, impact): &(usize, &Impact)| {
+        if strikes.is_empty() { !impact.is_of_itself() } else { strikes.contains(&impact.pair.as_str()) }
+    };
     let candidates = impacts.iter().enumerate().filter(is_candidate);
     let force = |impact: &Impact| impact.peak_force_n.value;
     candidates.max_by(|(_, a), (_, b)| force(a).total_cmp(&force(b))).map(|(index, _)| index)
@@ -93,6 +97,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
         contact_duration_s: mint.quantity(force.contact_time),
         contact_span_s: force.contact_span,
         contact_ended: !force.is_touching(),
+        touches_in_points: pair.is_of_points,
         patch_area_mm2: mint.quantity(1e6 * patch.area),
         patch_long_axis_mm: mint.quantity(1e3 * patch.axes[0]),
         patch_short_axis_mm: mint.quantity(1e3 * patch.axes[1]),
@@ -131,13 +136,14 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
     let d = &measures.deflection;
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };
     Some(Tissue {
+        frame_velocity_m_per_s: absorbed.velocity().into(),
         absorbed_energy_j: mint.quantity(absorbed.now.by_state()),
         absorbed_energy_by_work_j: mint.quantity(absorbed.now.work),
         absorbed_split: split(&absorbed.now),
         peak_absorbed_energy_j: mint.quantity(absorbed.peak.by_state()),
         peak_absorbed_energy_time_s: mint.quantity(absorbed.peak.time),
         peak_absorbed_split: split(&absorbed.peak),
-        contact_ended: !measures.pairs.iter().any(|p| p.on_tissue && p.force.is_touching()),
+        contact_ended: !measures.strikes().any(|pair| pair.force.is_touching()),
         projectile_loss_j: absorbed.has_projectile().then(|| mint.quantity(absorbed.projectile_loss)),
         looked_at_until_s: stress.time,
         significant_stress: if is_looked_at { significant_stress(stress, mint) } else { Vec::new() },

@@ -1,13 +1,17 @@
 //! Gates and warnings: whether the numbers may be shown, and what must be said with them.
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
-use super::super::measures::{Measures, PairMeasures};
+use super::super::measures::Measures;
+use super::super::pair::PairMeasures;
 use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT, TOO_DEEP};
 use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
-use super::table::{number, seconds};
-use super::{Gate, GateResult, Numerics, RunState};
+use super::numerics::Numerics;
+use super::quantity::GateResult;
+use super::run_state::RunState;
+use super::written::{number, seconds};
 use crate::plan::Plan;
-use crate::step::{Energy, FailureCause, Outcome};
+use crate::step::{Energy, FailureCause};
+use serde::Serialize;
 
 /// Share of the energy scale above which numerical contact dissipation is warned about.
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
@@ -43,32 +47,19 @@ const FEWEST_STEPS_OF_WINDOW: f64 = 2.0;
 /// Nodes across a contact patch that are the least for a resolved patch.
 const NODES_ACROSS: u32 = 5;
 
-/// How good the computation was.
-pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numerics {
-    let energy = &measures.energy;
-    let scale = energy.scale_j;
-    let over = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { 0.0 };
-    // An empty sum is −0, and would be printed as such.
-    let numerical: f64 = energy.numerical_contact_j() + 0.0;
-    let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
-    Numerics {
-        smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
-        swept_element_share: outcome.map(|o| over(o.swept_element_steps as f64, o.element_steps as f64)),
-        smallest_step_s: outcome.map(|o| o.smallest_step_s),
-        initial_energy_j: energy.initial_total_j,
-        energy_scale_j: scale,
-        balance_error: balance,
-        numerical_contact_dissipation_j: numerical,
-        numerical_contact_dissipation_share: over(numerical, energy.turnover_j),
-        friction_dissipation_j: energy.pairs.iter().map(|p| p.friction_j).sum::<f64>() + 0.0,
-        hourglass_energy_share: measures.hourglass.largest_share(),
-        energy_share_beyond_law: measures.laws.share_beyond(),
-        deepest_penetration_m: measures.penetration.deepest.depth,
-        deepest_penetration_share: measures.penetration.deepest.share,
-        overlapped_volume_m3: measures.penetration.largest.volume,
-        overlapped_volume_share: measures.penetration.largest.share,
-        absorbed_energy_disagreement: measures.absorbed.as_ref().map_or(0.0, |a| over(a.disagreement, scale)),
-    }
+/// A check that decides whether numbers may be shown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gate {
+    /// Name.
+    pub name: &'static str,
+    /// What it means.
+    pub meaning: &'static str,
+    /// Measured value [-].
+    pub value: f64,
+    /// Limit of the value [-].
+    pub limit: f64,
+    /// The verdict.
+    pub result: GateResult,
 }
 
 /// The gates of a run, by its ledger; those of energy have the limit of the scene. They are those that end a run, so that none
@@ -252,13 +243,19 @@ pub(super) fn own_warnings(
             )
         }));
     }
-    for pair in &measures.pairs {
-        if has_ended && pair.on_tissue && pair.force.contact_span.is_none() {
+    for pair in measures.strikes().filter(|_| has_ended) {
+        if pair.force.contact_span.is_none() {
             warnings.push(format!(
                 "Nothing touched in {}: look at the direction of the velocity, the gap and the end time.",
                 pair.name
             ));
         }
+        if pair.force.is_touching() {
+            warnings
+                .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
+        }
+    }
+    for pair in &measures.pairs {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
             warnings.push(format!(
@@ -276,10 +273,6 @@ pub(super) fn own_warnings(
                 pair.name,
                 1e6 * time
             ));
-        }
-        if has_ended && pair.on_tissue && pair.force.is_touching() {
-            warnings
-                .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }
     }
     warnings

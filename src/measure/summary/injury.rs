@@ -3,7 +3,10 @@
 //! A criterion is a fit to some experiments. Outside of what they covered it is told to be not applicable, with the reason.
 
 use super::super::measures::Measures;
-use super::{ErrorEstimate, Quantity, Results, RunState, Shown, rounded};
+use super::quantity::{ErrorEstimate, Quantity};
+use super::results::{Results, Shown};
+use super::run_state::RunState;
+use super::written::rounded;
 use crate::measure::presented_area::Onslaught;
 use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
@@ -142,12 +145,13 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
 
 /// What a run lacks for its largest response to be that of the impact; `None` when the impact is over.
 fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
-    let mut on_tissue = measures.pairs.iter().filter(|pair| pair.on_tissue);
     match state {
         RunState::Running => Some("the run goes on"),
         RunState::Failed { .. } => Some("the run failed before its end"),
         RunState::Cancelled => Some("the run was stopped before its end"),
-        RunState::Finished if on_tissue.any(|pair| pair.force.is_touching()) => Some("contact has not ended"),
+        RunState::Finished if measures.strikes().any(|pair| pair.force.is_touching()) => {
+            Some("contact has not ended")
+        }
         RunState::Finished if measures.deflection.largest_rate_time >= measures.time => {
             Some("it is largest at the end of the run")
         }

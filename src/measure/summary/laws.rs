@@ -2,7 +2,7 @@
 
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
-use super::table::{number, seconds};
+use super::written::{number, seconds};
 use serde::Serialize;
 
 /// What is told of a part whose law was left: share of its volume [-].

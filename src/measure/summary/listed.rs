@@ -1,6 +1,7 @@
 //! All numbers of a summary that can have an error bar, and what is known of each besides its value.
 
-use super::{Impact, Quantity, Results};
+use super::quantity::Quantity;
+use super::results::{Impact, Results};
 use std::f64::consts::PI;
 
 /// A number.

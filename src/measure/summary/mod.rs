@@ -8,114 +8,41 @@ mod gates;
 mod injury;
 mod laws;
 mod listed;
+mod numerics;
+mod quantity;
 mod results;
+mod run_state;
 mod table;
 mod words;
+mod written;
 
-pub use error_bars::{Cheaper, CheaperRuns, ErrorEstimate, Estimate};
+pub use error_bars::{Cheaper, CheaperRuns, ErrorBars};
+pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
+pub use numerics::Numerics;
+pub use quantity::{ErrorEstimate, Estimate, GateResult, Quantity};
 pub use results::{
-    DoseVolume, Headline, Impact, Located, Peaks, Results, SignificantStress, Split, StressedLayer, Tissue,
+    DoseVolume, Headline, Impact, Located, Peaks, Results, Shown, SignificantStress, Split, StressedLayer,
+    Tissue,
 };
-pub use table::{number, render_table, rounded};
+pub use run_state::RunState;
+pub use table::render_table;
+pub use written::{number, rounded};
 
 use super::measures::Measures;
 use crate::plan::Plan;
-use crate::step::{Ending, Failure, FailureCause, Outcome};
+use crate::step::{Ending, FailureCause, Outcome};
 use from_measures::{Mint, results};
-use gates::{Withholding, gates, numerics, own_warnings, withholding};
+use gates::{Withholding, gates, own_warnings, withholding};
 use injury::injury_measures;
 use laws::left_laws;
+use numerics::numerics;
 use serde::Serialize;
 use words::plain_words;
 
 /// Said with every answer.
 pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
-
-/// Whether the run passed its gates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GateResult {
-    /// It did.
-    Passed,
-    /// It did not.
-    Failed,
-}
-
-/// A number of the summary; its unit is the end of its name.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Quantity {
-    /// The number.
-    pub value: f64,
-    /// Its numerical error.
-    pub error: ErrorEstimate,
-    /// Whether the run that it comes from passed its gates.
-    pub gate: GateResult,
-}
-
-/// Where error bars come from.
-#[derive(Clone, Debug, Default)]
-pub enum ErrorBars {
-    /// Nobody asked for any.
-    #[default]
-    NotAsked,
-    /// There are none, and why.
-    Unknown(String),
-    /// Cheaper runs of the same scene.
-    From(Box<CheaperRuns>),
-}
-
-impl std::fmt::Display for ErrorBars {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
-            Self::Unknown(why) => write!(f, "not estimated: {why}"),
-            Self::From(runs) if runs.coarser.is_some() => f.write_str(
-                "estimated from runs on two coarser meshes (numbers of elements divided by 2 and 4): three levels, order observed, \
-                 factor of safety 1.25; of the steps first order assumed, factor of safety 3",
-            ),
-            Self::From(runs) => write!(
-                f,
-                "estimated from runs on a coarser mesh (numbers of elements divided by {:.2} to 2, layers of one element kept): \
-                 two levels, first order assumed, factor of safety 3",
-                runs.refinement
-            ),
-        }
-    }
-}
-
-/// A check that decides whether numbers may be shown.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Gate {
-    /// Name.
-    pub name: &'static str,
-    /// What it means.
-    pub meaning: &'static str,
-    /// Measured value [-].
-    pub value: f64,
-    /// Limit of the value [-].
-    pub limit: f64,
-    /// The verdict.
-    pub result: GateResult,
-}
-
-/// State of the run that is summed up.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "ending", rename_all = "snake_case")]
-pub enum RunState {
-    /// It still runs.
-    Running,
-    /// It reached the end time.
-    Finished,
-    /// Somebody stopped it.
-    Cancelled,
-    /// It went wrong, and this is why.
-    Failed {
-        /// The diagnosis.
-        failure: Failure,
-    },
-}
 
 /// The summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -153,77 +80,6 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// Where the error bars come from, or why there are none.
     pub error_bars: String,
-}
-
-/// Numbers, plain or withheld.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Shown {
-    /// The gates were passed.
-    Results(Results),
-    /// A gate was failed.
-    Withheld {
-        /// Which, and by how much.
-        reason: String,
-        /// What to do about it.
-        remedy: &'static str,
-        /// What was computed; not to be used as results.
-        values: Results,
-    },
-}
-
-/// How good the computation was.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Numerics {
-    /// Smallest Jacobian J at any time [-]; absent while running.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub smallest_jacobian: Option<f64>,
-    /// Smallest step [s]; absent while running.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub smallest_step_s: Option<f64>,
-    /// Elements that were swept over all elements, summed over the steps [-]: the rest were quiet, nothing had reached them
-    /// yet; absent while running.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub swept_element_share: Option<f64>,
-    /// Energy at the start [J].
-    pub initial_energy_j: f64,
-    /// Energy that errors are compared with [J].
-    pub energy_scale_j: f64,
-    /// Largest error of the energy balance [-].
-    pub balance_error: f64,
-    /// What lumped contact nodes lost when they were caught, all pairs [J]: a discretisation error.
-    pub numerical_contact_dissipation_j: f64,
-    /// The same over the energy scale, or over all that was dissipated where that is more [-].
-    pub numerical_contact_dissipation_share: f64,
-    /// Dissipated by friction, all pairs [J].
-    pub friction_dissipation_j: f64,
-    /// Peak energy of the stabilisation of one-point elements over peak strain energy, of the body where it is largest [-]:
-    /// what the mesh does not resolve.
-    pub hourglass_energy_share: f64,
-    /// The deepest point of one side of a pair inside the other at a field time [m].
-    pub deepest_penetration_m: f64,
-    /// The same over the size of the nearest face [-].
-    pub deepest_penetration_share: f64,
-    /// The largest volume that both sides of a pair share at a field time [m³].
-    pub overlapped_volume_m3: f64,
-    /// The same over the volume of the smaller body [-].
-    pub overlapped_volume_share: f64,
-    /// Largest difference of the absorbed energy's two computations over the energy scale [-].
-    pub absorbed_energy_disagreement: f64,
-    /// Largest share of a body's strain energy that was beyond the limits of its laws [-]; 1 where elements have turned over.
-    pub energy_share_beyond_law: f64,
-}
-
-impl RunState {
-    /// Of a run that has ended, or goes on (`None`).
-    pub fn of(outcome: Option<&Outcome>) -> Self {
-        match outcome.map(|o| &o.ending) {
-            None => Self::Running,
-            Some(Ending::Finished) => Self::Finished,
-            Some(Ending::Cancelled) => Self::Cancelled,
-            Some(Ending::Failed { failure }) => Self::Failed { failure: failure.clone() },
-        }
-    }
 }
 
 impl Summary {
@@ -288,11 +144,6 @@ impl Summary {
             warnings,
             error_bars,
         }
-    }
-
-    /// Whether it sums up a run with this ending.
-    pub fn is_of(&self, outcome: &Outcome) -> bool {
-        self.state == RunState::of(Some(outcome))
     }
 
     /// The numbers, whether withheld or not.

@@ -1,6 +1,6 @@
 //! The numbers of the summary.
 
-use super::Quantity;
+use super::quantity::Quantity;
 use crate::measure::impulse_history::{ImpulseHistory, PeakForce};
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
@@ -34,6 +34,23 @@ pub struct Headline {
     /// Index in the tissue's `significant_stress`: the first threshold of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub significant_stress: Option<usize>,
+}
+
+/// Numbers, plain or withheld.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shown {
+    /// The gates were passed.
+    Results(Results),
+    /// A gate was failed.
+    Withheld {
+        /// Which, and by how much.
+        reason: String,
+        /// What to do about it.
+        remedy: &'static str,
+        /// What was computed; not to be used as results.
+        values: Results,
+    },
 }
 
 /// What one contact pair did.
@@ -77,6 +94,8 @@ pub struct Impact {
     pub contact_span_s: Option<[f64; 2]>,
     /// Whether contact has ended.
     pub contact_ended: bool,
+    /// Whether the sides are rigid and touch in points: then there is no patch.
+    pub touches_in_points: bool,
     /// Area of the patch, its mean over the window of the peak force [mm²].
     pub patch_area_mm2: Quantity,
     /// Its long axis, the mean as well [mm].
@@ -126,6 +145,8 @@ impl Impact {
 /// What happened to the tissue.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tissue {
+    /// Velocity of the frame that energies are told in: of whoever holds the tissue, or of the tissue when it was first touched.
+    pub frame_velocity_m_per_s: [f64; 3],
     /// Energy absorbed at the end: strain + kinetic + dissipated − what did not come through contact [J].
     pub absorbed_energy_j: Quantity,
     /// The same from the work of the contact reactions [J].
@@ -159,6 +180,13 @@ pub struct Tissue {
     /// Largest product of the skin's largest deflection and its rate, of all steps [m²/s]: over the depth of the chest it is the
     /// viscous criterion.
     pub viscous_response_m2_per_s: Quantity,
+}
+
+impl Tissue {
+    /// Whether energies are told in a frame that moves.
+    pub fn has_moving_frame(&self) -> bool {
+        self.frame_velocity_m_per_s.iter().any(|v| *v != 0.0)
+    }
 }
 
 /// Parts of the absorbed energy.

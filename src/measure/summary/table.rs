@@ -1,8 +1,11 @@
 //! The summary as a table for people.
 
-use super::{
-    ErrorEstimate, Impact, InjuryMeasure, Located, Quantity, RunState, Shown, Split, Summary, Tissue,
-};
+use super::Summary;
+use super::injury::InjuryMeasure;
+use super::quantity::{ErrorEstimate, Quantity};
+use super::results::{Impact, Located, Shown, Split, Tissue};
+use super::run_state::RunState;
+use super::written::{number, rounded, seconds};
 use std::fmt::Write as _;
 
 /// Share of the absorbed energy above which work that did not come through contact has a row of its own [-].
@@ -128,6 +131,9 @@ impl Table {
         self.quantity("impulse", &impact.impulse_n_s, "N s");
         let going_on = if impact.contact_ended { "" } else { "contact has not ended" };
         self.row("duration of contact", &time(&impact.contact_duration_s), going_on);
+        if impact.touches_in_points {
+            return;
+        }
         self.quantity("patch at the peak force, mean area", &impact.patch_area_mm2, "mm²");
         let axes = [&impact.patch_long_axis_mm, &impact.patch_short_axis_mm]
             .map(|q| in_brackets(q, number(q.value)))
@@ -138,6 +144,10 @@ impl Table {
 
     fn tissue(&mut self, tissue: &Tissue) {
         self.heading("Tissue");
+        if tissue.has_moving_frame() {
+            let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
+            self.row("energies in its own frame, which moves at", &format!("({x}, {y}, {z}) m/s"), "");
+        }
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
         self.row("  from the work of the reactions", &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"), "");
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
@@ -235,48 +245,12 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}{points}){verdict}")
 }
 
-/// Two significant digits: an error is not known better.
-pub fn rounded(error: f64) -> String {
-    if error == 0.0 {
-        return "0".into();
-    }
-    if !(1e-4..1e7).contains(&error) {
-        return format!("{error:.1e}");
-    }
-    let decimals = 1 - error.log10().floor() as i32;
-    if decimals >= 0 {
-        format!("{error:.*}", decimals.unsigned_abs() as usize)
-    } else {
-        let unit = 10_f64.powi(-decimals);
-        format!("{}", (error / unit).round() * unit)
-    }
-}
-
 fn ending(state: &RunState) -> &'static str {
     match state {
         RunState::Running => "running",
         RunState::Finished => "finished",
         RunState::Cancelled => "cancelled",
         RunState::Failed { .. } => "FAILED",
-    }
-}
-
-/// Four significant digits.
-pub fn number(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
-        return format!("{value:.3e}");
-    }
-    let digits = if magnitude == 0.0 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) };
-    format!("{value:.*}", digits.unsigned_abs() as usize)
-}
-
-/// A time in the unit that fits.
-pub(super) fn seconds(time: f64) -> String {
-    match time.abs() {
-        t if t >= 1.0 || t == 0.0 => format!("{} s", number(time)),
-        t if t >= 1e-3 => format!("{} ms", number(1e3 * time)),
-        _ => format!("{} µs", number(1e6 * time)),
     }
 }
 
@@ -324,14 +298,5 @@ mod tests {
             last.contains("- work of loads and position projection") && last.contains("0.3000 J"),
             "{last}"
         );
-    }
-
-    #[test]
-    fn numbers_have_four_digits() {
-        assert_eq!(
-            [1234.5678, 0.012_345, 0.0, 3.0e-9, 12.0].map(number),
-            ["1235", "0.01235", "0", "3.000e-9", "12.00"]
-        );
-        assert_eq!([1e-4, 0.0021, 2.5].map(seconds), ["100.0 µs", "2.100 ms", "2.500 s"]);
     }
 }

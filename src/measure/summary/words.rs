@@ -1,9 +1,10 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::table::{number, rounded, seconds};
-use super::{
-    ErrorEstimate, LawRange, Quantity, Results, RunState, Shown, SignificantStress, StressedLayer, Tissue,
-};
+use super::laws::LawRange;
+use super::quantity::{ErrorEstimate, Quantity};
+use super::results::{Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
+use super::run_state::RunState;
+use super::written::{number, rounded, seconds};
 
 /// What the numbers of a run that is at a time [s] say, for people who read no tables.
 pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
@@ -70,17 +71,24 @@ fn value(quantity: &Quantity, unit: &str) -> String {
 }
 
 fn contact(results: &Results, words: &mut Vec<String>) {
-    for impact in results.impacts.iter().filter(|impact| impact.on_tissue) {
+    let is_counted = |impact: &&Impact| {
+        if results.tissue.is_some() { impact.on_tissue } else { !impact.is_of_itself() }
+    };
+    for impact in results.impacts.iter().filter(is_counted) {
         let [a, b] = &impact.between;
         if impact.contact_span_s.is_none() {
             words.push(format!("Nothing touched between {a} and {b}."));
             continue;
         }
+        let area = if impact.touches_in_points {
+            String::new()
+        } else {
+            format!(", on an area of {}", value(&impact.patch_area_mm2, "mm²"))
+        };
         words.push(format!(
-            "{a} and {b} pressed against each other with up to {}, {} after the start, on an area of {}.",
+            "{a} and {b} pressed against each other with up to {}, {} after the start{area}.",
             value(&impact.peak_force_n, "N"),
             seconds(impact.peak_force_time_s.value),
-            value(&impact.patch_area_mm2, "mm²")
         ));
     }
 }
@@ -153,7 +161,8 @@ fn energy(tissue: &Tissue, words: &mut Vec<String>) {
         .map_or_else(String::new, |loss| format!(", of {} that the projectile lost", value(loss, "J")));
     let end =
         if tissue.contact_ended { "" } else { " Contact had not ended: these are not the final numbers." };
-    words.push(format!("When the run ended the tissue had taken up {absorbed}{of_loss}.{end}"));
+    let frame = if tissue.has_moving_frame() { ", as seen from the tissue at first touch" } else { "" };
+    words.push(format!("When the run ended the tissue had taken up {absorbed}{of_loss}{frame}.{end}"));
 }
 
 #[cfg(test)]
@@ -177,6 +186,7 @@ mod tests {
             peak_absorbed_energy_j: zero(),
             peak_absorbed_energy_time_s: zero(),
             peak_absorbed_split: split(),
+            frame_velocity_m_per_s: [0.0; 3],
             contact_ended: true,
             projectile_loss_j: None,
             looked_at_until_s,

@@ -1,8 +1,9 @@
 //! Which nodes may touch what within a step: the list of [`Contact`]s, from positions at both of its ends.
 //!
 //! The rules, for each slave node and each master:
-//! - *One face per node and master surface.* In a concave corner of one surface a node is held by its closest face; it
-//!   may enter the other one by less than it moves in a step, and is held by that one in the next.
+//! - *One face per node and master surface*, but in a valley of another surface, all of whose sides hold it ([`Kind::Side`]): held by the
+//!   closest alone a node slides into the other, and to push it out again each step does work. Not where contacts are averaged, nor at
+//!   the first time of impact.
 //! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
 //!   faces the slave, as the geometry is at the start of the step. A node deeper inside a closed surface is held by the
 //!   closest face of all, which tells its side; in self-contact, and behind an open surface, it is no contact.
@@ -87,8 +88,8 @@ pub(super) struct PairState {
     pub side: Side,
     /// Who may meet whom.
     pub candidates: Candidates,
-    /// Where contacts are averaged.
-    averager: Option<Averager>,
+    /// Averages its contacts, in mortar contact.
+    pub averager: Option<Averager>,
     /// How far the surface has moved against itself, in self-contact.
     pub own: Option<OwnMotion>,
 }

@@ -13,10 +13,10 @@
 //! nodes of the master are: by [`ALLOWED`] and no deeper, so that where nodes hold already this constrains nothing; what is deeper
 //! when it is found stays so ([`Kind::Bulge`]).
 
+use super::ALLOWED;
 use super::closest_point::Patch;
 use super::detection::Detector;
 use super::finder::local_frame;
-use super::guard::ALLOWED;
 use super::narrow_phase::NEAR;
 use super::skin::{NONE, Skin, corner_count};
 use super::stencil::Stencil;
@@ -37,7 +37,7 @@ const INSIDE: f64 = 0.05;
 const OUTSIDE: f64 = 0.8;
 /// Share of a smooth edge next to its ends where a node touches.
 const AT_END: f64 = 0.05;
-/// Edges that have crossed by more than this share of their length are not told apart from others that cross behind.
+/// Edges that have crossed by more than this share of their mean length are not told apart from others that cross behind.
 const DEPTH: f64 = 0.25;
 
 /// An edge between two faces.
@@ -181,6 +181,11 @@ fn length(edge: &Edge, x: &[Vec3]) -> f64 {
     (x[edge.nodes[1] as usize] - x[edge.nodes[0] as usize]).norm()
 }
 
+/// The ends of an edge at a share of the step.
+fn ends_of(edge: &Edge, (x, x_end): Ends, tau: f64) -> [Vec3; 2] {
+    edge.nodes.map(|node| x[node as usize].lerp(&x_end[node as usize], tau))
+}
+
 /// The box around an edge over the step.
 fn swept(edge: &Edge, (x, x_end): Ends) -> [Vec3; 2] {
     let [a, b] = edge.nodes.map(|node| node as usize);
@@ -193,9 +198,8 @@ fn meet(a: &[Vec3; 2], b: &[Vec3; 2], near: f64) -> bool {
 }
 
 /// The differences `x_A(a) − x_B(b)` of the points of two edges, at a share of the step.
-fn difference([a, b]: [&Edge; 2], (x, x_end): Ends, tau: f64) -> Patch {
-    let at = |node: u32| x[node as usize] + (x_end[node as usize] - x[node as usize]) * tau;
-    let ([a0, a1], [b0, b1]) = (a.nodes.map(at), b.nodes.map(at));
+fn difference(edges: [&Edge; 2], ends: Ends, tau: f64) -> Patch {
+    let [[a0, a1], [b0, b1]] = edges.map(|edge| ends_of(edge, ends, tau));
     Patch { corners: [a0 - b0, a1 - b0, a1 - b1, a0 - b1], triangle: false }
 }
 
@@ -213,11 +217,10 @@ fn closest_places(difference: &Patch) -> Option<(f64, f64)> {
 
 /// Unit normal of the contact out of the second edge, the master's, if it is in both arcs.
 fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> Option<Vec3> {
-    let along = |edge: &Edge| {
-        let at = |node: u32| ends.0[node as usize] + (ends.1[node as usize] - ends.0[node as usize]) * tau;
-        at(edge.nodes[1]) - at(edge.nodes[0])
-    };
-    let (a, b) = (along(edges[0]), along(edges[1]));
+    let [a, b] = edges.map(|edge| {
+        let [from, to] = ends_of(edge, ends, tau);
+        to - from
+    });
     let across = a.cross(&b);
     let sine = across.norm();
     if !(sine > PARALLEL * a.norm() * b.norm()) {

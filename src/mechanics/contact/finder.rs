@@ -3,7 +3,7 @@
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
-use super::narrow_phase::{BAND, NEAR, Proximity, choose_face, eval_proximity};
+use super::narrow_phase::{BAND, NEAR, OPPOSED, Proximity, choose_face, eval_proximity, eval_within};
 use super::self_contact::is_beside;
 use super::skin::Skin;
 use super::stencil::Stencil;
@@ -20,6 +20,9 @@ const TOUCH: f64 = 1e-6;
 const INWARDS: f64 = 0.9;
 /// Cosine between the normals of node and face below which they look at each other.
 const WELL_OPPOSED: f64 = -0.5;
+
+/// Cosine between the normals of two faces above which a node that one holds is not held by the other, too: it rolls on smoothly.
+pub const VALLEY: f64 = 0.9;
 
 /// One pair in one step.
 pub(super) struct Finder<'a> {
@@ -52,9 +55,16 @@ impl Finder<'_> {
             Side::Surface { master, ref tree, .. } => {
                 let master = &self.skins[master];
                 for candidate in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
+                    let faces = candidate.faces.clone();
                     let found = self.against_surface((master, tree), candidate, search);
                     impacts += usize::from(matches!(found, Some((_, true))));
-                    contacts.extend(found.map(|(contact, _)| contact));
+                    let first = contacts.len();
+                    if let Some((contact, is_impact)) = found {
+                        contacts.push(contact);
+                        if !is_impact && self.pair.own.is_none() && self.pair.averager.is_none() {
+                            self.add_sides_of_valley(master, faces, first, contacts);
+                        }
+                    }
                 }
             }
         }
@@ -140,6 +150,46 @@ impl Finder<'_> {
             (None, Some((hit, face))) => Some((self.impact_contact(master, node, face, &hit), true)),
             (None, None) => None,
         }
+    }
+
+    /// Adds the other faces that hold the node of the contact at `first`, by face: in a valley a node that one side alone holds slides
+    /// into the other, step by step. Both sides stand before each other there; on a ridge the closest face is all.
+    fn add_sides_of_valley(
+        &self,
+        master: &Skin,
+        faces: impl Iterator<Item = u32>,
+        first: usize,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let x = self.motion.x;
+        let node = contacts[first].slave;
+        let s = x[node as usize];
+        let held_along = contacts[first].frame[0];
+        let patch = |face: u32| Patch::new(&master.faces[face as usize], x);
+        let middle = |face: u32| patch(face).point(&[0.25; 4]);
+        let own = OnceCell::new();
+        // Most faces go on smoothly.
+        for face in faces.filter(|&face| held_along.dot(&patch(face).normal(&[0.25; 4])) < VALLEY) {
+            let Some(p) = eval_within(master, face, &s, x, None).filter(|p| !p.beyond) else { continue };
+            let stands_before = |held: &Contact| {
+                let n = &held.frame[0];
+                let (on_face, on_held) = (s - p.normal * p.gap, s - n * held.gap);
+                n.dot(&p.normal) < VALLEY
+                    && n.dot(&(middle(face) - on_held)) > 0.0
+                    && p.normal.dot(&(middle(held.face) - on_face)) > 0.0
+            };
+            let is_opposed = || {
+                let own = own.get_or_init(|| self.skins[self.pair.slave].node_normal(node, x));
+                *own == Vec3::zeros() || own.dot(&p.normal) < OPPOSED
+            };
+            if p.gap <= NEAR * master.sizes[face as usize]
+                && contacts[first..].iter().all(stands_before)
+                && is_opposed()
+            {
+                contacts.push(Contact { kind: Kind::Side, ..self.near_contact(master, node, &p) });
+            }
+        }
+        contacts[first..].sort_unstable_by_key(|contact| contact.face);
     }
 
     /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the surface winds neither

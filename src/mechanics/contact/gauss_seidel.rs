@@ -16,16 +16,16 @@
 //! solution, and then the sweeps do not converge and say so; a large finite μ has one.
 //!
 //! Rigid bodies on each other couple their contacts over many, and a tower that sticks bends like a beam: sweeps alone would
-//! take tens of thousands. Where a slave is a rigid body, so that no mesh is between, each sweep is therefore a step of a nonlinear conjugate gradient
-//! (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive contact force
-//! problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
+//! take tens of thousands. Where a slave is a rigid body, so that no mesh is between, each sweep is therefore a step of a nonlinear
+//! conjugate gradient (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive
+//! contact force problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
 //! result is that of a sweep, so it obeys the law as it does without.
 //!
 //! Everywhere else sweeps that go on for long are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that hold the same
 //! rigid body depend on each other so closely that sweeps alone take hundreds.
 //!
 //! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
-//! The law is chosen once a pair. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
+//! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
 //! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
 
 mod extrapolation;
@@ -33,7 +33,7 @@ mod rows;
 
 use super::contact_row::{Levers, NormalRow, Row};
 use super::local::Local;
-use super::{Contact, ContactLaw, Reaction, RigidSides};
+use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
@@ -203,7 +203,7 @@ impl Workspace {
         Self {
             meshes: Rows::with_capacity(contacts),
             rigid: Rows::with_capacity(rigid_contacts),
-            blocks: Vec::with_capacity(pairs),
+            blocks: Vec::with_capacity(pairs + contacts),
             extrapolation: Extrapolation::with_capacity(contacts + rigid_contacts),
             conjugate: Conjugate::with_capacity(if rigid_contacts > 0 {
                 contacts + rigid_contacts
@@ -225,8 +225,10 @@ impl Workspace {
         self.rigid.clear();
         self.blocks.clear();
         let mut start = 0;
-        for run in contacts.chunk_by(|a, b| a.pair == b.pair) {
-            let law = laws[run[0].pair as usize];
+        let is_alike =
+            |a: &Contact, b: &Contact| a.pair == b.pair && (a.kind == Kind::Side) == (b.kind == Kind::Side);
+        for run in contacts.chunk_by(is_alike) {
+            let law = run[0].law(laws);
             let sides = rigid.of_pair(run[0].pair);
             let turns = sides != [None; 2];
             let rows = if turns {

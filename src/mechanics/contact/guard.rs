@@ -11,11 +11,8 @@ use super::detection::{DetectionError, Detector};
 use super::edges::{BENT, EdgeFinder};
 use super::finder::local_frame;
 use super::stencil::Stencil;
-use super::{Contact, ContactPair, Discretisation, Kind, Master, Surface};
+use super::{ALLOWED, Contact, ContactPair, Discretisation, Kind, Master, Surface};
 use crate::mechanics::tensor::Vec3;
-
-/// How deep a master node may lie inside the slave, in shares of the size of the slave's face.
-pub const ALLOWED: f64 = 0.01;
 
 /// Weight of a node above which a place on a face is at that node.
 const AT_NODE: f64 = 0.999;
@@ -83,7 +80,7 @@ impl Guard {
             contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
         };
         self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
-        for found in &self.found {
+        for found in self.found.iter().filter(|found| found.kind != Kind::Side) {
             let pair = self.pairs[found.pair as usize];
             let face_size =
                 self.reversed.master_skin(found.pair as usize).map(|skin| skin.sizes[found.face as usize]);

@@ -6,8 +6,6 @@
 //! Signorini with Coulomb, in the bi-potential form of De Saxcé & Feng (1998): with `ũ = u + μ ‖u_t‖ n`,
 //! `K_μ ∋ r ⊥ ũ ∈ K_μ*`, which is `r = Proj_Kμ(r − ρ ũ)` for any ρ > 0.
 
-use super::slip::ContactOperator;
-
 /// A vector in the local frame: normal, first tangent, second tangent.
 pub type Local = [f64; 3];
 /// A symmetric 3×3 operator in the local frame, row by row.
@@ -82,18 +80,6 @@ pub fn solve_isotropic(w: f64, q: Local, mu: f64) -> Local {
     }
     let scale = limit / t2.sqrt();
     [r[0], r[1] * scale, r[2] * scale]
-}
-
-/// Exact solution `r` of one contact: `u = W r + q`, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`, for 0 ≤ μ ≤ ∞.
-///
-/// `W` is symmetric positive semi-definite. Tries open (`q_n ≥ 0`), stick (`u = 0`) and slip in this order; slip is
-/// solved by a safeguarded Newton iteration on one scalar and takes the root of strongest drag where there are
-/// several (μ large against the coupling of W; Bonnefon & Daviet 2011).
-///
-/// Where nothing can move along n (`W_nn` none) the result is 0. In a tangential direction in which nothing can move
-/// the reaction is the limit of ever smaller compliance: on the cone if that direction slides, for μ = ∞ nothing.
-pub fn solve_contact(W: &LocalOperator, q: Local, mu: f64) -> Local {
-    ContactOperator::new(W).solve(q, mu)
 }
 
 #[cfg(test)]

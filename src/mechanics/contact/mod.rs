@@ -12,7 +12,7 @@ mod contact_row;
 pub mod delassus;
 pub mod detection;
 mod edges;
-mod finder;
+pub mod finder;
 pub mod gauss_seidel;
 pub mod generalised_jacobian;
 pub mod guard;
@@ -30,7 +30,7 @@ mod segments;
 mod self_contact;
 mod skin;
 pub mod slave_choice;
-mod slip;
+pub mod slip;
 pub mod solvers;
 pub mod stencil;
 pub mod step_problem;
@@ -40,6 +40,9 @@ pub mod winding;
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
 use stencil::Stencil;
+
+/// How deep a master node may lie inside the slave, in shares of the size of the slave's face.
+pub const ALLOWED: f64 = 0.01;
 
 /// The skin of one body. That of a rigid body is its centre, without faces.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,13 +129,16 @@ pub enum Discretisation {
 pub enum Kind {
     /// A slave node against a face, a plane or a rigid body, at the place closest to it: once a node and pair of meshes.
     Node,
+    /// A further face that the node lies at, in a valley; without friction, since how the friction of two sides against each other is split
+    /// between them is open, and sweeps do not find it.
+    Side,
     /// The mean over the faces around a slave node, with weights that stand: once a node and pair.
     Averaged,
     /// Weights that stand, such as of two edges or of a face against a rigid body. A slave node may be in several.
     Fixed,
     /// As [`Kind::Fixed`], of two edges of which one was made by deformation: held where they are found, but not moved apart.
     Bulge,
-    /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`guard::ALLOWED`]): the gap is
+    /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`ALLOWED`]): the gap is
     /// measured from there.
     Guard,
 }
@@ -160,6 +166,13 @@ pub struct Contact {
     /// V_slave − V_master: the difference of the two bodies' flight velocities [m/s], since nodal velocities are relative
     /// to them.
     pub drift: Vec3,
+}
+
+impl Contact {
+    /// The law that it obeys, of those of all pairs.
+    pub fn law(&self, laws: &[ContactLaw]) -> ContactLaw {
+        if self.kind == Kind::Side { ContactLaw::Frictionless } else { laws[self.pair as usize] }
+    }
 }
 
 /// The rigid bodies that the contacts of a step turn.

@@ -19,7 +19,7 @@ pub const BAND: f64 = 0.01;
 /// best is taken.
 const TIE: f64 = 1e-6;
 /// Largest cosine between the slave's normal and the face's: they must face each other.
-const OPPOSED: f64 = -0.02;
+pub(super) const OPPOSED: f64 = -0.02;
 
 /// A node and a face, seen from the closest point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,7 +159,13 @@ fn keep_better(
 
 /// The proximity of a face within its own reach of the node, unless it is too far to hold the node instead of `best`, or to
 /// have it in front closer than `best`.
-fn eval_within(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3], best: Option<&Proximity>) -> Option<Proximity> {
+pub(super) fn eval_within(
+    skin: &Skin,
+    face: u32,
+    s: &Vec3,
+    x: &[Vec3],
+    best: Option<&Proximity>,
+) -> Option<Proximity> {
     let corners = skin.faces[face as usize].map(|node| x[node as usize]);
     // A hair more than what `keep_better` takes, for rounding.
     let reach = DEPTH * (1.0 + 1e-9) * skin.sizes[face as usize];

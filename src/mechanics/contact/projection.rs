@@ -4,8 +4,8 @@
 //! velocities for it (`v⁺ = −g/h`) would throw the node off. Instead the nodes of the contact are moved apart along
 //! its normal, each by its share of the inverse masses, so that the centre of mass stays; fixed axes do not move.
 
+use super::ALLOWED;
 use super::detection::Detector;
-use super::guard::ALLOWED;
 use super::narrow_phase::eval_proximity;
 use super::stencil::Stencil;
 use super::{Contact, Kind};
@@ -96,7 +96,7 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     }
     let skin = detector.master_skin(contact.pair as usize)?;
     let size = skin.sizes[contact.face as usize];
-    if contact.kind != Kind::Node {
+    if !matches!(contact.kind, Kind::Node | Kind::Side) {
         let normal = contact.frame[0];
         let depth = -normal.dot(&contact.stencil.difference(x));
         // Two edges take up what linearisation leaves, to twice what a node may be entered by: from step to step they cross elsewhere

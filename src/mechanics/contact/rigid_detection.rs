@@ -17,6 +17,7 @@ use super::finder::local_frame;
 use super::rigid_faces::touches_of;
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
 use super::stencil::Stencil;
+use super::time_of_impact::first_meeting;
 use super::{Contact, ContactPair, Kind, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
@@ -24,8 +25,6 @@ use parry3d_f64::shape::SharedShape;
 
 pub use super::rigid_manifold::MOST_POINTS;
 
-/// Steps along the way of a node; each leads to the surface or most of the way to the closest pass.
-const MARCH: usize = 100;
 /// A node this share of the size from the surface has met it.
 const MET: f64 = 1e-9;
 /// Two shapes this share of their reach from each other have met: their distance is found by iteration.
@@ -326,25 +325,6 @@ impl Finder<'_> {
 /// The rotation from one pose to another, axis times angle [rad].
 fn rotation(start: &Pose, end: &Pose) -> Vec3 {
     (end.orientation * start.orientation.inverse()).scaled_axis()
-}
-
-/// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.
-///
-/// No step is longer than the distance, which no surface can be nearer than, so none is jumped over.
-pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
-    let mut share = 0.0;
-    for _ in 0..MARCH {
-        let left = distance(share);
-        if left <= met {
-            return Some(share);
-        }
-        share += left / length;
-        if share > 1.0 {
-            return None;
-        }
-    }
-    // It passes along the surface: as good as met.
-    Some(share)
 }
 
 impl MeshSide {

@@ -14,7 +14,7 @@
 
 use super::closest_point::{Feature, Patch};
 use super::detection::NEAR;
-use super::rigid_detection::first_meeting;
+use super::time_of_impact::first_meeting;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 

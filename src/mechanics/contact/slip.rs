@@ -32,6 +32,18 @@ pub(super) struct ContactOperator {
     scale: f64,
 }
 
+/// Exact solution `r` of one contact: `u = W r + q`, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`, for 0 ≤ μ ≤ ∞.
+///
+/// `W` is symmetric positive semi-definite. Tries open (`q_n ≥ 0`), stick (`u = 0`) and slip in this order; slip is
+/// solved by a safeguarded Newton iteration on one scalar and takes the root of strongest drag where there are
+/// several (μ large against the coupling of W; Bonnefon & Daviet 2011).
+///
+/// Where nothing can move along n (`W_nn` none) the result is 0. In a tangential direction in which nothing can move
+/// the reaction is the limit of ever smaller compliance: on the cone if that direction slides, for μ = ∞ nothing.
+pub fn solve_contact(W: &LocalOperator, q: Local, mu: f64) -> Local {
+    ContactOperator::new(W).solve(q, mu)
+}
+
 /// A closing contact (`q_n < 0`, `W_nn > 0`, numbers of order one).
 struct Closing<'a> {
     operator: &'a ContactOperator,
@@ -75,7 +87,7 @@ impl ContactOperator {
         Self { alone, w_nn, w_nt, s, axes, c: axes.map(|axis| dot(axis, w_nt)), scale }
     }
 
-    /// See [`super::local::solve_contact`].
+    /// See [`solve_contact`].
     pub fn solve(&self, q: Local, mu: f64) -> Local {
         if q[0] >= 0.0 || self.w_nn == 0.0 {
             return [0.0; 3];

@@ -28,7 +28,7 @@ pub fn step_problem(
     let mut free = v.to_vec();
     take_off(contacts, reactions, (inverse_mass, rigid), h, &mut free);
     let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
-    let mu = contacts.iter().map(|c| laws[c.pair as usize].mu()).collect();
+    let mu = contacts.iter().map(|c| c.law(laws).mu()).collect();
     // (node, contact, ∂(relative velocity)/∂v of the node), so that contacts of a node stand together.
     let mut shares: Vec<(u32, usize, Mat3)> = Vec::new();
     for (c, row) in rows.iter().enumerate() {

@@ -14,6 +14,8 @@ const MAX_BOXES: usize = 4000;
 const NEWTON_SHARE: f64 = 0.05;
 /// A box with an image smaller than this share of the face counts as a crossing.
 const LEAF_SHARE: f64 = 1e-7;
+/// Steps along the way of a node; each leads to the surface or most of the way to the closest pass.
+const MARCH: usize = 100;
 /// How far outside 0…1 Newton's root may lie, for rounding on shared edges.
 const SLACK: f64 = 1e-9;
 
@@ -237,6 +239,25 @@ impl Box3 {
         }
         n.dot(&d_tau) > 0.0
     }
+}
+
+/// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.
+///
+/// No step is longer than the distance, which no surface can be nearer than, so none is jumped over.
+pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
+    let mut share = 0.0;
+    for _ in 0..MARCH {
+        let left = distance(share);
+        if left <= met {
+            return Some(share);
+        }
+        share += left / length;
+        if share > 1.0 {
+            return None;
+        }
+    }
+    // It passes along the surface: as good as met.
+    Some(share)
 }
 
 #[cfg(test)]

@@ -58,8 +58,10 @@ impl Activity {
         self.active.fill(false);
         for chunk in &mut forces.chunks {
             chunk.awake = 0;
-            for i in 0..chunk.after.len() {
-                if chunk.after[i].iter().any(|row| row.0.iter().any(|x| *x != 0.0)) {
+            let rows = blocks[chunk.block as usize].history_rows();
+            for i in 0..chunk.batches.len() {
+                let history = &chunk.history[i * rows..(i + 1) * rows];
+                if history.iter().any(|row| row.0.iter().any(|x| *x != 0.0)) {
                     self.wake_batch(&blocks[chunk.block as usize], chunk, i);
                 }
             }

@@ -5,7 +5,7 @@ use super::reduced::ReducedBatch;
 use super::sweep::{self, SweepInput};
 use crate::mechanics::element::{POINTS, ReferenceGeometry, corner_stiffness};
 use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::material::Material;
+use crate::mechanics::material::{Material, PronySeries};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// How the energy of an element is integrated.
@@ -34,9 +34,22 @@ pub struct BlockParameters {
     pub quadratic_viscosity: f64,
     /// Shear viscosity η of the material [Pa s].
     pub shear_viscosity: f64,
+    /// Relaxation of the isochoric stress.
+    pub prony: PronySeries,
 }
 
 impl BlockParameters {
+    /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
+    pub fn is_viscous(&self) -> bool {
+        self.shear_viscosity > 0.0 || !self.prony.is_none()
+    }
+    /// Points whose stress has a history.
+    pub(super) fn memory_points(&self) -> usize {
+        match self.formulation {
+            Formulation::Full | Formulation::MeanDilatation => POINTS,
+            Formulation::Reduced => 1,
+        }
+    }
     /// As [`BlockParameters::wave_speed`], along fibres that all lie in its direction [m/s]: nothing small is faster.
     pub fn fastest_wave(&self) -> f64 {
         self.wave_speed().hypot((self.material.fibre_modulus_at_rest() / self.density).sqrt())
@@ -68,6 +81,9 @@ pub struct BlockInput {
 /// With `∂/∂ξ = d g`, d [`DERIVATIVE`] and g the derivatives at hand, a stress P gives the force conjugate to g(u)
 /// `w P F_X⁻ᵀ d = d³ P cof g(X)`, which is `P cof g(X / s)` for `s = d^(−3/2)`. Then `det g(X / s) = w / s`.
 pub(super) const CORNER_SCALE: f64 = 5.765_680_169_303_579;
+
+/// Rows of history of bulk viscosity.
+pub(super) const BULK_ROWS: usize = 2;
 
 /// Constants of a batch of elements, lane by lane: 320 bytes an element.
 ///
@@ -148,6 +164,22 @@ impl ElementBlock {
     /// Number of batches.
     pub fn batch_count(&self) -> usize {
         self.batches.len()
+    }
+
+    /// Rows of history of a batch: J̄ − 1 [-] and the pressure of bulk viscosity [Pa], ≥ 0 in compression; then for each point with a
+    /// memory the symmetric tensors of its Prony series [Pa].
+    pub fn history_rows(&self) -> usize {
+        BULK_ROWS + self.parameters.memory_points() * self.memory_rows()
+    }
+
+    /// Rows of history of a point.
+    pub(super) fn memory_rows(&self) -> usize {
+        6 * self.parameters.prony.history_len()
+    }
+
+    /// Number of a chunk of this block among those of all blocks.
+    pub(super) fn chunk_number(&self, chunk: usize) -> usize {
+        self.first_slot / Chunk::SLOTS + chunk
     }
 
     /// Number of slots, padding included.

@@ -70,7 +70,7 @@ pub struct ChunkForces {
     pub(super) awake: u32,
     /// Internal force on each node of the chunk [N].
     pub(super) force: Vec<Vec3>,
-    /// Viscous force on each node of the chunk [N]; empty without viscosity.
+    /// Force of viscosity and memory on each node of the chunk [N]; empty without.
     pub(super) viscous: Vec<Vec3>,
     /// Displacements of the nodes of the chunk, gathered [m].
     pub(super) u: Vec<Vec3>,
@@ -80,8 +80,8 @@ pub struct ChunkForces {
     pub(super) stretch_rate: f64,
     /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.
     pub(super) shortest: f64,
-    /// J̄ − 1 [-] and viscous pressure [Pa], ≥ 0 in compression, at t_n of each batch.
-    pub(super) after: Vec<[Row; 2]>,
+    /// History at t_n, [`ElementBlock::history_rows`] a batch.
+    pub(super) history: Vec<Row>,
     /// Sums and extremes of each batch.
     pub(super) batches: Vec<BatchTotals>,
     /// Of the whole chunk.
@@ -98,12 +98,12 @@ impl ChunkForces {
             chunk: chunk as u32,
             awake: Self::all(batches),
             force: vec![Vec3::zeros(); nodes],
-            viscous: vec![Vec3::zeros(); if block.parameters.shear_viscosity > 0.0 { nodes } else { 0 }],
+            viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
             u: vec![Vec3::zeros(); nodes],
             v: vec![Vec3::zeros(); nodes],
             stretch_rate: 0.0,
             shortest: 0.0,
-            after: vec![[Row::default(); 2]; batches],
+            history: vec![Row::default(); batches * block.history_rows()],
             batches: vec![BatchTotals::default(); batches],
             totals: BlockTotals::NONE,
         }

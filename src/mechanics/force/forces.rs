@@ -4,7 +4,7 @@ use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
 use super::totals::BlockTotals;
 use super::{Assembly, SweepInput, Threads};
-use crate::mechanics::lanes::BATCH;
+use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::tensor::Vec3;
 
 /// What a sweep over all blocks writes, chunk by chunk.
@@ -54,23 +54,28 @@ impl ElementForces {
         assembly.sum_at(node, &self.chunks)
     }
 
-    /// Copies J̄ − 1 [-] and viscous pressure [Pa] of the last sweep to the arrays over all slots.
-    pub fn copy_history(&self, threads: &Threads, dilatation: &mut [f64], viscous_pressure: &mut [f64]) {
-        threads.for_each_run(
-            Chunk::SLOTS,
-            (dilatation, viscous_pressure),
-            |c, dilatation, viscous_pressure| {
-                let chunk = &self.chunks[c];
-                if chunk.awake != 0 {
-                    let rows =
-                        dilatation.chunks_exact_mut(BATCH).zip(viscous_pressure.chunks_exact_mut(BATCH));
-                    for ([mean, viscous], (dilatation, viscous_pressure)) in chunk.after.iter().zip(rows) {
-                        dilatation.copy_from_slice(&mean.0);
-                        viscous_pressure.copy_from_slice(&viscous.0);
-                    }
-                }
-            },
-        );
+    /// The history at the start of a run: at rest, and relaxed.
+    pub fn no_history(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
+        let of_block = |block: &ElementBlock| {
+            let rows = block.history_rows();
+            let of_chunk = move |chunk: &Chunk| vec![Row::default(); chunk.batches.len() * rows];
+            block.chunks.iter().map(of_chunk).collect::<Vec<_>>()
+        };
+        blocks.iter().flat_map(of_block).collect()
+    }
+
+    /// Takes the history of the last sweep for that of its beginning: elements that sleep have none.
+    pub fn swap_history(&mut self, history: &mut [Vec<Row>]) {
+        for (chunk, history) in self.chunks.iter_mut().zip(history) {
+            std::mem::swap(&mut chunk.history, history);
+        }
+    }
+
+    /// Copies the history of the last sweep to as much as there is room for.
+    pub fn copy_history(&self, history: &mut [Vec<Row>]) {
+        for (chunk, history) in self.chunks.iter().zip(history) {
+            history.copy_from_slice(&chunk.history);
+        }
     }
 
     /// Number of elements that a sweep covers.
@@ -94,7 +99,7 @@ impl ElementForces {
                 + size_of_val(&chunk.viscous[..])
                 + size_of_val(&chunk.u[..])
                 + size_of_val(&chunk.v[..])
-                + size_of_val(&chunk.after[..])
+                + size_of_val(&chunk.history[..])
                 + size_of_val(&chunk.batches[..])
         };
         self.chunks.iter().map(of_chunk).sum()

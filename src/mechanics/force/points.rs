@@ -1,13 +1,14 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::{BULK_ROWS, Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
+use super::memory::load_sym;
 use super::reduced::ReducedBatch;
 use super::rows::{load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::{Kinematics, Law};
+use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
 use crate::with_law;
@@ -28,7 +29,7 @@ pub struct PointBatch {
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
     pub F: [[Row; 9]; POINTS],
-    /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure and the stress of shear viscosity in it,
+    /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure and the stresses of shear viscosity and relaxation in it,
     /// without bulk viscosity.
     pub cauchy: [[Row; 6]; POINTS],
     /// Strain energy per reference volume ψ [J/m³].
@@ -77,23 +78,36 @@ pub struct PointField {
     pub psi: f64,
 }
 
+/// What stresses at points are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct PointInput<'a> {
+    /// Displacements [m], nodes × 3.
+    pub u: &'a [Vec3],
+    /// Velocities [m/s], nodes × 3; without any there is no viscous stress.
+    pub v: &'a [Vec3],
+    /// History of each chunk of all blocks at the same time; without any all has relaxed.
+    pub history: &'a [Vec<Row>],
+}
+
+impl<'a> PointInput<'a> {
+    /// At rest and relaxed at displacements [m], nodes × 3.
+    pub fn at_rest(u: &'a [Vec3]) -> Self {
+        Self { u, v: &[], history: &[] }
+    }
+}
+
 impl ElementBlock {
     /// Visits the batches in which anything has moved: `visit(slots of its elements in this block, points)`, in the order
-    /// of the slots, at displacements `u` [m] and velocities `v` [m/s], nodes × 3; without velocities there is no viscous stress.
-    /// Where every displacement is exactly zero there is no stress, strain or energy.
-    pub fn for_each_moved_batch(
-        &self,
-        (u, v): (&[Vec3], &[Vec3]),
-        visit: &mut dyn FnMut(Range<usize>, &PointBatch),
-    ) {
+    /// of the slots. Where every displacement is exactly zero there is no stress, strain or energy.
+    pub fn for_each_moved_batch(&self, input: PointInput, visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
         let mut points = PointBatch::default();
         for (b, batch) in self.batches.iter().enumerate() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
-            let is_still = |node: &u16| u[nodes[*node as usize] as usize] == Vec3::zeros();
+            let is_still = |node: &u16| input.u[nodes[*node as usize] as usize] == Vec3::zeros();
             if batch.nodes.as_flattened().iter().all(is_still) {
                 continue;
             }
-            self.eval_points(b, (u, v), &mut points);
+            self.eval_points(b, input, &mut points);
             visit(self.slots_of(b), &points);
         }
     }
@@ -103,7 +117,7 @@ impl ElementBlock {
     pub fn for_each_point(&self, X: &[Vec3], u: &[Vec3], visit: &mut dyn FnMut(u32, usize, &PointField)) {
         let mut points = PointBatch::default();
         for b in 0..self.batch_count() {
-            self.eval_points(b, (u, &[]), &mut points);
+            self.eval_points(b, PointInput::at_rest(u), &mut points);
             for slot in self.slots_of(b) {
                 for q in 0..POINTS {
                     let position = self.point_position(slot, q, X);
@@ -130,15 +144,24 @@ impl ElementBlock {
         batch * BATCH..((batch + 1) * BATCH).min(self.elements.len())
     }
 
+    /// The relaxing stresses of a batch, where there are any.
+    fn memory_of<'a>(&self, b: usize, history: &'a [Vec<Row>]) -> Option<PointHistory<'a>> {
+        let (prony, rows) = (self.parameters.prony, self.history_rows());
+        let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !prony.is_none())?;
+        let first = b % Chunk::BATCHES * rows;
+        let of_point = if self.reduced.is_empty() { self.memory_rows() } else { 0 };
+        Some(PointHistory { prony, rows: &of_chunk[first + BULK_ROWS..first + rows], of_point })
+    }
+
     /// All points of one batch, for those who keep no buffer.
     pub(super) fn points_of(&self, b: usize, u: &[Vec3]) -> Box<PointBatch> {
         let mut points = Box::<PointBatch>::default();
-        self.eval_points(b, (u, &[]), &mut points);
+        self.eval_points(b, PointInput::at_rest(u), &mut points);
         points
     }
 
     /// All points of one batch.
-    fn eval_points(&self, b: usize, (u, v): (&[Vec3], &[Vec3]), points: &mut PointBatch) {
+    fn eval_points(&self, b: usize, PointInput { u, v, history }: PointInput, points: &mut PointBatch) {
         let eta = self.parameters.shear_viscosity;
         let families = self.parameters.material.family_count();
         with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
@@ -148,6 +171,7 @@ impl ElementBlock {
                 batch: &self.batches[b],
                 reduced: self.reduced.get(b),
                 fibres: &self.fibres[b * families..(b + 1) * families],
+                memory: self.memory_of(b, history),
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
             u,
@@ -168,6 +192,28 @@ impl PointBatch {
     }
 }
 
+/// Relaxing stresses of a batch: its series and history.
+struct PointHistory<'a> {
+    prony: PronySeries,
+    rows: &'a [Row],
+    /// Rows of a point, 0 where all points share those of the first.
+    of_point: usize,
+}
+
+impl PointHistory<'_> {
+    /// What they add to the second Piola–Kirchhoff stress of a point, before its deviator is taken [Pa].
+    #[inline(always)]
+    fn stress<S: Simd>(&self, simd: S, part: usize, q: usize) -> Sym<Lane<S>> {
+        let zero = Lane::splat(simd, 0.0);
+        let mut sum = Sym([zero; 6]);
+        for (b, branch) in self.prony.branches().iter().enumerate() {
+            let H = load_sym(simd, &self.rows[q * self.of_point + 6 * (b + 1)..], part);
+            sum = sum.plus_scaled(zero.constant(branch.relative_modulus), &H);
+        }
+        sum
+    }
+}
+
 /// One batch, one law.
 struct PointLaw<'a, L> {
     law: L,
@@ -176,6 +222,7 @@ struct PointLaw<'a, L> {
     /// Of one-point elements.
     reduced: Option<&'a ReducedBatch>,
     fibres: &'a [[Row; 3]],
+    memory: Option<PointHistory<'a>>,
 }
 
 struct Points<'a, L> {
@@ -272,7 +319,11 @@ impl<L: Law> PointLaw<'_, L> {
                 None => (zero, zero),
             };
             // σ = P Fᵀ / J
-            let sigma = response.first_piola(k, pressure).dot_transposed(&k.F);
+            let mut P = response.first_piola(k, pressure);
+            if let Some(memory) = &self.memory {
+                P = P.plus_dot_sym(&k.F, &deviator_at(k, &memory.stress(simd, part, q)));
+            }
+            let sigma = P.dot_transposed(&k.F);
             let mut cauchy = Sym([zero; 6]);
             for (s, (i, j)) in cauchy.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
                 *s = sigma.0[i][j] / k.J;

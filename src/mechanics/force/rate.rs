@@ -190,6 +190,7 @@ mod tests {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         (x, ElementBlock::new(0, parameters, 0, &inputs))
     }
@@ -227,9 +228,8 @@ mod tests {
             let mut v = vec![Vec3::zeros(); x.len()];
             v[1] = a - b;
             let blocks = [row().1];
-            let zero = vec![0.0; 24];
             let mut forces = ElementForces::new(&blocks);
-            let input = SweepInput { u: &u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+            let input = SweepInput { u: &u, inverse_step: 0.0, history: &[] };
             forces.sweep(&Threads::ONE, &blocks, &input);
             // Within the step that a limit of a tenth allows the edge gets to the other side.
             let rate = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, 1.0, 0.0);
@@ -266,10 +266,10 @@ mod tests {
         let mut forces = ElementForces::new(&blocks);
         let v: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.0, (x.y * 3.0).sin(), 0.1 * x.x)).collect();
         let (mut u, mut passed_over) = (vec![Vec3::zeros(); x.len()], 0);
-        let (h, limit, zero) = (2e-2, 0.1, vec![0.0; 24]);
+        let (h, limit) = (2e-2, 0.1);
         for step in 0..40 {
             let v: Vec<Vec3> = v.iter().map(|v| v * (0.2 * f64::from(step))).collect();
-            let input = SweepInput { u: &u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+            let input = SweepInput { u: &u, inverse_step: 0.0, history: &[] };
             forces.sweep(&Threads::ONE, &blocks, &input);
             let mut exact = ElementForces::new(&blocks);
             exact.sweep(&Threads::ONE, &blocks, &input);

@@ -1,6 +1,6 @@
 //! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
 
-use super::block::{Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::{BULK_ROWS, Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::ChunkForces;
 use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
@@ -20,10 +20,8 @@ pub struct SweepInput<'a> {
     pub u: &'a [Vec3],
     /// 1/h₋, the reciprocal of the last step [1/s]; 0 at the start.
     pub inverse_step: f64,
-    /// J̄ − 1 at t_{n−1} of each slot of all blocks [-].
-    pub dilatation: &'a [f64],
-    /// Viscous pressure at t_{n−1} of each slot of all blocks [Pa].
-    pub viscous_pressure: &'a [f64],
+    /// History at t_{n−1} of each chunk of all blocks; empty where no step is behind the elements.
+    pub history: &'a [Vec<Row>],
 }
 
 /// A monomorphised sweep behind one dynamic call a chunk.
@@ -82,9 +80,9 @@ pub(super) struct BatchLanes {
     /// Displacements on entry [m], forces on return [N]: `[component][corner]`.
     pub nodal: [[Row; 8]; 3],
     /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}.
-    pub before: [Row; 2],
+    pub before: [Row; BULK_ROWS],
     /// The same at t_n.
-    pub after: [Row; 2],
+    pub after: [Row; BULK_ROWS],
 }
 
 impl BatchLanes {
@@ -140,6 +138,8 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let mut lanes = BatchLanes { nodal: [[zero; 8]; 3], before: [zero; 2], after: [zero; 2] };
+        let (rows, before) =
+            (block.history_rows(), input.history.get(block.chunk_number(forces.chunk as usize)));
         for i in 0..forces.batches.len() {
             if forces.awake & (1 << i) == 0 {
                 continue;
@@ -154,14 +154,15 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
             };
-            let slots = block.first_slot + b * BATCH..block.first_slot + (b + 1) * BATCH;
-            lanes.before[0].0.copy_from_slice(&input.dilatation[slots.clone()]);
-            lanes.before[1].0.copy_from_slice(&input.viscous_pressure[slots]);
+            let history = i * rows..i * rows + BULK_ROWS;
+            if let Some(before) = before {
+                lanes.before.copy_from_slice(&before[history.clone()]);
+            }
             gather(nodes, &forces.u, &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
                 kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
-            forces.after[i] = lanes.after;
+            forces.history[history].copy_from_slice(&lanes.after);
             add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);

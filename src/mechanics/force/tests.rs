@@ -2,7 +2,7 @@
 //! stable step below that of the true highest frequency.
 
 use super::{
-    Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
     SweepInput, Threads, corner_pair,
 };
 use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
@@ -42,6 +42,7 @@ impl Element {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| DENSITY * V);
@@ -51,8 +52,7 @@ impl Element {
     }
 
     fn sweep(&self, u: &U) -> Swept {
-        let zero = [0.0; BATCH];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);

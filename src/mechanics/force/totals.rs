@@ -2,6 +2,7 @@
 
 use super::pressure::stable_step;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::real::Real;
 use pulp::Simd;
 
 /// Sums and extremes of one batch, lane by lane.
@@ -13,9 +14,11 @@ pub struct BatchTotals {
     pub hourglass: Row,
     /// Energy that bulk viscosity dissipated in the last step [J].
     pub viscous: Row,
+    /// Energy stored in the branches of Prony series [J].
+    pub branches: Row,
     /// Largest stable step [s].
     pub stable_step: Row,
-    /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk viscosity.
+    /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk and shear viscosity.
     pub damping: Row,
     /// Smallest J − 1 over the points [-]; ≤ −1 means inverted.
     pub smallest_j: Row,
@@ -30,6 +33,21 @@ impl BatchTotals {
         (viscous * 0.5).store(&mut self.damping, part);
         stable_step(omega_squared, viscous).store(&mut self.stable_step, part);
     }
+
+    /// Adds to the ω² [1/s²] and to half of the viscous eigenvalue [1/s] behind the stable step at hand: `(2/h − a)² = ω² + a²`.
+    #[inline(always)]
+    pub(super) fn shorten_step<S: Simd>(
+        &mut self,
+        simd: S,
+        omega_squared: Lane<S>,
+        half: Lane<S>,
+        part: usize,
+    ) {
+        let a = Lane::load(simd, &self.damping, part);
+        let twice_rate = a.constant(2.0) / Lane::load(simd, &self.stable_step, part);
+        let known = (twice_rate * (twice_rate - a * 2.0)).max(a.zero());
+        self.store_step(known + omega_squared, (a + half) * 2.0, part);
+    }
 }
 
 /// The totals of many elements as one: sums in slot order, extremes with their slot in the block.
@@ -41,6 +59,8 @@ pub struct BlockTotals {
     pub hourglass: f64,
     /// Energy that bulk viscosity dissipated in the last step [J].
     pub viscous: f64,
+    /// Energy stored in the branches of Prony series [J].
+    pub branches: f64,
     /// Smallest stable step [s] and its slot.
     pub stable_step: (f64, usize),
     /// Smallest J − 1 [-] and its slot.
@@ -55,6 +75,7 @@ impl BlockTotals {
         strain: 0.0,
         hourglass: 0.0,
         viscous: 0.0,
+        branches: 0.0,
         stable_step: (f64::INFINITY, 0),
         smallest_j: (f64::INFINITY, 0),
         fibre_exponent: (0.0, 0),
@@ -70,6 +91,7 @@ impl BlockTotals {
                     strain: batch.strain.0[lane],
                     hourglass: batch.hourglass.0[lane],
                     viscous: batch.viscous.0[lane],
+                    branches: batch.branches.0[lane],
                     stable_step: (batch.stable_step.0[lane], slot),
                     smallest_j: (batch.smallest_j.0[lane], slot),
                     fibre_exponent: (batch.fibre_exponent.0[lane], slot),
@@ -84,6 +106,7 @@ impl BlockTotals {
         self.strain += next.strain;
         self.hourglass += next.hourglass;
         self.viscous += next.viscous;
+        self.branches += next.branches;
         // Written so that a NaN wins and stays: it must be seen, not skipped.
         if !(next.stable_step.0 >= self.stable_step.0 || self.stable_step.0.is_nan()) {
             self.stable_step = next.stable_step;

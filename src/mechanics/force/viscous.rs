@@ -10,15 +10,16 @@
 
 use super::block::{Batch, ElementBlock};
 use super::chunk::ChunkForces;
-use super::pressure::stable_step;
+use super::memory::Memory;
 use super::rows::{add, gather, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use super::{Assembly, ElementForces, Threads};
+use super::{Assembly, ElementForces, SweepInput, Threads};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{bound_largest, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
+use crate::with_law;
 use pulp::{Simd, WithSimd};
 
 /// J below which 1/J grows no further [-].
@@ -38,14 +39,33 @@ fn inverse_J<R: Real>(j: R) -> R {
 }
 
 impl ElementForces {
-    /// Adds the viscous forces of all blocks that have a viscosity, at displacements `u` [m] and velocities `v` [m/s], nodes × 3, to what
-    /// the sweep at `u` left: forces of their own, see [`ElementForces::viscous_at_node`], and a shorter stable step.
-    pub fn add_viscous(&mut self, threads: &Threads, blocks: &[ElementBlock], u: &[Vec3], v: &[Vec3]) {
+    /// Adds the forces of viscosity and memory of all blocks that have any, at velocities `v` [m/s], nodes × 3, to what the sweep of the
+    /// same `input` left: forces of their own, see [`ElementForces::viscous_at_node`], history, and a shorter stable step.
+    pub fn add_viscous(
+        &mut self,
+        threads: &Threads,
+        blocks: &[ElementBlock],
+        input: &SweepInput,
+        v: &[Vec3],
+    ) {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
-            if block.parameters.shear_viscosity > 0.0 && chunk.awake != 0 {
-                pulp::Arch::new().dispatch(Viscous { block, u, v, chunk });
+            if !block.parameters.is_viscous() || chunk.awake == 0 {
+                return;
             }
+            chunk.viscous.fill(Vec3::zeros());
+            for (i, node) in block.nodes_of_chunk(chunk.chunk as usize).iter().enumerate() {
+                chunk.u[i] = input.u[*node as usize];
+                chunk.v[i] = v[*node as usize];
+            }
+            if block.parameters.shear_viscosity > 0.0 {
+                pulp::Arch::new().dispatch(Viscous { block, chunk });
+            }
+            if !block.parameters.prony.is_none() {
+                with_law!(block.parameters.material, law => pulp::Arch::new().dispatch(Memory { law, block, input, chunk }));
+            }
+            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+            chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
         });
     }
 
@@ -57,11 +77,9 @@ impl ElementForces {
     }
 }
 
-/// The viscous forces of a chunk.
+/// The viscous forces of a chunk, from its displacements and velocities.
 struct Viscous<'a> {
     block: &'a ElementBlock,
-    u: &'a [Vec3],
-    v: &'a [Vec3],
     chunk: &'a mut ChunkForces,
 }
 
@@ -70,13 +88,7 @@ impl WithSimd for Viscous<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { block, u, v, chunk } = self;
-        let nodes = block.nodes_of_chunk(chunk.chunk as usize);
-        for (i, node) in nodes.iter().enumerate() {
-            chunk.u[i] = u[*node as usize];
-            chunk.v[i] = v[*node as usize];
-        }
-        chunk.viscous.fill(Vec3::zeros());
+        let Self { block, chunk } = self;
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let (mut x, mut rates) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
@@ -89,7 +101,6 @@ impl WithSimd for Viscous<'_> {
             }
             add(&rates, &batch.nodes, &mut chunk.viscous);
         }
-        chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
     }
 }
 
@@ -134,12 +145,8 @@ impl Batch {
         }
         store_corners(&Hex8::nodal_forces(&sums.0), rates, part);
 
-        // What the sweep found, (2/h)² = ω² with its own damping a: (2/h − a)² = ω² + a².
-        let a = Lane::load(simd, &totals.damping, part);
-        let twice_rate = zero.constant(2.0) / Lane::load(simd, &totals.stable_step, part);
-        let omega_squared = twice_rate * (twice_rate - a * 2.0);
-        let b = Lane::load(simd, &self.frequency_bound, part) * largest * 0.5;
-        stable_step(omega_squared.max(zero), (a + b) * 2.0).store(&mut totals.stable_step, part);
+        let half = Lane::load(simd, &self.frequency_bound, part) * largest * 0.5;
+        totals.shorten_step(simd, zero, half, part);
     }
 }
 

@@ -12,6 +12,7 @@ mod kinematics;
 mod mooney_rivlin;
 mod neo_hookean;
 mod paths;
+mod prony;
 mod tangent;
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ pub use kinematics::{Invariants, Kinematics, bound_largest, volume_change};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
+pub use prony::{Branch, BranchStep, MAX_BRANCHES, PronySeries, deviator_at, isochoric_stress};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use validity::{Deformations, Validity};
 pub use volumetric::Volumetric;
@@ -176,6 +178,22 @@ impl Material {
             }
             other => other,
         }
+    }
+    /// The same law with its isochoric stress times `factor` [-], `None` for a coupled law, which does not keep it apart.
+    #[must_use]
+    pub fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+        Some(match self {
+            Self::MooneyRivlin(law) => {
+                Self::MooneyRivlin(MooneyRivlin { c10: law.c10 * factor, c01: law.c01 * factor, ..law })
+            }
+            Self::NeoHookean(law) => Self::NeoHookean(NeoHookean { c10: law.c10 * factor, ..law }),
+            Self::HolzapfelGasserOgden(law) => Self::HolzapfelGasserOgden(HolzapfelGasserOgden {
+                c: law.c * factor,
+                k1: law.k1 * factor,
+                ..law
+            }),
+            Self::CoupledNeoHookean(_) => return None,
+        })
     }
     /// The stretch `|F a|` [-] of the most stretched family when a fibre exponent has passed
     /// [`FIBRE_EXPONENT_LIMIT`], else `None`. `H = F − I` [-].

@@ -12,25 +12,37 @@ mod gmsh;
 mod tests;
 
 use super::{Mesh, MeshError};
+use serde::{Deserialize, Serialize};
 
-/// A file format that can be read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A file format that can be read; it is written as the extension of its files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "service",
+    derive(utoipa::ToSchema),
+    schema(description = "The formats that can be uploaded.")
+)]
 pub enum MeshFormat {
     /// Gmsh `.msh`, version 2.2 or 4.1, ASCII or binary of either byte order.
+    #[serde(rename = "msh")]
     Gmsh,
     /// Abaqus or CalculiX `.inp`.
+    #[serde(rename = "inp")]
     Abaqus,
 }
 
 impl MeshFormat {
+    /// The extension of its files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Gmsh => "msh",
+            Self::Abaqus => "inp",
+        }
+    }
+
     /// The format that a file name ends in (`.msh`, `.inp`, in any case).
     pub fn from_name(name: &str) -> Option<Self> {
         let (_, extension) = name.rsplit_once('.')?;
-        match extension.to_ascii_lowercase().as_str() {
-            "msh" => Some(Self::Gmsh),
-            "inp" => Some(Self::Abaqus),
-            _ => None,
-        }
+        [Self::Gmsh, Self::Abaqus].into_iter().find(|f| extension.eq_ignore_ascii_case(f.extension()))
     }
 
     /// The format that the beginning of a file looks like.

@@ -157,6 +157,9 @@ pub struct BodyEnergy {
     /// Dissipated by an implicit time integrator so far [J].
     #[prost(double, tag = "9")]
     pub algorithmic_j: f64,
+    /// What of the strain energy is in the branches of Prony series [J].
+    #[prost(double, tag = "10")]
+    pub branches_j: f64,
 }
 
 /// Energy of one contact pair, sums so far.

@@ -111,6 +111,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         external_work_j: 1.0,
         projection_j: 1.0,
         hourglass_j: 1.0,
+        branches_j: 1.0,
         algorithmic_j: 1.0,
     };
     let pair_energy = PairEnergy {

@@ -1,6 +1,6 @@
 //! A body's parts, as far as the document alone tells: density, material, element, fibre frame, placement.
 
-use super::{Findings, materials};
+use super::{Findings, materials, prony};
 use crate::scene::document::{
     BodyDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
@@ -55,6 +55,9 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let remedy = "soft tissue has 0.1 to 30 Pa s; 0 leaves viscosity out";
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
+    if let Some(series) = &part.prony_series {
+        prony::check(part, series, &here.key("prony_series"), out);
+    }
     materials::check(&part.material, &here.key("material"), out);
     let coupled = !part.material.is_split();
     out.require(!(coupled && part.formulation == Some(Formulation::MeanDilatation)), || {

@@ -13,6 +13,7 @@ pub mod meshes;
 pub mod motion;
 pub mod names;
 pub mod overlap;
+pub mod prony;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod solver;

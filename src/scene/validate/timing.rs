@@ -41,7 +41,7 @@ fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     });
 }
 
-/// Shear viscosity is for explicit steps.
+/// Shear viscosity and relaxation are for explicit steps; a quasi-static run finds the relaxed state.
 fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let at_fault = match &document.integrator {
         IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. } => return,
@@ -49,8 +49,22 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
         IntegratorDocument::QuasiStatic { .. } => Problem::warning,
     };
     for (b, body) in document.bodies.iter().enumerate() {
-        for (p, part) in body.parts.iter().enumerate().filter(|(_, part)| part.shear_viscosity_pa_s > 0.0) {
-            let place = root.key("bodies").index(b).key("parts").index(p).key("shear_viscosity_pa_s");
+        for (p, part) in body.parts.iter().enumerate() {
+            let here = root.key("bodies").index(b).key("parts").index(p);
+            let is_static = matches!(document.integrator, IntegratorDocument::QuasiStatic { .. });
+            out.require(part.prony_series.is_none() || is_static, || {
+                Problem::error(
+                    "relaxation_without_explicit_steps",
+                    &here.key("prony_series"),
+                    "only explicit steps know relaxation",
+                )
+                .limit("no series in implicit runs")
+                .remedy("step explicitly, or leave the series out")
+            });
+            if part.shear_viscosity_pa_s <= 0.0 {
+                continue;
+            }
+            let place = here.key("shear_viscosity_pa_s");
             let message = "only explicit steps know shear viscosity";
             out.push(
                 at_fault("viscosity_without_explicit_steps", &place, message)

@@ -4,11 +4,13 @@ use super::App;
 use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};
+use crate::service::blobs::recording_name;
 use crate::service::jobs::JobId;
 use crate::service::jobs::store::JobRow;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The report of a job: one self-contained page with pictures, to be read or printed.
@@ -88,13 +90,15 @@ async fn recorded(
     if row.recording.is_none() {
         return Err(Problem::never(what, row.state));
     }
-    let path = app.queue.folder.recording(id);
-    match app.judges.call(move || RecordedRun::read(&path)).await? {
-        Ok(run) => Ok((run, row)),
+    let (blobs, name) = (Arc::clone(&app.queue.blobs), recording_name(id));
+    let read = move || blobs.open(&name).map(|blob| Some(RecordedRun::of(blob?, Path::new(&name))));
+    let read = app.judges.call(read).await?;
+    match read {
+        Ok(Some(Ok(run))) => Ok((run, row)),
         // Of a run that lost its worker, or of another engine.
-        Err(ReadError::NoSummary { .. }) => Err(Problem::never(what, row.state)),
-        Err(error) => {
-            tracing::error!(job = %id, %error, "a recording cannot be read");
+        Ok(Some(Err(ReadError::NoSummary { .. }))) => Err(Problem::never(what, row.state)),
+        other => {
+            tracing::error!(job = %id, ?other, "a recording cannot be read");
             Err(Problem::recording_lost())
         }
     }

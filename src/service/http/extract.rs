@@ -3,7 +3,7 @@
 use super::App;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
-use axum::body::Bytes;
+use crate::service::jobs::engine::JsonDocument;
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
@@ -63,11 +63,11 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     }
 }
 
-/// A body that is JSON, as it came. What it says is judged by the engine, which knows the place of every problem.
-#[derive(Clone, Debug)]
-pub struct JsonText(pub Bytes);
+/// A body that is JSON. What it says is judged by the engine, which knows the place of every problem.
+#[derive(Debug)]
+pub struct JsonBody(pub JsonDocument);
 
-impl FromRequest<Arc<App>> for JsonText {
+impl FromRequest<Arc<App>> for JsonBody {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &Arc<App>) -> Result<Self, Problem> {
@@ -85,9 +85,7 @@ impl FromRequest<Arc<App>> for JsonText {
             Ok(Err(_)) => return Err(Problem::broken_body()),
             Ok(Ok(bytes)) => bytes,
         };
-        // A whole value and not one that is skipped: what is skipped is not looked at (encoding, escapes).
-        serde_json::from_slice::<serde_json::Value>(&bytes).map_err(|e| Problem::bad_json(&e))?;
-        Ok(Self(bytes))
+        JsonDocument::read(bytes.into()).map(Self).map_err(|e| Problem::bad_json(&e))
     }
 }
 

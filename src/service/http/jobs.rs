@@ -1,25 +1,21 @@
 //! `/v1/jobs`: submit, validate, list, look, cancel, delete.
 
 use super::App;
-use super::extract::{JobPath, JsonText, Owner, Parameters};
+use super::extract::{JobPath, JsonBody, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};
 use crate::plan::PlanReport;
-use crate::scene::json;
-use crate::service::jobs::JobState;
-use crate::service::jobs::engine::{CheckedScene, SceneProblem};
-use crate::service::jobs::job_document::JobDocument;
+use crate::service::jobs::engine::{JsonDocument, SceneProblem};
 use crate::service::jobs::recordings::hexadecimal;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
+use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
 use axum::Json;
-use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
-use std::future::ready;
 use std::sync::Arc;
 use utoipa::{IntoParams, IntoResponses};
 
@@ -77,60 +73,57 @@ pub async fn submit(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonText(body): JsonText,
+    JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
-    let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
-    let request = Submission { address: "/v1/jobs", what: "scene", headers: &headers, body: &body };
-    accept(&app, &owner, &request, kept, move |scene, shelf| engine.check(scene, shelf)).await
+    accept(&app, &owner, JobKind::Simulation, &headers, body, async |scene| Ok(scene)).await
 }
 
-/// A request that is to become a job.
-pub(super) struct Submission<'a> {
-    /// Where it was sent.
-    pub address: &'static str,
-    /// What is sent there, in a word.
-    pub what: &'static str,
-    /// Its headers.
-    pub headers: &'a HeaderMap,
-    /// Its body.
-    pub body: &'a Bytes,
+/// By which a request is known again: the same body at another address is another request.
+fn request_sha256(kind: JobKind, body: &[u8]) -> String {
+    let address = match kind {
+        JobKind::Simulation => "/v1/jobs",
+        JobKind::Study => "/v1/studies",
+        JobKind::WhatIf => "/v1/what-if",
+    };
+    let digest = Sha256::new().chain_update(address).chain_update([0]).chain_update(body);
+    hexadecimal(&digest.finalize())
 }
 
-impl Submission<'_> {
-    /// By which it is known again: the same body at another address is another request.
-    fn sha256(&self) -> String {
-        let digest = Sha256::new().chain_update(self.address).chain_update([0]).chain_update(self.body);
-        hexadecimal(&digest.finalize())
-    }
-}
-
-/// Makes a job of a body. What is `kept` of it, and what `check` must find good, is asked for unless the request is a replay.
+/// Makes a job of a body. What is kept of the body and judged, `completed` says, which is asked unless the request is a replay.
 pub(super) async fn accept(
     app: &Arc<App>,
     owner: &str,
-    request: &Submission<'_>,
-    kept: impl Future<Output = Result<Bytes, Problem>>,
-    check: impl FnOnce(&[u8], &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> + Send + 'static,
+    kind: JobKind,
+    headers: &HeaderMap,
+    body: JsonDocument,
+    completed: impl AsyncFnOnce(JsonDocument) -> Result<JsonDocument, Problem>,
 ) -> Result<Response, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    let idempotency_key = idempotency_key(request.headers)?;
-    let body_sha256 = request.sha256();
+    let idempotency_key = idempotency_key(headers)?;
+    let body_sha256 = request_sha256(kind, &body.text);
     // A replay needs no second judgement of the scene.
     if let Some(key) = &idempotency_key
         && let Some(earlier) = app.queue.store.replay(owner, key, &body_sha256).await?
     {
         return submitted(earlier);
     }
-    let kept = kept.await?;
-    let scene = kept.to_vec();
-    let checked = judge(app, owner, request.what, move |shelf| check(&kept, shelf)).await?;
+    let document = completed(body).await?;
+    let engine = Arc::clone(&app.queue.engine);
+    let (checked, document) = judge(app, owner, kind, move |shelf| {
+        let checked = engine.check(kind, &document, shelf);
+        // A scene is read by its schema, which finds them; where members are read by their names, one of them is lost.
+        let repeated = if kind == JobKind::Simulation { Vec::new() } else { repeated_keys(&document) };
+        Ok((after(repeated, checked)?, document.text))
+    })
+    .await?;
     let new = NewJob {
         owner: owner.to_owned(),
         idempotency_key,
         body_sha256,
-        scene,
+        kind,
+        document,
         name: checked.name,
         content_hash: checked.content_hash,
         end_time_s: checked.end_time_s,
@@ -157,10 +150,11 @@ pub(super) async fn accept(
 pub async fn validate(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
-    JsonText(body): JsonText,
+    JsonBody(body): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
     let engine = Arc::clone(&app.queue.engine);
-    let preview = judge(&app, &owner, "scene", move |shelf| engine.preview(&body, shelf)).await?;
+    let judgement = move |shelf: &MeshShelf| engine.preview(&body, shelf);
+    let preview = judge(&app, &owner, JobKind::Simulation, judgement).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -300,33 +294,33 @@ pub async fn plan(
     Owner(owner): Owner,
     JobPath(id): JobPath,
 ) -> Result<Json<PlanReport>, Problem> {
-    let scene = app.queue.store.scene(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
-    if let Some(purpose) = JobDocument::of(&scene).purpose() {
+    let (kind, text) = app.queue.store.document(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
+    if let Some(purpose) = kind.purpose() {
         return Err(Problem::no_plan(purpose));
     }
     let engine = Arc::clone(&app.queue.engine);
-    let preview = judge(&app, &owner, "scene", move |shelf| engine.preview(&scene, shelf)).await?;
+    let scene = JsonDocument::read(text).map_err(|e| Problem::internal(&e))?;
+    let preview = judge(&app, &owner, kind, move |shelf| engine.preview(&scene, shelf)).await?;
     Ok(Json(preview.plan))
 }
 
-/// Judges a scene or what holds one (`what`), with the meshes of its owner at hand.
+/// Judges a scene or what holds one, with the meshes of its owner at hand.
 async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
-    what: &str,
+    kind: JobKind,
     judgement: impl FnOnce(&MeshShelf) -> Result<T, Vec<SceneProblem>> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
     let judged = app.judges.call(move || judgement(&shelf)).await?;
-    judged.map_err(|errors| Problem::invalid_scene(what, errors))
+    judged.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 
-/// What a check found, after the keys that the body has twice: where members are read by their names, one of them is lost.
-pub(super) fn with_repeated_keys<T>(
-    body: &[u8],
+/// What a check found, after other problems.
+fn after<T>(
+    mut problems: Vec<SceneProblem>,
     found: Result<T, Vec<SceneProblem>>,
 ) -> Result<T, Vec<SceneProblem>> {
-    let mut problems = repeated_keys(body);
     match found {
         Ok(good) if problems.is_empty() => return Ok(good),
         Ok(_) => {}
@@ -335,10 +329,9 @@ pub(super) fn with_repeated_keys<T>(
     Err(problems)
 }
 
-/// The problem of each key that a body, which is JSON, has twice.
-pub(super) fn repeated_keys(body: &[u8]) -> Vec<SceneProblem> {
-    let problems = json::parse(body).map(|parsed| parsed.problems).unwrap_or_default();
-    problems.into_iter().map(SceneProblem::from).collect()
+/// The problem of each key that a document has twice.
+pub(super) fn repeated_keys(document: &JsonDocument) -> Vec<SceneProblem> {
+    document.parsed.problems.iter().cloned().map(SceneProblem::from).collect()
 }
 
 /// The answer to a submission.

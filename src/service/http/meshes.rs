@@ -3,10 +3,11 @@
 use super::App;
 use super::extract::{Owner, Parameters, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
-use super::wire::UploadedMesh;
+use crate::mesh::read::MeshFormat;
+use crate::service::blobs::mesh_name;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::recordings::{hexadecimal, sync_folder};
-use crate::service::meshes::{MeshFormat, is_id, mesh_file};
+use crate::service::jobs::recordings::hexadecimal;
+use crate::service::meshes::{StoredMesh, is_id};
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, Request, State};
@@ -37,8 +38,8 @@ pub struct UploadParameters {
     post, path = "/v1/meshes", tag = "meshes", operation_id = "upload_mesh", params(UploadParameters),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses(
-        (status = 200, description = "It was uploaded before", body = UploadedMesh),
-        (status = 201, description = "It is kept", body = UploadedMesh, headers(("Location" = String, description = "Address of the mesh"))),
+        (status = 200, description = "It was uploaded before", body = StoredMesh),
+        (status = 201, description = "It is kept", body = StoredMesh, headers(("Location" = String, description = "Address of the mesh"))),
         (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Not a mesh", body = ProblemBody, content_type = "application/problem+json"),
@@ -67,21 +68,20 @@ pub async fn upload(
     let inspected = app.judges.call(move || engine.inspect_mesh(&path, parameters.format)).await?;
     let (format, report) = inspected?;
 
-    let kept = mesh_file(&app.queue.folder.meshes(), &upload.id, format);
-    std::fs::rename(&upload.path, &kept).map_err(|e| JobsError::file(&kept, e))?;
-    sync_folder(&kept)?;
+    let (path, name) = (upload.path.clone(), mesh_name(&upload.id, format));
+    app.queue.with_files(move |queue| queue.blobs.put(&path, &name)).await?;
     let is_new = app.queue.store.add_mesh(&owner, &upload.id, format, upload.bytes, &report).await?;
     let mesh = app.queue.store.mesh(&owner, &upload.id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);
-    Ok((status, [(header::LOCATION, location)], Json(UploadedMesh::of(mesh))).into_response())
+    Ok((status, [(header::LOCATION, location)], Json(mesh)).into_response())
 }
 
 /// Look at an uploaded mesh.
 #[utoipa::path(
     get, path = "/v1/meshes/{id}", tag = "meshes", operation_id = "get_mesh", params(("id" = String, Path, description = "SHA-256 of the file")),
     responses(
-        (status = 200, description = "What it holds, and how good it is", body = UploadedMesh),
+        (status = 200, description = "What it holds, and how good it is", body = StoredMesh),
         (status = 404, description = "No such mesh", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -89,13 +89,13 @@ pub async fn get(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     path: Result<Path<String>, axum::extract::rejection::PathRejection>,
-) -> Result<Json<UploadedMesh>, Problem> {
+) -> Result<Json<StoredMesh>, Problem> {
     let id = path.ok().map(|Path(id)| id).filter(|id| is_id(id)).ok_or_else(Problem::no_such_mesh)?;
     let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
-    Ok(Json(UploadedMesh::of(mesh)))
+    Ok(Json(mesh))
 }
 
-/// An upload that has come to its end, in a file of its own. The file goes with the value, unless it was renamed.
+/// An upload that has come to its end, in a file of its own. The file goes with the value, unless it became a blob.
 struct Upload {
     path: PathBuf,
     id: String,
@@ -104,12 +104,12 @@ struct Upload {
 
 impl Drop for Upload {
     fn drop(&mut self) {
-        // Fails when the file was renamed, which is as it should be.
+        // Fails when the file is a blob by now, which is as it should be.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// Writes a body into a file of its own and flushes it to the disk, counting and digesting it on the way.
+/// Writes a body into a file of its own, counting and digesting it on the way.
 async fn receive(app: &App, body: Body, limit: u64) -> Result<Upload, Problem> {
     let path = app.queue.folder.uploads().join(uuid::Uuid::new_v4().to_string());
     let mut upload = Upload { path, id: String::new(), bytes: 0 };
@@ -126,7 +126,7 @@ async fn receive(app: &App, body: Body, limit: u64) -> Result<Upload, Problem> {
         sha.update(&piece);
         file.write_all(&piece).await.map_err(failed)?;
     }
-    file.sync_all().await.map_err(failed)?;
+    file.flush().await.map_err(failed)?;
     upload.id = hexadecimal(&sha.finalize());
     Ok(upload)
 }

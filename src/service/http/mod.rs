@@ -24,12 +24,12 @@ use super::config::ServiceConfig;
 use super::jobs::queue::Queue;
 use super::metrics::Metrics;
 use axum::Router;
+use axum::response::Redirect;
 use axum::routing::get;
 use std::sync::Arc;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
-use utoipa_swagger_ui::{Config, SwaggerUi};
 
 /// What handlers work with.
 pub struct App {
@@ -70,7 +70,6 @@ fn routes() -> OpenApiRouter<Arc<App>> {
 /// Everything that the service answers.
 pub fn router(app: Arc<App>) -> Router {
     let (calls, _) = routes().split_for_parts();
-    let docs: Router<Arc<App>> = SwaggerUi::new("/docs").config(Config::from("/openapi.json")).into();
     let all = calls
         .route("/", get(viewer::page))
         // Players of recordings know a file by the end of its name, and refuse an address without one.
@@ -78,7 +77,8 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/viewer/presets.json", get(viewer::presets))
         .route("/viewer/{*path}", get(viewer::file))
         .route("/openapi.json", get(pages::openapi_json))
-        .merge(docs)
+        .route("/docs", get(async || Redirect::to("docs/")))
+        .route("/docs/", get(viewer::docs))
         .fallback(async || problem::Problem::no_such_address())
         .method_not_allowed_fallback(async || problem::Problem::method_not_allowed());
     edge::layered(all, &app).with_state(app)

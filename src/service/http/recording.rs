@@ -4,10 +4,11 @@ use super::App;
 use super::extract::{JobPath, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::range::{Wanted, wanted};
-use crate::service::jobs::JobsError;
+use crate::service::blobs::{Blob, open_file, recording_name};
 use crate::service::jobs::recordings::FileDigest;
 use crate::service::jobs::snapshots::Which;
 use crate::service::jobs::store::JobRow;
+use crate::service::jobs::{JobId, JobsError};
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
@@ -16,11 +17,9 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use futures::Stream;
 use serde::Deserialize;
-use std::io::SeekFrom;
+use std::io::{self, SeekFrom};
 use std::path::PathBuf;
 use std::sync::Arc;
-use tokio::fs::File;
-use tokio::io::{AsyncReadExt, AsyncSeekExt};
 use utoipa::IntoParams;
 
 /// Digest of the whole file, whatever part is sent (RFC 9530).
@@ -73,7 +72,7 @@ pub async fn download(
 ) -> Result<Response, Problem> {
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
     let file = match (parameters.snapshot, row.state.is_final()) {
-        (None, true) => final_file(&app, &row)?,
+        (None, true) => final_file(&row)?,
         (Some(_), true) => return Err(Problem::snapshot_gone()),
         (Some(number), false) => {
             snapshot_file(&app, &row, Which::Number(number)).await?.ok_or_else(Problem::snapshot_gone)?
@@ -83,40 +82,43 @@ pub async fn download(
             None => ended_meanwhile(&app, &owner, &row).await?,
         },
     };
-    send(&file, &method, &headers).await
+    send(&app, &file, &method, &headers).await
 }
 
 /// A file that can be sent: it never changes under this digest.
 struct Sendable {
-    path: PathBuf,
+    source: Source,
     digest: FileDigest,
     /// What a client may call it.
     name: String,
-    /// Address of a snapshot; `None` for a final recording.
-    snapshot: Option<String>,
+}
+
+/// Where what is sent lies.
+enum Source {
+    /// The recording of a job that has ended.
+    Recording(JobId),
+    /// A snapshot in the data folder, and its address.
+    Snapshot { path: PathBuf, address: String },
 }
 
 /// The recording of a job that has ended.
-fn final_file(app: &App, row: &JobRow) -> Result<Sendable, Problem> {
+fn final_file(row: &JobRow) -> Result<Sendable, Problem> {
     let recording = row.recording.clone().ok_or_else(|| Problem::never("recording", row.state))?;
     Ok(Sendable {
-        path: app.queue.folder.recording(row.id),
+        source: Source::Recording(row.id),
         digest: FileDigest { bytes: recording.bytes, sha256: recording.sha256 },
         name: format!("{}-{}.mcap", file_name(&row.name), row.id),
-        snapshot: None,
     })
 }
 
 /// What can be seen of the recording of a job that runs. Copied on a thread that may wait for the disk.
 async fn snapshot_file(app: &Arc<App>, row: &JobRow, which: Which) -> Result<Option<Sendable>, Problem> {
-    let (queue, id) = (Arc::clone(&app.queue), row.id);
-    let looking = tokio::task::spawn_blocking(move || queue.snapshot(id, &which));
-    let snapshot = looking.await.map_err(|e| Problem::internal(&e))??;
-    Ok(snapshot.map(|s| Sendable {
-        path: s.path,
-        digest: s.digest,
-        name: format!("{}-{}-snapshot-{}.mcap", file_name(&row.name), row.id, s.number),
-        snapshot: Some(format!("/v1/jobs/{}/recording?snapshot={}", row.id, s.number)),
+    let id = row.id;
+    let snapshot = app.queue.with_files(move |queue| queue.snapshot(id, &which)).await?;
+    Ok(snapshot.map(|s| {
+        let address = format!("/v1/jobs/{id}/recording?snapshot={}", s.number);
+        let name = format!("{}-{id}-snapshot-{}.mcap", file_name(&row.name), s.number);
+        Sendable { source: Source::Snapshot { path: s.path, address }, digest: s.digest, name }
     }))
 }
 
@@ -130,14 +132,14 @@ fn which(headers: &HeaderMap) -> Which {
 async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendable, Problem> {
     let row_now = app.queue.store.job(owner, row.id).await?.ok_or_else(Problem::no_such_job)?;
     if row_now.state.is_final() {
-        final_file(app, &row_now)
+        final_file(&row_now)
     } else {
         Err(Problem::not_yet("recording", row_now.state))
     }
 }
 
 /// The whole file, a part of it, or only what is said of it.
-async fn send(file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
+async fn send(app: &App, file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
     let bytes = file.digest.bytes;
     let etag = format!("\"{}\"", file.digest.sha256);
     let mut response = match wanted(method, headers, &etag, bytes) {
@@ -145,12 +147,12 @@ async fn send(file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<R
         Wanted::PreconditionFailed => return Err(Problem::precondition_failed()),
         Wanted::Unsatisfiable => return Err(Problem::range_not_satisfiable(bytes)),
         Wanted::Whole => {
-            let body = body(file, 0, bytes, method).await?;
+            let body = body(app, file, 0, bytes, method).await?;
             (StatusCode::OK, [(header::CONTENT_LENGTH, bytes)], body).into_response()
         }
         Wanted::Part { first, last } => {
             let length = last - first + 1;
-            let body = body(file, first, length, method).await?;
+            let body = body(app, file, first, length, method).await?;
             let content_range = format!("bytes {first}-{last}/{bytes}");
             let part = [(header::CONTENT_LENGTH, length.to_string()), (header::CONTENT_RANGE, content_range)];
             (StatusCode::PARTIAL_CONTENT, part, body).into_response()
@@ -169,7 +171,7 @@ fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), 
     headers.insert(header::CONTENT_DISPOSITION, value(&format!("attachment; filename=\"{}\"", file.name))?);
     // Private: it belongs to a token. A file never changes, but it may be deleted, or followed by a newer one.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
-    if let Some(address) = &file.snapshot {
+    if let Source::Snapshot { address, .. } = &file.source {
         headers.insert(header::CONTENT_LOCATION, value(address)?);
     } else {
         let digest = BASE64_STANDARD.encode(raw_digest(&file.digest.sha256));
@@ -200,40 +202,66 @@ fn file_name(scene: &str) -> String {
 }
 
 /// `length` bytes of a file from `first` on; nothing when only the head is asked for.
-async fn body(file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
-    let opened = async {
-        let mut opened = File::open(&file.path).await?;
-        let bytes = opened.metadata().await?.len();
-        opened.seek(SeekFrom::Start(first)).await?;
-        Ok((opened, bytes))
+async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
+    let opened = match &file.source {
+        Source::Recording(id) => {
+            let name = recording_name(*id);
+            app.queue.with_files(move |queue| at(queue.blobs.open(&name)?, first)).await?
+        }
+        Source::Snapshot { path, .. } => {
+            let path = path.clone();
+            app.queue.with_files(move |_| at(open_file(&path)?, first)).await?
+        }
     };
-    match opened.await {
-        Ok((_, bytes)) if bytes != file.digest.bytes => Err(lost(file)),
-        Ok(_) if *method == Method::HEAD => Ok(Body::empty()),
-        Ok((opened, _)) => Ok(Body::from_stream(pieces(opened, length))),
-        Err(error) if std::io::Error::kind(&error) == std::io::ErrorKind::NotFound => Err(lost(file)),
-        Err(error) => Err(JobsError::file(&file.path, error).into()),
+    match opened {
+        Some(opened) if opened.bytes != file.digest.bytes => Err(lost(file)),
+        Some(_) if *method == Method::HEAD => Ok(Body::empty()),
+        Some(opened) => Ok(Body::from_stream(pieces(opened.blob, length))),
+        None => Err(lost(file)),
     }
+}
+
+/// A blob that is read from some byte on.
+struct Opened {
+    blob: Box<dyn Blob>,
+    /// Its whole size [bytes].
+    bytes: u64,
+}
+
+/// A blob, if there is one, that will be read from `first` on.
+fn at(blob: Option<Box<dyn Blob>>, first: u64) -> Result<Option<Opened>, JobsError> {
+    let Some(mut blob) = blob else { return Ok(None) };
+    let bytes = blob.seek(SeekFrom::End(0)).and_then(|end| blob.seek(SeekFrom::Start(first)).map(|_| end));
+    let bytes = bytes.map_err(|error| JobsError::file("a recording", error))?;
+    Ok(Some(Opened { blob, bytes }))
 }
 
 /// What is not there, or not as it was kept: a snapshot went with its run, a recording somebody removed.
 fn lost(file: &Sendable) -> Problem {
-    if file.snapshot.is_some() { Problem::snapshot_gone() } else { Problem::recording_lost() }
+    match file.source {
+        Source::Snapshot { .. } => Problem::snapshot_gone(),
+        Source::Recording(_) => Problem::recording_lost(),
+    }
 }
 
-/// The next `left` bytes of a file, in pieces. A file that is deleted meanwhile can still be read to its end.
-fn pieces(file: File, left: u64) -> impl Stream<Item = std::io::Result<Bytes>> {
-    futures::stream::try_unfold((file, left), |(mut file, left)| async move {
+/// The next `left` bytes of a blob, in pieces, each read on a thread that may wait for it.
+fn pieces(blob: Box<dyn Blob>, left: u64) -> impl Stream<Item = io::Result<Bytes>> {
+    futures::stream::try_unfold((blob, left), |(mut blob, left)| async move {
         if left == 0 {
             return Ok(None);
         }
-        let mut piece = vec![0; PIECE.min(usize::try_from(left).unwrap_or(PIECE))];
-        let n = file.read(&mut piece).await?;
-        if n == 0 {
-            return Err(std::io::ErrorKind::UnexpectedEof.into());
+        let reading = tokio::task::spawn_blocking(move || {
+            let mut piece = vec![0; PIECE.min(usize::try_from(left).unwrap_or(PIECE))];
+            let n = blob.read(&mut piece)?;
+            piece.truncate(n);
+            io::Result::Ok((piece, blob))
+        });
+        let (piece, blob) = reading.await.map_err(io::Error::other)??;
+        if piece.is_empty() {
+            return Err(io::ErrorKind::UnexpectedEof.into());
         }
-        piece.truncate(n);
-        Ok(Some((Bytes::from(piece), (file, left - n as u64))))
+        let left = left - piece.len() as u64;
+        Ok(Some((Bytes::from(piece), (blob, left))))
     })
 }
 

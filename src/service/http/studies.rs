@@ -1,14 +1,14 @@
 //! `/v1/studies`: many runs of one scene as one job.
 
 use super::App;
-use super::extract::{JsonText, Owner};
-use super::jobs::{Submission, SubmitAnswer, SubmitHeaders, accept, with_repeated_keys};
+use super::extract::{JsonBody, Owner};
+use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
 use super::problem::Problem;
+use crate::service::jobs::JobKind;
 use crate::service::jobs::study_job::StudyDocument;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
-use std::future::ready;
 use std::sync::Arc;
 
 /// Submit a study.
@@ -24,12 +24,7 @@ pub async fn submit(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonText(body): JsonText,
+    JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
-    let (engine, kept) = (Arc::clone(&app.queue.engine), ready(Ok(body.clone())));
-    let request = Submission { address: "/v1/studies", what: "study", headers: &headers, body: &body };
-    accept(&app, &owner, &request, kept, move |study, shelf| {
-        with_repeated_keys(study, engine.check_study(study, shelf))
-    })
-    .await
+    accept(&app, &owner, JobKind::Study, &headers, body, async |study| Ok(study)).await
 }

@@ -1,4 +1,4 @@
-//! `/` and `/viewer/…`: the viewer, a page for people that reads the same recordings as everybody else.
+//! `/`, `/docs/` and `/viewer/…`: the viewer, a page for people that reads the same recordings as everybody else.
 //!
 //! Its files are those of `api/viewer/`, in the binary: plain ES modules, nothing is built and nothing is fetched from elsewhere.
 //! A build for development reads them from the folder when they are asked for, so a change is seen after a reload.
@@ -37,9 +37,19 @@ const PRESETS: [(&str, &str); 7] = [
 
 /// The page.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
-    let file = ViewerFiles::get("index.html").ok_or_else(Problem::no_such_address)?;
+    send_page("index.html", &headers)
+}
+
+/// `/docs/`: the contract as a page.
+pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
+    send_page("docs.html", &headers)
+}
+
+/// A page, with what it may load.
+fn send_page(name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
+    let file = ViewerFiles::get(name).ok_or_else(Problem::no_such_address)?;
     let policy = content_security_policy(&String::from_utf8_lossy(&file.data));
-    let mut response = send("index.html", file, &headers);
+    let mut response = send(name, file, headers);
     let policy = policy.try_into().map_err(|e| Problem::internal(&e))?;
     response.headers_mut().insert(header::CONTENT_SECURITY_POLICY, policy);
     Ok(response)

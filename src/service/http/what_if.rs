@@ -1,14 +1,13 @@
 //! `/v1/what-if`: many cases of one scene as one job.
 
 use super::App;
-use super::extract::{JsonText, Owner};
-use super::jobs::{Submission, SubmitAnswer, SubmitHeaders, accept, repeated_keys, with_repeated_keys};
+use super::extract::{JsonBody, Owner};
+use super::jobs::{SubmitAnswer, SubmitHeaders, accept, repeated_keys};
 use super::problem::Problem;
-use crate::service::jobs::JobId;
-use crate::service::jobs::engine::SceneProblem;
-use crate::service::jobs::job_document::JobDocument;
+use crate::scene::json::Parsed;
+use crate::service::jobs::engine::{JsonDocument, SceneProblem};
+use crate::service::jobs::{JobId, JobKind};
 use crate::study::what_if::WhatIfDocument;
-use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -29,22 +28,17 @@ pub async fn ask(
     State(app): State<Arc<App>>,
     Owner(owner): Owner,
     headers: HeaderMap,
-    JsonText(body): JsonText,
+    JsonBody(body): JsonBody,
 ) -> Result<Response, Problem> {
-    let engine = Arc::clone(&app.queue.engine);
-    let request = Submission { address: "/v1/what-if", what: "question", headers: &headers, body: &body };
-    let (question, written) = (with_scene(&app, &owner, &body), body.clone());
-    accept(&app, &owner, &request, question, move |question, shelf| {
-        with_repeated_keys(&written, engine.check_what_if(question, shelf))
-    })
-    .await
+    let completed = async |question| with_scene(&app, &owner, question).await;
+    accept(&app, &owner, JobKind::WhatIf, &headers, body, completed).await
 }
 
 /// The question with the scene of the job that it names, so that it does not need that job any more.
-async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Problem> {
+async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDocument, Problem> {
     // A body that is no such object is judged like any other.
-    let Ok(Value::Object(mut question)) = serde_json::from_slice(body) else { return Ok(body.clone()) };
-    let Some(job) = question.remove("job") else { return Ok(body.clone()) };
+    let Value::Object(mut question) = body.parsed.value.clone() else { return Ok(body) };
+    let Some(job) = question.remove("job") else { return Ok(body) };
     let refuse = |code: &str, message: &str, limit: &str, remedy: &str| {
         let problem = SceneProblem {
             code: code.into(),
@@ -54,7 +48,7 @@ async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Probl
             remedy: remedy.into(),
             ..SceneProblem::of_document(message)
         };
-        Problem::invalid_scene("question", repeated_keys(body).into_iter().chain([problem]).collect())
+        Problem::invalid_scene("question", repeated_keys(&body).into_iter().chain([problem]).collect())
     };
     if question.contains_key("scene") {
         return Err(refuse(
@@ -66,10 +60,10 @@ async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Probl
     }
     let id: Option<JobId> = job.as_str().and_then(|text| text.parse().ok());
     let kept = match id {
-        Some(id) => app.queue.store.scene(owner, id).await?,
+        Some(id) => app.queue.store.document(owner, id).await?,
         None => None,
     };
-    if let Some(purpose) = kept.as_deref().and_then(|document| JobDocument::of(document).purpose()) {
+    if let Some(purpose) = kept.as_ref().and_then(|(kind, _)| kind.purpose()) {
         return Err(refuse(
             "no_base",
             &format!("this job {purpose}: it has no scene of its own"),
@@ -77,9 +71,11 @@ async fn with_scene(app: &App, owner: &str, body: &Bytes) -> Result<Bytes, Probl
             "name the job of its base, or send the scene of the base as `scene`",
         ));
     }
-    let scene: Option<Value> = kept.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let scene: Option<Value> = kept.and_then(|(_, text)| serde_json::from_slice(&text).ok());
     let unknown = || refuse("bad_base", "there is no such job", "the id of a job", "see /v1/jobs");
     let scene = scene.ok_or_else(unknown)?;
     question.insert("scene".into(), scene);
-    Ok(Bytes::from(Value::Object(question).to_string()))
+    let value = Value::Object(question);
+    let text = value.to_string().into_bytes();
+    Ok(JsonDocument { text, parsed: Parsed { value, problems: body.parsed.problems } })
 }

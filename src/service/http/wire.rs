@@ -1,10 +1,10 @@
 //! What goes over the wire.
 
 use crate::plan::PlanReport;
-use crate::service::jobs::engine::{BodyPreview, ScenePreview, SceneProblem};
-use crate::service::jobs::store::{JobRow, StoredMesh};
-use crate::service::jobs::{JobFailure, JobState, Phase};
-use crate::service::meshes::{MeshFormat, MeshReport};
+use crate::scene::summary::BodySummary;
+use crate::service::jobs::engine::{ScenePreview, SceneProblem};
+use crate::service::jobs::store::JobRow;
+use crate::service::jobs::{FinalRecording, JobFailure, JobState, Phase};
 use serde::Serialize;
 use utoipa::openapi::{Ref, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
@@ -70,22 +70,11 @@ pub struct Job {
     /// Why it failed.
     pub failure: Option<JobFailure>,
     /// Its recording, when final.
-    pub recording: Option<Recording>,
+    pub recording: Option<FinalRecording>,
     /// Where more can be asked.
     pub links: JobLinks,
     /// What the numbers are not.
     pub notice: &'static str,
-}
-
-/// A recording that will not change any more.
-#[derive(Clone, Debug, Serialize, ToSchema)]
-pub struct Recording {
-    /// Its size [bytes].
-    pub bytes: u64,
-    /// SHA-256 of its bytes, hexadecimal.
-    pub sha256: String,
-    /// Whether it holds the whole run.
-    pub complete: bool,
 }
 
 /// Addresses of a job.
@@ -118,8 +107,6 @@ impl Job {
             recording: row.recording.is_some().then(|| format!("{this}/recording")),
             this,
         };
-        let recording =
-            row.recording.map(|r| Recording { bytes: r.bytes, sha256: r.sha256, complete: r.complete });
         Self {
             id: row.id,
             name: row.name,
@@ -140,7 +127,7 @@ impl Job {
             content_hash: row.content_hash,
             warnings: row.warnings,
             failure: row.failure,
-            recording,
+            recording: row.recording,
             links,
             notice: NOTICE,
         }
@@ -168,7 +155,7 @@ pub struct Validation {
     /// What is odd, but not wrong.
     pub warnings: Vec<SceneProblem>,
     /// The bodies and their meshes, placed [m].
-    pub bodies: Vec<BodyPreview>,
+    pub bodies: Vec<BodySummary>,
     /// What the run would cost, and what it would do.
     pub plan: PlanReport,
     /// What the numbers are not.
@@ -186,35 +173,6 @@ impl Validation {
             bodies: preview.bodies,
             plan: preview.plan,
             notice: NOTICE,
-        }
-    }
-}
-
-/// An uploaded mesh.
-#[derive(Clone, Debug, Serialize, ToSchema)]
-pub struct UploadedMesh {
-    /// SHA-256 of its bytes, hexadecimal: the name by which scenes use it.
-    pub id: String,
-    /// Its format.
-    pub format: MeshFormat,
-    /// Its size [bytes].
-    pub bytes: u64,
-    /// When it came first, RFC 3339.
-    pub created_at: String,
-    /// What it holds.
-    #[serde(flatten)]
-    pub report: MeshReport,
-}
-
-impl UploadedMesh {
-    /// The mesh of a row of the store.
-    pub fn of(mesh: StoredMesh) -> Self {
-        Self {
-            id: mesh.id,
-            format: mesh.format,
-            bytes: mesh.bytes,
-            created_at: mesh.created_at,
-            report: mesh.report,
         }
     }
 }

@@ -3,45 +3,35 @@
 //! The queue and the HTTP routes know only this trait, so that they can be tested without finite elements. The engine
 //! that ships is [`super::simulator::Simulator`].
 
-use super::control::RunControl;
-use super::{JobFailure, RunProgress};
-use crate::plan::PlanReport;
-use crate::service::meshes::{MeshFormat, MeshRefusal, MeshReport, MeshShelf};
-use serde::{Deserialize, Serialize};
-use std::path::Path;
-use utoipa::ToSchema;
+pub use super::verdict::{RunEnding, SceneProblem};
 
-/// Something that is wrong, or odd, in a scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct SceneProblem {
-    /// `error` or `warning`.
-    pub severity: String,
-    /// Kind of the problem, stable, for programs.
-    pub code: String,
-    /// Where in the document, as a JSON pointer (RFC 6901); empty for the whole document.
-    pub pointer: String,
-    /// What is wrong.
-    pub message: String,
-    /// The value found; null when there is none.
-    pub value: serde_json::Value,
-    /// What the value must keep to.
-    pub limit: String,
-    /// What to do about it.
-    pub remedy: String,
+use super::control::RunControl;
+use super::store::Event;
+use super::{JobFailure, JobKind, Progress};
+use crate::mesh::read::MeshFormat;
+use crate::plan::PlanReport;
+use crate::scene::json::{Parsed, read};
+use crate::scene::summary::BodySummary;
+use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf};
+use std::path::Path;
+
+/// A document that was sent: its text, which is kept, and what it says, read once.
+#[derive(Clone, Debug)]
+pub struct JsonDocument {
+    /// As it came.
+    pub text: Vec<u8>,
+    /// What it says, and the keys that it has twice.
+    pub parsed: Parsed,
 }
 
-impl SceneProblem {
-    /// An error about the document as a whole.
-    pub fn of_document(message: &str) -> Self {
-        Self {
-            severity: "error".into(),
-            code: "not_compilable".into(),
-            pointer: String::new(),
-            message: message.to_owned(),
-            value: serde_json::Value::Null,
-            limit: String::new(),
-            remedy: String::new(),
-        }
+impl JsonDocument {
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// When it is no JSON.
+    pub fn read(text: Vec<u8>) -> Result<Self, serde_json::Error> {
+        let parsed = read(&text)?;
+        Ok(Self { text, parsed })
     }
 }
 
@@ -64,55 +54,19 @@ pub struct ScenePreview {
     /// What is known of it.
     pub checked: CheckedScene,
     /// The bodies and their meshes.
-    pub bodies: Vec<BodyPreview>,
+    pub bodies: Vec<BodySummary>,
     /// What the plan keeps and leaves out, and what it will cost.
     pub plan: PlanReport,
 }
 
-/// A body of a scene, with its mesh in place.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct BodyPreview {
-    /// Its name.
-    pub name: String,
-    /// Nodes.
-    pub nodes: u64,
-    /// Elements.
-    pub elements: u64,
-    /// Volume of the mesh [m³].
-    pub volume_m3: f64,
-    /// Mass of the mesh [kg].
-    pub mass_kg: f64,
-    /// Lower and upper corner of the box around it [m].
-    pub bounding_box_m: [[f64; 3]; 2],
-    /// Smallest scaled Jacobian of all corners and quadrature points, 1 for a brick [-].
-    pub min_scaled_jacobian: f64,
-    /// The element where that is.
-    pub worst_element: u32,
-    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
-    pub max_aspect_ratio: Option<f64>,
-    /// Shortest edge [m].
-    pub min_edge_m: f64,
-    /// Its parts.
-    pub parts: Vec<PartPreview>,
-    /// What the mesh says of itself.
-    pub notes: Vec<String>,
-}
-
-/// A part of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct PartPreview {
-    /// Its name.
-    pub name: String,
-    /// Elements.
-    pub elements: u64,
-    /// Mass [kg].
-    pub mass_kg: f64,
-}
-
 /// One run that a worker asks for.
 pub struct RunOrder<'a> {
-    /// The scene document as it was submitted.
-    pub scene: &'a [u8],
+    /// What the document asks for.
+    pub kind: JobKind,
+    /// The document as it was accepted.
+    pub document: &'a [u8],
+    /// What [`Engine::check`] called it.
+    pub content_hash: &'a str,
     /// The meshes that it may name.
     pub meshes: &'a MeshShelf,
     /// Where the recording goes when it is whole; until then it is [`crate::record::partial_path`] of that.
@@ -122,9 +76,9 @@ pub struct RunOrder<'a> {
     /// How it is stopped.
     pub control: &'a RunControl,
     /// Told how far it has come, as often as the engine likes.
-    pub progress: &'a mut dyn FnMut(RunProgress),
-    /// Told parts of the result as they come: the kind of the event and its data.
-    pub tell: &'a mut dyn FnMut(&'static str, &serde_json::Value),
+    pub progress: &'a mut (dyn FnMut(Progress) + Send),
+    /// Told parts of the result as they come.
+    pub tell: &'a mut dyn FnMut(Event<'static>),
     /// Where results are kept by content, for all jobs.
     pub results: &'a Path,
 }
@@ -137,47 +91,30 @@ pub struct RunReport {
     /// Its summary, as JSON text.
     pub summary: Option<String>,
     /// How far it came.
-    pub progress: RunProgress,
-}
-
-/// The ways a run ends.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RunEnding {
-    /// It reached the end time.
-    Finished,
-    /// It was stopped.
-    Stopped,
-    /// It went wrong, and this is why.
-    Failed(JobFailure),
+    pub progress: Progress,
 }
 
 /// A simulator.
 pub trait Engine: Send + Sync + 'static {
-    /// Judges a scene without compiling it: whether it may run.
+    /// Judges what a job shall be made of, without compiling its scene: whether it may run. The scene of a study or of a what-if
+    /// question stands in its document.
     ///
     /// # Errors
-    /// Every problem of the scene at once.
-    fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
-
-    /// Judges a study of a scene.
-    ///
-    /// # Errors
-    /// Every problem of the study and its scene at once.
-    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
-
-    /// Judges a what-if question, whose base is a scene in it.
-    ///
-    /// # Errors
-    /// Every problem of the question and its scene at once.
-    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>>;
+    /// Every problem of the document at once.
+    fn check(
+        &self,
+        kind: JobKind,
+        document: &JsonDocument,
+        meshes: &MeshShelf,
+    ) -> Result<CheckedScene, Vec<SceneProblem>>;
 
     /// Judges a scene and compiles it: what it would be, and what it would cost.
     ///
     /// # Errors
     /// Every problem of the scene at once.
-    fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>>;
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>>;
 
-    /// Runs a scene to its end. The recording is closed and readable however it ends.
+    /// Runs a job to its end. The recording is closed and readable however it ends.
     ///
     /// # Errors
     /// The diagnosis of a run that could not begin.

@@ -1,5 +1,6 @@
 //! What can go wrong with jobs.
 
+use std::error::Error;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
@@ -7,11 +8,16 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum JobsError {
     /// The job store did not answer.
-    #[error("the job store failed: {0}")]
-    Store(#[from] sqlx::Error),
+    #[error("the job store failed: {source}")]
+    Store {
+        /// What of it is worth knowing, whichever store it is.
+        fault: StoreFault,
+        /// Why, in the words of the store.
+        source: Box<dyn Error + Send + Sync>,
+    },
     /// The tables of the job store could not be brought to this version.
     #[error("the job store could not be migrated: {0}")]
-    Migration(#[from] sqlx::migrate::MigrateError),
+    Migration(#[source] Box<dyn Error + Send + Sync>),
     /// A row that this version did not write.
     #[error("the job store holds an unknown {what}: {value:?}")]
     Corrupt {
@@ -45,16 +51,22 @@ pub enum JobsError {
     },
 }
 
-/// SQLite's code for a disk without room (SQLITE_FULL), in the lower byte of a code with details.
-const SQLITE_FULL: u32 = 13;
-/// SQLite's code for a disk that fails (SQLITE_IOERR).
-const SQLITE_IOERR: u32 = 10;
+/// How a job store failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFault {
+    /// It has no room.
+    Full,
+    /// Its disk failed, or it had too much to do: later it may be otherwise.
+    Passing,
+    /// Anything else.
+    Other,
+}
 
 impl JobsError {
-    /// Whether the disk had no room.
+    /// Whether there was no room.
     pub fn is_storage_full(&self) -> bool {
         match self {
-            Self::Store(_) => self.sqlite_code() == Some(SQLITE_FULL),
+            Self::Store { fault, .. } => *fault == StoreFault::Full,
             Self::File { source, .. } => {
                 matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
             }
@@ -62,14 +74,9 @@ impl JobsError {
         }
     }
 
-    /// Whether the disk failed, or the store had too much to do: later it may be otherwise.
+    /// Whether it may be otherwise later.
     pub fn is_passing(&self) -> bool {
-        matches!(self, Self::Store(sqlx::Error::PoolTimedOut)) || self.sqlite_code() == Some(SQLITE_IOERR)
-    }
-
-    fn sqlite_code(&self) -> Option<u32> {
-        let Self::Store(sqlx::Error::Database(error)) = self else { return None };
-        error.code()?.parse::<u32>().ok().map(|code| code & 0xff)
+        matches!(self, Self::Store { fault: StoreFault::Passing, .. })
     }
 
     /// An error about a file.

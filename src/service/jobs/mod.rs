@@ -1,17 +1,18 @@
 //! Jobs: scenes that wait, run and end, and survive the process that runs them.
 //!
-//! - [`store`]: the one place that speaks SQL; every change of a job and the event that tells of it are one
+//! - [`store`]: what is kept of jobs, behind a trait; every change of a job and the event that tells of it are one
 //!   transaction.
 //! - [`queue`]: what can be asked of jobs: submit, cancel, delete; and recovery at the start.
 //! - [`worker`]: threads that claim a job, run it by an [`engine::Engine`] and say how it ended.
-//! - [`recordings`]: files that are written under one name and immutable under another.
+//! - [`recordings`]: files that are still written.
 //! - [`snapshots`]: what can be seen of a recording while it is written.
 //! - [`control`]: how a running job is stopped, and why.
 
 pub mod control;
 pub mod engine;
 mod error;
-pub mod job_document;
+mod judged;
+mod kind;
 pub mod queue;
 pub mod recordings;
 pub mod simulator;
@@ -20,10 +21,14 @@ mod spending;
 pub mod store;
 mod study_entries;
 pub mod study_job;
+mod verdict;
 pub mod what_if_job;
 pub mod worker;
 
-pub use error::JobsError;
+pub use error::{JobsError, StoreFault};
+pub use kind::JobKind;
+
+pub use crate::study::{Phase, Progress};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -71,56 +76,6 @@ impl JobState {
     /// Whether nothing will change any more.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
-    }
-}
-
-/// What a job does at the moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Phase {
-    /// It waits for a worker.
-    Waiting,
-    /// Meshes are made or read, the scene is compiled.
-    Loading,
-    /// Cheaper runs of the scene give the error bars.
-    EstimatingErrors,
-    /// It settles before the clock starts.
-    Settling,
-    /// It steps through time.
-    Stepping,
-    /// The recording is closed and its digest computed.
-    Closing,
-    /// Nothing any more.
-    Done,
-}
-
-impl Phase {
-    const ALL: [Self; 7] = [
-        Self::Waiting,
-        Self::Loading,
-        Self::EstimatingErrors,
-        Self::Settling,
-        Self::Stepping,
-        Self::Closing,
-        Self::Done,
-    ];
-
-    /// The name on the wire and in the store.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Waiting => "waiting",
-            Self::Loading => "loading",
-            Self::EstimatingErrors => "estimating_errors",
-            Self::Settling => "settling",
-            Self::Stepping => "stepping",
-            Self::Closing => "closing",
-            Self::Done => "done",
-        }
-    }
-
-    /// The phase of a name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|s| s.as_str() == name)
     }
 }
 
@@ -185,6 +140,20 @@ pub struct JobFailure {
 }
 
 impl JobFailure {
+    /// The diagnosis of a job that lost its worker so often.
+    pub fn worker_lost(attempts: u32) -> Self {
+        Self {
+            cause: JobFailureCause::WorkerLost,
+            message: format!("the process that ran it was lost {attempts} times"),
+            remedy:
+                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
+                    .into(),
+            time_s: None,
+            step: None,
+            element: None,
+        }
+    }
+
     /// The diagnosis of a fault of the program. What it was is in the log and not for the world.
     pub fn internal() -> Self {
         Self {
@@ -212,39 +181,9 @@ pub struct FailedElement {
     pub position_m: Option<[f64; 3]>,
 }
 
-/// How far a run has come.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct RunProgress {
-    /// What it does.
-    pub phase: Phase,
-    /// Share of the run that is done, 0 … 1.
-    pub progress: f64,
-    /// Steps done.
-    pub step: u64,
-    /// Steps expected in all.
-    pub expected_steps: Option<u64>,
-    /// Simulated time reached [s]; negative while settling.
-    pub simulated_time_s: f64,
-    /// Expected time to the end on the wall clock [s].
-    pub eta_s: Option<f64>,
-}
-
-impl RunProgress {
-    /// A run that has only begun.
-    pub fn loading() -> Self {
-        Self {
-            phase: Phase::Loading,
-            progress: 0.0,
-            step: 0,
-            expected_steps: None,
-            simulated_time_s: 0.0,
-            eta_s: None,
-        }
-    }
-}
-
 /// A recording that will not change any more.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Recording)]
 pub struct FinalRecording {
     /// Its size [bytes].
     pub bytes: u64,

@@ -1,12 +1,15 @@
 //! What can be asked of jobs, and what is done with them at the start.
 
 use super::control::{RunControl, StopReason};
-use super::engine::Engine;
-use super::recordings::DataFolder;
+use super::engine::{Engine, RunEnding};
+use super::recordings::{DataFolder, FileDigest};
 use super::snapshots::{Snapshot, Snapshots, Which};
-use super::store::{CancelAnswer, ClaimedJob, DeleteAnswer, NewJob, Recovered, Store, Submitted};
-use super::{FinalRecording, JobId, JobsError};
+use super::store::{
+    CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, NewJob, Orphan, OwnerWish, Requeued, Submitted,
+};
+use super::{FinalRecording, JobFailure, JobId, JobsError};
 use crate::record::partial_path;
+use crate::service::blobs::{BlobStore, recording_name};
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
@@ -14,13 +17,26 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, broadcast, watch};
 
+/// Where the service keeps what it has.
+#[derive(Debug)]
+pub struct Storage {
+    /// The jobs.
+    pub jobs: Arc<dyn JobStore>,
+    /// Recordings and meshes that are whole.
+    pub blobs: Arc<dyn BlobStore>,
+    /// The files that still grow.
+    pub folder: DataFolder,
+}
+
 /// The queue: the store, the workers' brakes, and the bell that rings when something happened to a job.
 pub struct Queue {
     /// The job store.
-    pub store: Store,
+    pub store: Arc<dyn JobStore>,
+    /// Recordings and meshes that are whole.
+    pub blobs: Arc<dyn BlobStore>,
     /// The simulator.
     pub engine: Arc<dyn Engine>,
-    /// The files.
+    /// The files that still grow.
     pub folder: DataFolder,
     /// Limits.
     pub config: Arc<ServiceConfig>,
@@ -40,14 +56,15 @@ impl Queue {
     /// # Errors
     /// When the store or the files fail.
     pub async fn open(
+        storage: Storage,
         config: Arc<ServiceConfig>,
         engine: Arc<dyn Engine>,
         metrics: Arc<Metrics>,
-    ) -> Result<Self, JobsError> {
-        let folder = DataFolder::open(&config.data)?;
-        let store = Store::open(&folder.store_file()).await?;
-        let queue = Self {
+    ) -> Result<Arc<Self>, JobsError> {
+        let Storage { jobs: store, blobs, folder } = storage;
+        let queue = Arc::new(Self {
             store,
+            blobs,
             engine,
             folder,
             config,
@@ -57,49 +74,80 @@ impl Queue {
             arrivals: Notify::new(),
             bell: broadcast::channel(256).0,
             closing: watch::channel(false).0,
-        };
+        });
         queue.recover().await?;
         Ok(queue)
     }
 
     /// Settles what the process before this one left.
-    async fn recover(&self) -> Result<(), JobsError> {
-        for (seq, id, attempt, fate) in self.store.orphans(self.config.max_attempts).await? {
+    async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
+        for Orphan { seq, id, attempt, wish } in self.store.orphans().await? {
+            let fate = Fate::of(wish, attempt, self.config.max_attempts);
             tracing::warn!(job = %id, attempt, ?fate, "found a job without its worker");
-            match fate {
-                Recovered::Requeue => {
-                    self.folder.remove_recordings(id)?;
-                    self.store.requeue_orphan(seq).await?;
+            let ending = match fate {
+                Fate::Requeue => {
+                    self.with_files(move |queue| queue.remove_files(id)).await?;
+                    self.store.requeue(seq, attempt, Requeued::WorkerLost).await?;
+                    continue;
                 }
-                Recovered::Cancel | Recovered::GiveUp => {
-                    let recording = self.keep_recording(id, false)?;
-                    self.store.end_orphan(seq, attempt, fate == Recovered::Cancel, recording).await?;
-                }
-                Recovered::Erase => {
-                    self.folder.remove_recordings(id)?;
+                Fate::Erase => {
+                    self.with_files(move |queue| queue.remove_files(id)).await?;
                     self.store.erase(seq).await?;
+                    continue;
                 }
-            }
+                Fate::Cancel => RunEnding::Stopped,
+                Fate::GiveUp => RunEnding::Failed(JobFailure::worker_lost(attempt)),
+            };
+            let recording = self.with_files(move |queue| queue.keep_recording(id, false)).await?;
+            let end = JobEnd { ending, summary: None, recording, progress: None };
+            self.store.finish(seq, attempt, &end).await?;
         }
         Ok(())
     }
 
-    /// The recording that an ended run left, with its digest. One that its writer did not close is mended first; nothing
-    /// when nothing of it can be read.
+    /// Work that waits for files, away from the threads of the runtime.
+    ///
+    /// # Errors
+    /// Those of the work; and when it panics.
+    pub async fn with_files<T: Send + 'static>(
+        self: &Arc<Self>,
+        work: impl FnOnce(&Self) -> Result<T, JobsError> + Send + 'static,
+    ) -> Result<T, JobsError> {
+        let queue = Arc::clone(self);
+        let working = tokio::task::spawn_blocking(move || work(&queue));
+        working
+            .await
+            .unwrap_or_else(|error| Err(JobsError::file("the data folder", std::io::Error::other(error))))
+    }
+
+    /// The recording that an ended run left, a blob from now on, with its digest. One that its writer did not close is mended
+    /// first; nothing when nothing of it can be read.
     pub(super) fn keep_recording(
         &self,
         id: JobId,
         complete: bool,
     ) -> Result<Option<FinalRecording>, JobsError> {
-        let recording = self.folder.recording(id);
-        if !recording.exists()
-            && partial_path(&recording).exists()
-            && let Err(reason) = self.engine.mend_recording(&recording)
+        let (file, name) = (self.folder.recording(id), recording_name(id));
+        if !file.exists()
+            && partial_path(&file).exists()
+            && let Err(reason) = self.engine.mend_recording(&file)
         {
             tracing::warn!(job = %id, reason, "nothing of the recording can be read");
-            self.folder.remove_recordings(id)?;
+            self.remove_files(id)?;
         }
-        self.folder.seal_recording(id, complete)
+        if file.exists() {
+            self.blobs.put(&file, &name)?;
+        }
+        let Some(blob) = self.blobs.open(&name)? else { return Ok(None) };
+        let FileDigest { bytes, sha256 } =
+            FileDigest::of(blob).map_err(|error| JobsError::file(name, error))?;
+        Ok(Some(FinalRecording { bytes, sha256, complete }))
+    }
+
+    /// Removes whatever a job left.
+    pub(super) fn remove_files(&self, id: JobId) -> Result<(), JobsError> {
+        self.folder.remove_recordings(id)?;
+        self.blobs.delete(&recording_name(id))
     }
 
     /// Keeps a new job; it is durable when this returns.
@@ -135,7 +183,7 @@ impl Queue {
     ///
     /// # Errors
     /// When the store or the files fail.
-    pub async fn delete(&self, owner: &str, id: JobId) -> Result<bool, JobsError> {
+    pub async fn delete(self: &Arc<Self>, owner: &str, id: JobId) -> Result<bool, JobsError> {
         let hidden = match self.store.hide(owner, id).await {
             // What fills the disk is what shall go: the note of it finds room after that.
             Err(error) if error.is_storage_full() => {
@@ -143,7 +191,7 @@ impl Queue {
                 if job.is_none_or(|job| !job.state.is_final()) {
                     return Err(error);
                 }
-                self.folder.remove_recordings(id)?;
+                self.with_files(move |queue| queue.remove_files(id)).await?;
                 self.store.hide(owner, id).await?
             }
             other => other?,
@@ -155,7 +203,7 @@ impl Queue {
                 self.ring(seq);
             }
             DeleteAnswer::Idle { seq } => {
-                self.folder.remove_recordings(id)?;
+                self.with_files(move |queue| queue.remove_files(id)).await?;
                 self.store.erase(seq).await?;
                 self.ring(seq);
             }
@@ -193,9 +241,9 @@ impl Queue {
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
         let control = Arc::new(RunControl::new(self.config.deadline));
         self.controls().insert(job.id, Arc::clone(&control));
-        match self.store.is_unwanted(job.seq).await {
-            Ok(true) => control.stop(StopReason::Cancel),
-            Ok(false) => {}
+        match self.store.wish(job.seq).await {
+            Ok(OwnerWish::Stop | OwnerWish::Deletion) => control.stop(StopReason::Cancel),
+            Ok(OwnerWish::Result) => {}
             // The job is claimed and has to run: a cancel that was missed here is only late.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not see whether it is still wanted"),
         }
@@ -222,12 +270,8 @@ impl Queue {
 
     /// The meshes that an owner's scenes may name. To be used outside the threads of the runtime only.
     pub fn shelf(&self, owner: &str) -> MeshShelf {
-        MeshShelf::new(
-            self.folder.meshes(),
-            self.store.clone(),
-            owner.to_owned(),
-            tokio::runtime::Handle::current(),
-        )
+        let runtime = tokio::runtime::Handle::current();
+        MeshShelf::new(Arc::clone(&self.blobs), Arc::clone(&self.store), owner.to_owned(), runtime)
     }
 
     /// A bell that names the job that something happened to.
@@ -270,5 +314,44 @@ impl Queue {
 
     fn controls(&self) -> std::sync::MutexGuard<'_, BTreeMap<JobId, Arc<RunControl>>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What becomes of a job whose worker was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    /// It waits again.
+    Requeue,
+    /// Its owner had cancelled it.
+    Cancel,
+    /// It lost its worker too often.
+    GiveUp,
+    /// Its owner had deleted it.
+    Erase,
+}
+
+impl Fate {
+    fn of(wish: OwnerWish, attempt: u32, max_attempts: u32) -> Self {
+        match wish {
+            OwnerWish::Deletion => Self::Erase,
+            OwnerWish::Stop => Self::Cancel,
+            OwnerWish::Result if attempt >= max_attempts => Self::GiveUp,
+            OwnerWish::Result => Self::Requeue,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orphans_have_the_fate_that_they_deserve() {
+        let fates = |max_attempts| {
+            let wishes = [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion];
+            wishes.map(|wish| Fate::of(wish, 1, max_attempts))
+        };
+        assert_eq!(fates(2), [Fate::Requeue, Fate::Cancel, Fate::Erase]);
+        assert_eq!(fates(1), [Fate::GiveUp, Fate::Cancel, Fate::Erase]);
     }
 }

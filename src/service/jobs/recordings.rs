@@ -1,12 +1,13 @@
-//! Files of the service: one folder that one process may use, recordings that never change under their final name.
+//! Files that still grow: one folder that one process may use, with the recordings of its runs, snapshots of them, and uploads.
 //!
-//! A run writes `<id>.mcap.partial`, and its recorder gives the file its name when it is whole. Everything else that a job
-//! has begins with `<id>.` too, so that it can be found when the job goes.
+//! A run writes `<id>.mcap.partial`, and its recorder gives the file its name when it is whole; then it can become a
+//! [blob](crate::service::blobs). Everything else that a job has begins with `<id>.` too, so that it can be found when the job
+//! goes.
 
-use super::{FinalRecording, JobId, JobsError};
+use super::{JobId, JobsError};
 use sha2::{Digest, Sha256};
 use std::fs::{File, TryLockError};
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// The data folder, locked for this process as long as this value lives.
@@ -44,14 +45,9 @@ impl DataFolder {
         Ok(folder)
     }
 
-    /// The job store.
+    /// The file of a job store that is one.
     pub fn store_file(&self) -> PathBuf {
         self.root.join("jobs.sqlite")
-    }
-
-    /// Meshes, named by their digest.
-    pub fn meshes(&self) -> PathBuf {
-        self.root.join("meshes")
     }
 
     /// Results by content.
@@ -64,7 +60,7 @@ impl DataFolder {
         self.root.join("uploads")
     }
 
-    /// The recording of a job that has ended.
+    /// The recording of a job until it is a blob.
     pub fn recording(&self, id: JobId) -> PathBuf {
         self.root.join("recordings").join(format!("{id}.mcap"))
     }
@@ -98,21 +94,6 @@ impl DataFolder {
         let file = self.uploads().join(format!("try-{}", JobId::new_v4()));
         let written = std::fs::write(&file, vec![0; 64 << 10]).map_err(|e| JobsError::file(&file, e));
         remove(&file).and(written)
-    }
-
-    /// Size and digest of the recording of a run that has ended. `None` when the run left none.
-    ///
-    /// # Errors
-    /// When the file cannot be read or made durable.
-    pub fn seal_recording(&self, id: JobId, complete: bool) -> Result<Option<FinalRecording>, JobsError> {
-        let path = self.recording(id);
-        if !path.exists() {
-            return Ok(None);
-        }
-        let FileDigest { bytes, sha256 } = FileDigest::of(&path)?;
-        File::open(&path).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(&path, e))?;
-        sync_folder(&path)?;
-        Ok(Some(FinalRecording { bytes, sha256, complete }))
     }
 
     /// What a snapshot of the recording of a job that runs is called.
@@ -155,26 +136,22 @@ pub struct FileDigest {
 }
 
 impl FileDigest {
-    /// Reads a file to its end.
+    /// Reads to the end.
     ///
     /// # Errors
-    /// When it cannot be read.
-    pub fn of(path: &Path) -> Result<Self, JobsError> {
-        let read = || -> std::io::Result<Self> {
-            let mut file = File::open(path)?;
-            let mut sha = Sha256::new();
-            let mut buffer = vec![0_u8; 1 << 20];
-            let mut bytes = 0;
-            loop {
-                let n = file.read(&mut buffer)?;
-                if n == 0 {
-                    return Ok(Self { bytes, sha256: hexadecimal(&sha.finalize()) });
-                }
-                sha.update(&buffer[..n]);
-                bytes += n as u64;
+    /// When that fails.
+    pub fn of(mut input: impl Read) -> io::Result<Self> {
+        let mut sha = Sha256::new();
+        let mut buffer = vec![0_u8; 1 << 20];
+        let mut bytes = 0;
+        loop {
+            let n = input.read(&mut buffer)?;
+            if n == 0 {
+                return Ok(Self { bytes, sha256: hexadecimal(&sha.finalize()) });
             }
-        };
-        read().map_err(|e| JobsError::file(path, e))
+            sha.update(&buffer[..n]);
+            bytes += n as u64;
+        }
     }
 }
 
@@ -185,15 +162,6 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-/// Makes the names in the folder of a file durable: a rename is one only then.
-///
-/// # Errors
-/// When the folder cannot be opened or flushed.
-pub fn sync_folder(file: &Path) -> Result<(), JobsError> {
-    let Some(folder) = file.parent() else { return Ok(()) };
-    File::open(folder).and_then(|f| f.sync_all()).map_err(|e| JobsError::file(folder, e))
 }
 
 /// Removes a file that may be there.
@@ -218,21 +186,23 @@ mod tests {
     }
 
     #[test]
-    fn sealed_recording_has_its_digest_and_its_name() {
+    fn what_is_removed_is_of_one_job() {
         let dir = tempfile::tempdir().unwrap();
         let folder = DataFolder::open(dir.path()).unwrap();
-        let id = JobId::now_v7();
-        assert_eq!(folder.seal_recording(id, true).unwrap(), None);
-        std::fs::write(folder.recording(id), b"abc").unwrap();
-        let sealed = folder.seal_recording(id, true).unwrap().unwrap();
-        assert_eq!(sealed.bytes, 3);
-        // SHA-256 of "abc", FIPS 180-2, appendix B.1.
-        assert_eq!(sealed.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-        assert_eq!(std::fs::read(folder.recording(id)).unwrap(), b"abc");
-        let other = JobId::now_v7();
-        std::fs::write(folder.recording(other), b"abc").unwrap();
+        let [id, other] = [JobId::now_v7(), JobId::now_v7()];
+        for id in [id, other] {
+            std::fs::write(folder.recording(id), b"abc").unwrap();
+        }
         folder.remove_recordings(id).unwrap();
         folder.remove_recordings(id).unwrap();
         assert!(!folder.recording(id).exists() && folder.recording(other).exists());
+    }
+
+    #[test]
+    fn a_digest_is_that_of_the_bytes() {
+        let digest = FileDigest::of(&b"abc"[..]).unwrap();
+        assert_eq!(digest.bytes, 3);
+        // SHA-256 of "abc", FIPS 180-2, appendix B.1.
+        assert_eq!(digest.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     }
 }

@@ -1,30 +1,30 @@
 //! The engine that ships: scenes are loaded, compiled and run as by the command line.
 
 use super::engine::{
-    BodyPreview, CheckedScene, Engine, PartPreview, RunEnding, RunOrder, RunReport, ScenePreview,
-    SceneProblem,
+    CheckedScene, Engine, JsonDocument, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
 };
-use super::job_document::JobDocument;
+use super::judged::Judged;
 use super::spending::Spending;
 use super::study_job;
 use super::what_if_job::{self, SharedResults};
-use super::{FailedElement, JobFailure, JobFailureCause, Phase, RunProgress};
+use super::{FailedElement, JobFailure, JobFailureCause, JobKind, Phase, Progress};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
-use crate::mesh::read::{self, read_mesh};
+use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::plan::compile;
-use crate::record::{reindex_incomplete, snapshot};
+use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::cost::FactorSize;
+use crate::scene::json::{self, Parsed};
 use crate::scene::problem::Pointer;
-use crate::scene::summary::BodySummary;
 use crate::scene::{
-    Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load,
+    Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load_parsed,
 };
 use crate::service::config::ServiceConfig;
-use crate::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
+use crate::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
 use crate::step::{Ending, Failure, FailureCause};
-use crate::study::{self, RunRequest, run_scene};
+use crate::study::{RunRequest, run_scene};
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::Path;
 use std::time::Duration;
 
@@ -43,6 +43,7 @@ pub struct Simulator {
     threads: usize,
     what_if_threads: usize,
     results: SharedResults,
+    judged: Judged,
 }
 
 impl Simulator {
@@ -54,11 +55,12 @@ impl Simulator {
             threads: config.threads_per_job,
             what_if_threads: config.threads_per_what_if,
             results: SharedResults::default(),
+            judged: Judged::new(config.workers.max(1)),
         }
     }
 
-    pub(super) fn load(&self, scene: &[u8], meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
-        let loaded = load(scene, meshes, &self.budget)
+    pub(super) fn load(&self, scene: &Parsed, meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
+        let loaded = load_parsed(scene, meshes, &self.budget)
             .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect::<Vec<_>>())?;
         match self.too_long(&loaded, 1, "/end_time_s") {
             Some(problem) => Err(vec![problem.into()]),
@@ -116,63 +118,22 @@ impl Simulator {
         &self.budget
     }
 
-    /// See [`Engine::check`].
-    pub(super) fn check_scene(
-        &self,
-        scene: &[u8],
-        meshes: &MeshShelf,
-    ) -> Result<CheckedScene, Vec<SceneProblem>> {
-        self.load(scene, meshes).map(|loaded| checked(&loaded))
-    }
-}
-
-impl Engine for Simulator {
-    fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        self.check_scene(scene, meshes)
-    }
-
-    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        study_job::check(self, study, meshes)
-    }
-
-    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        what_if_job::check(self, question, meshes)
-    }
-
-    fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
-        let loaded = self.load(scene, meshes)?;
-        let plan =
-            compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
-        let bodies = loaded.bodies.iter().map(BodyPreview::from).collect();
-        Ok(ScenePreview { checked: checked(&loaded), bodies, plan: plan.report })
-    }
-
-    fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
-        match JobDocument::of(order.scene) {
-            JobDocument::Study(study) => return study_job::run(self, *study, &mut order),
-            JobDocument::Question(question) => return what_if_job::run(self, &question, &mut order),
-            JobDocument::Scene => {}
-        }
-        let loaded = self.load(order.scene, order.meshes).map_err(|problems| invalid_scene(&problems))?;
+    /// Runs a scene.
+    fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, JobFailure> {
         let estimated_steps = loaded.estimate.steps;
-        let mut reached = RunProgress::loading();
+        let mut reached = Progress::beginning(Phase::Loading);
         let spending = Spending::new(&self.budget, order.recording);
-        let mut progress = |p: study::Progress| {
+        let mut progress = |p: Progress| {
             spending.note(p.step);
-            reached = RunProgress {
-                phase: Phase::from(p.phase),
-                progress: p.fraction,
-                step: p.step,
-                expected_steps: Some(expected_steps(p.step, p.fraction, estimated_steps)),
-                simulated_time_s: p.time_s,
-                eta_s: None,
-            };
+            let expected_steps = Some(expected_steps(p.step, p.progress, estimated_steps));
+            reached = Progress { expected_steps, ..p };
             (order.progress)(reached);
         };
+        let info = RecordingInfo::of(&loaded.scene, order.document);
+        let mut recorder = McapRecorder::new(order.recording, info);
         let result = run_scene(RunRequest {
             scene: &loaded.scene,
-            document_json: order.scene,
-            recording: Some(order.recording),
+            sinks: vec![&mut recorder],
             also: None,
             threads: order.threads,
             interrupt: &|| order.control.interrupt().or_else(|| spending.interrupt()),
@@ -194,6 +155,53 @@ impl Engine for Simulator {
         })?;
         Ok(RunReport { ending, summary: Some(summary), progress: reached })
     }
+}
+
+impl Engine for Simulator {
+    fn check(
+        &self,
+        kind: JobKind,
+        document: &JsonDocument,
+        meshes: &MeshShelf,
+    ) -> Result<CheckedScene, Vec<SceneProblem>> {
+        match kind {
+            JobKind::Simulation => {
+                let loaded = self.load(&document.parsed, meshes)?;
+                let checked = checked(&loaded);
+                self.judged.keep(loaded);
+                Ok(checked)
+            }
+            JobKind::Study => study_job::check(self, document, meshes),
+            JobKind::WhatIf => what_if_job::check(self, document, meshes),
+        }
+    }
+
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+        let loaded = self.load(&scene.parsed, meshes)?;
+        let plan =
+            compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
+        Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
+    }
+
+    fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+        let document = order.document;
+        let parsed = || {
+            json::read(document).map_err(|error| {
+                invalid_scene(&[Problem::error("syntax", &Pointer::root(), error.to_string()).into()])
+            })
+        };
+        match order.kind {
+            JobKind::Simulation => {
+                let loaded = match self.judged.take(order.content_hash) {
+                    Some(loaded) => loaded,
+                    None => self.load(&parsed()?, order.meshes).map_err(|p| invalid_scene(&p))?,
+                };
+                self.simulate(&loaded, &mut order)
+            }
+            JobKind::Study => study_job::run(self, parsed()?.value, &mut order),
+            JobKind::WhatIf => what_if_job::run(self, &parsed()?.value, &mut order),
+        }
+    }
 
     fn mend_recording(&self, recording: &Path) -> Result<(), String> {
         reindex_incomplete(recording).map(|_| ()).map_err(|error| error.to_string())
@@ -213,10 +221,10 @@ impl Engine for Simulator {
             tracing::error!(%error, "an upload cannot be read");
             refusal("the upload could not be read".into())
         })?;
-        let format = format.or_else(|| read::MeshFormat::sniff(&bytes).map(MeshFormat::from));
+        let format = format.or_else(|| MeshFormat::sniff(&bytes));
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
-        let mesh = read_mesh(&bytes, format.into()).map_err(|error| refusal(error.to_string()))?;
+        let mesh = read_mesh(&bytes, format).map_err(|error| refusal(error.to_string()))?;
         if let Some(element) = first_beyond_range(&mesh) {
             return Err(refusal(format!(
                 "element {element} has no size that can be computed: scale its coordinates"
@@ -230,17 +238,18 @@ impl Engine for Simulator {
 /// Uploaded meshes, by id.
 impl MeshSource for MeshShelf {
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
-        let (path, _) = self.find(name).map_err(|error| match error {
+        let mesh = self.find(name).map_err(|error| match error {
             ShelfError::Unknown => MeshSourceError::NotUploaded { name: name.to_owned() },
             ShelfError::Jobs(error) => unreadable(name, &error),
         })?;
-        let size = std::fs::metadata(&path).map_err(|error| unreadable(name, &error))?.len();
-        if size > limit {
-            return Err(MeshSourceError::TooLarge { name: name.to_owned(), bytes: size, limit });
+        if mesh.bytes > limit {
+            return Err(MeshSourceError::TooLarge { name: name.to_owned(), bytes: mesh.bytes, limit });
         }
-        let bytes = std::fs::read(&path).map_err(|error| unreadable(name, &error))?;
-        let file_name = path.file_name().map(|f| f.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(MeshBytes { file_name, bytes })
+        let mut bytes = Vec::new();
+        let opened = self.open(&mesh).map_err(|error| unreadable(name, &error))?;
+        let mut blob = opened.ok_or_else(|| unreadable(name, &"it is gone"))?;
+        blob.read_to_end(&mut bytes).map_err(|error| unreadable(name, &error))?;
+        Ok(MeshBytes { file_name: format!("{}.{}", mesh.id, mesh.format.extension()), bytes })
     }
 }
 
@@ -250,7 +259,7 @@ fn unreadable(name: &str, error: &dyn std::fmt::Display) -> MeshSourceError {
     MeshSourceError::Unreadable { name: name.to_owned(), reason: "the storage of the service failed".into() }
 }
 
-fn checked(loaded: &Loaded) -> CheckedScene {
+pub(super) fn checked(loaded: &Loaded) -> CheckedScene {
     CheckedScene {
         name: loaded.scene.document.name.clone(),
         content_hash: loaded.scene.content_hash.clone(),
@@ -329,60 +338,6 @@ impl From<Problem> for SceneProblem {
             value: problem.value,
             limit: problem.limit,
             remedy: problem.remedy,
-        }
-    }
-}
-
-impl From<&BodySummary> for BodyPreview {
-    fn from(body: &BodySummary) -> Self {
-        let part = |p: &crate::scene::summary::PartSummary| PartPreview {
-            name: p.name.clone(),
-            elements: p.elements as u64,
-            mass_kg: p.mass_kg,
-        };
-        Self {
-            name: body.name.clone(),
-            nodes: body.nodes as u64,
-            elements: body.elements as u64,
-            volume_m3: body.volume_m3,
-            mass_kg: body.mass_kg,
-            bounding_box_m: body.bounding_box_m,
-            min_scaled_jacobian: body.min_scaled_jacobian,
-            worst_element: body.worst_element,
-            max_aspect_ratio: Some(body.max_aspect_ratio).filter(|ratio| ratio.is_finite()),
-            min_edge_m: body.min_edge_m,
-            parts: body.parts.iter().map(part).collect(),
-            notes: body.notes.clone(),
-        }
-    }
-}
-
-impl From<MeshFormat> for read::MeshFormat {
-    fn from(format: MeshFormat) -> Self {
-        match format {
-            MeshFormat::Msh => Self::Gmsh,
-            MeshFormat::Inp => Self::Abaqus,
-        }
-    }
-}
-
-impl From<read::MeshFormat> for MeshFormat {
-    fn from(format: read::MeshFormat) -> Self {
-        match format {
-            read::MeshFormat::Gmsh => Self::Msh,
-            read::MeshFormat::Abaqus => Self::Inp,
-        }
-    }
-}
-
-impl From<study::Phase> for Phase {
-    fn from(phase: study::Phase) -> Self {
-        match phase {
-            study::Phase::Compiling => Self::Loading,
-            study::Phase::EstimatingErrors => Self::EstimatingErrors,
-            study::Phase::Settling => Self::Settling,
-            study::Phase::Running => Self::Stepping,
-            study::Phase::Finished => Self::Closing,
         }
     }
 }

@@ -8,6 +8,7 @@ use super::recordings::{DataFolder, FileDigest};
 use super::{JobId, JobsError};
 use crate::record::partial_path;
 use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -122,7 +123,8 @@ impl Album {
             tracing::debug!(job = %id, reason, "no snapshot");
             return Ok(());
         }
-        let digest = FileDigest::of(&path)?;
+        let digest =
+            File::open(&path).and_then(FileDigest::of).map_err(|error| JobsError::file(&path, error))?;
         self.last_number = number;
         self.last = Some((Instant::now(), started.elapsed(), partial.len()));
         self.kept.push_back(Snapshot { number, path, digest });

@@ -1,9 +1,9 @@
 //! Studies as jobs: many runs of one scene behind one job, whose summary is what they say.
 
-use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
-use super::simulator::{Simulator, invalid_scene};
+use super::engine::{CheckedScene, JsonDocument, RunEnding, RunOrder, RunReport, SceneProblem};
+use super::simulator::{Simulator, checked, invalid_scene};
 use super::study_entries::{Entries, too_many};
-use super::{JobFailure, JobFailureCause, Phase, RunProgress};
+use super::{JobFailure, JobFailureCause, Phase, Progress};
 use crate::scene::Problem;
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::problem::Pointer;
@@ -91,15 +91,8 @@ fn yes() -> bool {
 }
 
 impl StudyDocument {
-    /// The study of a body that was accepted as one; `None` for a scene.
-    pub fn of(body: &[u8]) -> Option<Self> {
-        serde_json::from_slice(body).ok()
-    }
-
-    /// The study of a body, or where it is none. Serde loses its way in a tagged enum, so the tag is read first.
-    fn read(body: &[u8]) -> Result<Self, Problem> {
-        let mut document: Value = serde_json::from_slice(body)
-            .map_err(|error| Problem::error("syntax", &Pointer::root(), error.to_string()))?;
+    /// The study of a document, or where it is none. Serde loses its way in a tagged enum, so the tag is read first.
+    fn read(mut document: Value) -> Result<Self, Problem> {
         let kind = document.as_object_mut().and_then(|members| members.remove("kind"));
         let read = match kind.as_ref().and_then(Value::as_str) {
             Some("error") => serde_path_to_error::deserialize(&document).map(Self::Error),
@@ -118,11 +111,11 @@ impl StudyDocument {
 /// Judges a study; problems of its scene have their place in the whole document.
 pub(super) fn check(
     simulator: &Simulator,
-    body: &[u8],
+    document: &JsonDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    match StudyDocument::read(body).map_err(|problem| vec![problem.into()])? {
-        StudyDocument::Error(study) => check_error(simulator, &study, meshes),
+    match StudyDocument::read(document.parsed.value.clone()).map_err(|problem| vec![problem.into()])? {
+        StudyDocument::Error(study) => check_error(simulator, study, meshes),
         StudyDocument::Stability(study) => {
             let problems = problems_of_ratios(&study.implicit);
             if !problems.is_empty() {
@@ -130,7 +123,9 @@ pub(super) fn check(
             }
             Ok(CheckedScene {
                 name: "stability".into(),
-                content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
+                content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(
+                    &document.text,
+                )),
                 end_time_s: 1.0,
                 warnings: Vec::new(),
             })
@@ -165,7 +160,7 @@ fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<SceneProblem> {
 
 fn check_error(
     simulator: &Simulator,
-    study: &ErrorStudyDocument,
+    study: ErrorStudyDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
     let ErrorStudyDocument {
@@ -180,15 +175,16 @@ fn check_error(
     } = study;
     let lists = [("formulations", formulations.len()), ("contact_solvers", contact_solvers.len())];
     let long = lists.into_iter().filter_map(|(name, count)| too_many(name, count));
-    let bad_steps = problems_of_steps(implicit_steps_s, scene);
-    let levels = [("coarsest", *coarsest, COARSEST), ("finest", *finest, FINEST)].into_iter();
+    let bad_steps = problems_of_steps(&implicit_steps_s, &scene);
+    let levels = [("coarsest", coarsest, COARSEST), ("finest", finest, FINEST)].into_iter();
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
     let unknown =
         exact.keys().filter(|name| Quantity::from_name(name).is_none()).map(|name| no_quantity(name));
     let mut problems: Vec<SceneProblem> = long.chain(bad_steps).chain(bad_levels).chain(unknown).collect();
-    match simulator.check_scene(scene.to_string().as_bytes(), meshes) {
-        Ok(checked) if problems.is_empty() => {
+    match simulator.load(&scene.into(), meshes) {
+        Ok(loaded) if problems.is_empty() => {
+            let checked = checked(&loaded);
             Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
         }
         Ok(_) => Err(problems),
@@ -225,10 +221,11 @@ fn no_quantity(name: &str) -> SceneProblem {
 /// Runs a study that was judged before.
 pub(super) fn run(
     simulator: &Simulator,
-    study: StudyDocument,
+    document: Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, JobFailure> {
-    let mut reached = RunProgress { phase: Phase::Stepping, ..RunProgress::loading() };
+    let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&[problem.into()]))?;
+    let mut reached = Progress::beginning(Phase::Stepping);
     let mut tell = |number: usize, count: usize| {
         reached.progress = number as f64 / count.max(1) as f64;
         reached.step = number as u64;
@@ -257,7 +254,7 @@ pub(super) fn run(
                 geometry,
                 combined,
             };
-            let loaded = simulator.load(scene.to_string().as_bytes(), order.meshes);
+            let loaded = simulator.load(&scene.into(), order.meshes);
             let document = loaded.map_err(|problems| invalid_scene(&problems))?.scene.document;
             let exact =
                 exact.iter().filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();

@@ -1,10 +1,10 @@
 //! What-if questions as jobs: the answer is the summary, and every case is an event as it comes.
 
-use super::engine::{CheckedScene, RunEnding, RunOrder, RunReport, SceneProblem};
+use super::engine::{CheckedScene, JsonDocument, RunEnding, RunOrder, RunReport, SceneProblem};
 use super::simulator::{Simulator, invalid_scene};
+use super::store::Event;
 use super::study_job::{nothing_finished, out_of_time};
-use super::{JobFailure, Phase, RunProgress};
-use crate::scene::problem::Pointer;
+use super::{JobFailure, Phase, Progress};
 use crate::scene::{Loaded, Problem};
 use crate::service::meshes::MeshShelf;
 use crate::study::what_if::{
@@ -33,13 +33,10 @@ impl SharedResults {
 /// Judges a question; problems of its scene have their place in the whole document.
 pub(super) fn check(
     simulator: &Simulator,
-    body: &[u8],
+    document: &JsonDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let document: Value = serde_json::from_slice(body)
-        .map_err(|error| vec![Problem::error("syntax", &Pointer::root(), error.to_string()).into()])?;
-    let question: WhatIfDocument = serde_path_to_error::deserialize(&document)
-        .map_err(|error| vec![Problem::refused_by_serde(&error, &document).into()])?;
+    let question = read(&document.parsed.value).map_err(|problem| vec![problem.into()])?;
     let base = base(simulator, &question, meshes)?;
     let runs = count(&question);
     let mut problems: Vec<SceneProblem> = Vec::new();
@@ -50,13 +47,20 @@ pub(super) fn check(
     if problems.is_empty() {
         Ok(CheckedScene {
             name: format!("what if: {}", base.scene.document.name),
-            content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(body)),
+            content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(
+                &document.text,
+            )),
             end_time_s: base.scene.document.end_time_s,
             warnings: base.warnings.into_iter().map(SceneProblem::from).collect(),
         })
     } else {
         Err(problems)
     }
+}
+
+/// The question of a document, or where it is none.
+fn read(document: &Value) -> Result<WhatIfDocument, Problem> {
+    serde_path_to_error::deserialize(document).map_err(|error| Problem::refused_by_serde(&error, document))
 }
 
 /// The scene of the question.
@@ -74,7 +78,7 @@ fn base(
         };
         return Err(vec![problem]);
     };
-    simulator.load(scene.to_string().as_bytes(), meshes).map_err(|found| {
+    simulator.load(&scene.clone().into(), meshes).map_err(|found| {
         let placed = |p: SceneProblem| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p };
         found.into_iter().map(placed).collect()
     })
@@ -83,13 +87,13 @@ fn base(
 /// Answers a question that was judged before.
 pub(super) fn run(
     simulator: &Simulator,
-    question: &WhatIfDocument,
+    document: &Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, JobFailure> {
+    let question = &read(document).map_err(|problem| invalid_scene(&[problem.into()]))?;
     let base = base(simulator, question, order.meshes).map_err(|problems| invalid_scene(&problems))?;
     let expected = count(question);
-    let mut reached =
-        RunProgress { phase: Phase::Stepping, expected_steps: Some(expected), ..RunProgress::loading() };
+    let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
     let answer = study_what_if(&mut WhatIfRequest {
         question,
@@ -106,8 +110,7 @@ pub(super) fn run(
                 reached.progress = reached.step as f64 / expected as f64;
                 (order.progress)(reached);
             }
-            let (kind, data) = event(&partial);
-            (order.tell)(kind, &data);
+            (order.tell)(event(&partial));
         },
     });
     let summary = serde_json::to_string_pretty(&answer).map_err(|error| {
@@ -117,15 +120,15 @@ pub(super) fn run(
     Ok(RunReport { ending: ending(&answer), summary: Some(summary), progress: reached })
 }
 
-/// Kind and data of an event.
-fn event(partial: &Partial) -> (&'static str, Value) {
+/// A part of the answer as an event.
+fn event(partial: &Partial) -> Event<'static> {
     let kind = match partial {
         Partial::Case { .. } => "case",
         Partial::ErrorBars { .. } => "error_bars",
         Partial::Limit(_) => "limit",
     };
     // Numbers and texts can always be written; were it not so, the event would say nothing.
-    (kind, serde_json::to_value(partial).unwrap_or_default())
+    Event { kind, data: serde_json::to_value(partial).unwrap_or_default() }
 }
 
 fn ending(answer: &Answer) -> RunEnding {

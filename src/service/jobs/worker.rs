@@ -6,8 +6,8 @@
 use super::control::{RunControl, StopReason};
 use super::engine::{RunEnding, RunOrder, RunReport};
 use super::queue::Queue;
-use super::store::{ClaimedJob, JobEnd};
-use super::{JobFailure, JobFailureCause, JobState, JobsError, Phase, RunProgress};
+use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
+use super::{JobFailure, JobFailureCause, JobsError, Phase, Progress};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -61,9 +61,8 @@ impl Worker {
         if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
             tracing::error!(job = %job.id, "the worker panicked");
             self.queue.metrics.run_panicked();
-            let failure = Some(JobFailure::internal());
-            let end =
-                JobEnd { state: JobState::Failed, failure, summary: None, recording: None, progress: None };
+            let ending = RunEnding::Failed(JobFailure::internal());
+            let end = JobEnd { ending, summary: None, recording: None, progress: None };
             if let Err(error) = self.write_end(job, &end) {
                 tracing::error!(job = %job.id, %error, "could not write how the job ended");
             }
@@ -95,14 +94,16 @@ impl Worker {
         let _runtime = self.runtime.enter();
         let recording = self.queue.folder.recording(job.id);
         // What an earlier attempt left.
-        self.queue.folder.remove_recordings(job.id).map_err(|e| recording_failed(&e))?;
+        self.queue.remove_files(job.id).map_err(|e| recording_failed(&e))?;
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
-        let mut progress = |p: RunProgress| reporter.report(p);
-        let mut tell = |kind: &'static str, data: &serde_json::Value| self.record_event(job, kind, data);
+        let mut progress = |p: Progress| reporter.report(p);
+        let mut tell = |event: Event<'static>| self.record_event(job, &event);
         let results = self.queue.folder.results();
         let order = RunOrder {
-            scene: &job.scene,
+            kind: job.kind,
+            document: &job.document,
+            content_hash: &job.content_hash,
             meshes: &shelf,
             recording: &recording,
             threads: self.queue.config.threads_per_job,
@@ -121,8 +122,8 @@ impl Worker {
     }
 
     /// Keeps a part of a result as an event.
-    fn record_event(&self, job: &ClaimedJob, kind: &str, data: &serde_json::Value) {
-        let written = self.queue.store.record_event(job.seq, job.attempt, kind, data);
+    fn record_event(&self, job: &ClaimedJob, event: &Event<'_>) {
+        let written = self.queue.store.record_event(job.seq, job.attempt, event);
         match self.runtime.block_on(written) {
             Ok(()) => self.queue.ring(job.seq),
             // The whole result will have it.
@@ -131,29 +132,22 @@ impl Worker {
     }
 
     fn finish(&self, job: &ClaimedJob, result: Result<RunReport, JobFailure>) -> Result<(), JobsError> {
-        let (state, failure, report) = match result {
-            Ok(report) => match report.ending.clone() {
-                RunEnding::Finished => (JobState::Succeeded, None, Some(report)),
-                RunEnding::Stopped => (JobState::Cancelled, None, Some(report)),
-                RunEnding::Failed(failure) => (JobState::Failed, Some(failure), Some(report)),
-            },
-            Err(failure) => (JobState::Failed, Some(failure), None),
+        let mut end = match result {
+            Ok(RunReport { ending, summary, progress }) => {
+                JobEnd { ending, summary, recording: None, progress: Some(progress) }
+            }
+            Err(failure) => {
+                let ending = RunEnding::Failed(failure);
+                JobEnd { ending, summary: None, recording: None, progress: None }
+            }
         };
-        let mut end = JobEnd {
-            state,
-            failure,
-            summary: report.as_ref().and_then(|r| r.summary.clone()),
-            recording: None,
-            progress: report.as_ref().map(|r| r.progress),
-        };
-        match self.queue.keep_recording(job.id, end.state == JobState::Succeeded) {
+        match self.queue.keep_recording(job.id, end.ending == RunEnding::Finished) {
             Ok(recording) => end.recording = recording,
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
-                if end.state != JobState::Failed {
-                    end.state = JobState::Failed;
-                    end.failure = Some(recording_failed(&error));
+                if end.ending.failure().is_none() {
+                    end.ending = RunEnding::Failed(recording_failed(&error));
                 }
             }
         }
@@ -165,8 +159,8 @@ impl Worker {
         for attempt in 1.. {
             match self.runtime.block_on(self.queue.store.finish(job.seq, job.attempt, end)) {
                 Ok(true) => {
-                    tracing::info!(job = %job.id, state = end.state.as_str(), cause = ?end.failure.as_ref().map(|f| f.cause), "ended");
-                    self.queue.metrics.job_ended(end.state);
+                    tracing::info!(job = %job.id, state = end.ending.state().as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
+                    self.queue.metrics.job_ended(end.ending.state());
                     break;
                 }
                 Ok(false) => break,
@@ -183,21 +177,24 @@ impl Worker {
 
     fn put_back(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "put back into the queue");
-        self.queue.folder.remove_recordings(job.id)?;
-        self.runtime.block_on(self.queue.store.put_back(job.seq, job.attempt, "the service was shut down"))
+        self.queue.remove_files(job.id)?;
+        self.runtime.block_on(self.queue.store.requeue(job.seq, job.attempt, Requeued::Shutdown))
     }
 
     fn erase(&self, job: &ClaimedJob) -> Result<(), JobsError> {
         tracing::info!(job = %job.id, "deleted");
-        self.queue.folder.remove_recordings(job.id)?;
+        self.queue.remove_files(job.id)?;
         self.runtime.block_on(self.queue.store.erase(job.seq))
     }
 
     fn is_hidden(&self, job: &ClaimedJob) -> bool {
-        self.runtime.block_on(self.queue.store.is_hidden(job.seq)).unwrap_or_else(|error| {
-            tracing::warn!(job = %job.id, %error, "could not see whether it was deleted");
-            false
-        })
+        match self.runtime.block_on(self.queue.store.wish(job.seq)) {
+            Ok(wish) => wish == OwnerWish::Deletion,
+            Err(error) => {
+                tracing::warn!(job = %job.id, %error, "could not see whether it was deleted");
+                false
+            }
+        }
     }
 }
 
@@ -214,7 +211,7 @@ impl<'a> Reporter<'a> {
         Self { worker, job, started: Instant::now(), last: None }
     }
 
-    fn report(&mut self, mut progress: RunProgress) {
+    fn report(&mut self, mut progress: Progress) {
         let elapsed = self.started.elapsed();
         let interval = PROGRESS_INTERVAL.max(elapsed / PROGRESS_PER_EFOLD);
         let is_due = self.last.is_none_or(|(at, phase)| at.elapsed() >= interval || phase != progress.phase);

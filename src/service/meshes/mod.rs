@@ -2,36 +2,12 @@
 
 mod shelf;
 
-pub use shelf::{MeshShelf, ShelfError, file as mesh_file, is_id};
+pub use shelf::{MeshShelf, ShelfError, is_id};
 
+use crate::mesh::read::MeshFormat;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
-
-/// The formats that can be uploaded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum MeshFormat {
-    /// Gmsh 2.2 or 4.1, ASCII or binary.
-    Msh,
-    /// Abaqus input.
-    Inp,
-}
-
-impl MeshFormat {
-    /// The extension of its files.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Msh => "msh",
-            Self::Inp => "inp",
-        }
-    }
-
-    /// The format of an extension.
-    pub fn from_extension(extension: &str) -> Option<Self> {
-        [Self::Msh, Self::Inp].into_iter().find(|f| f.extension() == extension)
-    }
-}
 
 /// What a mesh holds, and how good it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -77,6 +53,23 @@ pub struct MeshQualityReport {
     pub max_edge: f64,
     /// Volume, in the cube of that unit.
     pub volume: f64,
+}
+
+/// An uploaded mesh.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+#[schema(as = UploadedMesh)]
+pub struct StoredMesh {
+    /// SHA-256 of its bytes, hexadecimal: the name by which scenes use it.
+    pub id: String,
+    /// Its format.
+    pub format: MeshFormat,
+    /// Its size [bytes].
+    pub bytes: u64,
+    /// When it came first, RFC 3339.
+    pub created_at: String,
+    /// What it holds.
+    #[serde(flatten)]
+    pub report: MeshReport,
 }
 
 /// Why an upload is not a mesh.

@@ -1,16 +1,17 @@
 //! The meshes that one owner's scenes may name.
 
-use super::MeshFormat;
+use super::StoredMesh;
+use crate::service::blobs::{Blob, BlobStore, mesh_name};
 use crate::service::jobs::JobsError;
-use crate::service::jobs::store::Store;
-use std::path::{Path, PathBuf};
+use crate::service::jobs::store::JobStore;
+use std::sync::Arc;
 use tokio::runtime::Handle;
 
 /// The meshes of one owner. A scene names them by id and by nothing else: the name is never used as a path.
 #[derive(Clone, Debug)]
 pub struct MeshShelf {
-    folder: PathBuf,
-    store: Store,
+    blobs: Arc<dyn BlobStore>,
+    store: Arc<dyn JobStore>,
     owner: String,
     runtime: Handle,
 }
@@ -27,32 +28,34 @@ pub enum ShelfError {
 }
 
 impl MeshShelf {
-    /// The meshes of `owner` in `folder`.
-    pub fn new(folder: PathBuf, store: Store, owner: String, runtime: Handle) -> Self {
-        Self { folder, store, owner, runtime }
+    /// The meshes of `owner`.
+    pub fn new(blobs: Arc<dyn BlobStore>, store: Arc<dyn JobStore>, owner: String, runtime: Handle) -> Self {
+        Self { blobs, store, owner, runtime }
     }
 
-    /// The file of an uploaded mesh. Blocks on the store: not for threads of the runtime.
+    /// An uploaded mesh. Blocks on the store: not for threads of the runtime.
     ///
     /// # Errors
     /// `Unknown` when the owner has no such mesh.
-    pub fn find(&self, id: &str) -> Result<(PathBuf, MeshFormat), ShelfError> {
+    pub fn find(&self, id: &str) -> Result<StoredMesh, ShelfError> {
         if !is_id(id) {
             return Err(ShelfError::Unknown);
         }
-        let mesh = self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)?;
-        Ok((file(&self.folder, &mesh.id, mesh.format), mesh.format))
+        self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)
+    }
+
+    /// The bytes of an uploaded mesh; `None` when somebody removed them.
+    ///
+    /// # Errors
+    /// When they cannot be opened.
+    pub fn open(&self, mesh: &StoredMesh) -> Result<Option<Box<dyn Blob>>, JobsError> {
+        self.blobs.open(&mesh_name(&mesh.id, mesh.format))
     }
 }
 
 /// Whether a name has the form of an id: 64 lower-case hexadecimal digits.
 pub fn is_id(name: &str) -> bool {
     name.len() == 64 && name.bytes().all(|b| matches!(b, b'0'..=b'9' | b'a'..=b'f'))
-}
-
-/// The file of a mesh.
-pub fn file(folder: &Path, id: &str, format: MeshFormat) -> PathBuf {
-    folder.join(format!("{id}.{}", format.extension()))
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ pub(super) fn solve_contacts(
         ..Options::default()
     };
     let contacts = contact.results().0;
-    let is_finite = contacts.iter().all(|c| contact.friction(c.pair, phase).is_finite());
+    let is_finite = contacts.iter().all(|c| contact.friction(c, phase).is_finite());
     let by_products = match named {
         Some(method) => method == Method::AcceleratedGradient,
         None => are_many(contacts, sides),
@@ -78,7 +78,7 @@ fn solve_with_matrix(
     let (contacts, reactions) = contact.results();
     let q: Vec<f64> = contacts.iter().flat_map(|c| closing(c).into_iter().take(unknowns)).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse.into_iter().take(unknowns)).collect();
-    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
+    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c, phase)).collect();
     let report = if unknowns == 1 {
         solvers::solve_frictionless(&W, &q, &mut r, options)
     } else if contact.named_solver().is_none() && mu.iter().all(|mu| *mu == 0.0) {
@@ -107,7 +107,7 @@ fn solve_by_products(
     let (contacts, reactions) = contact.results();
     let q: Vec<f64> = contacts.iter().flat_map(closing).collect();
     let mut r: Vec<f64> = reactions.iter().flat_map(|r| r.impulse).collect();
-    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c.pair, phase)).collect();
+    let mu: Vec<f64> = contacts.iter().map(|c| contact.friction(c, phase)).collect();
     let product = &mut |r: &[f64], u: &mut [f64]| system.product(contacts, sides, r, u);
     let mut problem = MatrixFree { product, diagonal: &own, q: &q, mu: &mu };
     let report = solvers::solve_matrix_free(&mut problem, &mut r, options)?;

@@ -138,7 +138,7 @@ impl Iterate {
         forces.chunk_energies(energies);
         u.clear();
         u.extend(step.state.u.iter().zip(&self.u).map(|(before, after)| (before + after) * 0.5));
-        sweep_at(u, step.plan, step.threads, step.state, forces);
+        sweep_at(u, step.plan, step.threads, forces);
         for (index, block) in step.plan.blocks.iter().enumerate() {
             check_block(step.plan, block, &forces.totals(index), step.state)?;
         }
@@ -170,7 +170,7 @@ impl Iterate {
         state: &State,
         forces: &mut ElementForces,
     ) -> Result<(), Failure> {
-        sweep_at(&self.u, plan, threads, state, forces);
+        sweep_at(&self.u, plan, threads, forces);
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.smallest_j = f64::INFINITY;
@@ -328,10 +328,9 @@ impl Iterate {
 }
 
 /// Forces and energies of the elements at u [m].
-fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, state: &State, forces: &mut ElementForces) {
+fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
     // No step is behind the elements: there is no bulk viscosity.
-    let (dilatation, viscous_pressure) = (&state.dilatation[..], &state.viscous_pressure[..]);
-    let input = SweepInput { u, inverse_step: 0.0, dilatation, viscous_pressure };
+    let input = SweepInput { u, inverse_step: 0.0, history: &[] };
     forces.sweep(threads, &plan.blocks, &input);
 }
 

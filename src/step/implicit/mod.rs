@@ -170,6 +170,7 @@ impl<'p> ImplicitStepper<'p> {
             strain: &self.start.strain,
             activity: &self.activity,
             hourglass: &self.start.hourglass,
+            branches: &[],
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }

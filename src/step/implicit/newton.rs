@@ -8,6 +8,7 @@ use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
 use super::system::System;
 use crate::mechanics::contact::compliance::add_impulse;
+use crate::mechanics::contact::finder::VALLEY;
 use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;
@@ -302,15 +303,19 @@ impl Newton {
         *reactions = known.1;
         let mut is_new = false;
         for candidate in found {
-            // The node of a mesh is in a pair once; a rigid body touches at several points.
+            // The node of a mesh is at one face of a pair but for the sides of a valley; a rigid body touches at several points.
             let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
             let is_known = contacts.iter().any(|c| {
                 let is_same = match candidate.kind {
                     Kind::Node | Kind::Averaged => {
-                        matches!(c.kind, Kind::Node | Kind::Averaged)
+                        matches!(c.kind, Kind::Node | Kind::Averaged | Kind::Side)
                             && (!slave_is_rigid || c.point == candidate.point)
                     }
                     // A rigid body may touch a face at several places.
+                    Kind::Side => {
+                        matches!(c.kind, Kind::Node | Kind::Side)
+                            && c.frame[0].dot(&candidate.frame[0]) > VALLEY
+                    }
                     Kind::Fixed if sides.of_pair(candidate.pair) != [None; 2] => {
                         c.kind == candidate.kind && c.stencil == candidate.stencil
                     }

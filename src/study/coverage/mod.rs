@@ -4,8 +4,9 @@ mod cases;
 
 pub use cases::{Case, cases};
 
-use super::single::{RunRequest, ending_name, run_scene};
-use crate::scene::{Budget, NoFiles, load};
+use super::error_bars::run_scene;
+use super::single::{RunRequest, ending_name};
+use crate::scene::{Budget, NoFiles, load_parsed};
 use crate::step::{Ending, Interrupt};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -97,13 +98,11 @@ fn eval_case(
     interrupt: &(dyn Fn() -> Option<Interrupt> + Sync),
 ) -> Result<Vec<Result<Number, NoClaim>>, NoClaim> {
     let no_claim = |reason: String| NoClaim { scenario: case.scenario, run: case.label.clone(), reason };
-    let document_json = case.document.to_string().into_bytes();
-    let loaded = load(&document_json, &NoFiles, &Budget::COMMAND_LINE)
+    let loaded = load_parsed(&case.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE)
         .map_err(|problems| no_claim(problems.to_string()))?;
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
-        document_json: &document_json,
-        recording: None,
+        sinks: Vec::new(),
         also: None,
         threads: 1,
         interrupt,

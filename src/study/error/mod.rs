@@ -9,12 +9,14 @@ mod front;
 mod geometry;
 pub mod quantity;
 mod reference;
+mod row;
 
 pub use chart::chart;
 pub use front::{Advice, TARGETS};
 pub use geometry::Geometry;
 pub use quantity::Quantity;
 pub use reference::Approach;
+pub use row::Row;
 
 use super::Setting;
 use super::single::{ending_name, is_stop};
@@ -52,43 +54,6 @@ pub struct ErrorRequest<'a> {
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
     /// Told before each run: its number, how many there are, and its setting.
     pub progress: &'a mut dyn FnMut(usize, usize, &Setting),
-}
-
-/// One run.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    /// How the scene was computed.
-    pub setting: Setting,
-    /// The same for people, with the steps that were taken where they are much shorter than those that were asked for.
-    pub name: String,
-    /// `finished`, `left_out`, or the cause of the failure.
-    pub ending: String,
-    /// Why it was left out or failed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
-    /// Elements.
-    pub elements: usize,
-    /// Steps.
-    pub steps: u64,
-    /// Wall time [s].
-    pub wall_s: f64,
-    /// Processor time [s].
-    pub cpu_s: Option<f64>,
-    /// The quantities of interest, by name.
-    pub values: BTreeMap<Quantity, f64>,
-    /// Their relative errors [-].
-    pub errors: BTreeMap<Quantity, f64>,
-}
-
-impl Row {
-    /// Processor time, or wall time where the system does not tell the former [s].
-    pub fn cost_s(&self) -> f64 {
-        self.cpu_s.unwrap_or(self.wall_s)
-    }
-    /// Whether it came to its end.
-    pub fn is_finished(&self) -> bool {
-        self.ending == "finished"
-    }
 }
 
 /// What came out.
@@ -234,7 +199,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         threads: request.threads,
         interrupt: request.interrupt,
     };
-    let result = match variants.run(&setting, longest, None) {
+    let result = match variants.run(&setting, longest) {
         Ok(result) => result,
         Err(error) => return Row { reason: Some(error.to_string()), ..row },
     };

@@ -13,7 +13,7 @@ use super::single::{ending_name, is_stop};
 use crate::measure::penetration::TOO_DEEP;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Plan, compile};
-use crate::scene::{Budget, NoFiles, load};
+use crate::scene::{Budget, NoFiles, load_parsed};
 use crate::step::{Ending, Interrupt, RunOptions, run};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -249,13 +249,13 @@ fn compiled_implicit(case: &Case, explicit: &Compiled, step_ratio: u32) -> Resul
 
 fn compiled(document: &Value) -> Result<Compiled, Refusal> {
     let internal = |reason: String| Refusal { reason, remedy: "report this scene".into() };
-    let bytes = serde_json::to_vec(document).map_err(|error| internal(error.to_string()))?;
-    let loaded = load(&bytes, &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
-        problems.first_error().map_or_else(
-            || internal("refused without a reason".into()),
-            |p| Refusal { reason: format!("{}: {}", p.pointer, p.message), remedy: p.remedy.clone() },
-        )
-    })?;
+    let loaded =
+        load_parsed(&document.clone().into(), &NoFiles, &Budget::COMMAND_LINE).map_err(|problems| {
+            problems.first_error().map_or_else(
+                || internal("refused without a reason".into()),
+                |p| Refusal { reason: format!("{}: {}", p.pointer, p.message), remedy: p.remedy.clone() },
+            )
+        })?;
     // Rigid bodies have no edges.
     let edges = loaded.bodies.iter().map(|body| body.min_edge_m).filter(|edge| *edge > 0.0);
     let shortest_edge = edges.fold(f64::INFINITY, f64::min);

@@ -3,7 +3,7 @@
 use crate::measure::deflection::Deflection;
 use crate::measure::penetration::Penetration;
 use crate::plan::Plan;
-use crate::step::{Frame, Outcome, Recorder, RecorderError};
+use crate::step::{Frame, Recorder, RecorderError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Contact is over when nothing has touched for this share of its duration [-], and for so long [s].
@@ -88,10 +88,6 @@ impl Recorder for Watch<'_> {
         {
             self.contact_is_over.store(true, Ordering::Relaxed);
         }
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Plan, _: &Outcome) -> Result<(), RecorderError> {
         Ok(())
     }
 }

@@ -1,13 +1,12 @@
 //! The answer, as it is told.
 
 use super::super::error::Quantity;
-use super::cases::Origin;
+use super::case_answer::CaseAnswer;
 use super::document::LimitMeasure;
 use super::limit::Verdict;
 use super::statistics::{Correlation, Sensitivity, SobolIndex, Spread};
 use super::surrogate::Surrogate;
 use serde::Serialize;
-use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// The whole answer.
@@ -80,59 +79,6 @@ pub struct ParameterAnswer {
     pub range: Option<[f64; 2]>,
 }
 
-/// One case.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CaseAnswer {
-    /// Its place in the question, from 0: the base.
-    pub index: usize,
-    /// What it is called.
-    pub name: String,
-    /// Where it comes from.
-    pub origin: Origin,
-    /// Values of all parameters, by name.
-    pub parameters: BTreeMap<String, f64>,
-    /// What it changes in the scene of the base: JSON pointers and new values, enough to run it by itself.
-    pub edits: BTreeMap<String, Value>,
-    /// `finished`; `withheld` when a gate failed; `invalid` when the scene cannot run; else the cause of the failure.
-    pub ending: String,
-    /// Why, when it did not finish.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
-    /// Which ends of the tissue the significant stress reaches: its depth and volume are at least those.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub reaches: Vec<String>,
-    /// Steps.
-    pub steps: u64,
-    /// The numbers, by their names with units; empty when it did not finish.
-    pub numbers: BTreeMap<Quantity, Number>,
-}
-
-/// A number with its numerical error.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Number {
-    /// The number.
-    pub value: f64,
-    /// Its numerical error, in the same unit; absent where it is not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<f64>,
-    /// Whether the mesh resolves it: it is larger than its error, and no peak at a point of which two meshes cannot tell whether it
-    /// converges. Absent where the error is not known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resolved: Option<bool>,
-}
-
-impl Number {
-    /// With its error, where that is known, and whether the run that the error comes from may resolve such a number at all.
-    pub fn new(value: f64, error: Option<f64>, may_be_resolved: bool) -> Self {
-        let resolved = error.map(|error| error == 0.0 || may_be_resolved && error < value.abs());
-        Self { value, error, resolved }
-    }
-    /// Whether its error is known, and the mesh resolves it.
-    pub fn is_resolved(&self) -> bool {
-        self.resolved == Some(true)
-    }
-}
-
 /// What is known of a limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitAnswer {
@@ -150,7 +96,7 @@ pub struct LimitAnswer {
     /// The number's relative numerical error in the base [-]; absent where it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_error: Option<f64>,
-    /// Whether the number is resolved in the base, see [`Number::resolved`]; from an error of 1 on it never is.
+    /// Whether the number is resolved in the base, see [`resolved`](super::Number::resolved); from an error of 1 on it never is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<bool>,
     /// What would be found if the number were larger by its error, everywhere; absent where that is not known, or not resolved.

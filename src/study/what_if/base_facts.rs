@@ -1,6 +1,6 @@
 //! What of the base the changes need that its document does not say.
 
-use super::change::Misfit;
+use super::misfit::Misfit;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::hexahedron::volume_m3;

@@ -1,9 +1,11 @@
 //! The cases of a question, in the order in which they are answered.
 
 use super::base_facts::BaseFacts;
-use super::change::{Misfit, edits};
+use super::change::edits;
 use super::document::WhatIfDocument;
+use super::misfit::Misfit;
 use super::sampling::points;
+use super::short_number::short;
 use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use serde::Serialize;
 use serde_json::Value;
@@ -170,22 +172,4 @@ fn name_of(question: &WhatIfDocument, values: &BTreeMap<usize, f64>) -> String {
         format!("{} {}{unit}", parameter.name, short(*value))
     };
     values.iter().map(of).collect::<Vec<_>>().join(", ")
-}
-
-/// Six significant digits, without zeros at the end; very large and very small numbers with their power of ten.
-pub(super) fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    let is_plain = rounded == 0.0 || !rounded.is_finite() || (1e-4..1e7).contains(&rounded.abs());
-    if is_plain { rounded.to_string() } else { format!("{rounded:e}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn names_have_short_numbers() {
-        let all = [120.0, 0.006, -0.1 - 0.2, 0.0, 123_456.78, 1e300, -2.5e-7].map(short);
-        assert_eq!(all, ["120", "0.006", "-0.3", "0", "123457", "1e300", "-2.5e-7"]);
-    }
 }

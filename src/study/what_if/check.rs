@@ -1,17 +1,18 @@
 //! Everything that is wrong with a question, at once; pointers are into the question.
 
 use super::base_facts::BaseFacts;
-use super::cases::{Case, Origin, cases, count, short};
-use super::change::Misfit;
+use super::cases::{Case, Origin, cases, count};
 use super::document::{Change, Distribution, LimitMeasure, ParameterDocument, SampleMethod, WhatIfDocument};
+use super::misfit::Misfit;
 use super::sampling::MOST_SOBOL_DIMENSIONS;
+use super::short_number::short;
 use crate::measure::depth_profile::deepest_point;
 use crate::mesh::names::shortened;
 use crate::plan::compile;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::validate::names::check_name;
 use crate::scene::validate::{Findings, check_document};
-use crate::scene::{Budget, Loaded, MeshSource, check_on_meshes_of, load};
+use crate::scene::{Budget, Loaded, MeshSource, load_document, on_meshes_of};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Parameters of one question.
@@ -296,10 +297,9 @@ fn try_ends(
                     continue;
                 }
                 // Most changes leave the meshes as they are, which are what takes long to make and to judge.
-                Ok(scene) => check_on_meshes_of(&base.scene, &scene, budget).unwrap_or_else(|| {
-                    let json = serde_json::to_vec(&scene).unwrap_or_default();
-                    load(&json, source, budget).err().map_or_else(Vec::new, |problems| problems.0)
-                }),
+                Ok(scene) => on_meshes_of(&base.scene, &scene, budget)
+                    .unwrap_or_else(|| load_document(scene, source, budget).map(|loaded| loaded.scene))
+                    .map_or_else(|problems| problems.0, |_| Vec::new()),
             };
             let what = format!("with {:?} = {}", parameter.name, short(value));
             out.0.extend(found.into_iter().filter(Problem::is_error).map(|p| placed(p, &here, &what, value)));

@@ -1,11 +1,10 @@
 //! Composes the answer case by case, with what the cases say together at the end.
 
 use super::super::error::Quantity;
-use super::answer::{
-    Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer,
-};
+use super::answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
 use super::base_facts::BaseFacts;
 use super::cache::Numbers;
+use super::case_answer::{CaseAnswer, Number};
 use super::cases::{Case, Matrix, Origin};
 use super::document::{ErrorSource, LimitDocument, LimitMeasure, WhatIfDocument};
 use super::limit::find_limit;

@@ -285,13 +285,6 @@ pub enum ErrorSource {
     None,
 }
 
-impl WhatIfDocument {
-    /// The question of a body that was accepted as one; `None` for anything else.
-    pub fn of(body: &[u8]) -> Option<Self> {
-        serde_json::from_slice(body).ok()
-    }
-}
-
 impl LimitMeasure {
     /// The depth that stresses are wanted below [m].
     pub fn depth(self) -> Option<f64> {

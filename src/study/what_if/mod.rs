@@ -11,6 +11,7 @@
 mod answer;
 mod base_facts;
 mod cache;
+mod case_answer;
 mod cases;
 pub mod change;
 mod check;
@@ -18,19 +19,24 @@ mod composer;
 pub mod distribution;
 pub mod document;
 pub mod limit;
+mod misfit;
+mod named;
 mod over_skin;
 mod rigid_motion;
 mod runner;
 pub mod sampling;
+mod short_number;
 pub mod statistics;
 pub mod surrogate;
 
-pub use answer::{Answer, CaseAnswer, Effort, LimitAnswer, Number, ParameterAnswer, Partial, QuantityAnswer};
+pub use answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
 pub use base_facts::BaseFacts;
 pub use cache::{Cache, Numbers};
+pub use case_answer::{CaseAnswer, Number};
 pub use cases::{Case, Matrix, Origin, cases, count};
 pub use check::check;
 pub use document::WhatIfDocument;
+pub use misfit::Misfit;
 
 use crate::scene::document::ErrorBarsDocument;
 use crate::scene::{Budget, Loaded, MeshSource};

@@ -1,7 +1,8 @@
 //! The impact point moved over the skin of any mesh, and the projectile with it.
 
 use super::base_facts::BaseFacts;
-use super::change::{Misfit, body_of, striker};
+use super::misfit::Misfit;
+use super::named::{body_of, striker};
 use super::rigid_motion::carry_body;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::triangulated_skin::{SkinPoint, TriangulatedSkin};

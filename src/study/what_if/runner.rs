@@ -2,18 +2,18 @@
 
 use super::super::error::Quantity;
 use super::super::error_bars::error_bars;
-use super::super::single::{ending_name, is_stop, measures_of, run_measured};
+use super::super::single::{ending_name, is_stop, measures_of};
 use super::base_facts::BaseFacts;
 use super::cache::{Cache, Numbers, key};
 use super::cases::Case;
 use super::document::WhatIfDocument;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::summary::{ErrorEstimate, Shown};
-use crate::measure::{ErrorBars, Summary};
+use crate::measure::{ErrorBars, MeasuringRecorder, Summary};
 use crate::plan::{CompileError, Plan, compile, recompile};
 use crate::scene::document::ErrorBarsDocument;
-use crate::scene::{Budget, MeshSource, Scene, load, with_motion};
-use crate::step::{Ending, Interrupt, Outcome, Recorder, RunOptions};
+use crate::scene::{Budget, MeshSource, Scene, load_document, with_motion};
+use crate::step::{Ending, Interrupt, Outcome, RunOptions, run};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
@@ -121,9 +121,7 @@ impl Runner<'_> {
             .find_map(|scene| with_motion(scene, &document, self.budget));
         let loaded = match shared {
             Some(scene) => scene,
-            None => serde_json::to_vec(&document)
-                .map_err(|error| error.to_string())
-                .map(|json| load(&json, self.source, self.budget).map(|loaded| loaded.scene))?,
+            None => load_document(document, self.source, self.budget).map(|loaded| loaded.scene),
         };
         loaded.map_err(|problems| {
             let first = problems.0.iter().find(|problem| problem.is_error()).map(ToString::to_string);
@@ -144,14 +142,11 @@ impl Runner<'_> {
             Err(error) => return Some(invalid(error.to_string())),
         };
         let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotAsked };
-        let measures = measures_of(scene, &plan).with_error_bars(bars.clone());
+        let mut measuring = MeasuringRecorder::new(measures_of(scene, &plan).with_error_bars(bars.clone()));
         let mut profile = DepthProfile::new(self.depths.clone());
-        let mut also: Vec<&mut dyn Recorder> = Vec::new();
-        if !self.depths.is_empty() {
-            also.push(&mut profile);
-        }
         let options = RunOptions { threads, interrupt: self.interrupt };
-        let (outcome, _, summary, _) = run_measured(&plan, measures, &options, &mut also);
+        let (outcome, _) = run(&plan, &options, &mut [&mut measuring, &mut profile]);
+        let summary = measuring.summary(&plan, &outcome);
         memory.0 = Some((plan, scene.clone()));
         let is_stopped = is_stop(&ending_name(&outcome.ending));
         let mut numbers = numbers(&outcome, &summary);

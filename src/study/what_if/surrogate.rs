@@ -4,7 +4,7 @@
 //! seen: each is foretold from all others, `e_i / (1 − h_i)` with h the diagonal of the hat matrix (Allen 1974, PRESS).
 
 use super::super::error::Quantity;
-use super::answer::CaseAnswer;
+use super::case_answer::CaseAnswer;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -160,7 +160,7 @@ fn least_squares(A: DMatrix<f64>, b: &DVector<f64>) -> Option<(Vec<f64>, f64)> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
-    use super::super::answer::Number;
+    use super::super::case_answer::Number;
     use super::super::cases::Origin;
     use super::*;
 

@@ -1,12 +1,14 @@
 //! An engine that does what the scene says, to test everything around it: how many steps, how long each takes, how it ends.
 
+use contuse::mesh::read::MeshFormat;
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
+use contuse::scene::summary::BodySummary;
 use contuse::service::jobs::engine::{
-    BodyPreview, CheckedScene, Engine, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
+    CheckedScene, Engine, JsonDocument, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
 };
-use contuse::service::jobs::{JobFailure, JobFailureCause, Phase, RunProgress};
-use contuse::service::meshes::{MeshFormat, MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
+use contuse::service::jobs::{JobFailure, JobFailureCause, JobKind, Phase, Progress};
+use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
 use contuse::step::Interrupt;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -95,8 +97,15 @@ fn report() -> MeshReport {
 }
 
 impl Engine for ScriptedEngine {
-    fn check(&self, scene: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        let document: Value = serde_json::from_slice(scene).unwrap();
+    fn check(
+        &self,
+        kind: JobKind,
+        document: &JsonDocument,
+        meshes: &MeshShelf,
+    ) -> Result<CheckedScene, Vec<SceneProblem>> {
+        let document = &document.parsed.value;
+        // The scene of a study or a question is in it.
+        let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
         assert!(document["panic_in_check"] != true, "as the script says");
         if let Some(ms) = document["check_ms"].as_u64() {
             check_slowly(ms);
@@ -127,18 +136,9 @@ impl Engine for ScriptedEngine {
         })
     }
 
-    fn check_study(&self, study: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        let document: Value = serde_json::from_slice(study).unwrap();
-        self.check(document["scene"].to_string().as_bytes(), meshes)
-    }
-
-    fn check_what_if(&self, question: &[u8], meshes: &MeshShelf) -> Result<CheckedScene, Vec<SceneProblem>> {
-        self.check_study(question, meshes)
-    }
-
-    fn preview(&self, scene: &[u8], meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
-        let checked = self.check(scene, meshes)?;
-        let body = BodyPreview {
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+        let checked = self.check(JobKind::Simulation, scene, meshes)?;
+        let body = BodySummary {
             name: "cube".into(),
             nodes: 8,
             elements: 1,
@@ -147,7 +147,7 @@ impl Engine for ScriptedEngine {
             bounding_box_m: [[0.0; 3], [1.0; 3]],
             min_scaled_jacobian: 1.0,
             worst_element: 0,
-            max_aspect_ratio: Some(1.0),
+            max_aspect_ratio: 1.0,
             min_edge_m: 1.0,
             parts: vec![],
             notes: vec![],
@@ -160,7 +160,7 @@ impl Engine for ScriptedEngine {
     }
 
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
-        let script: Script = serde_json::from_slice(order.scene).unwrap();
+        let script: Script = serde_json::from_slice(order.document).unwrap();
         let partial = partial_path(order.recording);
         std::fs::write(&partial, recording(script.recording_bytes.unwrap_or(1000))).unwrap();
         match script.ending.as_deref() {
@@ -169,14 +169,8 @@ impl Engine for ScriptedEngine {
             Some("refused") => return Err(failure(JobFailureCause::InvalidScene)),
             _ => {}
         }
-        let mut progress = RunProgress {
-            phase: Phase::Stepping,
-            progress: 0.0,
-            step: 0,
-            expected_steps: Some(script.steps),
-            simulated_time_s: 0.0,
-            eta_s: None,
-        };
+        let mut progress =
+            Progress { expected_steps: Some(script.steps), ..Progress::beginning(Phase::Stepping) };
         let mut ending = match script.ending.as_deref() {
             Some("failed") => RunEnding::Failed(failure(JobFailureCause::ElementInverted)),
             _ => RunEnding::Finished,
@@ -221,7 +215,7 @@ impl Engine for ScriptedEngine {
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
         let bytes = std::fs::read(file).unwrap();
-        let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Msh));
+        let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
         match format {
             Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),
             _ => Err(MeshRefusal { message: "line 1: not a mesh".into() }),

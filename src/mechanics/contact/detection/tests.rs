@@ -6,6 +6,7 @@ use crate::mechanics::contact::ContactLaw;
 use crate::mechanics::contact::stencil::weighted;
 
 mod self_contact;
+mod valley;
 
 /// A flat box of n × n × m cells, as a closed skin appended to `x`; `place` maps its unit cube.
 fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Surface {

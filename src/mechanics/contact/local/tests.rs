@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 
 use super::*;
+use crate::mechanics::contact::slip::solve_contact;
 
 /// A small reproducible generator (SplitMix64), uniform in (−1, 1).
 struct Random(u64);

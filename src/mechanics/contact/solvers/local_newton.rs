@@ -6,8 +6,9 @@
 
 use crate::mechanics::contact::delassus::{Block, times};
 use crate::mechanics::contact::generalised_jacobian::linearise_alart_curnier;
-use crate::mechanics::contact::local::{Local, natural_map, solve_contact};
+use crate::mechanics::contact::local::{Local, natural_map};
 use crate::mechanics::contact::problem::squared;
+use crate::mechanics::contact::slip::solve_contact;
 
 /// Newton steps before the cases are gone through.
 const MAX_STEPS: usize = 8;

@@ -2,8 +2,7 @@
 
 use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
-    Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput,
-    Threads,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -50,6 +49,7 @@ impl Case {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         let input = BlockInput {
             element: 0,
@@ -70,8 +70,7 @@ impl Case {
     }
 
     fn swept(&self, u: &[Vec3; 8]) -> ElementForces {
-        let zero = [0.0; 32 * BATCH];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         forces

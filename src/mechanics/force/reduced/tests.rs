@@ -2,8 +2,7 @@
 
 use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
-    Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput,
-    Threads,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -39,6 +38,7 @@ impl Element {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| 1000.0 * V);
@@ -49,8 +49,7 @@ impl Element {
 
     /// Forces on the corners [N] and totals.
     fn sweep(&self, u: &U) -> (U, Seen) {
-        let zero = [0.0; BATCH];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);

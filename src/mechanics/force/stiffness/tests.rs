@@ -2,7 +2,7 @@
 
 use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
-    Assembly, BATCH, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
     SweepInput, Threads, corner_pair,
 };
 use crate::mechanics::material::{
@@ -81,6 +81,7 @@ impl Element {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         let geometry = ReferenceGeometry::new(&X);
         let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -89,8 +90,7 @@ impl Element {
     }
 
     fn force(&self, u: &U) -> U {
-        let zero = [0.0; 32 * BATCH];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let assembly = Assembly::new(8, &self.blocks);

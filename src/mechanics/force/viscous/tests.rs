@@ -42,6 +42,7 @@ impl Element {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: ETA,
+            prony: crate::mechanics::material::PronySeries::NONE,
         };
         let geometry = ReferenceGeometry::new(&corners());
         let mass = geometry.corner_volume.map(|V| DENSITY * V);
@@ -52,12 +53,11 @@ impl Element {
 
     /// Viscous forces [N] and stable step [s].
     fn forces(&self, u: &U, v: &U) -> (U, f64) {
-        let zero = [0.0; BATCH];
-        let input = SweepInput { u, inverse_step: 0.0, dilatation: &zero, viscous_pressure: &zero };
+        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let alone = forces.totals(0).stable_step.0;
-        forces.add_viscous(&Threads::ONE, &self.blocks, u, v);
+        forces.add_viscous(&Threads::ONE, &self.blocks, &input, v);
         let step = forces.totals(0).stable_step.0;
         assert!(step < alone, "{step} of {alone}");
         let assembly = Assembly::new(8, &self.blocks);

@@ -1,6 +1,7 @@
 //! Nodes and elements of version 2.2. Counts are lines of text in binary files too; tags are C `int`s there.
 
-use super::{Contents, ElementKind};
+use super::contents::Contents;
+use super::element_kind::ElementKind;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::{Cursor, Numbers};
 

@@ -1,6 +1,7 @@
 //! Entities, nodes and elements of version 4.1: the same order of numbers in text and in binary.
 
-use super::{Contents, ElementKind};
+use super::contents::Contents;
+use super::element_kind::ElementKind;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::Cursor;
 

@@ -1,112 +1,106 @@
-//! The job store: SQLite in a file, durable at every commit.
+//! The job store: what is kept of jobs, and what the queue, the workers and the routes ask of it.
 //!
-//! A change of a job and the event that tells of it are one transaction. Writes of a running job are fenced by its
-//! attempt: what a worker says of an attempt that is over changes nothing. There are no leases, because the data folder
-//! is locked by one process ([`super::recordings::DataFolder`]): at its start whatever is `running` has lost its worker.
+//! Every store keeps three promises. A change of a job and the event that tells of it are one transaction, durable when the call
+//! returns. Writes of a running job are fenced by its attempt: what a worker says of an attempt that is over changes nothing.
+//! A job is claimed once. There are no leases, because the data folder is locked by one process
+//! ([`super::recordings::DataFolder`]): at its start whatever is `running` has lost its worker.
 
-mod lifecycle;
-mod meshes;
-mod read;
-mod recovery;
-mod submit;
+mod records;
+mod sqlite;
 
-pub use lifecycle::{CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd};
-pub use meshes::StoredMesh;
-pub use read::{EventRow, JobRow, Page};
-pub use recovery::Recovered;
-pub use submit::{NewJob, Submitted};
+pub use records::{
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, NewJob, Orphan, OwnerWish, Page,
+    Requeued, Submitted,
+};
+pub use sqlite::SqliteStore;
 
-use super::JobsError;
-use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection as _, Sqlite, SqlitePool, Transaction};
-use std::future::ready;
-use std::path::Path;
-use std::time::Duration;
+use super::{JobId, JobKind, JobState, JobsError, Progress};
+use crate::mesh::read::MeshFormat;
+use crate::service::meshes::{MeshReport, StoredMesh};
+use futures::future::BoxFuture;
+use std::fmt;
 
-/// Events that a job can have, as they are called on the stream.
-pub mod event {
-    /// It waits.
-    pub const QUEUED: &str = "queued";
-    /// A worker took it.
-    pub const RUNNING: &str = "running";
-    /// How far it has come.
-    pub const PROGRESS: &str = "progress";
-    /// It lost its worker and waits again.
-    pub const REQUEUED: &str = "requeued";
+/// What a store answers when it has: boxed, so that the service need not know which store it has.
+pub type Answer<'a, T> = BoxFuture<'a, Result<T, JobsError>>;
+
+/// What keeps jobs. Owners see their own only, and never one that was hidden.
+pub trait JobStore: fmt::Debug + Send + Sync + 'static {
+    /// The job of an earlier request with this key; `None` when there was none.
+    fn replay<'a>(
+        &'a self,
+        owner: &'a str,
+        key: &'a str,
+        body_sha256: &'a str,
+    ) -> Answer<'a, Option<Submitted>>;
+
+    /// Keeps a new job; `QueueFull` when `max_queued` jobs wait already.
+    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
+
+    /// Takes the job that has waited longest.
+    fn claim(&self) -> Answer<'_, Option<ClaimedJob>>;
+
+    /// Says how far an attempt has come.
+    fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()>;
+
+    /// Keeps a part of the result of an attempt as an event.
+    fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()>;
+
+    /// Ends an attempt. False when the attempt was over already.
+    fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool>;
+
+    /// Lets a job wait again whose attempt did not come to its end.
+    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, ()>;
+
+    /// Cancels a job that waits, or notes that one that runs has to stop.
+    fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer>;
+
+    /// Hides a job for good: nobody can ask for it any more, and its idempotency key is free.
+    fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer>;
+
+    /// Erases a hidden job with its events.
+    fn erase(&self, seq: i64) -> Answer<'_, ()>;
+
+    /// What the owner of a job wants of it by now.
+    fn wish(&self, seq: i64) -> Answer<'_, OwnerWish>;
+
+    /// The jobs whose worker was lost, and those that were hidden but not erased, in the order of their coming. Only right at the
+    /// start, while no worker of this process has begun.
+    fn orphans(&self) -> Answer<'_, Vec<Orphan>>;
+
+    /// One job of an owner.
+    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<JobRow>>;
+
+    /// A page of the jobs of an owner, newest first.
+    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<JobRow>>;
+
+    /// The summary of a job of an owner, as JSON text.
+    fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>>;
+
+    /// The document of a job of an owner as it was accepted, and what kind of job it asks for.
+    fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>>;
+
+    /// Events of a job after event number `after`, and whether nothing will come any more (the job is final or gone).
+    fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)>;
+
+    /// How many jobs are in each state.
+    fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>>;
+
+    /// Notes an uploaded mesh; false when the owner had it already.
+    fn add_mesh<'a>(
+        &'a self,
+        owner: &'a str,
+        id: &'a str,
+        format: MeshFormat,
+        bytes: u64,
+        report: &'a MeshReport,
+    ) -> Answer<'a, bool>;
+
+    /// A mesh of an owner.
+    fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>>;
+
+    /// Fails unless the store takes what is written.
+    fn try_write(&self) -> Answer<'_, ()>;
+
+    /// Closes the store.
+    fn close(&self) -> BoxFuture<'_, ()>;
 }
-
-/// The job store.
-#[derive(Clone, Debug)]
-pub struct Store {
-    pool: SqlitePool,
-}
-
-impl Store {
-    /// Opens the store in a file, which is made if need be, and brings its tables to this version.
-    ///
-    /// # Errors
-    /// When the file cannot be opened or migrated.
-    pub async fn open(file: &Path) -> Result<Self, JobsError> {
-        let options = SqliteConnectOptions::new()
-            .filename(file)
-            .create_if_missing(true)
-            .journal_mode(SqliteJournalMode::Wal)
-            // FULL: a commit is on the disk when it returns, so that `202` can be believed after a power cut.
-            .synchronous(SqliteSynchronous::Full)
-            .foreign_keys(true)
-            .busy_timeout(Duration::from_secs(10));
-        let pool = SqlitePoolOptions::new()
-            .max_connections(8)
-            .acquire_timeout(Duration::from_secs(10))
-            // SQLite itself ends a transaction that a full disk breaks, and the pool would count it as open for ever.
-            .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
-            .connect_with(options)
-            .await?;
-        sqlx::migrate!("src/service/jobs/migrations").run(&pool).await?;
-        Ok(Self { pool })
-    }
-
-    /// Closes the store: what was written ahead goes into the file.
-    pub async fn close(&self) {
-        self.pool.close().await;
-    }
-
-    /// Whether the store takes what is written: something that it holds is written again.
-    ///
-    /// # Errors
-    /// When it does not.
-    pub async fn try_write(&self) -> Result<(), JobsError> {
-        let mut transaction = self.begin().await?;
-        // A number in the head of the file that nothing else uses.
-        sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
-        Ok(transaction.commit().await?)
-    }
-
-    /// A transaction that holds the right to write from its start: one that reads first and writes later could be
-    /// refused in the middle.
-    async fn begin(&self) -> Result<Transaction<'_, Sqlite>, JobsError> {
-        Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
-    }
-}
-
-/// Adds an event to a job, with the next number of that job.
-async fn add_event(
-    transaction: &mut Transaction<'_, Sqlite>,
-    job: i64,
-    kind: &str,
-    data: &serde_json::Value,
-) -> Result<(), JobsError> {
-    sqlx::query(
-        "INSERT INTO events (job, n, kind, data)
-         VALUES (?1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = ?1), ?2, ?3)",
-    )
-    .bind(job)
-    .bind(kind)
-    .bind(data.to_string())
-    .execute(&mut **transaction)
-    .await?;
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests;

@@ -1,30 +1,12 @@
 //! Who uploaded which mesh.
 
-use super::Store;
+use super::SqliteStore;
+use crate::mesh::read::MeshFormat;
 use crate::service::jobs::JobsError;
-use crate::service::meshes::{MeshFormat, MeshReport};
+use crate::service::meshes::{MeshReport, StoredMesh};
 
-/// An uploaded mesh.
-#[derive(Clone, Debug)]
-pub struct StoredMesh {
-    /// SHA-256 of its bytes, hexadecimal.
-    pub id: String,
-    /// Its format.
-    pub format: MeshFormat,
-    /// Its size [bytes].
-    pub bytes: u64,
-    /// What it holds.
-    pub report: MeshReport,
-    /// When it came first, RFC 3339.
-    pub created_at: String,
-}
-
-impl Store {
-    /// Notes an uploaded mesh; false when the owner had it already.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn add_mesh(
+impl SqliteStore {
+    pub(super) async fn add_mesh(
         &self,
         owner: &str,
         id: &str,
@@ -45,11 +27,7 @@ impl Store {
         Ok(result.rows_affected() > 0)
     }
 
-    /// A mesh of an owner.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
+    pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
         let row: Option<(String, i64, String, String)> = sqlx::query_as(
             "SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
         )
@@ -60,7 +38,7 @@ impl Store {
         row.map(|(format, bytes, report, created_at)| {
             Ok(StoredMesh {
                 id: id.to_owned(),
-                format: MeshFormat::from_extension(&format)
+                format: MeshFormat::from_name(&format!(".{format}"))
                     .ok_or(JobsError::Corrupt { what: "mesh format", value: format })?,
                 bytes: bytes.cast_unsigned(),
                 report: serde_json::from_str(&report)?,

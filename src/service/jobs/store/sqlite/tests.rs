@@ -1,11 +1,12 @@
 //! What the store promises, without HTTP.
 
 use super::*;
-use crate::service::jobs::{JobFailureCause, JobState, Phase, RunProgress};
+use crate::service::jobs::verdict::RunEnding;
+use crate::service::jobs::{JobFailure, JobFailureCause, JobKind, Phase};
 
-async fn store() -> (tempfile::TempDir, Store) {
+async fn store() -> (tempfile::TempDir, SqliteStore) {
     let dir = tempfile::tempdir().unwrap();
-    let store = Store::open(&dir.path().join("jobs.sqlite")).await.unwrap();
+    let store = SqliteStore::open(&dir.path().join("jobs.sqlite")).await.unwrap();
     (dir, store)
 }
 
@@ -14,7 +15,8 @@ fn new(name: &str) -> NewJob {
         owner: "anna".into(),
         idempotency_key: None,
         body_sha256: "0".into(),
-        scene: b"{}".to_vec(),
+        kind: JobKind::Study,
+        document: b"{}".to_vec(),
         name: name.into(),
         content_hash: "0".into(),
         end_time_s: 1.0,
@@ -22,15 +24,15 @@ fn new(name: &str) -> NewJob {
     }
 }
 
-async fn submitted(store: &Store, name: &str) -> JobRow {
+async fn submitted(store: &SqliteStore, name: &str) -> JobRow {
     match store.submit(&new(name), 10).await.unwrap() {
         Submitted::Created(row) => *row,
         other => panic!("{other:?}"),
     }
 }
 
-fn end(state: JobState) -> JobEnd {
-    JobEnd { state, failure: None, summary: None, recording: None, progress: None }
+fn end(ending: RunEnding) -> JobEnd {
+    JobEnd { ending, summary: None, recording: None, progress: None }
 }
 
 #[tokio::test]
@@ -51,19 +53,24 @@ async fn attempt_that_is_over_changes_nothing() {
     let (_dir, store) = store().await;
     let job = submitted(&store, "a").await;
     let first = store.claim().await.unwrap().unwrap();
-    store.requeue_orphan(first.seq).await.unwrap();
+    store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
     let second = store.claim().await.unwrap().unwrap();
     assert_eq!((first.attempt, second.attempt), (1, 2));
 
-    let progress = RunProgress { phase: Phase::Stepping, progress: 0.5, ..RunProgress::loading() };
+    let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
     store.record_progress(first.seq, first.attempt, &progress).await.unwrap();
-    assert!(!store.finish(first.seq, first.attempt, &end(JobState::Succeeded)).await.unwrap());
-    store.put_back(first.seq, first.attempt, "late").await.unwrap();
+    assert!(!store.finish(first.seq, first.attempt, &end(RunEnding::Finished)).await.unwrap());
+    store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap();
     let row = store.job("anna", job.id).await.unwrap().unwrap();
     assert_eq!((row.state, row.progress.progress), (JobState::Running, 0.0));
 
-    assert!(store.finish(second.seq, second.attempt, &end(JobState::Succeeded)).await.unwrap());
-    assert!(!store.finish(second.seq, second.attempt, &end(JobState::Failed)).await.unwrap());
+    assert!(store.finish(second.seq, second.attempt, &end(RunEnding::Finished)).await.unwrap());
+    assert!(
+        !store
+            .finish(second.seq, second.attempt, &end(RunEnding::Failed(JobFailure::internal())))
+            .await
+            .unwrap()
+    );
     let row = store.job("anna", job.id).await.unwrap().unwrap();
     assert_eq!((row.state, row.progress.progress), (JobState::Succeeded, 1.0));
     let (events, ended) = store.events_after(job.seq, 0, 100).await.unwrap();
@@ -73,7 +80,7 @@ async fn attempt_that_is_over_changes_nothing() {
 }
 
 #[tokio::test]
-async fn orphans_have_the_fate_that_they_deserve() {
+async fn orphans_are_those_without_a_worker_and_those_that_were_hidden() {
     let (_dir, store) = store().await;
     let mut jobs = Vec::new();
     for name in ["again", "cancelled", "deleted", "poison", "waiting"] {
@@ -85,14 +92,60 @@ async fn orphans_have_the_fate_that_they_deserve() {
     assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
     let deleted = store.hide("anna", jobs[2].id).await.unwrap();
     assert_eq!(deleted, DeleteAnswer::Running { seq: jobs[2].seq });
-    let fates: Vec<Recovered> = store.orphans(2).await.unwrap().into_iter().map(|(.., fate)| fate).collect();
-    assert_eq!(fates, [Recovered::Requeue, Recovered::Cancel, Recovered::Erase, Recovered::Requeue]);
+    let wishes: Vec<OwnerWish> =
+        store.orphans().await.unwrap().into_iter().map(|orphan| orphan.wish).collect();
+    assert_eq!(wishes, [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion, OwnerWish::Result]);
+    assert_eq!(store.wish(jobs[1].seq).await.unwrap(), OwnerWish::Stop);
+    assert_eq!(store.wish(99).await.unwrap(), OwnerWish::Deletion);
 
-    let fates: Vec<Recovered> = store.orphans(1).await.unwrap().into_iter().map(|(.., fate)| fate).collect();
-    assert_eq!(fates, [Recovered::GiveUp, Recovered::Cancel, Recovered::Erase, Recovered::GiveUp]);
-    store.end_orphan(jobs[3].seq, 1, false, None).await.unwrap();
+    let lost = RunEnding::Failed(JobFailure::worker_lost(1));
+    assert!(store.finish(jobs[3].seq, 1, &end(lost)).await.unwrap());
     let row = store.job("anna", jobs[3].id).await.unwrap().unwrap();
     assert_eq!(row.failure.unwrap().cause, JobFailureCause::WorkerLost);
+}
+
+#[tokio::test]
+async fn what_a_job_is_for_is_read_back() {
+    let (_dir, store) = store().await;
+    let job = submitted(&store, "a").await;
+    assert_eq!(store.document("anna", job.id).await.unwrap().unwrap(), (JobKind::Study, b"{}".to_vec()));
+    assert_eq!(store.claim().await.unwrap().unwrap().kind, JobKind::Study);
+}
+
+#[tokio::test]
+async fn jobs_of_before_there_were_kinds_are_told_by_their_documents() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("jobs.sqlite");
+    let documents = [
+        r#"{"name": "kind", "bodies": []}"#,
+        r#"{"kind": "stability"}"#,
+        r#"{"scene": {}, "parameters": []}"#,
+        "no JSON",
+    ];
+    let options = SqliteConnectOptions::new().filename(&file).create_if_missing(true);
+    let pool = SqlitePool::connect_with(options).await.unwrap();
+    let mut first = migrations();
+    first.migrations.to_mut().truncate(1);
+    first.run(&pool).await.unwrap();
+    for (id, document) in documents.iter().enumerate() {
+        sqlx::query(
+            "INSERT INTO jobs (id, owner, body_sha256, scene, name, content_hash, end_time_s, warnings)
+             VALUES (?1, 'anna', '', ?2, '', '', 1, '[]')",
+        )
+        .bind(JobId::from_u128(id as u128).to_string())
+        .bind(document.as_bytes())
+        .execute(&pool)
+        .await
+        .unwrap();
+    }
+    pool.close().await;
+
+    let store = SqliteStore::open(&file).await.unwrap();
+    let mut kinds = Vec::new();
+    for id in 0..4 {
+        kinds.push(store.document("anna", JobId::from_u128(id)).await.unwrap().unwrap().0);
+    }
+    assert_eq!(kinds, [JobKind::Simulation, JobKind::Study, JobKind::WhatIf, JobKind::Simulation]);
 }
 
 #[tokio::test]
@@ -132,7 +185,7 @@ async fn a_full_disk_is_told_and_forgotten_when_there_is_room() {
     // Every connection of the pool gets as many pages as there are: the next one finds the disk full, and SQLite itself ends the
     // transaction.
     set_everywhere(&store, "PRAGMA max_page_count = 1").await;
-    let large = NewJob { scene: vec![b' '; 1 << 20], ..new("large") };
+    let large = NewJob { document: vec![b' '; 1 << 20], ..new("large") };
     let error = store.submit(&large, 10).await.unwrap_err();
     assert!(error.is_storage_full(), "{error}");
     // On the connections that it happened to, or on fresh ones in their place.
@@ -143,7 +196,7 @@ async fn a_full_disk_is_told_and_forgotten_when_there_is_room() {
 }
 
 /// Sets something on all connections that the pool may have.
-async fn set_everywhere(store: &Store, pragma: &'static str) {
+async fn set_everywhere(store: &SqliteStore, pragma: &'static str) {
     let mut all = Vec::new();
     for _ in 0..8 {
         let mut connection = store.pool.acquire().await.unwrap();

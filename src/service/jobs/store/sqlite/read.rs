@@ -1,78 +1,13 @@
 //! Looking at jobs.
 
-use super::Store;
-use crate::service::jobs::engine::SceneProblem;
-use crate::service::jobs::{FinalRecording, JobFailure, JobId, JobState, JobsError, Phase, RunProgress};
+use super::SqliteStore;
+use crate::service::jobs::store::{EventRow, JobRow, Page};
+use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Phase, Progress};
 use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 
-/// A job as it stands.
-#[derive(Clone, Debug)]
-pub struct JobRow {
-    /// Order of arrival.
-    pub seq: i64,
-    /// Its id.
-    pub id: JobId,
-    /// Name of the scene.
-    pub name: String,
-    /// Digest of the document and its meshes.
-    pub content_hash: String,
-    /// Simulated time to the end [s].
-    pub end_time_s: f64,
-    /// What is odd about the scene.
-    pub warnings: Vec<SceneProblem>,
-    /// Where it stands.
-    pub state: JobState,
-    /// How far it has come.
-    pub progress: RunProgress,
-    /// How often a worker took it.
-    pub attempts: u32,
-    /// Whether its owner wants it stopped.
-    pub cancel_requested: bool,
-    /// When it came, RFC 3339.
-    pub created_at: String,
-    /// When a worker took it last.
-    pub started_at: Option<String>,
-    /// When it ended.
-    pub finished_at: Option<String>,
-    /// Why it failed.
-    pub failure: Option<JobFailure>,
-    /// Whether it has a summary.
-    pub has_summary: bool,
-    /// Its recording, when final.
-    pub recording: Option<FinalRecording>,
-    /// Its place in the queue, the next one is 1; `None` when it does not wait.
-    pub queue_position: Option<u64>,
-}
-
-/// Which jobs to list, newest first.
-#[derive(Clone, Debug)]
-pub struct Page {
-    /// Only these states; all when empty.
-    pub states: Vec<JobState>,
-    /// Only jobs that came before this one.
-    pub before: Option<i64>,
-    /// At most so many.
-    pub limit: u32,
-}
-
-/// An event of a job.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EventRow {
-    /// Its number in the job, from 1.
-    pub n: i64,
-    /// What happened.
-    pub kind: String,
-    /// The details, JSON.
-    pub data: String,
-}
-
-impl Store {
-    /// One job of an owner.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn job(&self, owner: &str, id: JobId) -> Result<Option<JobRow>, JobsError> {
+impl SqliteStore {
+    pub(super) async fn job(&self, owner: &str, id: JobId) -> Result<Option<JobRow>, JobsError> {
         sqlx::query("SELECT * FROM job_rows WHERE owner = ?1 AND id = ?2")
             .bind(owner)
             .bind(id.to_string())
@@ -82,11 +17,7 @@ impl Store {
             .transpose()
     }
 
-    /// A page of the jobs of an owner, newest first.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
+    pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
         // ",queued,running,": each name stands between commas.
         let names: Vec<&str> = page.states.iter().map(|s| s.as_str()).collect();
         let states = if names.is_empty() { String::new() } else { format!(",{},", names.join(",")) };
@@ -104,11 +35,7 @@ impl Store {
         rows.iter().map(job_of_row).collect()
     }
 
-    /// The summary of a job of an owner, as JSON text.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn summary(&self, owner: &str, id: JobId) -> Result<Option<String>, JobsError> {
+    pub(super) async fn summary(&self, owner: &str, id: JobId) -> Result<Option<String>, JobsError> {
         let row: Option<(Option<String>,)> =
             sqlx::query_as("SELECT summary FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
                 .bind(owner)
@@ -118,25 +45,21 @@ impl Store {
         Ok(row.and_then(|(summary,)| summary))
     }
 
-    /// The scene document of a job of an owner, as it came.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn scene(&self, owner: &str, id: JobId) -> Result<Option<Vec<u8>>, JobsError> {
-        let row: Option<(Vec<u8>,)> =
-            sqlx::query_as("SELECT scene FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
+    pub(super) async fn document(
+        &self,
+        owner: &str,
+        id: JobId,
+    ) -> Result<Option<(JobKind, Vec<u8>)>, JobsError> {
+        let row: Option<(String, Vec<u8>)> =
+            sqlx::query_as("SELECT kind, scene FROM jobs WHERE owner = ?1 AND id = ?2 AND deleted = 0")
                 .bind(owner)
                 .bind(id.to_string())
                 .fetch_optional(&self.pool)
                 .await?;
-        Ok(row.map(|(scene,)| scene))
+        row.map(|(kind, document)| Ok((kind_of_name(kind)?, document))).transpose()
     }
 
-    /// Events of a job after event number `after`, and whether nothing will come any more (the job is final or gone).
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn events_after(
+    pub(super) async fn events_after(
         &self,
         seq: i64,
         after: i64,
@@ -161,11 +84,7 @@ impl Store {
         Ok((events, ended && complete))
     }
 
-    /// How many jobs are in each state.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn counts(&self) -> Result<Vec<(JobState, u64)>, JobsError> {
+    pub(super) async fn counts(&self) -> Result<Vec<(JobState, u64)>, JobsError> {
         let rows: Vec<(String, i64)> =
             sqlx::query_as("SELECT state, COUNT(*) FROM jobs WHERE deleted = 0 GROUP BY state")
                 .fetch_all(&self.pool)
@@ -175,6 +94,11 @@ impl Store {
         };
         Ok(JobState::ALL.into_iter().map(|s| (s, count(s))).collect())
     }
+}
+
+/// The kind of a job by its name in the store.
+pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
+    JobKind::from_name(&name).ok_or(JobsError::Corrupt { what: "kind of job", value: name })
 }
 
 /// A job of a row of the view `job_rows`.
@@ -200,7 +124,7 @@ fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
         end_time_s: row.try_get("end_time_s")?,
         warnings: serde_json::from_str(&warnings)?,
         state: JobState::from_name(&state).ok_or(JobsError::Corrupt { what: "state", value: state })?,
-        progress: RunProgress {
+        progress: Progress {
             phase: Phase::from_name(&phase).ok_or(JobsError::Corrupt { what: "phase", value: phase })?,
             progress: row.try_get("progress")?,
             step: row.try_get::<i64, _>("step")?.cast_unsigned(),

@@ -1,127 +1,61 @@
 //! From the queue to the end.
 
-use super::{Store, add_event, event};
-use crate::service::jobs::{FinalRecording, JobFailure, JobId, JobState, JobsError, RunProgress};
-use serde_json::json;
-use sqlx::{Sqlite, Transaction};
+use super::read::kind_of_name;
+use super::{SqliteStore, add_event};
+use crate::service::jobs::store::{
+    CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerWish, Requeued,
+};
+use crate::service::jobs::verdict::RunEnding;
+use crate::service::jobs::{JobId, JobState, JobsError, Progress};
+use sqlx::{Row as _, Sqlite, Transaction};
 
-/// A job that a worker took.
-#[derive(Clone, Debug)]
-pub struct ClaimedJob {
-    /// Order of arrival.
-    pub seq: i64,
-    /// Its id.
-    pub id: JobId,
-    /// Whose it is.
-    pub owner: String,
-    /// The scene document.
-    pub scene: Vec<u8>,
-    /// Which attempt this is, from 1.
-    pub attempt: u32,
-}
-
-/// How a job ended.
-#[derive(Clone, Debug)]
-pub struct JobEnd {
-    /// The final state.
-    pub state: JobState,
-    /// Why it failed.
-    pub failure: Option<JobFailure>,
-    /// Its summary, JSON text.
-    pub summary: Option<String>,
-    /// Its recording.
-    pub recording: Option<FinalRecording>,
-    /// How far it came, when that is known.
-    pub progress: Option<RunProgress>,
-}
-
-/// What became of a wish to cancel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CancelAnswer {
-    /// It waited, and is cancelled.
-    Cancelled {
-        /// Order of arrival.
-        seq: i64,
-    },
-    /// It runs, and will stop.
-    Stopping,
-    /// It was cancelled before.
-    AlreadyCancelled,
-    /// It ended otherwise before.
-    TooLate(JobState),
-    /// There is no such job.
-    Unknown,
-}
-
-/// What became of a wish to delete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeleteAnswer {
-    /// Nobody works on it: it can be erased.
-    Idle {
-        /// Order of arrival.
-        seq: i64,
-    },
-    /// It runs: its worker erases it when it has stopped.
-    Running {
-        /// Order of arrival.
-        seq: i64,
-    },
-    /// There is no such job.
-    Unknown,
-}
-
-impl Store {
-    /// Takes the job that has waited longest.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn claim(&self) -> Result<Option<ClaimedJob>, JobsError> {
+impl SqliteStore {
+    pub(super) async fn claim(&self) -> Result<Option<ClaimedJob>, JobsError> {
         let mut transaction = self.begin().await?;
-        let row: Option<(i64, String, String, Vec<u8>, u32)> = sqlx::query_as(
+        let row = sqlx::query(
             "UPDATE jobs SET state = 'running', phase = 'loading', attempts = attempts + 1, progress = 0, step = 0,
                  simulated_time_s = 0, expected_steps = NULL, eta_s = NULL,
                  started_at = strftime('%Y-%m-%dT%H:%M:%fZ', 'now')
              WHERE seq = (SELECT seq FROM jobs WHERE state = 'queued' AND deleted = 0 ORDER BY seq LIMIT 1)
-             RETURNING seq, id, owner, scene, attempts",
+             RETURNING seq, id, owner, kind, scene, content_hash, attempts",
         )
         .fetch_optional(&mut *transaction)
         .await?;
-        let Some((seq, id, owner, scene, attempt)) = row else { return Ok(None) };
-        add_event(&mut transaction, seq, event::RUNNING, &json!({ "state": "running", "attempt": attempt }))
-            .await?;
+        let Some(row) = row else { return Ok(None) };
+        let (seq, attempt) = (row.try_get("seq")?, row.try_get("attempts")?);
+        add_event(&mut transaction, seq, &Event::running(attempt)).await?;
         transaction.commit().await?;
-        let id = id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?;
-        Ok(Some(ClaimedJob { seq, id, owner, scene, attempt }))
+        let id: String = row.try_get("id")?;
+        Ok(Some(ClaimedJob {
+            seq,
+            id: id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?,
+            owner: row.try_get("owner")?,
+            kind: kind_of_name(row.try_get("kind")?)?,
+            document: row.try_get("scene")?,
+            content_hash: row.try_get("content_hash")?,
+            attempt,
+        }))
     }
 
-    /// Says how far an attempt has come.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn record_progress(
+    pub(super) async fn record_progress(
         &self,
         seq: i64,
         attempt: u32,
-        progress: &RunProgress,
+        progress: &Progress,
     ) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
         if write_progress(&mut transaction, seq, attempt, progress).await? {
-            add_event(&mut transaction, seq, event::PROGRESS, &serde_json::to_value(progress)?).await?;
+            add_event(&mut transaction, seq, &Event::progress(progress)?).await?;
             transaction.commit().await?;
         }
         Ok(())
     }
 
-    /// Keeps a part of the result of an attempt as an event.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn record_event(
+    pub(super) async fn record_event(
         &self,
         seq: i64,
         attempt: u32,
-        kind: &str,
-        data: &serde_json::Value,
+        event: &Event<'_>,
     ) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
         let running: Option<(i64,)> =
@@ -131,22 +65,18 @@ impl Store {
                 .fetch_optional(&mut *transaction)
                 .await?;
         if running.is_some() {
-            add_event(&mut transaction, seq, kind, data).await?;
+            add_event(&mut transaction, seq, event).await?;
             transaction.commit().await?;
         }
         Ok(())
     }
 
-    /// Ends an attempt. False when the attempt was over already.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn finish(&self, seq: i64, attempt: u32, end: &JobEnd) -> Result<bool, JobsError> {
+    pub(super) async fn finish(&self, seq: i64, attempt: u32, end: &JobEnd) -> Result<bool, JobsError> {
         let mut transaction = self.begin().await?;
         if let Some(progress) = &end.progress {
             write_progress(&mut transaction, seq, attempt, progress).await?;
         }
-        let failure = end.failure.as_ref().map(serde_json::to_string).transpose()?;
+        let failure = end.ending.failure().map(serde_json::to_string).transpose()?;
         let result = sqlx::query(
             "UPDATE jobs SET state = ?3, phase = 'done', eta_s = NULL, failure = ?4, summary = ?5,
                  recording_bytes = ?6, recording_sha256 = ?7, recording_complete = ?8,
@@ -156,7 +86,7 @@ impl Store {
         )
         .bind(seq)
         .bind(attempt)
-        .bind(end.state.as_str())
+        .bind(end.ending.state().as_str())
         .bind(failure)
         .bind(&end.summary)
         .bind(end.recording.as_ref().map(|r| r.bytes.cast_signed()))
@@ -167,45 +97,31 @@ impl Store {
         if result.rows_affected() == 0 {
             return Ok(false);
         }
-        let data = json!({ "state": end.state, "failure": end.failure });
-        add_event(&mut transaction, seq, end.state.as_str(), &data).await?;
+        add_event(&mut transaction, seq, &Event::ended(&end.ending)).await?;
         transaction.commit().await?;
         Ok(true)
     }
 
-    /// Puts a job back that its worker had to drop. The attempt does not count: it was not the job's fault.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn put_back(&self, seq: i64, attempt: u32, reason: &str) -> Result<(), JobsError> {
+    pub(super) async fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
         let result = sqlx::query(
-            "UPDATE jobs SET state = 'queued', phase = 'waiting', attempts = attempts - 1, started_at = NULL, eta_s = NULL,
+            "UPDATE jobs SET state = 'queued', phase = 'waiting', attempts = attempts - ?3, started_at = NULL, eta_s = NULL,
                  progress = 0, step = 0, simulated_time_s = 0
              WHERE seq = ?1 AND state = 'running' AND attempts = ?2",
         )
         .bind(seq)
         .bind(attempt)
+        .bind(why.attempts_forgiven())
         .execute(&mut *transaction)
         .await?;
         if result.rows_affected() > 0 {
-            add_event(
-                &mut transaction,
-                seq,
-                event::REQUEUED,
-                &json!({ "state": "queued", "reason": reason }),
-            )
-            .await?;
+            add_event(&mut transaction, seq, &Event::requeued(why)).await?;
             transaction.commit().await?;
         }
         Ok(())
     }
 
-    /// Cancels a job that waits, or notes that one that runs has to stop.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
+    pub(super) async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
         let mut transaction = self.begin().await?;
         let Some((seq, state)) = find(&mut transaction, owner, id).await? else {
             return Ok(CancelAnswer::Unknown);
@@ -219,13 +135,7 @@ impl Store {
                 .bind(seq)
                 .execute(&mut *transaction)
                 .await?;
-                add_event(
-                    &mut transaction,
-                    seq,
-                    "cancelled",
-                    &json!({ "state": "cancelled", "failure": null }),
-                )
-                .await?;
+                add_event(&mut transaction, seq, &Event::ended(&RunEnding::Stopped)).await?;
                 CancelAnswer::Cancelled { seq }
             }
             JobState::Running => {
@@ -242,11 +152,7 @@ impl Store {
         Ok(answer)
     }
 
-    /// Hides a job for good: nobody can ask for it any more, and its idempotency key is free.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn hide(&self, owner: &str, id: JobId) -> Result<DeleteAnswer, JobsError> {
+    pub(super) async fn hide(&self, owner: &str, id: JobId) -> Result<DeleteAnswer, JobsError> {
         let mut transaction = self.begin().await?;
         let Some((seq, state)) = find(&mut transaction, owner, id).await? else {
             return Ok(DeleteAnswer::Unknown);
@@ -265,38 +171,41 @@ impl Store {
         })
     }
 
-    /// Whether a job was hidden.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn is_hidden(&self, seq: i64) -> Result<bool, JobsError> {
-        let row: Option<(bool,)> = sqlx::query_as("SELECT deleted FROM jobs WHERE seq = ?1")
-            .bind(seq)
-            .fetch_optional(&self.pool)
-            .await?;
-        Ok(row.is_none_or(|(deleted,)| deleted))
-    }
-
-    /// Whether a job was cancelled or hidden.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn is_unwanted(&self, seq: i64) -> Result<bool, JobsError> {
+    pub(super) async fn wish(&self, seq: i64) -> Result<OwnerWish, JobsError> {
         let row: Option<(bool, bool)> =
             sqlx::query_as("SELECT deleted, cancel_requested FROM jobs WHERE seq = ?1")
                 .bind(seq)
                 .fetch_optional(&self.pool)
                 .await?;
-        Ok(row.is_none_or(|(deleted, cancelled)| deleted || cancelled))
+        Ok(row.map_or(OwnerWish::Deletion, |(deleted, cancelled)| wish_of(deleted, cancelled)))
     }
 
-    /// Erases a hidden job with its events.
-    ///
-    /// # Errors
-    /// When the store fails.
-    pub async fn erase(&self, seq: i64) -> Result<(), JobsError> {
+    pub(super) async fn orphans(&self) -> Result<Vec<Orphan>, JobsError> {
+        let rows: Vec<(i64, String, u32, bool, bool)> = sqlx::query_as(
+            "SELECT seq, id, attempts, deleted, cancel_requested FROM jobs WHERE state = 'running' OR deleted = 1
+             ORDER BY seq",
+        )
+        .fetch_all(&self.pool)
+        .await?;
+        rows.into_iter()
+            .map(|(seq, id, attempt, deleted, cancel_requested)| {
+                let id = id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?;
+                Ok(Orphan { seq, id, attempt, wish: wish_of(deleted, cancel_requested) })
+            })
+            .collect()
+    }
+
+    pub(super) async fn erase(&self, seq: i64) -> Result<(), JobsError> {
         sqlx::query("DELETE FROM jobs WHERE seq = ?1 AND deleted = 1").bind(seq).execute(&self.pool).await?;
         Ok(())
+    }
+}
+
+fn wish_of(deleted: bool, cancel_requested: bool) -> OwnerWish {
+    match (deleted, cancel_requested) {
+        (true, _) => OwnerWish::Deletion,
+        (false, true) => OwnerWish::Stop,
+        (false, false) => OwnerWish::Result,
     }
 }
 
@@ -324,7 +233,7 @@ async fn write_progress(
     transaction: &mut Transaction<'_, Sqlite>,
     seq: i64,
     attempt: u32,
-    progress: &RunProgress,
+    progress: &Progress,
 ) -> Result<bool, JobsError> {
     let result = sqlx::query(
         "UPDATE jobs SET phase = ?3, progress = ?4, step = ?5, expected_steps = ?6, simulated_time_s = ?7, eta_s = ?8

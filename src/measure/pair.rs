@@ -1,0 +1,114 @@
+//! What is measured of one contact pair: its forces and its patch.
+
+use super::contact_patch::PatchGeometry;
+use super::impact_force::{ImpactForce, PairSample, resultant_force};
+use crate::mechanics::tensor::Vec3;
+use crate::plan::Plan;
+use crate::scene::document::Role;
+use crate::step::Frame;
+
+/// One contact pair.
+pub struct PairMeasures {
+    /// Name of the pair.
+    pub name: String,
+    /// Names of slave and master.
+    pub between: [String; 2],
+    /// Whether one of them is the tissue, and the other is not.
+    pub on_tissue: bool,
+    /// Whether the other one is the projectile.
+    pub of_projectile: bool,
+    /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
+    /// so a sign by the slave would change with refinement.
+    pub told_for: usize,
+    /// Whether both sides are rigid: they touch in points, without a patch.
+    pub is_of_points: bool,
+    /// Forces.
+    pub force: ImpactForce,
+    /// Where it first touched the tissue, and how far its patch has spread; `None` before.
+    pub source: Option<Source>,
+    /// Velocity of the frame of its tissue [m/s].
+    tissue_flight: Vec3,
+    /// How fast its two sides fly at each other [m/s].
+    pub approach: f64,
+    geometry: PatchGeometry,
+}
+
+impl PairMeasures {
+    /// Whether both sides are the same.
+    pub fn is_of_itself(&self) -> bool {
+        self.between[0] == self.between[1]
+    }
+
+    /// Takes in a frame; `index` is the number of the pair in its plan.
+    pub(super) fn accumulate(&mut self, frame: &Frame, index: usize) {
+        let time = frame.time;
+        let sample = PairSample {
+            time,
+            impulse: Vec3::from(frame.energy.pairs[index].impulse_n_s),
+            force: resultant_force(frame, index as u32),
+            patch: self.geometry.eval(frame, index as u32),
+        };
+        self.force.accumulate(sample);
+        if self.on_tissue && sample.patch.nodes > 0 {
+            let centre = sample.patch.centre - self.tissue_flight * time;
+            Source::widen(&mut self.source, centre, 0.5 * sample.patch.axes[0]);
+        }
+    }
+}
+
+/// Where a pair first touched the tissue, in its reference configuration, and how far from there its patch has been [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Place [m].
+    pub place: Vec3,
+    /// How far [m].
+    pub spread: f64,
+}
+
+impl Source {
+    /// Takes in a patch: its centre in the reference configuration, and half its long axis [m].
+    pub fn widen(this: &mut Option<Self>, centre: Vec3, radius: f64) {
+        let source = this.get_or_insert(Self { place: centre, spread: 0.0 });
+        source.spread = source.spread.max((centre - source.place).norm() + radius);
+    }
+}
+
+/// The pairs of a plan.
+pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
+    let Some(contact) = &plan.contact else { return Vec::new() };
+    let tissue = |body: usize| plan.bodies[body].role == Role::Tissue;
+    let projectile = |body: usize| plan.bodies[body].role == Role::Projectile;
+    let pairs = contact.pairs.iter().zip(&contact.pair_names).zip(&contact.pair_bodies);
+    let flight = |body: Option<usize>| body.map_or_else(Vec3::zeros, |b| plan.bodies[b].flight_velocity);
+    let tissue_of = |slave: usize, master: Option<usize>| if tissue(slave) { Some(slave) } else { master };
+    pairs
+        .map(|((pair, between), &(slave, master))| PairMeasures {
+            source: None,
+            tissue_flight: flight(tissue_of(slave, master)),
+            approach: (flight(Some(slave)) - flight(master)).norm(),
+            name: pair.name.clone(),
+            between: between.clone(),
+            on_tissue: master != Some(slave) && (tissue(slave) || master.is_some_and(tissue)),
+            of_projectile: projectile(slave) || master.is_some_and(projectile),
+            told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
+            is_of_points: plan.bodies[slave].rigid.is_some(),
+            force: ImpactForce::new(plan.measures.force_average),
+            geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_source_spreads_with_its_patch() {
+        let mut source = None;
+        Source::widen(&mut source, Vec3::x(), 0.1);
+        Source::widen(&mut source, Vec3::x() * 1.5, 0.2);
+        Source::widen(&mut source, Vec3::x(), 0.0);
+        let source = source.unwrap_or(Source { place: Vec3::zeros(), spread: 0.0 });
+        assert!(source.place == Vec3::x() && (source.spread - 0.7).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,89 @@
+//! What is read of a file, whatever its version, and the mesh that it makes.
+
+use super::element_kind::ElementKind;
+use crate::mesh::read::assembly::{Assembly, NodeTag};
+use crate::mesh::read::cursor::{Cursor, Numbers};
+use crate::mesh::{Mesh, MeshError};
+use std::collections::BTreeMap;
+
+/// What was read so far.
+#[derive(Default)]
+pub(super) struct Contents {
+    pub assembly: Assembly,
+    /// Names of the physical groups by dimension and tag.
+    pub names: BTreeMap<(u8, i32), String>,
+    /// Physical groups of each geometrical entity by dimension and tag (version 4).
+    pub groups_of_entity: BTreeMap<(u8, i32), Vec<i32>>,
+    /// Physical group of each hexahedron; zero for none.
+    pub group_of_hex: Vec<i32>,
+    /// Nodes of the elements in each physical group of points, lines and surfaces.
+    pub boundary: BTreeMap<(u8, i32), Vec<NodeTag>>,
+    /// Hexahedra in more than one physical group.
+    pub in_many_groups: usize,
+}
+
+impl Contents {
+    /// Takes in one element of these physical groups.
+    pub fn add_element(&mut self, kind: &ElementKind, groups: &[i32], nodes: &[u64], offset: usize) {
+        if let (true, Ok(hex)) = (kind.is_hex8(), <[u64; 8]>::try_from(nodes)) {
+            self.assembly.add_hex(hex, offset);
+            self.group_of_hex.push(groups.first().copied().unwrap_or(0));
+            self.in_many_groups += usize::from(groups.len() > 1);
+            return;
+        }
+        if kind.dimension == 3 {
+            *self.assembly.unsupported.entry(kind.name.to_owned()).or_default() += 1;
+            return;
+        }
+        for &group in groups {
+            let nodes = nodes.iter().map(|&tag| NodeTag { tag, offset });
+            self.boundary.entry((kind.dimension, group)).or_default().extend(nodes);
+        }
+    }
+
+    /// Adds a node of the file.
+    pub fn add_node(
+        &mut self,
+        cursor: &Cursor,
+        tag: u64,
+        position: [f64; 3],
+        offset: usize,
+    ) -> Result<(), MeshError> {
+        if self.assembly.add_node(tag, position.into()) {
+            Ok(())
+        } else {
+            Err(cursor.error_at(offset, format!("node {tag} is there twice")))
+        }
+    }
+
+    /// Names groups and hands all to the assembly. Groups without a name are called `physical_1`, those of lines and
+    /// points `physical_line_1` and `physical_point_1`, since tags count anew in each dimension.
+    pub fn into_mesh(mut self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
+        let name_of = |dimension: u8, group: i32| match (self.names.get(&(dimension, group)), dimension) {
+            (Some(name), _) => name.clone(),
+            (None, 0) => format!("physical_point_{group}"),
+            (None, 1) => format!("physical_line_{group}"),
+            (None, _) if group == 0 => "unnamed".to_owned(),
+            (None, _) => format!("physical_{group}"),
+        };
+        let mut groups = self.group_of_hex.clone();
+        groups.sort_unstable();
+        groups.dedup();
+        let part_of_group: BTreeMap<i32, u32> =
+            groups.into_iter().map(|group| (group, self.assembly.part(&name_of(3, group)))).collect();
+        self.assembly.part_of = self.group_of_hex.iter().map(|group| part_of_group[group]).collect();
+        for ((dimension, group), nodes) in std::mem::take(&mut self.boundary) {
+            // Group zero means that an element is in no group.
+            if group != 0 {
+                self.assembly.node_sets.entry(name_of(dimension, group)).or_default().extend(nodes);
+            }
+        }
+        if self.in_many_groups > 0 {
+            self.assembly.notes.push(format!(
+                "{} hexahedra are in more than one physical group and belong to the first",
+                self.in_many_groups
+            ));
+        }
+        self.assembly.into_mesh(bytes, numbers)
+    }
+}

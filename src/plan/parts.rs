@@ -1,0 +1,51 @@
+//! What a plan is put together from, and why it may not be.
+
+use super::PlanBody;
+use super::loads::Loads;
+use super::rigid::RigidPlan;
+use crate::mechanics::force::ElementBlock;
+use crate::mechanics::sparse::SparseError;
+use crate::mechanics::tensor::Vec3;
+
+/// Why a validated scene could not be compiled.
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum CompileError {
+    /// An element has no positive volume at a quadrature point.
+    #[error("element {element} of body `{body}` has a Jacobian of {ratio:.3} of its mean: it is inverted")]
+    InvertedElement {
+        /// Body.
+        body: String,
+        /// Element in the body.
+        element: usize,
+        /// Smallest determinant over the mean.
+        ratio: f64,
+    },
+    /// A node belongs to no element, or to elements without mass.
+    #[error("node {node} of body `{body}` has no mass")]
+    MasslessNode {
+        /// Body.
+        body: String,
+        /// Node in the body.
+        node: usize,
+    },
+    /// Nobody has chosen explicit or implicit steps; validation does.
+    #[error("the integrator of the scene is still to be chosen")]
+    NoIntegrator,
+    /// The systems of an implicit integrator cannot be solved.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
+}
+
+/// What is collected body after body.
+#[derive(Default)]
+pub(super) struct Parts {
+    pub X: Vec<Vec3>,
+    pub mass: Vec<f64>,
+    pub inverse_mass: Vec<Vec3>,
+    pub u: Vec<Vec3>,
+    pub v: Vec<Vec3>,
+    pub blocks: Vec<ElementBlock>,
+    pub bodies: Vec<PlanBody>,
+    pub rigid: RigidPlan,
+    pub loads: Loads,
+}

@@ -1,0 +1,65 @@
+//! Scenes that were judged last, as they were loaded: a job that begins soon after its submission need not load its scene again.
+
+use crate::scene::Loaded;
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// A few scenes, each until its job takes it or others have come.
+#[derive(Debug)]
+pub(super) struct Judged {
+    most: usize,
+    scenes: Mutex<VecDeque<Loaded>>,
+}
+
+impl Judged {
+    /// So many at most: each may hold a mesh in memory.
+    pub fn new(most: usize) -> Self {
+        Self { most, scenes: Mutex::default() }
+    }
+
+    /// Keeps a scene.
+    pub fn keep(&self, loaded: Loaded) {
+        let mut scenes = self.scenes();
+        scenes.push_back(loaded);
+        while scenes.len() > self.most {
+            scenes.pop_front();
+        }
+    }
+
+    /// The scene of a question, which says all of it: document and meshes.
+    pub fn take(&self, content_hash: &str) -> Option<Loaded> {
+        let mut scenes = self.scenes();
+        let index = scenes.iter().position(|loaded| loaded.scene.content_hash == content_hash)?;
+        scenes.remove(index)
+    }
+
+    fn scenes(&self) -> MutexGuard<'_, VecDeque<Loaded>> {
+        self.scenes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Budget, NoFiles, load};
+
+    fn named(name: &str) -> Loaded {
+        let scene = include_str!("../../../api/examples/job.request.json");
+        let scene = scene.replacen("\"name\": \"", &format!("\"name\": \"{name} "), 1);
+        load(scene.as_bytes(), &NoFiles, &Budget::SERVICE).unwrap()
+    }
+
+    #[test]
+    fn the_last_scenes_are_kept_and_each_is_taken_once() {
+        let judged = Judged::new(2);
+        let scenes = ["a", "b", "c"].map(named);
+        let hashes = scenes.clone().map(|loaded| loaded.scene.content_hash);
+        for loaded in scenes {
+            judged.keep(loaded);
+        }
+        assert!(judged.take(&hashes[0]).is_none());
+        assert_eq!(judged.take(&hashes[1]).unwrap().scene.content_hash, hashes[1]);
+        assert!(judged.take(&hashes[1]).is_none());
+        assert!(judged.take(&hashes[2]).is_some());
+    }
+}

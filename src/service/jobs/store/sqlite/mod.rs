@@ -1,0 +1,197 @@
+//! Jobs in SQLite, in one file.
+
+mod lifecycle;
+mod meshes;
+mod read;
+mod submit;
+
+use super::{
+    Answer, CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, JobStore, NewJob,
+    Orphan, OwnerWish, Page, Requeued, Submitted,
+};
+use crate::mesh::read::MeshFormat;
+use crate::service::jobs::{JobId, JobKind, JobState, JobsError, Progress, StoreFault};
+use crate::service::meshes::{MeshReport, StoredMesh};
+use futures::future::BoxFuture;
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
+use std::future::ready;
+use std::path::Path;
+use std::time::Duration;
+
+/// The job store in a file, durable at every commit.
+#[derive(Debug)]
+pub struct SqliteStore {
+    pool: SqlitePool,
+}
+
+impl SqliteStore {
+    /// Opens the store in a file, which is made if need be, and brings its tables to this version.
+    ///
+    /// # Errors
+    /// When the file cannot be opened or migrated.
+    pub async fn open(file: &Path) -> Result<Self, JobsError> {
+        let options = SqliteConnectOptions::new()
+            .filename(file)
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            // FULL: a commit is on the disk when it returns, so that `202` can be believed after a power cut.
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(Duration::from_secs(10));
+        let pool = SqlitePoolOptions::new()
+            .max_connections(8)
+            .acquire_timeout(Duration::from_secs(10))
+            // SQLite itself ends a transaction that a full disk breaks, and the pool would count it as open for ever.
+            .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
+            .connect_with(options)
+            .await?;
+        migrations().run(&pool).await.map_err(|error| JobsError::Migration(error.into()))?;
+        Ok(Self { pool })
+    }
+
+    async fn try_write(&self) -> Result<(), JobsError> {
+        let mut transaction = self.begin().await?;
+        // A number in the head of the file that nothing else uses.
+        sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
+        Ok(transaction.commit().await?)
+    }
+
+    /// A transaction that holds the right to write from its start: one that reads first and writes later could be
+    /// refused in the middle.
+    async fn begin(&self) -> Result<Transaction<'_, Sqlite>, JobsError> {
+        Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
+    }
+}
+
+impl JobStore for SqliteStore {
+    fn replay<'a>(
+        &'a self,
+        owner: &'a str,
+        key: &'a str,
+        body_sha256: &'a str,
+    ) -> Answer<'a, Option<Submitted>> {
+        Box::pin(self.replay(owner, key, body_sha256))
+    }
+    fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted> {
+        Box::pin(self.submit(new, max_queued))
+    }
+    fn claim(&self) -> Answer<'_, Option<ClaimedJob>> {
+        Box::pin(self.claim())
+    }
+    fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()> {
+        Box::pin(self.record_progress(seq, attempt, progress))
+    }
+    fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()> {
+        Box::pin(self.record_event(seq, attempt, event))
+    }
+    fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool> {
+        Box::pin(self.finish(seq, attempt, end))
+    }
+    fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, ()> {
+        Box::pin(self.requeue(seq, attempt, why))
+    }
+    fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer> {
+        Box::pin(self.cancel(owner, id))
+    }
+    fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer> {
+        Box::pin(self.hide(owner, id))
+    }
+    fn erase(&self, seq: i64) -> Answer<'_, ()> {
+        Box::pin(self.erase(seq))
+    }
+    fn wish(&self, seq: i64) -> Answer<'_, OwnerWish> {
+        Box::pin(self.wish(seq))
+    }
+    fn orphans(&self) -> Answer<'_, Vec<Orphan>> {
+        Box::pin(self.orphans())
+    }
+    fn job<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<JobRow>> {
+        Box::pin(self.job(owner, id))
+    }
+    fn jobs<'a>(&'a self, owner: &'a str, page: &'a Page) -> Answer<'a, Vec<JobRow>> {
+        Box::pin(self.jobs(owner, page))
+    }
+    fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>> {
+        Box::pin(self.summary(owner, id))
+    }
+    fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>> {
+        Box::pin(self.document(owner, id))
+    }
+    fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)> {
+        Box::pin(self.events_after(seq, after, limit))
+    }
+    fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>> {
+        Box::pin(self.counts())
+    }
+    fn add_mesh<'a>(
+        &'a self,
+        owner: &'a str,
+        id: &'a str,
+        format: MeshFormat,
+        bytes: u64,
+        report: &'a MeshReport,
+    ) -> Answer<'a, bool> {
+        Box::pin(self.add_mesh(owner, id, format, bytes, report))
+    }
+    fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
+        Box::pin(self.mesh(owner, id))
+    }
+    fn try_write(&self) -> Answer<'_, ()> {
+        Box::pin(self.try_write())
+    }
+    /// What was written ahead goes into the file.
+    fn close(&self) -> BoxFuture<'_, ()> {
+        Box::pin(self.pool.close())
+    }
+}
+
+/// SQLite's code for a disk without room (SQLITE_FULL), in the lower byte of a code with details.
+const SQLITE_FULL: u32 = 13;
+/// SQLite's code for a disk that fails (SQLITE_IOERR).
+const SQLITE_IOERR: u32 = 10;
+
+impl From<sqlx::Error> for JobsError {
+    fn from(error: sqlx::Error) -> Self {
+        let code = error.as_database_error().and_then(|e| e.code()?.parse::<u32>().ok());
+        let fault = match (&error, code.map(|code| code & 0xff)) {
+            (_, Some(SQLITE_FULL)) => StoreFault::Full,
+            (sqlx::Error::PoolTimedOut, _) | (_, Some(SQLITE_IOERR)) => StoreFault::Passing,
+            _ => StoreFault::Other,
+        };
+        Self::Store { fault, source: error.into() }
+    }
+}
+
+/// The files of `migrations/`, in their order.
+fn migrations() -> Migrator {
+    let migration = |version, name: &'static str, sql: &'static str| {
+        Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)
+    };
+    Migrator::with_migrations(vec![
+        migration(1, "jobs", include_str!("migrations/0001_jobs.sql")),
+        migration(2, "kinds", include_str!("migrations/0002_kinds.sql")),
+    ])
+}
+
+/// Adds an event to a job, with the next number of that job.
+async fn add_event(
+    transaction: &mut Transaction<'_, Sqlite>,
+    job: i64,
+    event: &Event<'_>,
+) -> Result<(), JobsError> {
+    sqlx::query(
+        "INSERT INTO events (job, n, kind, data)
+         VALUES (?1, (SELECT COALESCE(MAX(n), 0) + 1 FROM events WHERE job = ?1), ?2, ?3)",
+    )
+    .bind(job)
+    .bind(event.kind)
+    .bind(event.data.to_string())
+    .execute(&mut **transaction)
+    .await?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
