@@ -119,6 +119,7 @@ impl Bench {
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
             prony: contuse::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         let input = |e: usize| BlockInput {
             element: e as u32,

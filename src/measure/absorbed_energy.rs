@@ -23,7 +23,7 @@ pub struct Absorbed {
     pub strain: f64,
     /// Change of kinetic energy [J].
     pub kinetic: f64,
-    /// Dissipated by bulk viscosity and by the time integrator [J].
+    /// Dissipated by viscosity, by erosion and by the time integrator [J].
     pub dissipated: f64,
     /// Work of external forces and of the position projection, which is not absorbed from the impact [J].
     pub not_from_contact: f64,
@@ -172,7 +172,7 @@ impl AbsorbedEnergy {
             time,
             strain: tissue.strain - tissue_start.strain,
             kinetic: tissue.kinetic_since(&tissue_start, &self.velocity),
-            dissipated: sum(|b| b.viscous_j + b.algorithmic_j),
+            dissipated: sum(|b| b.viscous_j + b.eroded_j + b.algorithmic_j),
             not_from_contact: tissue.given_since(&tissue_start, &self.velocity),
             work: sum(|b| b.contact_work_j) - self.velocity.dot(&tissue.impulse),
         };

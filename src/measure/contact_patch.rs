@@ -41,6 +41,8 @@ impl Default for ContactPatch {
 pub struct PatchGeometry {
     /// The body of the surface.
     body: usize,
+    /// How many elements were gone when the faces were listed.
+    gone: usize,
     /// The faces, global nodes.
     faces: Vec<[u32; 4]>,
     /// Sorted nodes of the surface.
@@ -85,6 +87,7 @@ impl PatchGeometry {
         }
         Self {
             body,
+            gone: 0,
             faces: surface.faces.clone(),
             places: vec![(0, 0); nodes.len()],
             nodes,
@@ -126,7 +129,10 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame.
     pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
-        let body = self.body;
+        let (body, gone) = (self.body, frame.erosion.elements().len());
+        if gone != self.gone {
+            *self = Self { gone, ..Self::new(body, &frame.plan.bodies[body].skin_after(frame.erosion)) };
+        }
         let position = |node: u32| frame.position_in(body, node);
         self.evaluation += 1;
         self.pressed.clear();

@@ -3,6 +3,7 @@
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::plan::Plan;
 use crate::step::Frame;
+use std::collections::BTreeSet;
 
 /// The largest displacement of a node of the tissue's skin from where the scene puts it; of a tissue that nothing holds, from where the
 /// rigid motion of its skin takes it, which is no deflection.
@@ -10,6 +11,8 @@ use crate::step::Frame;
 pub struct Deflection {
     /// Sorted nodes of the skin.
     nodes: Vec<u32>,
+    /// How many elements were gone when the nodes were listed: what is loose is not deflected.
+    gone: usize,
     /// Whether a node of the tissue is held along an axis, or moved as the scene says.
     is_held: bool,
     /// Largest ‖u‖ so far [m].
@@ -43,6 +46,13 @@ impl Deflection {
 
     /// Takes in one step.
     pub fn accumulate(&mut self, frame: &Frame) {
+        let gone = frame.erosion.elements().len();
+        if gone != self.gone {
+            self.gone = gone;
+            let intact = frame.plan.bodies.iter().flat_map(|body| body.intact(frame.erosion));
+            let held: BTreeSet<u32> = intact.flat_map(|(_, hex)| *hex).collect();
+            self.nodes.retain(|node| held.contains(node));
+        }
         let mut now = 0.0_f64;
         let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
         // From where it was at the start: a body that starts turned or stretched is not deflected yet.

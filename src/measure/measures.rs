@@ -3,6 +3,7 @@
 use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
 use super::deflection::Deflection;
+use super::eroded::Eroded;
 use super::fields::Fields;
 use super::hourglass_energy::HourglassEnergy;
 use super::law_range::LawRanges;
@@ -32,6 +33,8 @@ pub struct Measures {
     wave_speed: Option<WaveSpeed>,
     /// The skin's deflection.
     pub deflection: Deflection,
+    /// What was given up.
+    pub eroded: Eroded,
     /// What lies inside what.
     pub penetration: Penetration,
     /// Fields at the latest field time; `None` when the plan asks for none.
@@ -154,6 +157,7 @@ impl Measures {
         }
         self.hourglass.accumulate(frame.energy, frame.plan.rounding_energy);
         self.deflection.accumulate(frame);
+        self.eroded.accumulate(frame);
         self.energy.copy_from(frame.energy);
         self.largest_balance_error = self.largest_balance_error.max(frame.energy.balance_error);
         (self.time, self.step) = (time, frame.step);

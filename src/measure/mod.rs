@@ -14,6 +14,7 @@ pub mod convergence;
 pub mod deflection;
 pub mod depth_profile;
 pub mod element_depth;
+pub mod eroded;
 mod face_shape;
 pub mod fields;
 pub mod hourglass_energy;

@@ -6,15 +6,17 @@
 //! a lattice), for the volume, so that of two edges which cross between their nodes the volume tells. A node is inside its own body
 //! where the skin winds around the place just outside of it ([`nodes_inside`]).
 
-use crate::mechanics::contact::Master;
+use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::contact::winding::nodes_inside;
+use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::hexahedron::{gauss_points, jacobian, volume_m3};
 use crate::mesh::locate::{Locator, place};
 use crate::plan::PlanBody;
 use crate::step::Frame;
+use std::borrow::Cow;
 use std::cell::OnceCell;
 
 /// Depth inside another body over the size of a face above which the numbers of a run are withheld [-].
@@ -73,9 +75,10 @@ enum Side<'a> {
     Plane(Vec3, Vec3),
 }
 
-/// A body of elements where it is.
+/// A body of elements where it is, without those that are gone.
 struct Mesh<'a> {
-    body: &'a PlanBody,
+    hexes: Cow<'a, [[u32; 8]]>,
+    skin: Cow<'a, Surface>,
     x: &'a [Vec3],
     bounds: [Vec3; 2],
 }
@@ -201,7 +204,7 @@ impl<'a> Side<'a> {
         let body = &frame.plan.bodies[index];
         match (frame.pose(index), body.rigid, &frame.plan.rigid) {
             (Some(pose), Some(rigid), Some(plan)) => Self::Rigid(plan.bodies[rigid].shape, pose),
-            _ => Self::Mesh(Mesh::new(body, x)),
+            _ => Self::Mesh(Mesh::new(body, frame.erosion, x)),
         }
     }
 
@@ -215,9 +218,9 @@ impl<'a> Side<'a> {
 
     /// Mean size of the faces of a mesh [m].
     fn face_size(&self) -> Option<f64> {
-        let Self::Mesh(Mesh { body, x, .. }) = self else { return None };
-        let sizes = body.skin.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
-        Some(sizes.sum::<f64>() / body.skin.faces.len() as f64)
+        let Self::Mesh(Mesh { skin, x, .. }) = self else { return None };
+        let sizes = skin.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
+        Some(sizes.sum::<f64>() / skin.faces.len() as f64)
     }
 
     fn thickness(&self) -> f64 {
@@ -264,7 +267,7 @@ impl<'a> Side<'a> {
         };
         match self {
             Self::Mesh(mesh) => {
-                for &node in &mesh.body.skin.nodes {
+                for &node in &mesh.skin.nodes {
                     take_near(&mesh.x[node as usize]);
                 }
             }
@@ -322,27 +325,32 @@ fn half_extents(shape: &Shape) -> Vec3 {
 }
 
 impl<'a> Mesh<'a> {
-    fn new(body: &'a PlanBody, x: &'a [Vec3]) -> Self {
-        let nodes = body.skin.nodes.iter().map(|&node| x[node as usize]);
+    fn new(body: &'a PlanBody, erosion: &Erosion, x: &'a [Vec3]) -> Self {
+        let skin = body.skin_after(erosion);
+        let hexes = match &skin {
+            Cow::Borrowed(_) => Cow::Borrowed(&body.hexes[..]),
+            Cow::Owned(_) => body.intact(erosion).map(|(_, hex)| *hex).collect(),
+        };
+        let nodes = skin.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { body, x, bounds }
+        Self { hexes, skin, x, bounds }
     }
 
     /// What finds the elements that come into a box.
-    fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'a> {
-        Locator::within(place, &self.body.hexes, self.x)
+    fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'_> {
+        Locator::within(place, &self.hexes, self.x)
     }
 
     fn volume(&self) -> f64 {
         let corners = |hex: &[u32; 8]| hex.map(|node| self.x[node as usize]);
-        self.body.hexes.iter().map(|hex| volume_m3(&corners(hex))).sum()
+        self.hexes.iter().map(|hex| volume_m3(&corners(hex))).sum()
     }
 
     /// Distance [m] to the nearest face of those taken, and its size [m].
     fn depth_below_skin(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
         let mut best: Option<(f64, f64)> = None;
-        for face in self.body.skin.faces.iter().filter(|face| takes(face)) {
+        for face in self.skin.faces.iter().filter(|face| takes(face)) {
             let patch = Patch::new(face, self.x);
             let far = patch.corners.iter().map(|c| (c - patch.corners[0]).norm_squared()).fold(0.0, f64::max);
             let least = (point - patch.corners[0]).norm() - far.sqrt();
@@ -362,7 +370,7 @@ impl<'a> Mesh<'a> {
         [low, high]: &[Vec3; 2],
         mut take: impl FnMut(usize, &Vec3, &dyn Fn() -> f64),
     ) {
-        for (element, hex) in self.body.hexes.iter().enumerate() {
+        for (element, hex) in self.hexes.iter().enumerate() {
             let corners = hex.map(|node| self.x[node as usize]);
             let is_beside = |i: usize| {
                 corners.iter().all(|corner| corner[i] < low[i])
@@ -386,11 +394,11 @@ impl<'a> Mesh<'a> {
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
         let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
-        let hexes = &self.body.hexes;
+        let hexes = &self.hexes;
         let mut around = Vec::new();
         let elements = OnceCell::new();
         let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
-        for (node, normal) in nodes_inside(&self.body.skin, self.x) {
+        for (node, normal) in nodes_inside(&self.skin, self.x) {
             around.clear();
             around.extend(hexes.iter().filter(|hex| hex.contains(&node)).flatten());
             let apart = |e: usize| is_apart(&around, &hexes[e]);
@@ -452,7 +460,7 @@ mod tests {
                 // Aside, so that no node lies on an edge of the other block.
                 x[node as usize] += Vec3::new(0.1, 0.2, -depth);
             }
-            let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], &x)));
+            let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &x)));
             let found = look(&a, &b);
             assert!((found.depth - f64::max(depth, 0.0)).abs() < 1e-12, "{depth}: {}", found.depth);
             assert!((found.share - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);

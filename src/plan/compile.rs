@@ -16,7 +16,7 @@ use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBloc
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, Keep, SceneDocument};
+use crate::scene::document::{Axis, BodyDocument, ErosionDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -236,6 +236,7 @@ fn add_body(
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
         validity: validity_of_parts(document, body),
+        erodes: document.parts.iter().any(|part| part.erosion.is_some()),
         skin: Surface { nodes, faces },
         rigid: None,
         mass: mass.iter().sum(),
@@ -278,6 +279,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         part_of: Vec::new(),
         parts: Vec::new(),
         validity: Vec::new(),
+        erodes: false,
         skin: Surface { nodes: vec![centre], faces: Vec::new() },
         rigid: Some(parts.rigid.bodies.len()),
         mass,
@@ -398,6 +400,7 @@ fn add_blocks(
             quadratic_viscosity: globals.viscosity[1],
             shear_viscosity: part.shear_viscosity_pa_s,
             prony: part.series(),
+            erosion: part.erosion.as_ref().map(ErosionDocument::limits),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
         blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));

@@ -35,12 +35,14 @@ pub use statics::{Statics, Unheld};
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
-use crate::mechanics::force::ElementBlock;
+use crate::mechanics::force::{ElementBlock, Erosion};
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::surface;
 use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body. A rigid body has
@@ -125,7 +127,9 @@ pub struct PlanBody {
     pub parts: Vec<String>,
     /// How far the law of each part may be believed.
     pub validity: Vec<Validity>,
-    /// Its skin: outward faces with global nodes. A rigid body has its centre and no faces.
+    /// Whether elements of it may be given up.
+    pub erodes: bool,
+    /// Its skin at the start: outward faces with global nodes. A rigid body has its centre and no faces.
     pub skin: Surface,
     /// Its index among the rigid bodies, if it is one.
     pub rigid: Option<usize>,
@@ -135,6 +139,23 @@ pub struct PlanBody {
     pub first_moment: Vec3,
     /// Share of its polar moment of inertia that `contact.mass_redistribution` takes by moving mass inwards [-].
     pub inertia_lost: f64,
+}
+
+impl PlanBody {
+    /// Its elements that are left, in the order of their numbers: number and corner nodes.
+    pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = (u32, &'a [u32; 8])> {
+        self.elements.clone().zip(&self.hexes).filter(|(element, _)| !erosion.contains(*element))
+    }
+
+    /// Its skin without the elements that are gone: faces that they have laid bare are in it, their own are not.
+    pub fn skin_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
+        if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
+            return Cow::Borrowed(&self.skin);
+        }
+        let hexes: Vec<[u32; 8]> = self.intact(erosion).map(|(_, hex)| *hex).collect();
+        let faces = surface::skin(&hexes);
+        Cow::Owned(Surface { nodes: surface::skin_nodes(&faces), faces })
+    }
 }
 
 /// What may touch what.
@@ -356,6 +377,10 @@ impl Plan {
     /// Whether stresses relax.
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| !block.parameters.prony.is_none())
+    }
+    /// Whether elements may be given up.
+    pub fn erodes(&self) -> bool {
+        self.bodies.iter().any(|body| body.erodes)
     }
     /// Whether the stress of a part depends on rate or history, bulk viscosity apart.
     pub fn is_viscous(&self) -> bool {

@@ -17,6 +17,7 @@ pub fn message(plan: &Plan, measures: &Measures) -> Energy {
         kinetic_j: e.kinetic_j,
         strain_j: e.strain_j,
         branches_j: e.branches_j,
+        eroded_j: e.eroded_j,
         viscous_j: e.viscous_j,
         contact_work_j: e.contact_work_j,
         external_work_j: e.external_work_j,

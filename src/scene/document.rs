@@ -151,12 +151,38 @@ pub struct PartDocument {
     /// Relaxation of the stress of a split law. In explicit steps; a quasi-static run finds what is left when all has relaxed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
+    /// What its elements bear before they are given up: for skin that tears. In explicit steps only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erosion: Option<ErosionDocument>,
     /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
     /// Material axes of the part; by default those of the mesh, else x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre_frame: Option<FibreFrameDocument>,
+}
+
+/// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the nodes. Both
+/// are looked at in the mean over the element.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ErosionDocument {
+    /// Largest principal stretch that an element bears [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<f64>,
+    /// Least share of its volume at rest that it bears [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume_ratio: Option<f64>,
+}
+
+impl ErosionDocument {
+    /// As the elements know it.
+    pub fn limits(&self) -> force::ErosionLimits {
+        force::ErosionLimits {
+            stretch: self.stretch.unwrap_or(f64::INFINITY),
+            volume_ratio: self.volume_ratio.unwrap_or(0.0),
+        }
+    }
 }
 
 impl PartDocument {
@@ -476,9 +502,10 @@ impl SceneDocument {
         self.bodies.iter().enumerate().filter(meets_itself).map(|(index, _)| index)
     }
 
-    /// Whether a part has a shear viscosity.
-    pub fn is_viscous(&self) -> bool {
-        self.bodies.iter().flat_map(|body| &body.parts).any(PartDocument::is_viscous)
+    /// Whether a part has what only explicit steps know: viscosity, relaxation, erosion.
+    pub fn needs_explicit_steps(&self) -> bool {
+        let parts = self.bodies.iter().flat_map(|body| &body.parts);
+        parts.into_iter().any(|part| part.is_viscous() || part.erosion.is_some())
     }
 
     /// Whether a thing is put back that plans leave out.

@@ -86,8 +86,8 @@ pub fn choose(
     let explicit = SteppingEstimate::new(duration, explicit_step, load.explicit_step_s());
     let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
 
-    let (implicit, why) = if document.is_viscous() {
-        (None, "implicit steps know neither shear viscosity nor relaxation".to_owned())
+    let (implicit, why) = if document.needs_explicit_steps() {
+        (None, "implicit steps know neither shear viscosity nor relaxation nor erosion".to_owned())
     } else if least.run_time_s >= explicit.run_time_s {
         // Sweeps and matrices alone take longer: nothing need be analysed.
         (None, "the sweeps of implicit steps alone would take longer".to_owned())

@@ -14,10 +14,12 @@ use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
 use crate::mechanics::contact::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
 use crate::mechanics::contact::step_problem::{solve_step, take_off};
-use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides};
+use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
+use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan, RigidPlan};
+use std::borrow::Cow;
 
 /// Sweeps of Gauss–Seidel before it is said not to converge.
 const MOST_SWEEPS: usize = 2000;
@@ -35,6 +37,8 @@ pub(super) const SHIFTS: usize = 8;
 /// Detector and buffers of the contact solve; derived from the plan and the positions, so no part of the state.
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
+    /// Those of the plan, as erosion has left them.
+    surfaces: Cow<'p, [Surface]>,
     detector: Detector,
     guard: Guard,
     laws: Vec<ContactLaw>,
@@ -66,17 +70,26 @@ struct RigidContact<'p> {
 }
 
 impl<'p> RigidContact<'p> {
-    fn new(plan: &'p Plan, contact: &ContactPlan) -> Option<Self> {
+    fn new(plan: &'p Plan, contact: &ContactPlan, surfaces: &[Surface]) -> Option<Self> {
         let rigid = plan.rigid.as_ref().filter(|_| contact.mesh_pairs < contact.pairs.len())?;
         let (pairs, most) = (contact.pairs.len(), contact.most_rigid_contacts());
         let of_rigid = (&contact.pairs[..], contact.mesh_pairs);
         Some(Self {
             plan: rigid,
-            detector: RigidDetector::new(&contact.surfaces, of_rigid, &rigid.bodies, &plan.X),
+            detector: RigidDetector::new(surfaces, of_rigid, &rigid.bodies, &plan.X),
             projection: RigidProjection::new(plan.node_count(), pairs, most),
             poses_end: Vec::with_capacity(rigid.bodies.len()),
         })
     }
+}
+
+/// What finds contacts of meshes with each other and with planes.
+fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detector, Guard) {
+    let pairs = &contact.pairs[..contact.mesh_pairs];
+    let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation);
+    let detector =
+        if contact.always_looks_at_itself { detector.that_always_looks_at_itself() } else { detector };
+    (detector, Guard::new(surfaces, pairs, contact.discretisation, &plan.X))
 }
 
 impl<'p> ContactStep<'p> {
@@ -84,21 +97,12 @@ impl<'p> ContactStep<'p> {
         // Room for every slave node at once: pages that nothing touches cost nothing.
         let most = contact.most_contacts();
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
-        let detector = Detector::new(&contact.surfaces, &contact.pairs[..contact.mesh_pairs], &plan.X)
-            .with(contact.discretisation);
+        let surfaces = Cow::Borrowed(&contact.surfaces[..]);
+        let (detector, guard) = detectors(plan, contact, &surfaces);
         Self {
             plan: contact,
-            detector: if contact.always_looks_at_itself {
-                detector.that_always_looks_at_itself()
-            } else {
-                detector
-            },
-            guard: Guard::new(
-                &contact.surfaces,
-                &contact.pairs[..contact.mesh_pairs],
-                contact.discretisation,
-                &plan.X,
-            ),
+            detector,
+            guard,
             laws: contact.pairs.iter().map(|p| p.law).collect(),
             stuck: stuck(&contact.pairs),
             still: vec![Vec3::zeros(); drift.len()],
@@ -112,9 +116,23 @@ impl<'p> ContactStep<'p> {
                 contact.pairs.len(),
             ),
             moved: Vec::with_capacity(SHIFTS * most),
-            rigid: RigidContact::new(plan, contact),
+            rigid: RigidContact::new(plan, contact, &surfaces),
+            surfaces,
             unconverged: (0, 0.0),
         }
+    }
+
+    /// The surfaces as they are.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// From now on these elements are gone: what they have laid bare may be touched.
+    pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
+        let of_body = |body: &usize| plan.bodies[*body].skin_after(erosion).into_owned();
+        self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
+        (self.detector, self.guard) = detectors(plan, self.plan, &self.surfaces);
+        self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
     }
 
     /// Finds the contacts that may close within the step and changes `v` from v* to v₊; with the bodies' flight
@@ -210,7 +228,7 @@ impl<'p> ContactStep<'p> {
     ) -> Result<(), (FailureCause, String)> {
         let drift = if phase.flies() { &self.drift } else { &self.still };
         // Contact looks at the skins only.
-        for (surface, &body) in self.plan.surfaces.iter().zip(&self.plan.surface_body) {
+        for (surface, &body) in self.surfaces.iter().zip(&self.plan.surface_body) {
             let flight = if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
             for node in surface.nodes.iter().map(|&node| node as usize) {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;

@@ -21,11 +21,12 @@ use super::motion::Motion;
 use super::rigid::{LARGEST_TURN, RigidStep};
 use super::run::Ask;
 use super::state::State;
-use crate::mechanics::contact::{Contact, RigidSides};
+use crate::mechanics::contact::{Contact, RigidSides, Surface};
 use crate::mechanics::force::{Activity, ElementForces, SweepInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Explicit, Plan};
+use std::sync::Arc;
 
 /// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
 const LARGEST_GROWTH: f64 = 1.1;
@@ -45,6 +46,8 @@ pub(super) struct ExplicitStepper<'p> {
     threads: Threads,
     forces: ElementForces,
     activity: Activity,
+    /// How many elements are known to be gone.
+    gone: usize,
     /// Whether quiet elements have been put to sleep.
     has_slept: bool,
     /// Elements of the last sweep.
@@ -92,6 +95,7 @@ impl<'p> ExplicitStepper<'p> {
             threads,
             activity: Activity::everything(nodes, &forces),
             forces,
+            gone: 0,
             has_slept: false,
             swept: 0,
             strain: vec![0.0; plan.bodies.len()],
@@ -122,6 +126,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
+        self.take_out_eroded(state);
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
@@ -210,6 +215,9 @@ impl Stepper for ExplicitStepper<'_> {
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
+        }
+        if let Phase::Running = phase {
+            self.erode(state);
         }
         state.last_step = self.step;
         state.time += self.step;
@@ -323,6 +331,36 @@ impl ExplicitStepper<'_> {
         Ok(stable)
     }
 
+    /// Gives up the elements that the sweep at t_n has found beyond what their parts bear: from t_{n+1} on they are gone.
+    fn erode(&mut self, state: &mut State) {
+        let blocks = &self.plan.blocks;
+        if !self.plan.erodes() {
+            return;
+        }
+        let eroding = self.forces.find_eroding(&self.threads, blocks);
+        if eroding.is_empty() {
+            return;
+        }
+        let erosion = Arc::make_mut(&mut state.erosion);
+        for element in &eroding {
+            erosion.add(element, blocks);
+            state.ledger.eroded[element.body] += element.energy;
+        }
+        erosion.forget(blocks, &mut state.history);
+    }
+
+    /// Forces and contact follow the state.
+    fn take_out_eroded(&mut self, state: &State) {
+        let gone = state.erosion.elements().len();
+        if gone != self.gone {
+            self.gone = gone;
+            self.forces.take_out(&state.erosion);
+            if let Some(contact) = &mut self.contact {
+                contact.lay_bare(self.plan, &state.erosion);
+            }
+        }
+    }
+
     /// After the first sweep, which covers everything, what is at rest sleeps until something reaches it.
     fn put_to_sleep(&mut self, state: &State) {
         if self.plan.skip_quiet_elements && !self.has_slept {
@@ -345,7 +383,8 @@ impl ExplicitStepper<'_> {
 
     /// Absolute positions x_n of the skins that may touch: nobody else asks.
     fn place(&mut self, state: &State, phase: Phase) {
-        place_skins(self.plan, state, phase, &mut self.x);
+        let surfaces = self.contact.as_ref().map_or(&[][..], ContactStep::surfaces);
+        place_skins(self.plan, surfaces, (state, phase), &mut self.x);
         if let Some(rigid) = &mut self.rigid {
             rigid.place(self.plan, state, phase, &mut self.x);
         }
@@ -461,9 +500,10 @@ impl ExplicitStepper<'_> {
     }
 }
 
-/// Absolute positions x_n [m] of the skins that may touch, into `x`.
-pub(super) fn place_skins(plan: &Plan, state: &State, phase: Phase, x: &mut [Vec3]) {
-    for (surface, &body) in plan.contact.iter().flat_map(|c| c.surfaces.iter().zip(&c.surface_body)) {
+/// Absolute positions x_n [m] of the surfaces that may touch, those of the contact plan as they are, into `x`.
+pub(super) fn place_skins(plan: &Plan, surfaces: &[Surface], (state, phase): (&State, Phase), x: &mut [Vec3]) {
+    let bodies = plan.contact.iter().flat_map(|contact| &contact.surface_body);
+    for (surface, &body) in surfaces.iter().zip(bodies) {
         let time = if phase.flies() { state.time } else { 0.0 };
         let flight = plan.bodies[body].flight_velocity * time;
         for node in surface.nodes.iter().map(|node| *node as usize) {

@@ -3,12 +3,13 @@
 use super::failure::Failure;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::PointInput;
+use crate::mechanics::force::{Erosion, PointInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::{Pose, Rotation};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// The run at one time t_n, complete: positions, reactions and a closed energy ledger.
 #[derive(Clone, Copy)]
@@ -20,7 +21,7 @@ pub struct Frame<'a> {
     /// Number of steps done.
     pub step: u64,
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3. In a [`super::FrameCopy`] it is up to date at the
-    /// field times, and between them at the nodes of the skins only.
+    /// field times, and between them at the nodes of the skins only (of bodies that erode, at all).
     pub u: &'a [Vec3],
     /// Velocity of the half step before t_n, relative to the bodies' flight [m/s], nodes × 3; in a [`super::FrameCopy`] empty
     /// between the look times, and when neither the plan asks for the velocity nor a part is viscous.
@@ -29,6 +30,8 @@ pub struct Frame<'a> {
     pub v_after: &'a [Vec3],
     /// History of the elements at t_n, chunk by chunk; empty between the look times, and where nothing relaxes.
     pub history: &'a [Vec<Row>],
+    /// Elements that are gone at t_n.
+    pub erosion: &'a Arc<Erosion>,
     /// Orientation of each rigid body at t_n.
     pub orientations: &'a [Rotation],
     /// Candidate contacts at t_n, sorted by (pair, slave, face).
@@ -52,7 +55,7 @@ pub const LOOKS: f64 = 50.0;
 impl Frame<'_> {
     /// What stresses at points are made of.
     pub fn points(&self) -> PointInput<'_> {
-        PointInput { u: self.u, v: self.v, history: self.history }
+        PointInput { u: self.u, v: self.v, history: self.history, erosion: self.erosion }
     }
     /// Position x = X + V_b t + u of a node at t_n [m].
     pub fn position(&self, node: u32) -> Vec3 {

@@ -3,12 +3,13 @@
 use super::frame::Frame;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::ElementForces;
+use crate::mechanics::force::{ElementForces, Erosion};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
+use std::sync::Arc;
 
 /// A frame by value. What only field times need is in a part of its own, so that a queue of copies stays small: between
 /// them the displacement is kept at the nodes of the skins only, which a large mesh has few of.
@@ -17,10 +18,11 @@ pub struct FrameCopy {
     time: f64,
     step: u64,
     mean_step: f64,
-    /// Displacement of the nodes of the skins [m], body after body; empty at a look time.
+    /// Displacement of the nodes of the skins, or of all where elements may erode [m], body after body; empty at a look time.
     skin_u: Vec<Vec3>,
     is_field_time: bool,
     field: Option<Box<FieldCopy>>,
+    erosion: Arc<Erosion>,
     orientations: Vec<Rotation>,
     contacts: Vec<Contact>,
     reactions: Vec<Reaction>,
@@ -44,7 +46,7 @@ impl FrameCopy {
     pub fn new(plan: &Plan) -> Self {
         let most = plan.most_contacts();
         Self {
-            skin_u: Vec::with_capacity(plan.bodies.iter().map(|b| b.skin.nodes.len()).sum()),
+            skin_u: Vec::with_capacity(nodes_to_keep(plan).count()),
             orientations: Vec::with_capacity(plan.rigid_bodies().len()),
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
@@ -61,11 +63,10 @@ impl FrameCopy {
         if let Some(field) = &mut field {
             field.take(frame);
         } else {
-            for body in &frame.plan.bodies {
-                self.skin_u.extend(body.skin.nodes.iter().map(|&node| frame.u[node as usize]));
-            }
+            self.skin_u.extend(nodes_to_keep(frame.plan).map(|node| frame.u[node as usize]));
         }
         self.field = field;
+        self.erosion.clone_from(frame.erosion);
         self.orientations.clear();
         self.orientations.extend_from_slice(frame.orientations);
         self.contacts.clear();
@@ -85,8 +86,7 @@ impl FrameCopy {
                 // Whoever reads what is not there must be seen in a test.
                 u.fill(Vec3::repeat(f64::NAN));
             }
-            let nodes = plan.bodies.iter().flat_map(|body| &body.skin.nodes);
-            for (&node, value) in nodes.zip(&self.skin_u) {
+            for (node, value) in nodes_to_keep(plan).zip(&self.skin_u) {
                 u[node as usize] = *value;
             }
         }
@@ -100,6 +100,7 @@ impl FrameCopy {
             v: velocities.0,
             v_after: velocities.1,
             history,
+            erosion: &self.erosion,
             orientations: &self.orientations,
             contacts: &self.contacts,
             reactions: &self.reactions,
@@ -138,6 +139,14 @@ impl FieldCopy {
             to.copy_from_slice(from);
         }
     }
+}
+
+/// The nodes that are seen between the looks: those of the skins, and of bodies that erode those that may become such.
+fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
+    plan.bodies.iter().flat_map(|body| {
+        let (all, skin) = if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.skin.nodes[..]) };
+        all.chain(skin.iter().copied())
+    })
 }
 
 fn has_velocities(plan: &Plan) -> bool {

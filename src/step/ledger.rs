@@ -36,6 +36,8 @@ const UNDONE: f64 = 1e-4;
 pub struct Ledger {
     /// Dissipated by bulk and shear viscosity in each body [J].
     pub viscous: Vec<f64>,
+    /// Strain energy that went with the elements of each body that were given up [J].
+    pub eroded: Vec<f64>,
     /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created. Of load
     /// steps without mass, what the work by the forces at their ends misses of that along their way.
     pub algorithmic: Vec<f64>,
@@ -92,6 +94,8 @@ pub struct BodyEnergy {
     pub branches_j: f64,
     /// Dissipated by bulk and shear viscosity and by relaxation so far [J].
     pub viscous_j: f64,
+    /// Strain energy that went with eroded elements so far [J].
+    pub eroded_j: f64,
     /// Dissipated by the time integrator so far, below zero where it created energy [J]; 0 in explicit runs.
     pub algorithmic_j: f64,
     /// Work of the contact reactions on it so far [J].
@@ -111,7 +115,7 @@ pub struct Energy {
     pub bodies: Vec<BodyEnergy>,
     /// One for each contact pair.
     pub pairs: Vec<PairLedger>,
-    /// Sum of kinetic and strain energy and of all dissipation: viscous, algorithmic, friction, impact, numerical contact [J].
+    /// Sum of kinetic and strain energy and of all dissipation: viscous, erosion, algorithmic, friction, impact, numerical contact [J].
     pub total_j: f64,
     /// Kinetic and strain energy at the start [J].
     pub initial_total_j: f64,
@@ -145,10 +149,10 @@ impl Energy {
         pairs.clone_from(&other.pairs);
         *self = Self { bodies, pairs, ..*other };
     }
-    /// Kinetic + strain energy and viscous and algorithmic dissipation of a body [J].
+    /// Kinetic + strain energy of a body, and what was dissipated in it: by viscosity, erosion and the time integrator [J].
     pub fn of_body(&self, body: usize) -> f64 {
         let b = &self.bodies[body];
-        b.kinetic_j + b.strain_j + b.viscous_j + b.algorithmic_j
+        b.kinetic_j + b.strain_j + b.viscous_j + b.eroded_j + b.algorithmic_j
     }
     /// Dissipated by the time integrator in all bodies [J].
     pub fn algorithmic_j(&self) -> f64 {
@@ -225,6 +229,7 @@ impl Ledger {
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
         Self {
             viscous: vec![0.0; bodies],
+            eroded: vec![0.0; bodies],
             algorithmic: vec![0.0; bodies],
             external: vec![0.0; bodies],
             contact_work: vec![0.0; bodies],
@@ -238,6 +243,7 @@ impl Ledger {
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self {
             viscous,
+            eroded,
             algorithmic,
             external,
             contact_work,
@@ -251,6 +257,7 @@ impl Ledger {
             peak_strain,
         } = self;
         viscous.clone_from(&other.viscous);
+        eroded.clone_from(&other.eroded);
         algorithmic.clone_from(&other.algorithmic);
         external.clone_from(&other.external);
         contact_work.clone_from(&other.contact_work);
@@ -426,6 +433,7 @@ impl Ledger {
                 hourglass_j: work.hourglass[b],
                 branches_j: work.branches_of(b),
                 viscous_j: self.viscous[b] - work.branches_of(b),
+                eroded_j: self.eroded[b],
                 algorithmic_j: self.algorithmic[b],
                 contact_work_j: self.contact_work[b],
                 external_work_j: self.external[b],
@@ -443,7 +451,7 @@ impl Ledger {
         let pairs =
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
         let algorithmic = self.algorithmic.iter().map(|a| a.abs()).sum::<f64>();
-        self.viscous.iter().sum::<f64>() + pairs + algorithmic
+        self.viscous.iter().chain(&self.eroded).sum::<f64>() + pairs + algorithmic
     }
 
     /// [`Energy::scale_j`].
@@ -484,7 +492,8 @@ impl Ledger {
         let numerical: f64 = self.pairs.iter().map(|p| p.numerical_j).sum();
         let impact: f64 = self.pairs.iter().map(|p| p.impact_j).sum();
         let algorithmic: f64 = self.algorithmic.iter().sum();
-        energy.total_j = kinetic + strain + viscous + friction + numerical + impact + algorithmic;
+        let eroded: f64 = self.eroded.iter().sum();
+        energy.total_j = kinetic + strain + viscous + eroded + friction + numerical + impact + algorithmic;
         energy.initial_total_j = initial;
         energy.external_work_j = self.external.iter().sum::<f64>() + self.projection.iter().sum::<f64>();
         (energy.scale_j, energy.turnover_j) = (self.scale(work.plan), self.turnover(work.plan));

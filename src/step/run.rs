@@ -154,6 +154,7 @@ fn drive(
             v: &state.v,
             v_after: stepper.v_after(state),
             history: if is_look_time { stepper.history() } else { &[] },
+            erosion: &state.erosion,
             orientations: &state.orientations,
             contacts,
             reactions,

@@ -3,11 +3,12 @@
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::ElementForces;
+use crate::mechanics::force::{ElementForces, Erosion};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
+use std::sync::Arc;
 
 /// The state at time t_n. A restart or a replay is a clone of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +28,8 @@ pub struct State {
     pub last_step: f64,
     /// History of the elements at t_{n−1}, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
     pub history: Vec<Vec<Row>>,
+    /// Elements that are gone.
+    pub erosion: Arc<Erosion>,
     /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty where no part is viscous.
     pub viscous_force: Vec<Vec3>,
     /// Shifts [m] of nodes that were projected out of the other side on arriving at t_n; half of their work is booked, by
@@ -96,6 +99,7 @@ impl State {
             orientations: plan.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.orientations.clone()),
             last_step: 0.0,
             history: ElementForces::no_history(&plan.blocks),
+            erosion: Arc::default(),
             viscous_force: vec![Vec3::zeros(); if plan.is_viscous() { nodes } else { 0 }],
             projected: Vec::with_capacity(SHIFTS * plan.most_contacts()),
             ledger: Ledger::new(plan),

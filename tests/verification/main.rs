@@ -17,6 +17,7 @@ mod coulomb_cone;
 mod coverage;
 mod crushing;
 mod energy_momentum;
+mod erosion;
 mod error_study;
 mod free_flight;
 mod hertz;

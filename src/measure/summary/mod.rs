@@ -2,6 +2,7 @@
 //!
 //! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
 
+mod erosion;
 mod error_bars;
 mod from_measures;
 mod gates;
@@ -33,6 +34,7 @@ pub use written::{number, rounded};
 use super::measures::Measures;
 use crate::plan::Plan;
 use crate::step::{Ending, FailureCause, Outcome};
+use erosion::{ErosionOfPart, erosion};
 use from_measures::{Mint, results};
 use gates::{Withholding, gates, own_warnings, withholding};
 use injury::injury_measures;
@@ -74,6 +76,9 @@ pub struct Summary {
     /// Parts whose law was taken beyond what it is fitted to.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
+    /// Parts that lost elements.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub erosion: Vec<ErosionOfPart>,
     /// The gates.
     pub gates: Vec<Gate>,
     /// Sentences to read before the numbers are used.
@@ -122,6 +127,7 @@ impl Summary {
                 .collect::<Vec<_>>(),
         );
         let law_ranges = left_laws(&measures.laws);
+        let erosion = erosion(&measures.eroded, plan);
         let time_s = outcome.map_or(measures.time, |o| o.time_s);
         let results = match withheld {
             None => Shown::Results(values),
@@ -134,12 +140,13 @@ impl Summary {
             time_s,
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            plain_words: plain_words(&results, &state, time_s, &law_ranges),
+            plain_words: plain_words(&results, &state, time_s, (&law_ranges, &erosion)),
             injury_measures: injury_measures(measures, plan, &state, &results),
             state,
             results,
             numerics,
             law_ranges,
+            erosion,
             gates,
             warnings,
             error_bars,

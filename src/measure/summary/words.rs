@@ -1,5 +1,6 @@
 //! The summary in plain words, sentence by sentence.
 
+use super::erosion::ErosionOfPart;
 use super::laws::LawRange;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
@@ -7,7 +8,12 @@ use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
 /// What the numbers of a run that is at a time [s] say, for people who read no tables.
-pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
+pub(super) fn plain_words(
+    results: &Shown,
+    state: &RunState,
+    time: f64,
+    (laws, erosion): (&[LawRange], &[ErosionOfPart]),
+) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, remedy, .. } => {
@@ -36,6 +42,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
         stress(tissue, *state == RunState::Finished, &mut words);
         energy(tissue, &mut words);
     }
+    words.extend(erosion.iter().map(ErosionOfPart::in_words));
     words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     words
 }

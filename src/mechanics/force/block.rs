@@ -36,6 +36,8 @@ pub struct BlockParameters {
     pub shear_viscosity: f64,
     /// Relaxation of the isochoric stress.
     pub prony: PronySeries,
+    /// What its elements bear; `None` for ever.
+    pub erosion: Option<ErosionLimits>,
 }
 
 impl BlockParameters {
@@ -59,6 +61,15 @@ impl BlockParameters {
         let (G, K) = self.material.moduli_at_rest();
         ((K + 4.0 / 3.0 * G) / self.density).sqrt()
     }
+}
+
+/// What the elements of a part bear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErosionLimits {
+    /// Largest principal stretch of F̄ [-]; infinite without this limit.
+    pub stretch: f64,
+    /// Least mean volume ratio [-]; 0 without this limit.
+    pub volume_ratio: f64,
 }
 
 /// One element to put into a block.

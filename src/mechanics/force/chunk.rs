@@ -82,6 +82,10 @@ pub struct ChunkForces {
     pub(super) shortest: f64,
     /// History at t_n, [`ElementBlock::history_rows`] a batch.
     pub(super) history: Vec<Row>,
+    /// Elements of each batch that are gone, a bit a lane; empty as long as there are none.
+    pub(super) eroded: Vec<u8>,
+    /// Those beyond what they bear, as far as that was looked at.
+    pub(super) eroding: Vec<u8>,
     /// Sums and extremes of each batch.
     pub(super) batches: Vec<BatchTotals>,
     /// Of the whole chunk.
@@ -104,6 +108,8 @@ impl ChunkForces {
             stretch_rate: 0.0,
             shortest: 0.0,
             history: vec![Row::default(); batches * block.history_rows()],
+            eroded: Vec::new(),
+            eroding: Vec::new(),
             batches: vec![BatchTotals::default(); batches],
             totals: BlockTotals::NONE,
         }
@@ -112,6 +118,12 @@ impl ChunkForces {
     /// The mask of `count` batches.
     fn all(count: usize) -> u32 {
         u32::MAX >> (Chunk::BATCHES - count)
+    }
+
+    /// Elements of the i-th batch that are gone, a bit a lane.
+    #[inline]
+    pub(super) fn eroded_lanes(&self, i: usize) -> u8 {
+        self.eroded.get(i).copied().unwrap_or(0)
     }
 
     /// Whether every batch is swept.

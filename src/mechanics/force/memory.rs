@@ -7,7 +7,7 @@
 use super::SweepInput;
 use super::block::{BULK_ROWS, CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
-use super::rows::{add, gather, load_corners, load_fibres, store_corners};
+use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
@@ -44,6 +44,7 @@ impl<L: Law> WithSimd for Memory<'_, L> {
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
             let nodes = &block.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
+            keep_still(chunk.eroded_lanes(i), &mut x);
             let range = i * rows + BULK_ROWS..(i + 1) * rows;
             let mut batch = BatchMemory {
                 law,

@@ -12,6 +12,7 @@ mod block;
 mod chunk;
 mod conserving;
 mod ellipticity;
+mod erosion;
 mod forces;
 mod memory;
 mod points;
@@ -27,7 +28,8 @@ mod viscous;
 
 pub use activity::Activity;
 pub use assembly::Assembly;
-pub use block::{BlockInput, BlockParameters, ElementBlock, Formulation};
+pub use block::{BlockInput, BlockParameters, ElementBlock, ErosionLimits, Formulation};
+pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
 pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;

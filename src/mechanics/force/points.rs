@@ -2,9 +2,10 @@
 
 use super::block::{BULK_ROWS, Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
+use super::erosion::Erosion;
 use super::memory::load_sym;
 use super::reduced::ReducedBatch;
-use super::rows::{load_corners, load_fibres};
+use super::rows::{keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -87,12 +88,14 @@ pub struct PointInput<'a> {
     pub v: &'a [Vec3],
     /// History of each chunk of all blocks at the same time; without any all has relaxed.
     pub history: &'a [Vec<Row>],
+    /// Elements that are gone: without stress or deformation.
+    pub erosion: &'a Erosion,
 }
 
 impl<'a> PointInput<'a> {
     /// At rest and relaxed at displacements [m], nodes × 3.
     pub fn at_rest(u: &'a [Vec3]) -> Self {
-        Self { u, v: &[], history: &[] }
+        Self { u, v: &[], history: &[], erosion: Erosion::none() }
     }
 }
 
@@ -161,7 +164,8 @@ impl ElementBlock {
     }
 
     /// All points of one batch.
-    fn eval_points(&self, b: usize, PointInput { u, v, history }: PointInput, points: &mut PointBatch) {
+    fn eval_points(&self, b: usize, input: PointInput, points: &mut PointBatch) {
+        let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
         let families = self.parameters.material.family_count();
         with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
@@ -174,6 +178,7 @@ impl ElementBlock {
                 memory: self.memory_of(b, history),
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
+            eroded: erosion.of_batch(self, b),
             u,
             viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
             to: points,
@@ -229,6 +234,8 @@ struct Points<'a, L> {
     element: PointLaw<'a, L>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
+    /// Elements that are gone, a bit a lane.
+    eroded: u8,
     u: &'a [Vec3],
     /// η [Pa s] and velocities [m/s], where there is a viscous stress.
     viscosity: Option<(f64, &'a [Vec3])>,
@@ -260,6 +267,7 @@ impl<L: Law> Points<'_, L> {
                 }
             }
         }
+        keep_still(self.eroded, &mut to);
         to
     }
 }

@@ -2,7 +2,7 @@
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
-use super::rows::gather;
+use super::rows::{gather, keep_still};
 use super::{Assembly, ElementForces, Threads};
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -102,9 +102,12 @@ impl<const EXACT: bool> WithSimd for Rate<'_, EXACT> {
         let least = if EXACT { 0.0 } else { f64::NEG_INFINITY };
         let mut extremes = [Row([least; BATCH]), Row([f64::INFINITY; BATCH]), Row([0.0; BATCH])];
         let (mut u, mut v) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
-        for batch in &self.block.batches[range.start as usize..range.end as usize] {
+        let batches = &self.block.batches[range.start as usize..range.end as usize];
+        for (i, batch) in batches.iter().enumerate() {
             gather(&batch.nodes, &chunk.u, &mut u);
             gather(&batch.nodes, &chunk.v, &mut v);
+            keep_still(chunk.eroded_lanes(i), &mut u);
+            keep_still(chunk.eroded_lanes(i), &mut v);
             for part in 0..BATCH / S::F64_LANES {
                 rate_of_batch::<S, EXACT>(simd, part, batch, (&u, &v), self.allowed, &mut extremes);
             }
@@ -191,6 +194,7 @@ mod tests {
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
             prony: crate::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         (x, ElementBlock::new(0, parameters, 0, &inputs))
     }

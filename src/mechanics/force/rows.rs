@@ -31,6 +31,24 @@ pub(super) fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec
     }
 }
 
+/// Sets the lanes of a mask to zero, a bit each.
+#[inline]
+pub(super) fn clear(mask: u8, row: &mut Row) {
+    for (lane, value) in row.0.iter_mut().enumerate() {
+        if mask >> lane & 1 == 1 {
+            *value = 0.0;
+        }
+    }
+}
+
+/// Takes the elements of these lanes for what nothing has moved.
+#[inline(always)]
+pub(super) fn keep_still(mask: u8, nodal: &mut [[Row; 8]; 3]) {
+    if mask != 0 {
+        nodal.as_flattened_mut().iter_mut().for_each(|row| clear(mask, row));
+    }
+}
+
 /// Nodal values of the elements of a register.
 #[inline(always)]
 pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {

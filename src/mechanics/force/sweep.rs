@@ -4,7 +4,7 @@ use super::block::{BULK_ROWS, Batch, BlockParameters, CORNER_SCALE, ElementBlock
 use super::chunk::ChunkForces;
 use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
-use super::rows::{add, gather, load_corners, load_fibres, store_corners};
+use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{CornerResponse, Hex8, LocalGradients, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
@@ -159,6 +159,7 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
                 lanes.before.copy_from_slice(&before[history.clone()]);
             }
             gather(nodes, &forces.u, &mut lanes.nodal);
+            keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
                 kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }

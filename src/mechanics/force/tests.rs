@@ -43,6 +43,7 @@ impl Element {
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
             prony: crate::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| DENSITY * V);

@@ -11,7 +11,7 @@
 use super::block::{Batch, ElementBlock};
 use super::chunk::ChunkForces;
 use super::memory::Memory;
-use super::rows::{add, gather, load_corners, store_corners};
+use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, SweepInput, Threads};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
@@ -95,6 +95,9 @@ impl WithSimd for Viscous<'_> {
             let batch = &block.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut x);
             gather(&batch.nodes, &chunk.v, &mut rates);
+            let eroded = chunk.eroded_lanes(i);
+            keep_still(eroded, &mut x);
+            keep_still(eroded, &mut rates);
             for part in 0..BATCH / S::F64_LANES {
                 let eta = block.parameters.shear_viscosity;
                 batch.viscous_forces::<S>(simd, part, eta, &x, &mut rates, &mut chunk.batches[i]);

@@ -160,6 +160,9 @@ pub struct BodyEnergy {
     /// What of the strain energy is in the branches of Prony series [J].
     #[prost(double, tag = "10")]
     pub branches_j: f64,
+    /// Strain energy that went with eroded elements so far [J].
+    #[prost(double, tag = "11")]
+    pub eroded_j: f64,
 }
 
 /// Energy of one contact pair, sums so far.

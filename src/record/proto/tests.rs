@@ -112,6 +112,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         projection_j: 1.0,
         hourglass_j: 1.0,
         branches_j: 1.0,
+        eroded_j: 1.0,
         algorithmic_j: 1.0,
     };
     let pair_energy = PairEnergy {

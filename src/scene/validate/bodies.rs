@@ -2,7 +2,7 @@
 
 use super::{Findings, materials, prony};
 use crate::scene::document::{
-    BodyDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
+    BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
@@ -12,6 +12,10 @@ pub const MOST_DENSITY: f64 = 1e6;
 
 /// Larger than any viscosity of tissue or rubber [Pa s].
 const MOST_VISCOSITY: f64 = 1e4;
+
+/// Limits of erosion that an element at rest keeps and one that is crushed or stretched may leave [-].
+const STRETCHES: [f64; 2] = [1.001, 1e3];
+const VOLUME_RATIOS: [f64; 2] = [1e-3, 0.999];
 
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
@@ -43,6 +47,23 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     });
 }
 
+/// Limits that a part at rest keeps.
+fn check_erosion(erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) {
+    out.require(erosion.stretch.is_some() || erosion.volume_ratio.is_some(), || {
+        Problem::error("erosion_without_limit", here, "nothing says when an element is given up")
+            .limit("a stretch, a volume_ratio, or both")
+            .remedy("skin tears at a stretch of 1.5 to 2.5; leave the entry out where nothing tears")
+    });
+    let remedy = "1 is no stretch at all; skin tears at 1.5 to 2.5";
+    if let Some(stretch) = erosion.stretch {
+        out.between(&here.key("stretch"), "the stretch", stretch, STRETCHES, remedy);
+    }
+    if let Some(ratio) = erosion.volume_ratio {
+        let remedy = "1 is the volume at rest; 0.2 gives up what is crushed to a fifth";
+        out.between(&here.key("volume_ratio"), "the volume ratio", ratio, VOLUME_RATIOS, remedy);
+    }
+}
+
 fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     let density = here.key("density_kg_per_m3");
     out.positive(&density, "a density", part.density_kg_per_m3, "tissue and rubber have about 1000 kg/m³");
@@ -57,6 +78,9 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
     if let Some(series) = &part.prony_series {
         prony::check(part, series, &here.key("prony_series"), out);
+    }
+    if let Some(erosion) = &part.erosion {
+        check_erosion(erosion, &here.key("erosion"), out);
     }
     materials::check(&part.material, &here.key("material"), out);
     let coupled = !part.material.is_split();

@@ -41,7 +41,7 @@ fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     });
 }
 
-/// Shear viscosity and relaxation are for explicit steps; a quasi-static run finds the relaxed state.
+/// Shear viscosity, relaxation and erosion are for explicit steps; a quasi-static run finds the relaxed state.
 fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let at_fault = match &document.integrator {
         IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. } => return,
@@ -60,6 +60,15 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
                 )
                 .limit("no series in implicit runs")
                 .remedy("step explicitly, or leave the series out")
+            });
+            out.require(part.erosion.is_none(), || {
+                Problem::error(
+                    "erosion_without_explicit_steps",
+                    &here.key("erosion"),
+                    "only explicit steps give elements up",
+                )
+                .limit("no erosion in implicit and quasi-static runs")
+                .remedy("step explicitly, or leave the erosion out")
             });
             if part.shear_viscosity_pa_s <= 0.0 {
                 continue;

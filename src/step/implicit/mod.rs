@@ -177,7 +177,8 @@ impl<'p> ImplicitStepper<'p> {
 
     /// Positions of skins and rigid bodies.
     fn place(&mut self, state: &State, phase: Phase) {
-        place_skins(self.plan, state, phase, &mut self.x);
+        let surfaces = self.plan.contact.as_ref().map_or(&[][..], |contact| &contact.surfaces);
+        place_skins(self.plan, surfaces, (state, phase), &mut self.x);
         if let Some(rigid) = &mut self.rigid {
             rigid.place(self.plan, state, phase, &mut self.x);
         }

@@ -50,6 +50,7 @@ impl Case {
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
             prony: crate::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         let input = BlockInput {
             element: 0,

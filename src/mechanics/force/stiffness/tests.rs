@@ -82,6 +82,7 @@ impl Element {
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
             prony: crate::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         let geometry = ReferenceGeometry::new(&X);
         let nodes = [0, 1, 2, 3, 4, 5, 6, 7];

@@ -43,6 +43,7 @@ impl Element {
             quadratic_viscosity: 1.2,
             shear_viscosity: ETA,
             prony: crate::mechanics::material::PronySeries::NONE,
+            erosion: None,
         };
         let geometry = ReferenceGeometry::new(&corners());
         let mass = geometry.corner_volume.map(|V| DENSITY * V);

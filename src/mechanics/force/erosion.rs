@@ -1,0 +1,198 @@
+//! Erosion: elements that are given up where their part bears no more. Their forces, stress and strain energy go; their mass stays with
+//! the nodes.
+//!
+//! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
+//! swept as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
+
+use super::block::{Batch, CORNER_SCALE, ElementBlock, ErosionLimits};
+use super::chunk::{Chunk, ChunkForces};
+use super::rows::{clear, gather, keep_still, load_corners};
+use super::{ElementForces, Threads};
+use crate::mechanics::element::{Hex8, POINTS};
+use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
+use crate::mechanics::material::volume_change;
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Sym, Tensor};
+use pulp::{Simd, WithSimd};
+
+/// The elements that a run has given up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Erosion {
+    /// Their global numbers, ascending.
+    elements: Vec<u32>,
+    /// Their lanes, a bit each: `[chunk of all blocks][batch]`; empty as long as there are none.
+    lanes: Vec<Vec<u8>>,
+}
+
+/// An element that has gone beyond what its part bears.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eroding {
+    /// Global number.
+    pub element: u32,
+    /// Its body.
+    pub body: usize,
+    /// Strain energy that goes with it, that in branches of Prony series included [J].
+    pub energy: f64,
+    chunk: usize,
+    batch: usize,
+    lane: usize,
+}
+
+impl Erosion {
+    /// Of nothing.
+    pub fn none() -> &'static Self {
+        static NONE: Erosion = Erosion { elements: Vec::new(), lanes: Vec::new() };
+        &NONE
+    }
+
+    /// Global numbers of the elements, ascending.
+    pub fn elements(&self) -> &[u32] {
+        &self.elements
+    }
+
+    /// Whether an element is gone.
+    pub fn contains(&self, element: u32) -> bool {
+        self.elements.binary_search(&element).is_ok()
+    }
+
+    /// Gives up one more.
+    pub fn add(&mut self, eroding: &Eroding, blocks: &[ElementBlock]) {
+        if let Err(place) = self.elements.binary_search(&eroding.element) {
+            self.elements.insert(place, eroding.element);
+        }
+        if self.lanes.is_empty() {
+            let of_block = |block: &ElementBlock| {
+                block.chunks.iter().map(|chunk| vec![0; chunk.batches.len()]).collect::<Vec<_>>()
+            };
+            self.lanes = blocks.iter().flat_map(of_block).collect();
+        }
+        self.lanes[eroding.chunk][eroding.batch] |= 1 << eroding.lane;
+    }
+
+    /// Those of a batch of a block, by lane.
+    pub(super) fn of_batch(&self, block: &ElementBlock, b: usize) -> u8 {
+        let lanes = self.lanes.get(block.chunk_number(b / Chunk::BATCHES));
+        lanes.map_or(0, |lanes| lanes[b % Chunk::BATCHES])
+    }
+
+    /// Takes their past from the history of the elements.
+    pub fn forget(&self, blocks: &[ElementBlock], history: &mut [Vec<Row>]) {
+        for block in blocks {
+            for (chunk, lanes) in self.lanes.iter().enumerate().skip(block.chunk_number(0)).take(block.chunks.len()) {
+                for (batch, mask) in lanes.iter().enumerate().filter(|(_, mask)| **mask != 0) {
+                    let rows = block.history_rows();
+                    history[chunk][batch * rows..(batch + 1) * rows].iter_mut().for_each(|row| clear(*mask, row));
+                }
+            }
+        }
+    }
+}
+
+impl ElementForces {
+    /// From now on these elements are gone.
+    pub fn take_out(&mut self, erosion: &Erosion) {
+        for (chunk, lanes) in self.chunks.iter_mut().zip(&erosion.lanes) {
+            chunk.eroded.clone_from(lanes);
+            // What is known of lengths is of elements that are gone, too.
+            chunk.shortest = 0.0;
+        }
+    }
+
+    /// The elements that the last sweep has found beyond what their parts bear, and that are not gone yet, by slot.
+    pub fn find_eroding(&mut self, threads: &Threads, blocks: &[ElementBlock]) -> Vec<Eroding> {
+        threads.for_each(&mut self.chunks, |chunk| {
+            let block = &blocks[chunk.block as usize];
+            if let Some(limits) = block.parameters.erosion {
+                pulp::Arch::new().dispatch(Judge { block, limits, chunk });
+            }
+        });
+        let mut found = Vec::new();
+        for (number, chunk) in self.chunks.iter().enumerate() {
+            let block = &blocks[chunk.block as usize];
+            for (batch, mask) in chunk.eroding.iter().enumerate().filter(|(_, mask)| **mask != 0) {
+                let first = (chunk.chunk as usize * Chunk::BATCHES + batch) * BATCH;
+                let totals = &chunk.batches[batch];
+                found.extend((0..BATCH).filter(|lane| mask >> lane & 1 == 1).map(|lane| Eroding {
+                    element: block.elements[first + lane],
+                    body: block.body,
+                    energy: totals.strain.0[lane] + totals.branches.0[lane],
+                    chunk: number,
+                    batch,
+                    lane,
+                }));
+            }
+        }
+        found
+    }
+}
+
+/// Looks at the elements of a chunk that are awake and not gone, at the displacements of its last sweep.
+struct Judge<'a> {
+    block: &'a ElementBlock,
+    limits: ErosionLimits,
+    chunk: &'a mut ChunkForces,
+}
+
+impl WithSimd for Judge<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { block, limits, chunk } = self;
+        let mut u = [[Row::default(); 8]; 3];
+        let (mut stretch, mut ratio) = (Row::default(), Row::default());
+        chunk.eroding.resize(chunk.batches.len(), 0);
+        for i in 0..chunk.batches.len() {
+            chunk.eroding[i] = 0;
+            if chunk.awake & (1 << i) == 0 {
+                continue;
+            }
+            let batch = block.batch_of_chunk(chunk.chunk as usize, i);
+            gather(&batch.nodes, &chunk.u, &mut u);
+            keep_still(chunk.eroded_lanes(i), &mut u);
+            for part in 0..BATCH / S::F64_LANES {
+                let [largest, change] = batch.mean_deformation::<S>(simd, part, &u);
+                largest.store(&mut stretch, part);
+                change.store(&mut ratio, part);
+            }
+            for lane in 0..BATCH {
+                let is_beyond = stretch.0[lane] > limits.stretch * limits.stretch - 1.0
+                    || ratio.0[lane] < limits.volume_ratio - 1.0;
+                chunk.eroding[i] |= u8::from(is_beyond) << lane;
+            }
+        }
+    }
+}
+
+impl Batch {
+    /// Largest eigenvalue of F̄ᵀF̄, less 1, and mean volume ratio, less 1, of the elements of a register [-]; zero in padding.
+    #[inline(always)]
+    fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> [Lane<S>; 2] {
+        let zero = Lane::splat(simd, 0.0);
+        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.corners, part)));
+        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
+        let (mut H, mut change) = (Tensor::diagonal(zero), zero);
+        for q in 0..POINTS {
+            let X = Hex8::local_gradient_at(&local_X.0, q);
+            let cof = X.cofactor();
+            // Of a point, times its weight.
+            let gradient = Hex8::local_gradient_at(&local_u.0, q).dot_transposed(&cof);
+            H = H.plus(&gradient);
+            let inverse_weight = Lane::load(simd, &self.inverse_weight[q], part);
+            let j = volume_change(&gradient.scaled(inverse_weight));
+            change = X.determinant_by(&cof).mul_add(j, change);
+        }
+        // Zero in padding, where nothing has moved.
+        let inverse_volume = Lane::load(simd, &self.scaled_inverse_volume, part);
+        let H = H.scaled(inverse_volume * (1.0 / CORNER_SCALE));
+        let C_minus_I = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| {
+            let product = (0..3).fold(zero, |sum, c| H.0[c][a].mul_add(H.0[c][b], sum));
+            H.0[a][b] + H.0[b][a] + product
+        }));
+        [C_minus_I.largest_principal(), change * inverse_volume]
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests;
