@@ -169,7 +169,8 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            block.for_each_moved_batch(PointInput::at_rest(frame.u), &mut |slots, points| {
+            let input = PointInput { erosion: frame.erosion, ..PointInput::at_rest(frame.u) };
+            block.for_each_moved_batch(input, &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });
         }
@@ -181,7 +182,8 @@ impl LawRanges {
         let is_reduced = |block: &&ElementBlock| block.parameters.formulation == Formulation::Reduced;
         for block in frame.plan.blocks.iter().filter(is_reduced) {
             let body = &frame.plan.bodies[block.body];
-            for (slot, element) in block.elements.iter().enumerate() {
+            let elements = block.elements.iter().enumerate();
+            for (slot, element) in elements.filter(|(_, element)| !frame.erosion.contains(**element)) {
                 let hex = &body.hexes[(element - body.elements.start) as usize];
                 let at_rest = hex.map(|node| frame.plan.X[node as usize]);
                 let now = hex.map(|node| frame.position_in(block.body, node));

@@ -6,9 +6,9 @@
 //! a lattice), for the volume, so that of two edges which cross between their nodes the volume tells. A node is inside its own body
 //! where the skin winds around the place just outside of it ([`nodes_inside`]).
 
-use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::contact::winding::nodes_inside;
+use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::Vec3;

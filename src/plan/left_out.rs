@@ -130,6 +130,7 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
         "every law is elastic: none has any"
     };
     add(!plan.has_memory(), "history variables", why);
+    add(!plan.erodes(), "erosion", "no part says what it bears");
 }
 
 /// Body and part of the fibres of no stiffness.

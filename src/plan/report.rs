@@ -119,6 +119,8 @@ pub struct BlockReport {
     pub shear_viscosity_pa_s: f64,
     /// Branches of its Prony series.
     pub prony_branches: usize,
+    /// Whether elements that bear no more are given up.
+    pub erodes: bool,
     /// Smallest stable step of its elements at the start, without safety factor [s].
     pub smallest_stable_step_s: f64,
     /// Element-steps per second and core that the run time is expected from.
@@ -268,6 +270,7 @@ fn of_block(
         .into(),
         shear_viscosity_pa_s: p.shear_viscosity,
         prony_branches: p.prony.branches().len(),
+        erodes: p.erosion.is_some(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
     }
@@ -303,6 +306,7 @@ impl BlockReport {
             fibre_families,
             shear_viscosity_pa_s,
             prony_branches,
+            erodes,
             ..
         } = self;
         let fibres = match fibre_families {
@@ -319,7 +323,8 @@ impl BlockReport {
             0 => String::new(),
             n => format!(", Prony series of {n}"),
         };
-        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}")
+        let eroding = if *erodes { ", with erosion" } else { "" };
+        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}{eroding}")
     }
 }
 

@@ -501,7 +501,12 @@ impl ExplicitStepper<'_> {
 }
 
 /// Absolute positions x_n [m] of the surfaces that may touch, those of the contact plan as they are, into `x`.
-pub(super) fn place_skins(plan: &Plan, surfaces: &[Surface], (state, phase): (&State, Phase), x: &mut [Vec3]) {
+pub(super) fn place_skins(
+    plan: &Plan,
+    surfaces: &[Surface],
+    (state, phase): (&State, Phase),
+    x: &mut [Vec3],
+) {
     let bodies = plan.contact.iter().flat_map(|contact| &contact.surface_body);
     for (surface, &body) in surfaces.iter().zip(bodies) {
         let time = if phase.flies() { state.time } else { 0.0 };

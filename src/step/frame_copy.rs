@@ -144,7 +144,8 @@ impl FieldCopy {
 /// The nodes that are seen between the looks: those of the skins, and of bodies that erode those that may become such.
 fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
     plan.bodies.iter().flat_map(|body| {
-        let (all, skin) = if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.skin.nodes[..]) };
+        let (all, skin) =
+            if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.skin.nodes[..]) };
         all.chain(skin.iter().copied())
     })
 }

@@ -60,7 +60,7 @@ fn nothing_tears_below_the_limit_and_crushing_has_its_own() {
 
 /// A rigid ball on two layers, the upper of which tears.
 fn ball_on_skin() -> Value {
-    let layer = |name: &str, thickness: f64, elements: u32| json!({"name": name, "thickness_m": thickness, "elements": elements});
+    let layer = |name: &str, thickness: f64, elements: u32| json!({"part": name, "thickness_m": thickness, "elements": elements});
     let part = |name: &str, c10: f64| {
         json!({"part": name, "density_kg_per_m3": 1000.0, "shear_viscosity_pa_s": 2.0, "material":
             {"law": "neo_hookean", "c10_pa": c10, "bulk_modulus_pa": 2e6}})
@@ -103,7 +103,11 @@ fn what_skin_lays_bare_holds_the_ball() {
     assert_eq!((of_skin.part.as_str(), of_skin.elements), ("skin", state.erosion.elements().len()));
     assert_close(of_skin.volume_mm3, 18.0 * of_skin.elements as f64, 1e-9, "volume of the torn elements");
     assert_close(of_skin.mass_kg, 1e-6 * of_skin.volume_mm3, 1e-9, "mass of the torn elements");
-    assert!(said.plain_words.iter().any(|words| words.contains("given up in skin (tissue)")), "{:?}", said.plain_words);
+    assert!(
+        said.warnings.iter().any(|words| words.contains("given up in skin (tissue)")),
+        "{:?}",
+        said.warnings
+    );
     let depth = said.numerics.deepest_penetration_share;
     assert_at_most(depth, 0.1, "penetration of a ball that tears skin, of a face");
 }

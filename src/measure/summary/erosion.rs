@@ -1,7 +1,7 @@
 //! What was given up, in the summary.
 
 use super::written::{number, seconds};
-use crate::measure::eroded::{ErodedPart, Eroded};
+use crate::measure::eroded::{Eroded, ErodedPart};
 use crate::plan::Plan;
 use serde::Serialize;
 

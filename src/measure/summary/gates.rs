@@ -4,6 +4,7 @@ use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::Measures;
 use super::super::pair::PairMeasures;
 use super::super::penetration::{DEPTH_LIMIT, Depth, OVERLAP_LIMIT, TOO_DEEP};
+use super::erosion::{ErosionOfPart, erosion};
 use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
 use super::numerics::Numerics;
 use super::quantity::GateResult;
@@ -190,6 +191,7 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     if numerics.energy_share_beyond_law <= LAW_LIMIT
         && let Some(told) = beyond_limit(&measures.laws)

@@ -140,7 +140,7 @@ impl Summary {
             time_s,
             end_time_s: plan.end_time,
             steps: outcome.map_or(measures.step, |o| o.steps),
-            plain_words: plain_words(&results, &state, time_s, (&law_ranges, &erosion)),
+            plain_words: plain_words(&results, &state, time_s, &law_ranges),
             injury_measures: injury_measures(measures, plan, &state, &results),
             state,
             results,

@@ -1,6 +1,5 @@
 //! The summary in plain words, sentence by sentence.
 
-use super::erosion::ErosionOfPart;
 use super::laws::LawRange;
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::{Impact, Results, Shown, SignificantStress, StressedLayer, Tissue};
@@ -8,12 +7,7 @@ use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
 /// What the numbers of a run that is at a time [s] say, for people who read no tables.
-pub(super) fn plain_words(
-    results: &Shown,
-    state: &RunState,
-    time: f64,
-    (laws, erosion): (&[LawRange], &[ErosionOfPart]),
-) -> Vec<String> {
+pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
         Shown::Withheld { reason, remedy, .. } => {
@@ -42,7 +36,6 @@ pub(super) fn plain_words(
         stress(tissue, *state == RunState::Finished, &mut words);
         energy(tissue, &mut words);
     }
-    words.extend(erosion.iter().map(ErosionOfPart::in_words));
     words.extend(laws.iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     words
 }

@@ -5,10 +5,12 @@
 //! falls below the share θ₀ of that at rest is given energy:
 //!
 //! ```text
-//! W = Σ_c ½ k ⟨t_c − det_c⟩²          k = κ μ / (8 θ₀² V)          t_c = θ₀ det_c at rest
+//! W = Σ_c ½ k l² (1 + ⅓ η l⁴)      l = ⟨t_c − det_c⟩      t_c = θ₀ det_c at rest
+//! k = κ μ / (8 θ₀² V)      η = 3 M / (2 κ μ (θ₀ V)⁴)      M = K + 4/3 μ
 //! ```
 //!
-//! In a parallelepiped that is `Σ_c V/8 ½ κ μ ⟨1 − J_c/θ₀⟩²`. Relative to the volume V rather than to the corner's own
+//! In a parallelepiped that is `Σ_c V/8 (½ κ μ s² + ¼ M s⁶)` with `s = ⟨1 − J_c/θ₀⟩`: soft where a corner is crushed; and where it folds,
+//! s ≥ 1, what no impact has that is slower than sound, `½ ρ v² < ½ M`. Relative to the volume V rather than to the corner's own
 //! determinant, it is no stiffer at a corner that is flat at rest; a corner that is folded at rest is not to fold further. Forces
 //! are the gradient of W, and momentum and angular momentum are kept, because det turns with nothing.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
@@ -38,20 +40,26 @@ pub struct CornerResponse<R> {
     pub stiffness: R,
 }
 
-/// k [Pa/m³] of an element of volume `volume` [m³] and shear modulus μ [Pa] at rest.
-pub fn corner_stiffness(mu: f64, volume: f64) -> f64 {
-    STIFFNESS * mu / (8.0 * CORNER_THRESHOLD * CORNER_THRESHOLD * volume)
+/// k [Pa/m³] and η [1/m¹²] of an element of volume `volume` [m³], shear modulus μ [Pa] and bulk modulus K [Pa] at rest.
+pub fn corner_stiffness((mu, bulk): (f64, f64), volume: f64) -> [f64; 2] {
+    let lack = CORNER_THRESHOLD * volume;
+    let soft = STIFFNESS * mu;
+    let k = soft / (8.0 * CORNER_THRESHOLD * lack);
+    [k, 1.5 * (bulk + 4.0 / 3.0 * mu) / (soft * lack.powi(4))]
 }
 
-/// The penalty of stiffness `k` [Pa/m³] on an element with corners `X` [m] at rest and their displacements `u` [m]:
+/// The penalty of stiffness k [Pa/m³] and hardening η [1/m¹²] on an element with corners `X` [m] at rest and their displacements `u` [m]:
 /// `[component][corner]`.
 ///
-/// With A_i = ∂det/∂x_i the products of two edges, the Hessian of a corner's term is `k [∇det ∇detᵀ − ⟨t − det⟩ ∇²det]`, of norm
-/// at most `k [Σ|A_i|² + |Σ A_i|² + 4 ⟨t − det⟩ Σ|e_i|]`.
+/// With A_i = ∂det/∂x_i the products of two edges, the Hessian of a corner's term W(l) is `W'' ∇det ∇detᵀ − W' ∇²det`, of norm at most
+/// `W'' [Σ|A_i|² + |Σ A_i|²] + 4 W' Σ|e_i|`.
 #[inline(always)]
-pub fn eval_corner_penalty<R: Real>(X: &[[R; 8]; 3], u: &[[R; 8]; 3], k: R) -> CornerResponse<R> {
+pub fn eval_corner_penalty<R: Real>(
+    X: &[[R; 8]; 3],
+    u: &[[R; 8]; 3],
+    [k, hardening]: [R; 2],
+) -> CornerResponse<R> {
     let zero = k.zero();
-    let one = k.constant(1.0);
     let mut out = CornerResponse { energy: zero, forces: [[zero; 8]; 3], stiffness: zero };
     for (c, neighbours) in NEIGHBOURS.into_iter().enumerate() {
         let (mut at_rest, mut e) = ([[zero; 3]; 3], [[zero; 3]; 3]);
@@ -65,8 +73,10 @@ pub fn eval_corner_penalty<R: Real>(X: &[[R; 8]; 3], u: &[[R; 8]; 3], k: R) -> C
         let A = [cross(&e[1], &e[2]), cross(&e[2], &e[0]), cross(&e[0], &e[1])];
         let threshold = (det_at_rest * CORNER_THRESHOLD).min(det_at_rest);
         let lack = (threshold - dot(&e[0], &A[0])).max(zero);
-        let pull = lack * k;
-        out.energy = (pull * 0.5).mul_add(lack, out.energy);
+        let hard = hardening * (lack * lack) * (lack * lack);
+        let linear = lack * k;
+        let pull = linear * (hard + 1.0);
+        out.energy = (linear * 0.5 * hard.scale_add(1.0 / 3.0, 1.0)).mul_add(lack, out.energy);
         let mut square = zero;
         for i in 0..3 {
             let mut sum = zero;
@@ -79,8 +89,8 @@ pub fn eval_corner_penalty<R: Real>(X: &[[R; 8]; 3], u: &[[R; 8]; 3], k: R) -> C
             square = sum.mul_add(sum, square);
         }
         let lengths = norm(&e[0]) + norm(&e[1]) + norm(&e[2]);
-        let active = lack.select_positive(one, zero);
-        out.stiffness += k * active * (lack * 4.0).mul_add(lengths, square);
+        let slope = lack.select_positive(hard.scale_add(5.0, 1.0) * k, zero);
+        out.stiffness += (pull * 4.0).mul_add(lengths, slope * square);
     }
     out
 }
@@ -109,6 +119,9 @@ mod tests {
 
     type Nodal = [[f64; 8]; 3];
 
+    /// Both terms count where a corner folds.
+    const STIFF: [f64; 2] = [3.0, 300.0];
+
     fn wave(i: usize) -> f64 {
         (i as f64 * 12.9898).sin() * 43758.5453 % 1.0
     }
@@ -130,11 +143,22 @@ mod tests {
     #[test]
     fn neighbours_are_joined_by_edges_and_right_handed() {
         let X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
-        let response = eval_corner_penalty(&X, &nodal(|i, a| -X[i][a]), 2.0);
+        let response = eval_corner_penalty(&X, &nodal(|i, a| -X[i][a]), [2.0, 0.0]);
         // Shrunk to a point every corner lacks its threshold.
         assert!((response.energy - 8.0 * CORNER_THRESHOLD * CORNER_THRESHOLD).abs() < 1e-14);
-        let at_rest = eval_corner_penalty(&X, &[[0.0; 8]; 3], 2.0);
+        let at_rest = eval_corner_penalty(&X, &[[0.0; 8]; 3], [2.0, 1e3]);
         assert!(at_rest.energy == 0.0 && at_rest.stiffness == 0.0);
+    }
+
+    #[test]
+    fn a_corner_that_folds_takes_what_the_stiffness_says() {
+        // A brick pressed flat, s = 1: ½ κ μ + ¼ M a volume.
+        let X = nodal(|i, a| [0.5, 1.0, 0.25][i] * HEX8_CORNERS[a][i]);
+        let (mu, bulk) = (3.0, 200.0);
+        let u = nodal(|i, a| if i == 2 { -X[2][a] } else { 0.0 });
+        let energy = eval_corner_penalty(&X, &u, corner_stiffness((mu, bulk), 1.0)).energy;
+        let expected = 0.5 * STIFFNESS * mu + 0.25 * (bulk + 4.0 / 3.0 * mu);
+        assert!((energy / expected - 1.0).abs() < 1e-13, "{energy} for {expected}");
     }
 
     #[test]
@@ -142,10 +166,10 @@ mod tests {
         let X = distorted();
         for seed in 0..20 {
             let u = crushed(&X, 0.8, 0.2, seed);
-            let response = eval_corner_penalty(&X, &u, 3.0);
+            let response = eval_corner_penalty(&X, &u, STIFF);
             assert!(response.energy > 0.0, "nothing to see");
             let dual = |x: &Nodal| x.map(|row| row.map(|value| Dual { value, slope: 0.0 }));
-            let k = Dual { value: 3.0, slope: 0.0 };
+            let k = STIFF.map(|value| Dual { value, slope: 0.0 });
             for (i, a) in (0..3).flat_map(|i| (0..8).map(move |a| (i, a))) {
                 let mut moved = dual(&u);
                 moved[i][a].slope = 1.0;
@@ -170,7 +194,7 @@ mod tests {
         for seed in 0..200 {
             let u = crushed(&X, 0.9, 0.05 + 0.005 * seed as f64, seed);
             let dual = |x: &Nodal| x.map(|row| row.map(|value| Dual { value, slope: 0.0 }));
-            let k = Dual { value: 3.0, slope: 0.0 };
+            let k = STIFF.map(|value| Dual { value, slope: 0.0 });
             let mut hessian = SMatrix::<f64, 24, 24>::zeros();
             for column in 0..24 {
                 let mut moved = dual(&u);
@@ -182,7 +206,7 @@ mod tests {
             }
             assert!((hessian - hessian.transpose()).norm() < 1e-12 * hessian.norm());
             let largest = hessian.symmetric_eigenvalues().abs().max();
-            let bound = eval_corner_penalty(&X, &u, 3.0).stiffness;
+            let bound = eval_corner_penalty(&X, &u, STIFF).stiffness;
             assert!(largest <= bound * (1.0 + 1e-12), "{seed}: {largest} above {bound}");
             closest = closest.max(largest / bound);
         }
@@ -195,7 +219,7 @@ mod tests {
         let mut X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
         // Beyond the diagonal of its face.
         (X[0][6], X[1][6], X[2][6]) = (-0.2, -0.2, 0.5);
-        let response = eval_corner_penalty(&X, &[[0.0; 8]; 3], 1.0);
+        let response = eval_corner_penalty(&X, &[[0.0; 8]; 3], [1.0, 1e3]);
         assert!(response.energy == 0.0);
     }
 
@@ -214,7 +238,7 @@ mod tests {
             if volume.iter().all(|j| j / mean > 0.9) {
                 let X = nodal(|i, a| corners[a][i]);
                 let u = nodal(|i, a| moved[a][i] / mean.cbrt() - X[i][a]);
-                least = least.min(1.0 - eval_corner_penalty(&X, &u, 1.0).energy);
+                least = least.min(1.0 - eval_corner_penalty(&X, &u, [1.0, 0.0]).energy);
             }
         }
         assert!(least >= 1.0, "{least}");

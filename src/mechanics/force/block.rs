@@ -96,7 +96,7 @@ pub(super) const CORNER_SCALE: f64 = 5.765_680_169_303_579;
 /// Rows of history of bulk viscosity.
 pub(super) const BULK_ROWS: usize = 2;
 
-/// Constants of a batch of elements, lane by lane: 320 bytes an element.
+/// Constants of a batch of elements, lane by lane: 328 bytes an element.
 ///
 /// The reference geometry at the points is made again from the corners at every sweep, for a tenth of its arithmetic;
 /// stored, it would be 640 bytes an element, which a large mesh waits for.
@@ -115,8 +115,8 @@ pub(super) struct Batch {
     /// Length L of the bulk viscosity [m]: 2/√λ, the edge of a cube, the thickness of a flat element, so that the damping
     /// ratio of the element's highest mode is b1 whatever its shape; 1 in padding.
     pub length: Row,
-    /// Stiffness of the corner penalty [Pa/m³]; zero in padding.
-    pub corner_stiffness: Row,
+    /// Stiffness [Pa/m³] and hardening [1/m¹²] of the corner penalty; zero in padding.
+    pub corner_stiffness: [Row; 2],
     /// 1/(ρ V_c), V_c the least volume of a corner: ω² of a stiffness is at most that times its norm [1/kg]; zero in padding.
     pub inverse_least_mass: Row,
     /// Corner nodes, numbered within the chunk: `[corner][lane]`.
@@ -258,7 +258,7 @@ impl ElementBlock {
 
 /// One batch; lanes beyond the chunk repeat its last element with zero volume. The nodes are numbered later.
 fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Batch {
-    let (density, mu) = (parameters.density, parameters.material.moduli_at_rest().0);
+    let (density, moduli) = (parameters.density, parameters.material.moduli_at_rest());
     let mut batch = Batch {
         corners: [[Row::default(); 8]; 3],
         inverse_weight: [Row::default(); POINTS],
@@ -266,7 +266,7 @@ fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Batch {
         scaled_inverse_volume: Row::default(),
         frequency_bound: Row::default(),
         length: Row([1.0; BATCH]),
-        corner_stiffness: Row::default(),
+        corner_stiffness: [Row::default(); 2],
         inverse_least_mass: Row::default(),
         nodes: [[0; BATCH]; 8],
     };
@@ -288,7 +288,10 @@ fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Batch {
         batch.scaled_inverse_volume.0[lane] = CORNER_SCALE / geometry.total_volume();
         batch.frequency_bound.0[lane] = geometry.gradient_bound / density;
         batch.length.0[lane] = 2.0 / geometry.gradient_bound.sqrt();
-        batch.corner_stiffness.0[lane] = corner_stiffness(mu, geometry.total_volume());
+        let of_corners = corner_stiffness(moduli, geometry.total_volume());
+        for (row, value) in batch.corner_stiffness.iter_mut().zip(of_corners) {
+            row.0[lane] = value;
+        }
         let least = geometry.corner_volume.iter().copied().fold(f64::INFINITY, f64::min);
         batch.inverse_least_mass.0[lane] = 1.0 / (density * least);
     }

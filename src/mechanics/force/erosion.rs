@@ -78,10 +78,14 @@ impl Erosion {
     /// Takes their past from the history of the elements.
     pub fn forget(&self, blocks: &[ElementBlock], history: &mut [Vec<Row>]) {
         for block in blocks {
-            for (chunk, lanes) in self.lanes.iter().enumerate().skip(block.chunk_number(0)).take(block.chunks.len()) {
+            for (chunk, lanes) in
+                self.lanes.iter().enumerate().skip(block.chunk_number(0)).take(block.chunks.len())
+            {
                 for (batch, mask) in lanes.iter().enumerate().filter(|(_, mask)| **mask != 0) {
                     let rows = block.history_rows();
-                    history[chunk][batch * rows..(batch + 1) * rows].iter_mut().for_each(|row| clear(*mask, row));
+                    history[chunk][batch * rows..(batch + 1) * rows]
+                        .iter_mut()
+                        .for_each(|row| clear(*mask, row));
                 }
             }
         }

@@ -213,7 +213,7 @@ impl<L: Law> Stiffness<'_, L> {
     #[inline(always)]
     fn add_corner_penalty<S: Simd>(&mut self, simd: S, part: usize) {
         let X = fixed_corners(&self.batch.corners_at_rest(simd, part));
-        let k = fixed(Lane::load(simd, &self.batch.corner_stiffness, part));
+        let k = self.batch.corner_stiffness.each_ref().map(|row| fixed(Lane::load(simd, row, part)));
         let mut u = fixed_corners(&load_corners(simd, self.u, part));
         for column in 0..24 {
             let (b, j) = (column / 3, column % 3);

@@ -231,8 +231,8 @@ impl Batch {
         part: usize,
         u: &[[Lane<S>; 8]; 3],
     ) -> CornerResponse<Lane<S>> {
-        let k = Lane::load(simd, &self.corner_stiffness, part);
-        eval_corner_penalty(&self.corners_at_rest(simd, part), u, k)
+        let stiffness = self.corner_stiffness.each_ref().map(|row| Lane::load(simd, row, part));
+        eval_corner_penalty(&self.corners_at_rest(simd, part), u, stiffness)
     }
 
     /// X [m] of the elements of a register.

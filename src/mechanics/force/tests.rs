@@ -226,7 +226,7 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
         for sample in 0..20_000 {
             let u = deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random);
             let swept = element.sweep(&u);
-            let penalty = eval_corner_penalty(&components(&X), &components(&u), 1.0).energy;
+            let penalty = eval_corner_penalty(&components(&X), &components(&u), [1.0, 0.0]).energy;
             if swept.j - 40.0 * swept.hourglass / (mu * volume) >= -0.1 {
                 assert!(penalty <= 0.0, "sample {sample}: J = {}, {}", 1.0 + swept.j, swept.hourglass);
                 passed_over += 1;

@@ -2,12 +2,16 @@
 
 use crate::measure::deflection::Deflection;
 use crate::measure::penetration::Penetration;
+use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
+use crate::scene::document::Role;
 use crate::step::{Frame, Recorder, RecorderError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Contact is over when nothing has touched for this share of its duration [-], and for so long [s].
 const APART: (f64, f64) = (0.25, 5e-4);
+/// The same while the projectile flies on as it came: tissue that it has thrown ahead lets go of it for a while.
+const APART_ON_ITS_WAY: (f64, f64) = (1.0, 5e-3);
 
 /// Extremes of a run that no summary asks for.
 #[derive(Debug)]
@@ -18,6 +22,8 @@ pub(super) struct Watch<'a> {
     pub penetration: Penetration,
     /// Set when contact has begun and is over.
     contact_is_over: &'a AtomicBool,
+    /// The projectile, and its momentum before it touched anything [kg m/s].
+    projectile: Option<(usize, Vec3)>,
     /// Whether each pair has touched so far.
     touched: Vec<bool>,
     /// First and last time with contact [s].
@@ -37,6 +43,7 @@ impl<'a> Watch<'a> {
             deflection: Deflection::default(),
             penetration: Penetration::default(),
             contact_is_over,
+            projectile: None,
             touched: Vec::new(),
             contact_span: None,
             deepest: 0.0,
@@ -59,6 +66,8 @@ impl<'a> Watch<'a> {
 impl Recorder for Watch<'_> {
     fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
         self.deflection = Deflection::new(plan);
+        self.projectile =
+            plan.bodies.iter().position(|b| b.role == Role::Projectile).map(|body| (body, Vec3::zeros()));
         self.touched = vec![false; plan.contact.as_ref().map_or(0, |contact| contact.pairs.len())];
         Ok(())
     }
@@ -80,11 +89,19 @@ impl Recorder for Watch<'_> {
         if frame.is_look_time {
             self.penetration.accumulate(frame, |pair| self.touched[pair]);
         }
+        let goes_on = self.projectile.as_mut().is_some_and(|(body, before)| {
+            let momentum = Vec3::from(frame.energy.bodies[*body].momentum_kg_m_per_s);
+            if self.contact_span.is_none() {
+                *before = momentum;
+            }
+            momentum.dot(before) > 0.0
+        });
+        let apart = if goes_on { APART_ON_ITS_WAY } else { APART };
         if is_touching {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);
         }
         if let Some([first, last]) = self.contact_span
-            && frame.time - last > (APART.0 * (last - first)).max(APART.1)
+            && frame.time - last > (apart.0 * (last - first)).max(apart.1)
         {
             self.contact_is_over.store(true, Ordering::Relaxed);
         }

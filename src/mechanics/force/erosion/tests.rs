@@ -12,7 +12,10 @@ const LIMITS: ErosionLimits = ErosionLimits { stretch: 1.5, volume_ratio: 0.4 };
 /// Ten elements of their own, distorted, more than a batch of them.
 fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
     let X: Vec<Vec3> = (0..80)
-        .map(|i| Vec3::from(HEX8_CORNERS[i % 8]) + Vec3::new((7.0 * i as f64).sin(), (3.0 * i as f64).cos(), 0.3) * 0.1)
+        .map(|i| {
+            Vec3::from(HEX8_CORNERS[i % 8])
+                + Vec3::new((7.0 * i as f64).sin(), (3.0 * i as f64).cos(), 0.3) * 0.1
+        })
         .collect();
     let input = |e: usize| {
         let corners: [Vec3; 8] = std::array::from_fn(|a| X[8 * e + a]);
@@ -74,16 +77,21 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     let assembly = crate::mechanics::force::Assembly::new(80, &blocks);
     for node in 0..80 {
         let is_gone = erosion.contains(100 + node as u32 / 8);
-        assert!((forces.at_node(&assembly, node) == Vec3::zeros()) == (is_gone || stretches[node / 8] == [1.0; 3]));
+        // What is turned by the unit matrix of its stretches has the forces of rounding.
+        let is_still = forces.at_node(&assembly, node).norm() < 1e-6;
+        assert_eq!(is_still, is_gone || stretches[node / 8] == [1.0; 3]);
     }
     // What is gone is found no more, and has no stress.
     assert!(forces.find_eroding(&Threads::ONE, &blocks).is_empty());
-    blocks[0].for_each_moved_batch(PointInput { erosion: &erosion, ..PointInput::at_rest(&u) }, &mut |slots, points| {
-        for (lane, slot) in slots.enumerate() {
-            let is_still = points.von_mises.iter().all(|row| row.0[lane].abs() < 1e-6);
-            assert_eq!(is_still, erosion.contains(100 + slot as u32) || stretches[slot] == [1.0; 3]);
-        }
-    });
+    blocks[0].for_each_moved_batch(
+        PointInput { erosion: &erosion, ..PointInput::at_rest(&u) },
+        &mut |slots, points| {
+            for (lane, slot) in slots.enumerate() {
+                let is_still = points.von_mises.iter().all(|row| row.0[lane].abs() < 1e-6);
+                assert_eq!(is_still, erosion.contains(100 + slot as u32) || stretches[slot] == [1.0; 3]);
+            }
+        },
+    );
 }
 
 #[test]
