@@ -236,7 +236,7 @@ def check_energies(recording: Recording, given: str | None) -> str:
     """The ledger adds up, and the summary says what the last message says."""
     energies = recording.of("/energy")
     for e in energies:
-        total = sum(b.kinetic_j + b.strain_j + b.viscous_j for b in e.bodies)
+        total = sum(b.kinetic_j + b.strain_j + b.viscous_j + b.eroded_j for b in e.bodies)
         total += sum(p.friction_j + p.numerical_contact_j + p.impact_j for p in e.pairs)
         need(close(total, e.total_j, 1e3 * e.initial_total_j), f"the energies at {e.time_s} s do not add up")
     if "summary.json" not in recording.attachments:

@@ -121,9 +121,9 @@ fn torn_tissue_has_the_same_bits_on_threads_and_after_a_restart() {
         state
     };
     let mut first = ball_on_skin();
-    first["end_time_s"] = json!(3e-3);
+    first["end_time_s"] = json!(5e-4);
     let mut with_stop = ball_on_skin();
-    with_stop["record"]["field_times_s"] = json!([3e-3]);
+    with_stop["record"]["field_times_s"] = json!([5e-4]);
     let (whole_with_stop, first) = (plan(&with_stop), plan(&first));
     let uninterrupted = finish(&whole_with_stop, State::new(&whole_with_stop), 1);
     let half = finish(&first, State::new(&first), 1);

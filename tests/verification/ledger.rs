@@ -120,7 +120,7 @@ fn an_inverted_element_is_named_with_its_place_and_the_time() {
                 "mesh": {"generator": {
                     "kind": "block", "min_m": [0.011, 0.012, 0.0201], "max_m": [0.014, 0.015, 0.024], "elements": [2, 2, 2]
                 }},
-                "velocity_m_per_s": [20, 10, -100],
+                "velocity_m_per_s": [80, 40, -400],
                 "parts": [{"part": "block", "density_kg_per_m3": 8000.0, "material": {
                     "law": "neo_hookean", "c10_pa": 1e8, "bulk_modulus_pa": 5e8
                 }}]

@@ -4,6 +4,7 @@
 //! where it is hardly one and a half, any discretisation ripples, by 27 and 68 %, and 15 and 9 %.
 
 use crate::rig::{assert_at_most, contact_force, plan, run};
+use contuse::mechanics::contact::Master;
 use serde_json::{Value, json};
 
 /// A solid ball of 30 mm over a block of 200 × 200 × 60 mm, held below.
@@ -78,4 +79,36 @@ fn mortar_lowers_the_ripple_of_a_sliding_indenter() {
     assert_at_most(mortar[0], 0.16, "mortar: ripple of the normal force, patch of 1.5 elements");
     assert_at_most(mortar[1], 0.10, "mortar: ripple of the tangential force, patch of 1.5 elements");
     assert!(mortar[0] < 0.6 * nodes[0] && mortar[1] < 0.2 * nodes[1], "{mortar:?} for {nodes:?}");
+}
+
+/// Impulse [N s] on a block that a ball of so many elements around hits at 5 m/s, whichever of the two is the slave.
+fn impulse(discretisation: &str, around: u32, block: [u32; 3], slave: &str) -> f64 {
+    let mut ball = ball(around, 1e-4);
+    ball["velocity_m_per_s"] = json!([0, 0, -5]);
+    let mut scene = scene(&ball, block, discretisation, 0.3);
+    scene["end_time_s"] = json!(8e-3);
+    scene["contact"]["self_contact"] = json!("none");
+    let mut plan = plan(&scene);
+    let contact = plan.contact.as_mut().unwrap();
+    let (chosen, master) = contact.pair_bodies[0];
+    if plan.bodies[chosen].name != slave {
+        let pair = &mut contact.pairs[0];
+        let Master::Surface(other) = pair.master else { panic!("no mesh") };
+        (pair.slave, pair.master) = (other, Master::Surface(pair.slave));
+        contact.pair_bodies[0] = (master.unwrap(), Some(chosen));
+    }
+    let (_, state) = run(&plan, |_| {});
+    state.ledger.pairs[0].impulse_n_s[2].abs()
+}
+
+#[test]
+fn a_coarse_slave_has_the_impulse_of_a_fine_one() {
+    for discretisation in ["node_to_surface", "two_pass", "mortar"] {
+        for (around, block) in [(6, [40, 40, 12]), (16, [16, 16, 6])] {
+            let [of_ball, of_block] =
+                ["ball", "block"].map(|slave| impulse(discretisation, around, block, slave));
+                "{discretisation} {around} {block:?}: ball slave {of_ball:.4}, block slave {of_block:.4}"
+            );
+        }
+    }
 }

@@ -1,7 +1,8 @@
 // Curves over time: forces, impulses and energies of every recorded step.
 
 const xyz = (v) => (v ? [v.x, v.y, v.z] : [0, 0, 0]);
-const sum = (items, name) => items.reduce((total, item) => total + item[name], 0);
+// Recordings of older versions lack what was added since.
+const sum = (items, name) => items.reduce((total, item) => total + (item[name] ?? 0), 0);
 
 export class Series {
   /** Times of the force messages [s], and by pair their columns. */
@@ -32,7 +33,7 @@ export class Series {
     const kinetic = sum(bodies, "kinetic_j");
     const strain = sum(bodies, "strain_j");
     const dissipated =
-      sum(bodies, "viscous_j") + sum(bodies, "algorithmic_j") +
+      sum(bodies, "viscous_j") + sum(bodies, "eroded_j") + sum(bodies, "algorithmic_j") +
       sum(pairs, "friction_j") + sum(pairs, "numerical_contact_j") + sum(pairs, "impact_j");
     this.energyTimes.push(message.time_s);
     const terms = { kinetic, strain, dissipated, sum: kinetic + strain + dissipated };

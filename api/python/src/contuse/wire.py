@@ -185,6 +185,12 @@ class Summary:
         return ranges
 
     @property
+    def erosion(self) -> list[dict[str, Any]]:
+        """Parts that lost elements: how many, their volume and mass, and since when."""
+        parts: list[dict[str, Any]] = self.body.get("erosion", [])
+        return parts
+
+    @property
     def patch_area_mm2(self) -> Quantity:
         return Quantity.of(self.impact["patch_area_mm2"], "mm²")
 
