@@ -143,4 +143,13 @@ fn nothing_is_said_of_what_was_not_looked_at() {
     let words = summary["plain_words"].to_string();
     assert!(words.contains("The run failed") && words.contains("not looked at after 0 s"), "{words}");
     assert!(!words.contains("No tissue saw"), "{words}");
+    let remedy = |output: &Output| {
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        summary["failure"]["remedy"].as_str().unwrap().to_owned()
+    };
+    assert!(remedy(&output).contains("--no-error-bars"), "{}", remedy(&output));
+    let without =
+        ["run", &desk.path("scene.json"), "--json", "--deadline-s", "0", "-o", &out, "--no-error-bars"];
+    let remedy = remedy(&run(&without));
+    assert!(remedy.contains("more wall-clock time") && !remedy.contains("error"), "{remedy}");
 }

@@ -476,6 +476,11 @@ impl SceneDocument {
         self.bodies.iter().enumerate().filter(meets_itself).map(|(index, _)| index)
     }
 
+    /// Whether a mesh comes from a file.
+    pub fn has_mesh_file(&self) -> bool {
+        self.bodies.iter().any(|body| matches!(body.mesh, Some(MeshDocument::File(_))))
+    }
+
     /// Whether a part has a shear viscosity.
     pub fn is_viscous(&self) -> bool {
         self.bodies.iter().flat_map(|body| &body.parts).any(PartDocument::is_viscous)
