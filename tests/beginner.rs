@@ -153,3 +153,20 @@ fn nothing_is_said_of_what_was_not_looked_at() {
     let remedy = remedy(&run(&without));
     assert!(remedy.contains("more wall-clock time") && !remedy.contains("error"), "{remedy}");
 }
+
+#[test]
+fn withheld_results_are_no_success() {
+    let mut scene = falling_block();
+    scene["bodies"][0]["parts"][0]["material"]["valid_to"] =
+        json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]});
+    let desk = Desk::with(&scene);
+    let scene = desk.path("scene.json");
+    let output = run(&["run", &scene, "--json", "-o", &desk.path("out.mcap")]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the results are withheld: "), "{}", text(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(summary["ending"] == "finished" && summary.get("withheld").is_some(), "{summary:#}");
+    let slower = "/bodies/0/velocity_m_per_s/2=-4";
+    let output = run(&["what-if", &scene, "--case", slower, "--error-bars", "none"]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+}

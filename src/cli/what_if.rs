@@ -93,7 +93,7 @@ pub enum ErrorName {
     None,
 }
 
-/// Answers. Exit code 3 when the base itself did not finish, 4 when it was stopped.
+/// Answers. Exit code 3 when the base itself did not finish, 4 when it was stopped, 5 when the results of the base are withheld.
 ///
 /// # Errors
 /// What is wrong with the scene, the question or the flags.
@@ -212,6 +212,7 @@ fn exit_of(answer: &Answer) -> Exit {
     match () {
         () if answer.stopped.is_some() => Exit::Cancelled,
         () if base.is_some_and(|case| case.ending == "finished") => Exit::Success,
+        () if base.is_some_and(|case| case.ending == "withheld") => Exit::Withheld,
         () => Exit::RunFailed,
     }
 }
