@@ -208,11 +208,10 @@ fn tell(
 }
 
 fn exit_of(answer: &Answer) -> Exit {
-    let base = answer.cases.first();
-    match () {
-        () if answer.stopped.is_some() => Exit::Cancelled,
-        () if base.is_some_and(|case| case.ending == "finished") => Exit::Success,
-        () if base.is_some_and(|case| case.ending == "withheld") => Exit::Withheld,
-        () => Exit::RunFailed,
+    match answer.cases.first() {
+        _ if answer.stopped.is_some() => Exit::Cancelled,
+        Some(base) if base.has_finished() => Exit::Success,
+        Some(base) if base.ending == "withheld" => Exit::Withheld,
+        _ => Exit::RunFailed,
     }
 }
