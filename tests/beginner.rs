@@ -143,4 +143,30 @@ fn nothing_is_said_of_what_was_not_looked_at() {
     let words = summary["plain_words"].to_string();
     assert!(words.contains("The run failed") && words.contains("not looked at after 0 s"), "{words}");
     assert!(!words.contains("No tissue saw"), "{words}");
+    let remedy = |output: &Output| {
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        summary["failure"]["remedy"].as_str().unwrap().to_owned()
+    };
+    assert!(remedy(&output).contains("--no-error-bars"), "{}", remedy(&output));
+    let without =
+        ["run", &desk.path("scene.json"), "--json", "--deadline-s", "0", "-o", &out, "--no-error-bars"];
+    let remedy = remedy(&run(&without));
+    assert!(remedy.contains("more wall-clock time") && !remedy.contains("error"), "{remedy}");
+}
+
+#[test]
+fn withheld_results_are_no_success() {
+    let mut scene = falling_block();
+    scene["bodies"][0]["parts"][0]["material"]["valid_to"] =
+        json!({"stretch": [0.999, 1.001], "limit_stretch": [0.999, 1.001]});
+    let desk = Desk::with(&scene);
+    let scene = desk.path("scene.json");
+    let output = run(&["run", &scene, "--json", "-o", &desk.path("out.mcap")]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the results are withheld: "), "{}", text(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(summary["ending"] == "finished" && summary.get("withheld").is_some(), "{summary:#}");
+    let slower = "/bodies/0/velocity_m_per_s/2=-4";
+    let output = run(&["what-if", &scene, "--case", slower, "--error-bars", "none"]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
 }

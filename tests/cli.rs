@@ -405,6 +405,11 @@ fn what_if_answers_case_by_case() {
     let table = run(&[&["what-if", scene][..], &flags[..]].concat());
     assert!(text(&table.stdout).contains("One at a time"), "{}", text(&table.stdout));
     assert!(text(&table.stdout).contains("numerical errors not yet known"), "{}", text(&table.stdout));
+    // A case in which nothing touches is a good answer without numbers.
+    let miss = run(&["what-if", scene, "--case", "/planes/0/point_m/2=-1", "--error-bars", "none"]);
+    assert_eq!(miss.status.code(), Some(0), "{}", text(&miss.stderr));
+    let said = text(&miss.stdout);
+    assert!(said.contains("nothing touched: there was no impact") && !said.contains("(0)"), "{said}");
     let refused = run(&["what-if", scene, "--vary", "speed=3..1", "--one-at-a-time"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("/parameters/0/high"), "{}", text(&refused.stderr));

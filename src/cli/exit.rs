@@ -20,6 +20,8 @@ pub enum Exit {
     RunFailed = 3,
     /// The run was cancelled.
     Cancelled = 4,
+    /// The run came to its end, but its results are withheld: a gate failed, or a law was beyond its limits.
+    Withheld = 5,
 }
 
 impl From<Exit> for ExitCode {

@@ -32,7 +32,8 @@ use std::io::Write;
 
 /// What a blunt impact does to soft tissue.
 ///
-/// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled.
+/// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled,
+/// 5 the run came to its end but its results are withheld (a gate failed, or a law was beyond its limits).
 #[derive(Debug, Parser)]
 #[command(name = "contuse", version, max_term_width = 110)]
 pub struct Cli {

@@ -3,6 +3,7 @@
 use super::keep::KeepArgs;
 use super::output_file::check_writable;
 use super::{CliError, Exit};
+use crate::measure::summary::Shown;
 use crate::measure::{Summary, render_table};
 use crate::record::{ContactProblemRecorder, McapRecorder, RecordingInfo, partial_path};
 use crate::scene::document::ErrorBarsDocument;
@@ -54,7 +55,8 @@ pub struct RunArgs {
 /// Runs a scene; the summary goes to `out`, progress and what is wrong to standard error.
 ///
 /// # Errors
-/// What is wrong with the scene or the flags. A run that fails with a diagnosis is told here and is the exit code.
+/// What is wrong with the scene or the flags. A run that fails with a diagnosis, or whose results are withheld, is told here
+/// and is the exit code.
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
@@ -93,7 +95,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     if let (Some(saved), false) = (&problems, args.quiet) {
         eprintln!("{} contact problem(s) saved", saved.files());
     }
-    Ok(exit_of(&result.outcome.ending))
+    Ok(exit_of(&result.outcome.ending, &result.summary.results))
 }
 
 /// When to stop.
@@ -210,6 +212,9 @@ fn report(args: &RunArgs, out: &mut dyn Write, result: &RunResult, path: &Path) 
         if partial_path(path).exists() {
             eprintln!("  recording unfinished: {}", partial_path(path).display());
         }
+    } else if let Shown::Withheld { reason, remedy, .. } = &result.summary.results {
+        out.flush()?;
+        eprintln!("contuse: the results are withheld: {reason}\n  remedy: {remedy}");
     }
     Ok(())
 }
@@ -236,18 +241,21 @@ fn diagnosis(failure: &Failure) -> String {
     what + &when + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 
-/// The exit code of an ending.
-fn exit_of(ending: &Ending) -> Exit {
-    match ending {
-        Ending::Finished => Exit::Success,
-        Ending::Cancelled => Exit::Cancelled,
-        Ending::Failed { .. } => Exit::RunFailed,
+/// The exit code of a run.
+fn exit_of(ending: &Ending, results: &Shown) -> Exit {
+    match (ending, results) {
+        (Ending::Finished, Shown::Results(_)) => Exit::Success,
+        (Ending::Finished, Shown::Withheld { .. }) => Exit::Withheld,
+        (Ending::Cancelled, _) => Exit::Cancelled,
+        (Ending::Failed { .. }, _) => Exit::RunFailed,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::Results;
+    use crate::measure::summary::Headline;
     use crate::step::{ElementPlace, FailureCause};
 
     #[test]
@@ -291,8 +299,16 @@ mod tests {
 
     #[test]
     fn endings_have_exit_codes() {
-        assert_eq!(exit_of(&Ending::Finished), Exit::Success);
-        assert_eq!(exit_of(&Ending::Cancelled), Exit::Cancelled);
+        let values = || Results {
+            nothing_touched: false,
+            impacts: Vec::new(),
+            tissue: None,
+            headline: Headline::default(),
+        };
+        let withheld = Shown::Withheld { reason: String::new(), remedy: "", values: values() };
+        assert_eq!(exit_of(&Ending::Finished, &Shown::Results(values())), Exit::Success);
+        assert_eq!(exit_of(&Ending::Finished, &withheld), Exit::Withheld);
+        assert_eq!(exit_of(&Ending::Cancelled, &withheld), Exit::Cancelled);
     }
 
     #[test]

@@ -93,7 +93,7 @@ pub enum ErrorName {
     None,
 }
 
-/// Answers. Exit code 3 when the base itself did not finish, 4 when it was stopped.
+/// Answers. Exit code 3 when the base itself did not finish, 4 when it was stopped, 5 when the results of the base are withheld.
 ///
 /// # Errors
 /// What is wrong with the scene, the question or the flags.
@@ -208,10 +208,10 @@ fn tell(
 }
 
 fn exit_of(answer: &Answer) -> Exit {
-    let base = answer.cases.first();
-    match () {
-        () if answer.stopped.is_some() => Exit::Cancelled,
-        () if base.is_some_and(|case| case.ending == "finished") => Exit::Success,
-        () => Exit::RunFailed,
+    match answer.cases.first() {
+        _ if answer.stopped.is_some() => Exit::Cancelled,
+        Some(base) if base.has_finished() => Exit::Success,
+        Some(base) if base.ending == "withheld" => Exit::Withheld,
+        _ => Exit::RunFailed,
     }
 }

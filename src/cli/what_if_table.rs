@@ -73,7 +73,8 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     }
     writeln!(out, "errors: {}", answer.error_bars)?;
     for case in answer.cases.iter().filter(|case| case.reason.is_some()) {
-        writeln!(out, "{}: {}: {}", case.name, case.ending, case.reason.as_deref().unwrap_or_default())?;
+        let ending = case.ending.replace('_', " ");
+        writeln!(out, "{}: {ending}: {}", case.name, case.reason.as_deref().unwrap_or_default())?;
     }
     for case in answer.cases.iter().filter(|case| !case.reaches.is_empty()) {
         let ends = case.reaches.join(" and ");
@@ -106,7 +107,11 @@ fn of_stopped(answer: &Answer) -> &'static str {
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
     let number = |q: Quantity| case.numbers.get(&q).map_or_else(|| "-".into(), with_error);
-    std::iter::once(case.name.clone()).chain(SHOWN.map(number)).collect()
+    let mut cells: Vec<String> = std::iter::once(case.name.clone()).chain(SHOWN.map(number)).collect();
+    if case.numbers.is_empty() {
+        cells[1] = case.ending.replace('_', " ");
+    }
+    cells
 }
 
 /// "depth of stress above 10 kPa [mm]".

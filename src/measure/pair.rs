@@ -1,9 +1,11 @@
 //! What is measured of one contact pair: its forces and its patch.
 
-use super::contact_patch::PatchGeometry;
+use super::contact_patch::{ContactPatch, PatchGeometry};
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
+use crate::mechanics::contact::{ContactPair, Master};
+use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::Plan;
+use crate::plan::{ContactPlan, Plan};
 use crate::scene::document::Role;
 use crate::step::Frame;
 
@@ -31,12 +33,19 @@ pub struct PairMeasures {
     /// How fast its two sides fly at each other [m/s].
     pub approach: f64,
     geometry: PatchGeometry,
+    /// Of a master that is the mesh of another body.
+    master: Option<PatchGeometry>,
 }
 
 impl PairMeasures {
     /// Whether both sides are the same.
     pub fn is_of_itself(&self) -> bool {
         self.between[0] == self.between[1]
+    }
+
+    fn patch(&mut self, frame: &Frame, index: u32) -> ContactPatch {
+        let patch = self.geometry.eval(frame, index);
+        self.master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index)))
     }
 
     /// Takes in a frame; `index` is the number of the pair in its plan.
@@ -46,7 +55,7 @@ impl PairMeasures {
             time,
             impulse: Vec3::from(frame.energy.pairs[index].impulse_n_s),
             force: resultant_force(frame, index as u32),
-            patch: self.geometry.eval(frame, index as u32),
+            patch: self.patch(frame, index as u32),
         };
         self.force.accumulate(sample);
         if self.on_tissue && sample.patch.nodes > 0 {
@@ -73,6 +82,20 @@ impl Source {
     }
 }
 
+/// A master that is a rigid body, with its shape.
+fn rigid_shape(plan: &Plan, master: Option<usize>) -> Option<(usize, Shape)> {
+    let body = master?;
+    let index = plan.bodies[body].rigid?;
+    Some((body, plan.rigid.as_ref()?.bodies[index].shape))
+}
+
+/// The faces of a master that is the mesh of another body.
+fn master_faces(contact: &ContactPlan, pair: &ContactPair) -> Option<PatchGeometry> {
+    let Master::Surface(master) = pair.master else { return None };
+    let is_other = master != pair.slave;
+    is_other.then(|| PatchGeometry::of_master(contact.surface_body[master], &contact.surfaces[master]))
+}
+
 /// The pairs of a plan.
 pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
     let Some(contact) = &plan.contact else { return Vec::new() };
@@ -93,7 +116,12 @@ pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
             told_for: usize::from(!tissue(slave) && master.is_some_and(tissue)),
             is_of_points: plan.bodies[slave].rigid.is_some(),
             force: ImpactForce::new(plan.measures.force_average),
-            geometry: PatchGeometry::new(slave, &contact.surfaces[pair.slave]),
+            geometry: PatchGeometry::of_slave(
+                slave,
+                &contact.surfaces[pair.slave],
+                rigid_shape(plan, master),
+            ),
+            master: master_faces(contact, pair),
         })
         .collect()
 }

@@ -16,7 +16,7 @@ use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBloc
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::mesh::surface;
-use crate::scene::document::{Axis, BodyDocument, ErosionDocument, Keep, SceneDocument};
+use crate::scene::document::{Axis, BodyDocument, ErosionDocument, ErrorBarsDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -129,6 +129,7 @@ fn complete(
         field_times: field_times(scene),
         fields: document.recorded_fields(),
         every_steps: document.record.every_steps.max(1),
+        has_cheaper_runs: document.solver.error_bars != ErrorBarsDocument::None && !document.has_mesh_file(),
         report: PlanReport::default(),
     };
     plan.holder = Holder::new(&plan, |_| true, !document.planes.is_empty());

@@ -100,6 +100,8 @@ pub struct Plan {
     pub fields: Vec<FieldName>,
     /// Contact and energy are recorded every so many steps.
     pub every_steps: u32,
+    /// Whether cheaper runs, which error bars come from, go before it.
+    pub has_cheaper_runs: bool,
     /// What the measures need.
     pub measures: MeasurePlan,
     /// What was kept, what was left out, and why.

@@ -502,6 +502,11 @@ impl SceneDocument {
         self.bodies.iter().enumerate().filter(meets_itself).map(|(index, _)| index)
     }
 
+    /// Whether a mesh comes from a file.
+    pub fn has_mesh_file(&self) -> bool {
+        self.bodies.iter().any(|body| matches!(body.mesh, Some(MeshDocument::File(_))))
+    }
+
     /// Whether a part has what only explicit steps know: viscosity, relaxation, erosion.
     pub fn needs_explicit_steps(&self) -> bool {
         let parts = self.bodies.iter().flat_map(|body| &body.parts);

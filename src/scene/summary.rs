@@ -59,16 +59,18 @@ pub struct PartSummary {
 }
 
 impl BodySummary {
-    /// Of a rigid body, with the box around the ball around it.
+    /// Of a rigid body, with the box around it where it starts.
     pub fn rigid(body: &BodyDocument, rigid: &RigidSceneBody) -> Self {
-        let (centre, radius) = (rigid.pose.centre, rigid.shape.outer_radius());
+        let centre = rigid.pose.centre;
+        let axes = rigid.pose.orientation.to_rotation_matrix().into_inner();
+        let half = rigid.shape.half_extent(&axes);
         Self {
             name: body.name.clone(),
             nodes: 0,
             elements: 0,
             volume_m3: rigid.shape.volume(),
             mass_kg: rigid.mass,
-            bounding_box_m: [centre.add_scalar(-radius).into(), centre.add_scalar(radius).into()],
+            bounding_box_m: [(centre - half).into(), (centre + half).into()],
             min_scaled_jacobian: 1.0,
             worst_element: 0,
             max_aspect_ratio: 1.0,

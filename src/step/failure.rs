@@ -83,7 +83,21 @@ impl Failure {
         let remedy = cause.remedy().into();
         Self { cause, message, remedy, time_s: state.time, step: state.step, element: None }
     }
+
+    /// That the time is over.
+    pub(super) fn deadline(plan: &Plan, state: &State) -> Self {
+        let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
+        let failure = Self::new(state, FailureCause::Deadline, message);
+        if plan.has_cheaper_runs {
+            return Self { remedy: format!("{} {WITHOUT_ERROR_BARS}", failure.remedy), ..failure };
+        }
+        failure
+    }
 }
+
+/// What helps besides where cheaper runs come first.
+const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs before it (`--no-error-bars`, or \
+    `solver.error_bars` = \"none\").";
 
 impl FailureCause {
     /// What a user can do about it, in plain words.
@@ -127,10 +141,7 @@ impl FailureCause {
             Self::NotFinite => {
                 "This is a defect of the scene or of the engine; keep the scene and report it."
             }
-            Self::Deadline => {
-                "Allow more wall-clock time, do without error bars (`--no-error-bars`, or `solver.error_bars` = \"none\"), coarsen \
-                 the mesh, or shorten the run."
-            }
+            Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
             Self::Budget => {
                 "End the run before this time, record less, or enlarge the elements that set the step at the end; or run it where the \
                  budget is larger."

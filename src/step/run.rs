@@ -118,12 +118,12 @@ fn drive(
     if let (Some(settle), 0) = (plan.settle, state.step)
         && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
     {
-        return interrupted(interrupt, state);
+        return interrupted(interrupt, plan, state);
     }
     if state.step == 0
         && let Some(interrupt) = preload(plan, state, options, warnings)?
     {
-        return interrupted(interrupt, state);
+        return interrupted(interrupt, plan, state);
     }
     let mut last_look = f64::NEG_INFINITY;
     loop {
@@ -132,7 +132,7 @@ fn drive(
         let at_end = state.time >= plan.end_time;
         let longest = target.map_or(0.0, |t| t - state.time);
         if let Some(interrupt) = solve(stepper, state, Phase::Running, longest, options.interrupt)? {
-            return interrupted(interrupt, state);
+            return interrupted(interrupt, plan, state);
         }
         stepper.balance(state);
         let verdict = gate(plan, state, stepper.energy());
@@ -171,7 +171,7 @@ fn drive(
             return Ok(Ending::Finished);
         }
         if let Some(interrupt) = interrupt {
-            return interrupted(interrupt, state);
+            return interrupted(interrupt, plan, state);
         }
         stepper.advance(state, Phase::Running);
         snap(state, target);
@@ -315,13 +315,10 @@ fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
     Err(Failure::new(state, cause, message))
 }
 
-fn interrupted(interrupt: Interrupt, state: &State) -> Result<Ending, Failure> {
+fn interrupted(interrupt: Interrupt, plan: &Plan, state: &State) -> Result<Ending, Failure> {
     match interrupt {
         Interrupt::Cancel => Ok(Ending::Cancelled),
-        Interrupt::Deadline => {
-            let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
-            Err(Failure::new(state, FailureCause::Deadline, message))
-        }
+        Interrupt::Deadline => Err(Failure::deadline(plan, state)),
         Interrupt::Steps { most } => {
             let message = format!("The budget of {most} steps was spent at t = {:.4e} s.", state.time);
             Err(Failure::new(state, FailureCause::Budget, message))

@@ -35,8 +35,7 @@ pub(super) fn error_bars(
     if document.solver.error_bars == ErrorBarsDocument::None {
         return ErrorBars::NotAsked;
     }
-    let meshes = || document.bodies.iter().filter_map(|body| body.mesh.as_ref());
-    if meshes().any(|mesh| matches!(mesh, MeshDocument::File(_))) {
+    if document.has_mesh_file() {
         return ErrorBars::Unknown(
             "a mesh from a file is not made coarser (`contuse study error` makes it finer, which takes longer)".into(),
         );

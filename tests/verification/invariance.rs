@@ -96,6 +96,23 @@ fn a_common_velocity_changes_nothing() {
 }
 
 #[test]
+fn a_common_fall_changes_no_energy() {
+    let own = scene(STRIKE);
+    let mut falling = own.clone();
+    falling["gravity_m_per_s2"] = json!([400, 0, -1000]);
+    let energies = |scene: &Value| {
+        let is_energy = |name: &str| name.contains("absorbed_energy") || name.contains("loss");
+        let told = numbers(scene).into_iter().filter(|(name, _)| is_energy(name) && name.ends_with("value"));
+        told.filter(|(name, _)| !name.contains("time")).collect::<Vec<_>>()
+    };
+    let (own, falling) = (energies(&own), energies(&falling));
+    assert!(own.len() >= 4, "{own:?}");
+    for ((name, a), (_, b)) in own.iter().zip(&falling) {
+        assert_at_most((b / a - 1.0).abs(), 1e-5, &format!("{name}: relative change by gravity on all"));
+    }
+}
+
+#[test]
 fn a_turned_scene_has_the_same_summary() {
     let R = Rotation3::from_axis_angle(&Unit::new_normalize(Vec3::new(1.0, -2.0, 0.7)), 1.234);
     let rows: Vec<Vec<f64>> = (0..3).map(|i| (0..3).map(|j| R[(i, j)]).collect()).collect();

@@ -107,6 +107,7 @@ fn a_coarse_slave_has_the_impulse_of_a_fine_one() {
         for (around, block) in [(6, [40, 40, 12]), (16, [16, 16, 6])] {
             let [of_ball, of_block] =
                 ["ball", "block"].map(|slave| impulse(discretisation, around, block, slave));
+            println!(
                 "{discretisation} {around} {block:?}: ball slave {of_ball:.4}, block slave {of_block:.4}"
             );
         }

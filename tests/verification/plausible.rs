@@ -169,6 +169,27 @@ fn the_44_mm_ball_has_no_peaks_where_its_laws_do_not_hold() {
     assert!(summary.law_ranges.iter().all(|law| law.stretch[1] < 5.0), "{:?}", summary.law_ranges);
 }
 
+/// Flat ends of rigid bodies pressed into gel, whose nodes they do not meet with their edges: the patch is their face.
+#[test]
+fn the_patch_of_a_flat_punch_is_its_face() {
+    let cylinder = json!({"kind": "cylinder", "radius_m": 0.01, "half_length_m": 0.01, "axis": [0, 0, 1]});
+    let cuboid = json!({"kind": "box", "half_extents_m": [0.01, 0.01, 0.01]});
+    for (shape, face) in [(&cylinder, std::f64::consts::PI * 100.0), (&cuboid, 400.0)] {
+        for (elements, least) in [(12, 0.6), (24, 0.8)] {
+            let mut scene = ball_on_gel([0.0, 0.0, -2.0], 1e-3);
+            scene["solver"] = json!({"error_bars": "none"});
+            scene["bodies"][0] = json!({
+                "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -2],
+                "rigid": {"shape": shape, "center_m": [0.0013, 0.0007, 0.0501], "mass_kg": 0.05}
+            });
+            scene["bodies"][1]["mesh"]["generator"]["elements"] = json!([elements, elements, elements / 2]);
+            let patch = summary(&scene, None).values().impacts[0].patch_area_mm2.value;
+            // The surface under it stretches and warps a little.
+            assert!(patch > least * face && patch < 1.03 * face, "{elements}: {patch} of {face} mm²");
+        }
+    }
+}
+
 /// A long block, hit at one end: its far elements are long, and each step carries something one of them further.
 #[test]
 fn stress_that_no_wave_can_have_brought_counts_nowhere() {

@@ -105,7 +105,7 @@ export class WhatIfAnswer {
       const numbers = this.#numbers.map(([key]) => (one.ending === "finished" ? words(one.numbers[key]) : ""));
       const depth = this.#numbers.findIndex(([key]) => key === "stress_depth_mm");
       if (one.reaches?.length && depth >= 0) numbers[depth] = `${numbers[depth]} (at least: reaches ${one.reaches.join(", ")})`;
-      if (one.ending !== "finished") numbers[0] = `${one.ending}: ${one.reason ?? ""}`;
+      if (one.ending !== "finished") numbers[0] = `${one.ending.replaceAll("_", " ")}: ${one.reason ?? ""}`;
       return [one.index === 0 ? "as it was" : one.name, ...values, ...numbers];
     });
     const caption = cases.length < this.#count ? `${cases.length} of ${this.#count} cases` : `${cases.length} cases; what differs from the base is bold`;

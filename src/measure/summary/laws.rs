@@ -106,7 +106,8 @@ pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = Str
         let (time, reach) = e.numerical_at;
         format!(
             "{} mm³ of tissue above {} kPa lie where no wave from the contact can have been at {} ({} mm from it): they are of the mesh, whose \
-             long elements carry something on in every step, and count nowhere. Grade the mesh less.",
+             long elements carry something on in every step, and count nowhere. Elements that are shorter along the surface around the contact make \
+             it less; more layers alone make it more.",
             number(1e9 * e.largest_numerical),
             number(1e-3 * e.threshold),
             seconds(time),

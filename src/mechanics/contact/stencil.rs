@@ -104,6 +104,16 @@ impl Stencil {
         self.range(self.len_of_slave()..usize::from(self.count))
     }
 
+    /// The nodes of one side with their weights without sign.
+    pub fn side(&self, is_master: bool) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
+        let (range, sign) = if is_master {
+            (self.len_of_slave()..usize::from(self.count), -1.0)
+        } else {
+            (0..self.len_of_slave(), 1.0)
+        };
+        self.range(range).map(move |(node, weight)| (node, sign * weight))
+    }
+
     /// `Σ w a` of a vector at each node.
     #[inline]
     pub fn difference(&self, a: &[Vec3]) -> Vec3 {

@@ -5,6 +5,7 @@
 //! meshes and rigid bodies alike, M stays diagonal, and one contact solver serves both: a contact at the point x of a rigid
 //! body has, in the direction n, the row `[n, Rᵀ((x − x_c) × n)]` of its two nodes.
 
+mod line;
 mod motion;
 mod shape;
 mod skin;

@@ -1,6 +1,6 @@
 //! Shapes of rigid bodies about their centre of mass: volume, inertia, signed distance, points that may touch a plane.
 
-use crate::mechanics::tensor::Vec3;
+use crate::mechanics::tensor::{Mat3, Vec3};
 use std::f64::consts::PI;
 
 /// A convex shape about its centre; lengths in metres.
@@ -86,6 +86,19 @@ impl Shape {
             Self::Box { half } => half.norm(),
             Self::Cylinder { radius, half_length } => radius.hypot(half_length),
             Self::Capsule { radius, half_length } => radius + half_length,
+        }
+    }
+
+    /// Half of the box around it, along the axes of space [m]; `axes` are those of the body, as columns.
+    pub fn half_extent(&self, axes: &Mat3) -> Vec3 {
+        // Of the axis of a cylinder, and of the circle about it.
+        let along = axes.column(1).abs();
+        let across = along.map(|cosine| (1.0 - cosine * cosine).max(0.0).sqrt());
+        match *self {
+            Self::Ball { radius } => Vec3::repeat(radius),
+            Self::Box { half } => axes.abs() * half,
+            Self::Cylinder { radius, half_length } => along * half_length + across * radius,
+            Self::Capsule { radius, half_length } => (along * half_length).add_scalar(radius),
         }
     }
 
@@ -243,6 +256,22 @@ mod tests {
                 let (left, _) = shape.eval_distance(&(p - n * d));
                 assert!(left.abs() < 1e-12, "{shape:?} {p}: {left}");
                 assert!(p.norm() - d <= shape.outer_radius() + 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_box_around_a_turned_shape_is_as_large_as_the_shape() {
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, -1.1, 2.3);
+        let axes = turn.to_rotation_matrix().into_inner();
+        for shape in SHAPES {
+            let half = shape.half_extent(&axes);
+            for axis in 0..3 {
+                // The lowest foot is the lowest point of the shape.
+                let down = turn.inverse_transform_vector(&Vec3::ith(axis, 1.0));
+                let feet = shape.feet(&down);
+                let farthest = feet.points().iter().map(|foot| down.dot(foot)).fold(0.0, f64::max);
+                assert!((half[axis] - farthest).abs() < 1e-12, "{shape:?}, axis {axis}");
             }
         }
     }

@@ -8,7 +8,8 @@ use super::{JobFailure, Phase, Progress};
 use crate::scene::{Loaded, Problem};
 use crate::service::meshes::MeshShelf;
 use crate::study::what_if::{
-    Answer, Cache, Partial, WhatIfDocument, WhatIfRequest, check as check_question, count, study_what_if,
+    Answer, Cache, CaseAnswer, Partial, WhatIfDocument, WhatIfRequest, check as check_question, count,
+    study_what_if,
 };
 use serde_json::Value;
 use std::path::Path;
@@ -135,7 +136,7 @@ fn ending(answer: &Answer) -> RunEnding {
     match answer.stopped {
         Some("deadline") => RunEnding::Failed(out_of_time()),
         Some(_) => RunEnding::Stopped,
-        None if answer.cases.iter().any(|case| case.ending == "finished") => RunEnding::Finished,
+        None if answer.cases.iter().any(CaseAnswer::has_finished) => RunEnding::Finished,
         None => RunEnding::Failed(nothing_finished()),
     }
 }

@@ -18,14 +18,14 @@ const MOST_ENTRIES: usize = 100_000;
 /// What one run said.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Numbers {
-    /// `finished`; `withheld` when a gate failed; `invalid` when the scene cannot run; else the cause of the failure.
+    /// As of [`CaseAnswer`](super::CaseAnswer).
     pub ending: String,
-    /// Why, when it did not finish.
+    /// Why it has no numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Steps.
     pub steps: u64,
-    /// The quantities of interest; empty when it did not finish.
+    /// The quantities of interest; empty when it did not finish, or nothing touched.
     pub values: BTreeMap<Quantity, f64>,
     /// Their errors, where they were estimated for this very run.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

@@ -6,6 +6,11 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
+/// Ending of a run that came to its end and has numbers.
+pub(super) const FINISHED: &str = "finished";
+/// Ending of a run that came to its end without contact: there was no impact that numbers could be of.
+pub(super) const NOTHING_TOUCHED: &str = "nothing_touched";
+
 /// One case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseAnswer {
@@ -19,9 +24,9 @@ pub struct CaseAnswer {
     pub parameters: BTreeMap<String, f64>,
     /// What it changes in the scene of the base: JSON pointers and new values, enough to run it by itself.
     pub edits: BTreeMap<String, Value>,
-    /// `finished`; `withheld` when a gate failed; `invalid` when the scene cannot run; else the cause of the failure.
+    /// `finished`; `nothing_touched` when it finished without contact; `withheld` when a gate failed; `invalid` when the scene cannot run; else the cause of the failure.
     pub ending: String,
-    /// Why, when it did not finish.
+    /// Why it has no numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Which ends of the tissue the significant stress reaches: its depth and volume are at least those.
@@ -29,7 +34,7 @@ pub struct CaseAnswer {
     pub reaches: Vec<String>,
     /// Steps.
     pub steps: u64,
-    /// The numbers, by their names with units; empty when it did not finish.
+    /// The numbers, by their names with units; empty when it did not finish, or nothing touched.
     pub numbers: BTreeMap<Quantity, Number>,
 }
 
@@ -45,6 +50,13 @@ pub struct Number {
     /// converges. Absent where the error is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<bool>,
+}
+
+impl CaseAnswer {
+    /// Whether the run came to its end, and its results may be shown: without contact it has none.
+    pub fn has_finished(&self) -> bool {
+        self.ending == FINISHED || self.ending == NOTHING_TOUCHED
+    }
 }
 
 impl Number {

@@ -5,6 +5,7 @@ use super::super::error_bars::error_bars;
 use super::super::single::{ending_name, is_stop, measures_of};
 use super::base_facts::BaseFacts;
 use super::cache::{Cache, Numbers, key};
+use super::case_answer::{FINISHED, NOTHING_TOUCHED};
 use super::cases::Case;
 use super::document::WhatIfDocument;
 use crate::measure::depth_profile::DepthProfile;
@@ -150,7 +151,7 @@ impl Runner<'_> {
         memory.0 = Some((plan, scene.clone()));
         let is_stopped = is_stop(&ending_name(&outcome.ending));
         let mut numbers = numbers(&outcome, &summary);
-        if numbers.ending == "finished" {
+        if numbers.ending == FINISHED {
             numbers.von_mises_below_pa = profile.peaks_from_each();
             numbers.von_mises_below_error_pa = errors_below(&numbers, &bars);
         }
@@ -185,14 +186,17 @@ fn errors_below(numbers: &Numbers, bars: &ErrorBars) -> Vec<Option<f64>> {
     numbers.von_mises_below_pa.iter().enumerate().map(error).collect()
 }
 
-/// What is kept of a run. A run that did not finish, or whose gates failed, gives no numbers.
+/// What is kept of a run. A run that did not finish, whose gates failed or in which nothing touched gives no numbers.
 fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     let (ending, reason) = match (&outcome.ending, &summary.results) {
         (Ending::Failed { failure }, _) => (ending_name(&outcome.ending), Some(failure.message.clone())),
         (Ending::Finished, Shown::Withheld { reason, .. }) => ("withheld".into(), Some(reason.clone())),
+        (Ending::Finished, Shown::Results(values)) if values.nothing_touched => {
+            (NOTHING_TOUCHED.into(), Some("there was no impact that numbers could be of".into()))
+        }
         (ending, _) => (ending_name(ending), None),
     };
-    let is_good = ending == "finished";
+    let is_good = ending == FINISHED;
     let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
     let all = || Quantity::ALL.into_iter().filter_map(of);
     let values = summary.values();

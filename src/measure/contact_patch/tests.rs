@@ -1,0 +1,127 @@
+//! Areas and axes of patches that are known.
+
+use super::*;
+use crate::mechanics::rigid::Pose;
+
+/// A flat 10 × 10 grid of unit squares, z = 0.
+fn grid() -> (Surface, impl Fn(u32) -> Vec3) {
+    let node = |i: u32, j: u32| j * 11 + i;
+    let faces = (0..10)
+        .flat_map(|j| (0..10).map(move |i| [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)]))
+        .collect();
+    (Surface { nodes: (0..121).collect(), faces }, |n| Vec3::new(f64::from(n % 11), f64::from(n / 11), 0.0))
+}
+
+#[test]
+fn tributary_areas_of_a_grid_sum_to_its_area() {
+    let (surface, position) = grid();
+    let mut geometry = PatchGeometry::of_slave(0, &surface, None);
+    geometry.evaluation = 1;
+    let mut area = |n| geometry.tributary_area(n, &-Vec3::z(), &position, &Limit::None)[1];
+    assert!(
+        (area(0) - 0.25).abs() < 1e-14 && (area(5) - 0.5).abs() < 1e-14 && (area(60) - 1.0).abs() < 1e-14
+    );
+    let total: f64 = (0..121).map(&mut area).sum();
+    assert!((total - 100.0).abs() < 1e-12, "{total}");
+}
+
+#[test]
+fn a_triangle_gives_a_third_to_each_corner() {
+    let surface = Surface { nodes: vec![0, 1, 2], faces: vec![[0, 1, 2, 2]] };
+    let position = |n: u32| [Vec3::zeros(), Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0)][n as usize];
+    let mut geometry = PatchGeometry::of_slave(0, &surface, None);
+    geometry.evaluation = 1;
+    for n in 0..3 {
+        assert!((geometry.tributary_area(n, &-Vec3::z(), &position, &Limit::None)[1] - 1.0).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn axes_of_a_uniform_ellipse_are_its_diameters() {
+    let (a, b, spacing) = (3.0, 1.5, 0.05);
+    let mut pressed = Vec::new();
+    for i in -80..=80 {
+        for j in -80..=80 {
+            let (x, y) = (f64::from(i) * spacing, f64::from(j) * spacing);
+            if (x / a).powi(2) + (y / b).powi(2) <= 1.0 {
+                let position = Vec3::new(x * 0.6 - y * 0.8, x * 0.8 + y * 0.6, 1.0);
+                pressed.push(Pressed {
+                    position,
+                    tributary: [spacing * spacing; 2],
+                    weight: 1.0,
+                    normal_force: 2.0,
+                });
+            }
+        }
+    }
+    let patch = patch_of(&pressed, spacing);
+    assert!((patch.axes[0] / (2.0 * a) - 1.0).abs() < 0.01 && (patch.axes[1] / (2.0 * b) - 1.0).abs() < 0.01);
+    assert!((patch.area / (std::f64::consts::PI * a * b) - 1.0).abs() < 0.01);
+    assert_eq!(patch.nodes_across, 61);
+    assert!((patch.peak_pressure - 2.0 / (spacing * spacing)).abs() < 1e-9);
+    assert!((patch.centre - Vec3::new(0.0, 0.0, 1.0)).norm() < 1e-12);
+}
+
+#[test]
+fn axes_of_a_ring_are_no_longer_than_it_is_wide() {
+    let pressed: Vec<Pressed> = (0..360)
+        .map(|i| {
+            let angle = f64::from(i).to_radians();
+            let position = Vec3::new(angle.cos(), angle.sin(), 0.0);
+            Pressed { position, tributary: [0.01; 2], weight: 1.0, normal_force: 1.0 }
+        })
+        .collect();
+    let patch = patch_of(&pressed, 0.02);
+    assert!(patch.axes.iter().all(|axis| (axis - 2.02).abs() < 1e-3), "{:?}", patch.axes);
+}
+
+#[test]
+fn a_contact_between_nodes_is_one_nodes_worth_and_what_is_not_covered_does_not_count() {
+    let (surface, position) = grid();
+    let mut geometry = PatchGeometry::of_slave(0, &surface, None);
+    let press = |geometry: &mut PatchGeometry, contacts: &[(u32, f64)], limit: &Limit| {
+        geometry.evaluation += 1;
+        geometry.pressed.clear();
+        for &(node, weight) in contacts {
+            geometry.press(node, &-Vec3::z(), (weight, 1.0), &position, limit);
+        }
+        geometry.pressed.iter().map(Pressed::area).sum::<f64>()
+    };
+    // In the middle of a face; at a node, and again beside it.
+    let middle = [48, 49, 59, 60].map(|node| (node, 0.25));
+    assert!((press(&mut geometry, &middle, &Limit::None) - 1.0).abs() < 1e-12);
+    assert!((press(&mut geometry, &[(60, 1.0), (60, 0.5), (61, 0.5)], &Limit::None) - 1.5).abs() < 1e-12);
+    // A box over 4.5 × 3 faces presses 5 × 4 nodes, and those beyond its edges.
+    let pose = Pose { centre: Vec3::new(4.25, 4.5, 1.0), orientation: nalgebra::UnitQuaternion::identity() };
+    let shape = Shape::Box { half: Vec3::new(2.25, 1.5, 1.0) };
+    let shadow = Shadow { shape, pose, normal: Vec3::z(), direction: Vec3::z() };
+    let under: Vec<(u32, f64)> = (1..8).flat_map(|i| (2..8).map(move |j| (j * 11 + i, 1.0))).collect();
+    assert!((press(&mut geometry, &under, &Limit::Shadow(shadow)) - 13.5).abs() < 1e-12);
+}
+
+#[test]
+fn one_node_has_no_extent() {
+    let patch = patch_of(
+        &[Pressed { position: Vec3::x(), tributary: [2.0; 2], weight: 1.0, normal_force: 1.0 }],
+        1.0,
+    );
+    assert_eq!((patch.axes, patch.nodes_across, patch.nodes), ([0.0, 0.0], 1, 1));
+}
+
+#[test]
+fn the_sides_of_a_flat_end_are_no_part_of_it() {
+    // The top of a cube and one of its sides, pressed at their edge in the direction between them.
+    let surface = Surface { nodes: (0..6).collect(), faces: vec![[0, 1, 2, 3], [1, 4, 5, 2]] };
+    let position = |n: u32| {
+        let [x, y, z] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, -1], [1, 1, -1]][n as usize];
+        Vec3::new(f64::from(x), f64::from(y), f64::from(z))
+    };
+    let mut geometry = PatchGeometry::of_master(0, &surface);
+    let oblique = Vec3::new(-1.0, 0.0, -1.0).normalize();
+    let mut area = |limit: &Limit| {
+        geometry.evaluation += 1;
+        geometry.tributary_area(1, &oblique, &position, limit)[0]
+    };
+    assert!((area(&Limit::None) - 0.5).abs() < 1e-12);
+    assert!((area(&Limit::Front(-Vec3::z())) - 0.25).abs() < 1e-12);
+}
