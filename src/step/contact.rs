@@ -1,9 +1,9 @@
 //! Contact inside a step: detection, the bi-potential law on the end-of-step gap, projection.
 
-use super::explicit::drift;
 use super::failure::FailureCause;
 use super::integrator::Phase;
 use super::ledger::stuck;
+use super::place::drift;
 use super::rigid::RigidStep;
 use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};

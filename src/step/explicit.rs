@@ -11,6 +11,7 @@
 //! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
 
 use super::contact::ContactStep;
+use super::erosion::{erode, follow};
 use super::failure::{
     Failure, FailureCause, Stop, check_block, fastest_stretched, lost_ellipticity, place_element,
 };
@@ -18,15 +19,15 @@ use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
 use super::motion::Motion;
+use super::place::place_skins;
 use super::rigid::{LARGEST_TURN, RigidStep};
 use super::run::Ask;
 use super::state::State;
-use crate::mechanics::contact::{Contact, RigidSides, Surface};
+use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::{Activity, ElementForces, SweepInput, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
-use crate::plan::{ContactPlan, Explicit, Plan};
-use std::sync::Arc;
+use crate::plan::{Explicit, Plan};
 
 /// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
 const LARGEST_GROWTH: f64 = 1.1;
@@ -126,7 +127,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
     /// run with the same bits.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
-        self.take_out_eroded(state);
+        follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
@@ -217,7 +218,7 @@ impl Stepper for ExplicitStepper<'_> {
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         if let Phase::Running = phase {
-            self.erode(state);
+            erode(self.plan, &mut self.forces, &self.threads, state);
         }
         state.last_step = self.step;
         state.time += self.step;
@@ -329,36 +330,6 @@ impl ExplicitStepper<'_> {
             }
         }
         Ok(stable)
-    }
-
-    /// Gives up the elements that the sweep at t_n has found beyond what their parts bear: from t_{n+1} on they are gone.
-    fn erode(&mut self, state: &mut State) {
-        let blocks = &self.plan.blocks;
-        if !self.plan.erodes() {
-            return;
-        }
-        let eroding = self.forces.find_eroding(&self.threads, blocks);
-        if eroding.is_empty() {
-            return;
-        }
-        let erosion = Arc::make_mut(&mut state.erosion);
-        for element in &eroding {
-            erosion.add(element, blocks);
-            state.ledger.eroded[element.body] += element.energy;
-        }
-        erosion.forget(blocks, &mut state.history);
-    }
-
-    /// Forces and contact follow the state.
-    fn take_out_eroded(&mut self, state: &State) {
-        let gone = state.erosion.elements().len();
-        if gone != self.gone {
-            self.gone = gone;
-            self.forces.take_out(&state.erosion);
-            if let Some(contact) = &mut self.contact {
-                contact.lay_bare(self.plan, &state.erosion);
-            }
-        }
     }
 
     /// After the first sweep, which covers everything, what is at rest sleeps until something reaches it.
@@ -498,27 +469,4 @@ impl ExplicitStepper<'_> {
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
         solved.map_err(|(cause, message)| Failure::new(state, cause, message))
     }
-}
-
-/// Absolute positions x_n [m] of the surfaces that may touch, those of the contact plan as they are, into `x`.
-pub(super) fn place_skins(
-    plan: &Plan,
-    surfaces: &[Surface],
-    (state, phase): (&State, Phase),
-    x: &mut [Vec3],
-) {
-    let bodies = plan.contact.iter().flat_map(|contact| &contact.surface_body);
-    for (surface, &body) in surfaces.iter().zip(bodies) {
-        let time = if phase.flies() { state.time } else { 0.0 };
-        let flight = plan.bodies[body].flight_velocity * time;
-        for node in surface.nodes.iter().map(|node| *node as usize) {
-            x[node] = plan.X[node] + flight + state.u[node];
-        }
-    }
-}
-
-/// The two bodies of a pair: the drift of a contact.
-pub(super) fn drift(plan: &Plan, contact: &ContactPlan, pair: usize) -> Vec3 {
-    let (slave, master) = contact.pair_bodies[pair];
-    plan.bodies[slave].flight_velocity - master.map_or(Vec3::zeros(), |b| plan.bodies[b].flight_velocity)
 }

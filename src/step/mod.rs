@@ -4,6 +4,7 @@
 //! internal forces and energies → step size → contact-free velocity → contact → ledger → recorders → new positions.
 
 mod contact;
+mod erosion;
 mod explicit;
 mod failure;
 mod frame;
@@ -13,6 +14,7 @@ mod integrator;
 mod ledger;
 mod loads;
 mod motion;
+mod place;
 mod rigid;
 mod run;
 mod state;

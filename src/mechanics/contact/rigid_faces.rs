@@ -19,7 +19,7 @@ use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 
 /// How deep a shape may lie in a face, in shares of the face's size at rest.
-pub(super) const ALLOWED: f64 = 0.005;
+pub(super) const ALLOWED: f64 = 0.0025;
 /// The same, at most, in shares of the shape's thickness.
 const MOST: f64 = 0.05;
 /// A foot deeper than this share of the face's size is not in that face.

@@ -30,12 +30,12 @@ mod newton;
 mod system;
 
 use super::contact::ContactStep;
-use super::explicit::place_skins;
 use super::failure::{Failure, FailureCause, Stop};
 use super::integrator::{Extremes, Phase, Stepper};
 use super::ledger::{Energy, Half, Ledger, StepWork};
 use super::loads;
 use super::motion::Motion;
+use super::place::place_skins;
 use super::rigid::RigidStep;
 use super::run::Ask;
 use super::state::{Held, State};

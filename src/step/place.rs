@@ -1,0 +1,30 @@
+//! Where the surfaces that may touch are.
+
+use super::integrator::Phase;
+use super::state::State;
+use crate::mechanics::contact::Surface;
+use crate::mechanics::tensor::Vec3;
+use crate::plan::{ContactPlan, Plan};
+
+/// Absolute positions x_n [m] of the surfaces that may touch, those of the contact plan as they are, into `x`.
+pub(super) fn place_skins(
+    plan: &Plan,
+    surfaces: &[Surface],
+    (state, phase): (&State, Phase),
+    x: &mut [Vec3],
+) {
+    let bodies = plan.contact.iter().flat_map(|contact| &contact.surface_body);
+    for (surface, &body) in surfaces.iter().zip(bodies) {
+        let time = if phase.flies() { state.time } else { 0.0 };
+        let flight = plan.bodies[body].flight_velocity * time;
+        for node in surface.nodes.iter().map(|node| *node as usize) {
+            x[node] = plan.X[node] + flight + state.u[node];
+        }
+    }
+}
+
+/// The two bodies of a pair: the drift of a contact.
+pub(super) fn drift(plan: &Plan, contact: &ContactPlan, pair: usize) -> Vec3 {
+    let (slave, master) = contact.pair_bodies[pair];
+    plan.bodies[slave].flight_velocity - master.map_or(Vec3::zeros(), |b| plan.bodies[b].flight_velocity)
+}
