@@ -179,7 +179,7 @@ pub(super) fn eval_within(
 
 /// Whether `s` is farther than `far` from the box around the corners, along any axis.
 #[inline]
-fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
+pub(super) fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
     let [a, b, c, d] = corners;
     (0..3).any(|i| {
         let low = a[i].min(b[i]).min(c[i].min(d[i]));

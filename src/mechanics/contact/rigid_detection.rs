@@ -14,12 +14,14 @@
 use super::closest_point::Patch;
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
-use super::rigid_faces::touches_of;
+use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
+use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
+use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::first_meeting;
 use super::{Contact, ContactPair, Kind, Master, Surface};
-use crate::mechanics::rigid::{Pose, RigidBody};
+use crate::mechanics::rigid::{Pose, RigidBody, Shape};
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::shape::SharedShape;
 
@@ -60,11 +62,11 @@ enum Side {
 /// The skin of a mesh.
 #[derive(Clone, Debug)]
 struct MeshSide {
-    surface: Surface,
+    skin: Skin,
     /// Mean size of the faces at rest [m].
     size: f64,
-    /// That of each, and which of its edges are looked at with it: each edge once.
-    faces: Vec<(f64, [bool; 4])>,
+    /// Which edges of each face are looked at with it: each edge once.
+    owns: Vec<[bool; 4]>,
 }
 
 /// Finds the contacts of the pairs with a rigid side.
@@ -75,6 +77,8 @@ pub struct RigidDetector {
     pairs: Vec<(u32, Side, Side)>,
     manifolds: ManifoldFinder,
     touches: Vec<Touch>,
+    /// Faces near the body of a pair.
+    near: Vec<u32>,
 }
 
 impl RigidDetector {
@@ -98,7 +102,9 @@ impl RigidDetector {
             };
             Some((index as u32, slave(pair), master))
         };
+        let faces = surfaces.iter().map(|surface| surface.faces.len()).max().unwrap_or(0);
         Self {
+            near: Vec::with_capacity(faces),
             bodies: bodies.to_vec(),
             shapes: bodies.iter().map(|body| parry_shape(&body.shape)).collect(),
             pairs: pairs.iter().enumerate().skip(first).filter_map(of_pair).collect(),
@@ -137,17 +143,21 @@ impl RigidDetector {
         if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
             return Err(DetectionError::BodyNotFinite { body: body % self.bodies.len() });
         }
-        let Self { bodies, shapes, pairs, manifolds, touches } = self;
+        let Self { bodies, shapes, pairs, manifolds, touches, near: near_faces } = self;
         for (index, slave, master) in pairs.iter() {
             let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
             match (slave, master) {
-                (Side::Mesh(MeshSide { surface, size, faces }), Side::Body(body)) => {
+                (Side::Mesh(MeshSide { skin, size, owns }), Side::Body(body)) => {
                     let near = reach(*size);
-                    let nodes = surface.nodes.iter();
+                    let nodes = skin.nodes.iter();
                     contacts.extend(nodes.filter_map(|&node| finder.node_on_body(node, near, *body)));
-                    for (index, (face, at_rest)) in surface.faces.iter().zip(faces).enumerate() {
-                        finder.face_on_body((index as u32, face), at_rest, *body, contacts);
+                    near_faces.clear();
+                    for (index, owns) in owns.iter().enumerate() {
+                        if finder.face_on_body((skin, index), *owns, *body, contacts) {
+                            near_faces.push(index as u32);
+                        }
                     }
+                    finder.corners_in_creases(skin, near_faces, *body, contacts);
                 }
                 (Side::Body(body), Side::Plane(point, frame)) => {
                     finder.body_on_plane(*body, point, frame, contacts);
@@ -198,16 +208,17 @@ impl Finder<'_> {
         (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
     }
 
-    /// A face between its nodes: its number and nodes, its size at rest and the edges that are looked at with it.
+    /// A face between its nodes, with the edges that are looked at with it; whether it is near the body.
     fn face_on_body(
         &self,
-        (index, face): (u32, &[u32; 4]),
-        &(size, owns): &(f64, [bool; 4]),
+        (skin, index): (&Skin, usize),
+        owns: [bool; 4],
         body: usize,
         contacts: &mut Vec<Contact>,
-    ) {
+    ) -> bool {
+        let (face, size) = (&skin.faces[index], skin.sizes[index]);
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
-        let RigidBody { shape, centre, .. } = &self.bodies[body];
+        let shape = &self.bodies[body].shape;
         // Most faces are far away for the whole step.
         let from = face.map(|node| self.motion.x[node as usize] - start.centre);
         let to = face.map(|node| self.motion.x_end[node as usize] - end.centre);
@@ -216,22 +227,60 @@ impl Finder<'_> {
         let moved =
             from.iter().zip(&to).map(|(x, x_end)| (x_end - x).norm_squared()).fold(0.0, f64::max).sqrt();
         if middle.norm() - around - moved > shape.outer_radius() {
-            return;
+            return false;
         }
         let patch = |pose: &Pose, x: [Vec3; 4]| Patch {
             corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
             triangle: face[2] == face[3],
         };
         touches_of(shape, size, [&patch(start, from), &patch(end, to)], owns, |touch| {
-            let of_face = || face.iter().copied().zip(touch.weights);
-            let heaviest =
-                of_face().fold((face[0], 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
-            let Some(stencil) = Stencil::new(of_face(), [(*centre, 1.0)]) else { return };
             let then = start.orientation.slerp(&end.orientation, touch.share);
-            let point = start.place(&touch.point);
-            let contact = self.contact(heaviest.0, Some(body), &(then * touch.normal), touch.gap, point);
-            contacts.push(Contact { kind: Kind::Fixed, face: index, stencil, ..contact });
+            let place = (touch.weights, start.place(&touch.point));
+            contacts.extend(self.fixed((index as u32, face), place, &(then * touch.normal), touch.gap, body));
         });
+        true
+    }
+
+    /// Corners of the body inside the mesh that are nearest to an edge or a node of it, at the start of the step: in a crease the faces
+    /// rise from there, and none of them has the corner straight below it.
+    fn corners_in_creases(&self, skin: &Skin, faces: &[u32], body: usize, contacts: &mut Vec<Contact>) {
+        let shape @ Shape::Box { .. } = &self.bodies[body].shape else { return };
+        for corner in shape.feet(&Vec3::zeros()).points() {
+            let place = self.motion.poses[body].place(corner);
+            let mut nearest: Option<Proximity> = None;
+            for &face in faces {
+                let limit = nearest.map_or(reach(skin.largest_size), |p| p.distance);
+                let corners = skin.faces[face as usize].map(|node| self.motion.x[node as usize]);
+                if is_outside_box(&corners, &place, limit) {
+                    continue;
+                }
+                let found = eval_proximity_within(skin, face, &place, self.motion.x, limit);
+                nearest = found.filter(|p| nearest.is_none_or(|n| p.distance < n.distance)).or(nearest);
+            }
+            if let Some(p) = nearest.filter(|p| p.beyond && p.gap < 0.0) {
+                let face = &skin.faces[p.face as usize];
+                let gap = p.gap + allowed(shape, skin.sizes[p.face as usize]);
+                let on_face = (p.weights, place - p.normal * p.gap);
+                contacts.extend(self.fixed((p.face, face), on_face, &-p.normal, gap, body));
+            }
+        }
+    }
+
+    /// The contact of a place on a face, by its shape functions and where it is [m].
+    fn fixed(
+        &self,
+        (index, face): (u32, &[u32; 4]),
+        (weights, point): ([f64; 4], Vec3),
+        normal: &Vec3,
+        gap: f64,
+        body: usize,
+    ) -> Option<Contact> {
+        let of_face = || face.iter().copied().zip(weights);
+        let heaviest =
+            of_face().fold((face[0], 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
+        let stencil = Stencil::new(of_face(), [(self.bodies[body].centre, 1.0)])?;
+        let contact = self.contact(heaviest.0, Some(body), normal, gap, point);
+        Some(Contact { kind: Kind::Fixed, face: index, stencil, ..contact })
     }
 
     fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
@@ -330,23 +379,22 @@ fn rotation(start: &Pose, end: &Pose) -> Vec3 {
 impl MeshSide {
     /// At the places `x` [m].
     fn new(surface: &Surface, x: &[Vec3]) -> Self {
-        let sizes = surface.faces.iter().map(|face| Patch::new(face, x).area().sqrt());
-        let mut faces: Vec<(f64, [bool; 4])> = sizes.map(|size| (size, [false; 4])).collect();
-        let size = faces.iter().map(|face| face.0).sum::<f64>() / faces.len().max(1) as f64;
+        let mut owns = vec![[false; 4]; surface.faces.len()];
         let edge = |(face, k): (usize, usize)| {
             let corners = &surface.faces[face];
             let count = if corners[2] == corners[3] { 3 } else { 4 };
             let (a, b) = (corners[k % count], corners[(k + 1) % count]);
             ([a.min(b), a.max(b)], face, k)
         };
-        let places = (0..faces.len()).flat_map(|face| (0..4).map(move |k| (face, k)));
+        let places = (0..surface.faces.len()).flat_map(|face| (0..4).map(move |k| (face, k)));
         let mut edges: Vec<([u32; 2], usize, usize)> = places.map(edge).collect();
         edges.sort_unstable();
         edges.dedup_by_key(|edge| edge.0);
         for (_, face, k) in edges {
-            faces[face].1[k] = true;
+            owns[face][k] = true;
         }
-        Self { surface: surface.clone(), size, faces }
+        let skin = Skin::new(surface, x);
+        Self { size: skin.mean_size(), skin, owns }
     }
 }
 

@@ -8,6 +8,7 @@
 //! - *Edges* of the face between their ends, where the distance to the shape is least: the distance of a convex shape is convex along a
 //!   straight edge. It is taken to a *core*, smaller than the shape by twice what is allowed, so that the normal is unique at edges
 //!   and corners of the shape, too. Where the shape lies flat on an edge both ends of that stretch are held.
+//! - Corners of a box below an *edge or node* of the mesh from which the faces rise are for the detection over the whole skin.
 //! - The *bulge* of a warped face, where its inside is nearer to the core than its edges.
 //!
 //! A face that moves far within a step is followed along its way by steps of its distance, as nodes are: nothing tunnels.
@@ -53,6 +54,11 @@ pub(super) struct FaceTouch {
     pub gap: f64,
     /// Place on the face at the start of the step, or at that share where it moves far [m].
     pub point: Vec3,
+}
+
+/// How deep a shape may lie in a face of a size at rest [m].
+pub(super) fn allowed(shape: &Shape, size: f64) -> f64 {
+    (ALLOWED * size).min(MOST * shape.size())
 }
 
 /// Calls `take` with the places at which a face of a size at rest [m] comes too near to a shape while it moves from `start` to
@@ -132,7 +138,7 @@ struct Place {
 
 impl Obstacle {
     fn new(shape: &Shape, size: f64) -> Self {
-        let allowed = (ALLOWED * size).min(MOST * shape.size());
+        let allowed = allowed(shape, size);
         let less = 2.0 * allowed;
         let flat = |core: Shape| ((core, allowed), (*shape, 0.0));
         let round = |axis: Shape, radius: f64| ((axis, radius - allowed), (axis, radius));
