@@ -19,6 +19,8 @@ const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]
 
 /// Places along each side of a face at which it is asked whether a shadow covers it.
 const SAMPLES: usize = 8;
+/// So many times more where the shape is smaller than the face.
+const FINEST: f64 = 8.0;
 
 /// What a rigid body covers for who looks along the normal of the contact.
 #[derive(Clone, Copy, Debug)]
@@ -73,9 +75,13 @@ impl FaceShape {
         if x.iter().all(|x| shadow.covers(x)) {
             return self;
         }
-        let at = |i: usize| (2 * i + 1) as f64 / SAMPLES as f64 - 1.0;
-        let places = (0..SAMPLES * SAMPLES).map(|i| [at(i % SAMPLES), at(i / SAMPLES)]);
-        let weight = 4.0 / (SAMPLES * SAMPLES) as f64;
+        // A shape much smaller than the face must not lie between the places.
+        let finer = (self.whole().sqrt() / shadow.shape.size()).ceil().clamp(1.0, FINEST);
+        #[allow(clippy::cast_sign_loss)] // at least 1
+        let samples = SAMPLES * finer as usize;
+        let at = |i: usize| (2 * i + 1) as f64 / samples as f64 - 1.0;
+        let places = (0..samples * samples).map(|i| [at(i % samples), at(i / samples)]);
+        let weight = 4.0 / (samples * samples) as f64;
         let mut shares = shares_of(&x, places, |place, dA| {
             if shadow.covers(place) { weight * shadow.normal.dot(dA).abs() } else { 0.0 }
         });

@@ -1,14 +1,22 @@
 //! Elements that are given up on the way, see [`Erosion`](crate::mechanics::force::Erosion).
 
 use super::contact::ContactStep;
+use super::ledger::Ledger;
 use super::state::State;
-use crate::mechanics::force::{ElementForces, Threads};
+use crate::mechanics::force::{ElementForces, SweepInput, Threads};
+use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
 
-/// Gives up the elements that the sweep at t_n has found beyond what their parts bear: from t_{n+1} on they are gone. `state` has the
-/// history of that sweep.
-pub(super) fn erode(plan: &Plan, forces: &mut ElementForces, threads: &Threads, state: &mut State) {
+/// Gives up the elements that the sweep at t_n has found beyond what their parts bear, before the step `h` [s] to t_{n+1} with the
+/// velocities `v_after` [m/s], nodes × 3. They still pushed in that step, by their forces at t_n alone: so what goes with them is their
+/// strain energy at t_n and the work `½ h fᵀ v₊` of these. What was in branches of Prony series no longer counts as relaxed later.
+pub(super) fn erode(
+    plan: &Plan,
+    (forces, threads): (&mut ElementForces, &Threads),
+    (state, ledger): (&mut State, &mut Ledger),
+    (h, v_after): (f64, &[Vec3]),
+) {
     if !plan.erodes() {
         return;
     }
@@ -16,12 +24,34 @@ pub(super) fn erode(plan: &Plan, forces: &mut ElementForces, threads: &Threads, 
     if eroding.is_empty() {
         return;
     }
+    let corners = |element: u32| {
+        let body = &plan.bodies[plan.body_of_element(element)];
+        body.hexes[(element - body.elements.start) as usize]
+    };
+    let mut nodes: Vec<u32> = eroding.iter().flat_map(|eroding| corners(eroding.element)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let power = |forces: &ElementForces, node: u32| {
+        forces.at_node(&plan.assembly, node as usize).dot(&v_after[node as usize])
+    };
+    let before: Vec<f64> = nodes.iter().map(|node| power(forces, *node)).collect();
+
     let erosion = Arc::make_mut(&mut state.erosion);
     for element in &eroding {
         erosion.add(element, &plan.blocks);
-        state.ledger.eroded[element.body] += element.energy;
+        ledger.eroded[element.body] += element.energy;
+        ledger.viscous[element.body] -= element.in_branches;
     }
+    // Again without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);
+    forces.take_out(erosion);
+    let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
+    let input = SweepInput { u: &state.u, inverse_step, history: &state.history };
+    forces.sweep(threads, &plan.blocks, &input);
+    forces.add_viscous(threads, &plan.blocks, &input, &state.v);
+    for (node, before) in nodes.into_iter().zip(before) {
+        ledger.eroded[plan.body_of_node(node)] += 0.5 * h * (before - power(forces, node));
+    }
 }
 
 /// Has forces and contact follow the state; `gone` is how many elements they know to be gone.

@@ -201,6 +201,10 @@ impl Stepper for ExplicitStepper<'_> {
 
     /// Moves to t_{n+1}, and projects what linearisation left inside back out.
     fn advance(&mut self, state: &mut State, phase: Phase) {
+        if let Phase::Running = phase {
+            let forces = (&mut self.forces, &self.threads);
+            erode(self.plan, forces, (state, &mut self.ledger), (self.step, &self.v_after));
+        }
         let (h, activity) = (self.step, &self.activity);
         let arrays = (&mut state.u[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, u, v_after| {
@@ -216,9 +220,6 @@ impl Stepper for ExplicitStepper<'_> {
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
-        }
-        if let Phase::Running = phase {
-            erode(self.plan, &mut self.forces, &self.threads, state);
         }
         state.last_step = self.step;
         state.time += self.step;

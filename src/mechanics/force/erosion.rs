@@ -33,6 +33,8 @@ pub struct Eroding {
     pub body: usize,
     /// Strain energy that goes with it, that in branches of Prony series included [J].
     pub energy: f64,
+    /// What of it is in branches of Prony series [J].
+    pub in_branches: f64,
     chunk: usize,
     batch: usize,
     lane: usize,
@@ -120,6 +122,7 @@ impl ElementForces {
                     element: block.elements[first + lane],
                     body: block.body,
                     energy: totals.strain.0[lane] + totals.branches.0[lane],
+                    in_branches: totals.branches.0[lane],
                     chunk: number,
                     batch,
                     lane,

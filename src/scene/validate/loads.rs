@@ -31,6 +31,18 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         for (k, prescribed) in body.prescribed.iter().enumerate() {
             check_prescribed(document, body, prescribed, (&here, k), out);
         }
+        out.require(
+            body.face_loads.is_empty() || body.parts.iter().all(|part| part.erosion.is_none()),
+            || {
+                Problem::error(
+                    "face_loads_with_erosion",
+                    &here.key("face_loads"),
+                    "a load would stay on faces whose elements are given up",
+                )
+                .limit("no face loads on a body with parts that erode")
+                .remedy("leave out the loads or the erosion")
+            },
+        );
         for (k, load) in body.face_loads.iter().enumerate() {
             let (member, loads) = match load {
                 FaceLoadDocument::Pressure { pressure_pa, .. } => ("pressure_pa", vec![*pressure_pa]),
