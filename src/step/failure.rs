@@ -127,8 +127,8 @@ impl FailureCause {
                  apart; if friction wedges them, lower it."
             }
             Self::NewtonNotConverged => {
-                "Lower `integrator.step_s` (a fifth is a good trial), raise `integrator.theta` to 0.6, or refine the mesh at the \
-                 named place; a scene of shocks and waves belongs to the explicit integrator."
+                "Lower `integrator.step_s` (a fifth is a good trial), of an implicit run raise its `theta` to 0.6, or refine the mesh \
+                 where it deforms most; a scene of shocks and waves belongs to the explicit integrator."
             }
             Self::NothingHolds => {
                 "Hold some of its nodes, give the contact friction or the body another that stops it, or step explicitly or implicitly: \

@@ -66,7 +66,9 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     let before = forces.totals(0).strain;
 
     let mut erosion = Erosion::default();
-    found.iter().for_each(|element| erosion.add(element, &blocks));
+    for element in &found {
+        erosion.add(element, &blocks);
+    }
     assert!(erosion.elements() == [101, 106, 109] && erosion.contains(106) && !erosion.contains(102));
     forces.take_out(&erosion);
     forces.sweep(&Threads::ONE, &blocks, &input);
@@ -103,7 +105,9 @@ fn history_of_what_is_gone_is_forgotten() {
     let mut forces = ElementForces::new(&blocks);
     forces.sweep(&Threads::ONE, &blocks, &SweepInput { u: &u, inverse_step: 0.0, history: &[] });
     let mut erosion = Erosion::default();
-    forces.find_eroding(&Threads::ONE, &blocks).iter().for_each(|element| erosion.add(element, &blocks));
+    for element in &forces.find_eroding(&Threads::ONE, &blocks) {
+        erosion.add(element, &blocks);
+    }
     let mut history = ElementForces::no_history(&blocks);
     forces.copy_history(&mut history);
     erosion.forget(&blocks, &mut history);
