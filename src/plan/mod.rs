@@ -35,7 +35,8 @@ pub use statics::{Statics, Unheld};
 use crate::mechanics::contact::rigid_detection::MOST_POINTS;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
-use crate::mechanics::force::{ElementBlock, Erosion};
+use crate::mechanics::force::{ElementBlock, ElementForces, Erosion};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
@@ -379,6 +380,10 @@ impl Plan {
     /// Whether stresses relax.
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| !block.parameters.prony.is_none())
+    }
+    /// Room for the history that recorders see, chunk by chunk; none where nothing relaxes.
+    pub fn room_for_history(&self) -> Vec<Vec<Row>> {
+        if self.has_memory() { ElementForces::no_history(&self.blocks) } else { Vec::new() }
     }
     /// Whether elements may be given up.
     pub fn erodes(&self) -> bool {

@@ -3,7 +3,7 @@
 use super::contact::ContactStep;
 use super::ledger::Ledger;
 use super::state::State;
-use crate::mechanics::force::{ElementForces, SweepInput, Threads};
+use crate::mechanics::force::{ElementForces, Threads};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
@@ -45,8 +45,7 @@ pub(super) fn erode(
     // Again without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);
     forces.take_out(erosion);
-    let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
-    let input = SweepInput { u: &state.u, inverse_step, history: &state.history };
+    let input = state.sweep_input();
     forces.sweep(threads, &plan.blocks, &input);
     forces.add_viscous(threads, &plan.blocks, &input, &state.v);
     for (node, before) in nodes.into_iter().zip(before) {

@@ -24,7 +24,7 @@ use super::rigid::{LARGEST_TURN, RigidStep};
 use super::run::Ask;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::{Activity, ElementForces, SweepInput, Threads};
+use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
@@ -102,7 +102,7 @@ impl<'p> ExplicitStepper<'p> {
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: vec![0.0; plan.bodies.len()],
-            history: if plan.has_memory() { ElementForces::no_history(&plan.blocks) } else { Vec::new() },
+            history: plan.room_for_history(),
             viscous: vec![0.0; plan.bodies.len()],
             ledger: Ledger::new(plan),
             energy: Energy::with_capacity(plan),
@@ -311,8 +311,7 @@ impl ExplicitStepper<'_> {
         self.hourglass.fill(0.0);
         self.branches.fill(0.0);
         self.viscous.fill(0.0);
-        let inverse_step = if state.last_step > 0.0 { 1.0 / state.last_step } else { 0.0 };
-        let input = SweepInput { u: &state.u, inverse_step, history: &state.history };
+        let input = state.sweep_input();
         self.forces.sweep(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
         self.swept = self.forces.awake_elements(&self.plan.blocks) as u64;

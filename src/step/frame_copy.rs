@@ -3,7 +3,7 @@
 use super::frame::Frame;
 use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{ElementForces, Erosion};
+use crate::mechanics::force::Erosion;
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
@@ -122,7 +122,7 @@ impl FieldCopy {
     pub fn new(plan: &Plan) -> Self {
         let room = |count| Vec::with_capacity(count);
         let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
-        let history = if plan.has_memory() { ElementForces::no_history(&plan.blocks) } else { Vec::new() };
+        let history = plan.room_for_history();
         Self { u: room(plan.node_count()), v: room(velocities), v_after: room(velocities), history }
     }
 

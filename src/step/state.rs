@@ -3,7 +3,7 @@
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{ElementForces, Erosion};
+use crate::mechanics::force::{ElementForces, Erosion, SweepInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
@@ -105,6 +105,12 @@ impl State {
             ledger: Ledger::new(plan),
             implicit: ImplicitMemory::default(),
         }
+    }
+
+    /// What a sweep at t_n reads of it.
+    pub(super) fn sweep_input(&self) -> SweepInput<'_> {
+        let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
+        SweepInput { u: &self.u, inverse_step, history: &self.history }
     }
 
     /// Position x of a node [m].
