@@ -14,7 +14,7 @@ pub use super::material_document::{
 };
 pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument, Region};
 pub use super::mesh_document::{
-    Count, Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
+    Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
 };
 pub use super::rigid_document::{RigidDocument, ShapeDocument};

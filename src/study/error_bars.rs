@@ -70,8 +70,8 @@ fn coarsening(document: &SceneDocument) -> f64 {
     let mut least = REFINEMENT;
     for body in &mut document.bodies {
         if let Some(MeshDocument::Generator(generator)) = &mut body.mesh {
-            for count in generator.counts_mut().iter().filter(|count| *count.elements > 1) {
-                let elements = *count.elements;
+            for elements in generator.counts_mut().into_iter().map(|count| *count).filter(|count| *count > 1)
+            {
                 least = least.min(f64::from(elements) / f64::from(elements.div_ceil(2)));
             }
         }

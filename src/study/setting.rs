@@ -1,8 +1,7 @@
 //! A setting of the numerics: what a study changes in a scene without changing its question.
 
 use crate::scene::document::{
-    ContactSolver, Count, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument,
-    SceneDocument,
+    ContactSolver, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
 };
 use serde::Serialize;
 
@@ -137,30 +136,16 @@ fn change_mesh(mesh: &mut MeshDocument, level: i32) -> Option<()> {
 }
 
 /// Doubles or halves the numbers of elements; where a number is odd, or one, a half is rounded up. `None` when nothing would
-/// change.
+/// change. Gradings stay: their size fields are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
 fn change_counts(generator: &mut Generator, level: i32) -> Option<()> {
     let factor = 2_u32.checked_pow(level.unsigned_abs())?;
     let mut has_changed = level == 0;
-    for Count { elements, grading, series } in generator.counts_mut() {
+    for elements in generator.counts_mut() {
         let before = *elements;
         *elements = if level < 0 { before.div_ceil(factor) } else { before.checked_mul(factor)? };
         has_changed |= *elements != before;
-        if let Some(grading) = grading {
-            *grading = nested_grading(*grading, before.div_ceil(series), elements.div_ceil(series));
-        }
     }
     has_changed.then_some(())
-}
-
-/// The grading of `after` elements in a geometric series whose cuts are among those of `before` elements, or hold them.
-///
-/// n elements of ratio G grow by q = G^(1/(n−1)) from one to the next; two of them merged grow by q².
-fn nested_grading(grading: f64, before: u32, after: u32) -> f64 {
-    if before < 2 || after == before {
-        return grading;
-    }
-    let growth = grading.ln() / f64::from(before - 1) * f64::from(before) / f64::from(after);
-    (growth * f64::from(after - 1)).exp()
 }
 
 #[cfg(test)]
@@ -176,13 +161,5 @@ mod tests {
         );
         assert_eq!(setting.name_with_mean_step(0.26), "mesh 0, implicit steps of 5.0e-1 s");
         assert_eq!(Setting::OWN.name_with_mean_step(1e-9), "mesh 0");
-    }
-
-    #[test]
-    fn gradings_are_those_of_merged_elements() {
-        // 1, 2, 4, 8 → 3, 12
-        assert!((nested_grading(8.0, 4, 2) - 4.0).abs() < 1e-12);
-        assert!((nested_grading(4.0, 2, 4) - 8.0).abs() < 1e-12);
-        assert!((nested_grading(5.0, 1, 2) - 5.0).abs() < 1e-12);
     }
 }

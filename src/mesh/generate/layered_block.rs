@@ -1,7 +1,7 @@
 //! A block of layers: skin, fat, muscle and what lies below, one part each.
 
 use super::block::{Block, Cuts};
-use super::grading::subdivided;
+use super::grading::{Grading, subdivided};
 use super::parameters::{Checks, refuse};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
@@ -30,6 +30,8 @@ pub struct LayeredBlock {
     pub elements: [u32; 2],
     /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
     pub grading: [f64; 2],
+    /// Distance from the middle along x and y within which the elements are the smallest [m].
+    pub uniform_within_m: f64,
 }
 
 impl LayeredBlock {
@@ -42,6 +44,7 @@ impl LayeredBlock {
             checks.count(&format!("elements[{axis}]"), self.elements[axis], 1);
             checks.grading(&format!("grading[{axis}]"), self.grading[axis]);
         }
+        checks.distance("uniform_within_m", self.uniform_within_m);
         let count = self.layers.len();
         checks.require(
             count > 0,
@@ -102,7 +105,7 @@ impl LayeredBlock {
         let along = |axis: usize| Cuts::Towards {
             count: self.elements[axis],
             position_m: self.top_center[axis],
-            ratio: self.grading[axis],
+            grading: Grading { ratio: self.grading[axis], uniform_within: self.uniform_within_m },
         };
         let block = Block {
             min_corner_m: Vec3::new(self.top_center.x - half.x, self.top_center.y - half.y, bottom),
@@ -134,6 +137,7 @@ mod tests {
             ],
             elements: [4, 3],
             grading: [3.0, 1.0],
+            uniform_within_m: 0.0,
         }
     }
 

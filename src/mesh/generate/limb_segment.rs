@@ -1,7 +1,7 @@
 //! A segment of a limb: muscle around a bone hole, under fat and skin.
 
 use super::ellipse::Ellipse;
-use super::grading::graded;
+use super::grading::{Grading, graded};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
@@ -60,6 +60,8 @@ pub struct LimbSegment {
     pub grading_along: f64,
     /// Innermost over outermost layer of the muscle [-].
     pub grading_muscle: f64,
+    /// Distance from the impact along the surface within which elements are the smallest [m].
+    pub uniform_within_m: f64,
 }
 
 impl Default for LimbSegment {
@@ -85,6 +87,7 @@ impl Default for LimbSegment {
             grading_around: 12.0,
             grading_along: 8.0,
             grading_muscle: 4.0,
+            uniform_within_m: 0.0,
         }
     }
 }
@@ -113,6 +116,7 @@ impl LimbSegment {
         checks.grading("grading_around", self.grading_around);
         checks.grading("grading_along", self.grading_along);
         checks.grading("grading_muscle", self.grading_muscle);
+        checks.distance("uniform_within_m", self.uniform_within_m);
         checks.budget(self.element_count());
         for (i, offset) in self.bone_offset_m.into_iter().enumerate() {
             let remedy = "give a distance in metres";
@@ -216,7 +220,8 @@ impl LimbSegment {
         refuse("limb_segment", self.problems())?;
         let section: Vec<Vec<Vector2<f64>>> = self.stations().iter().map(|&tau| self.column(tau)).collect();
         let half = self.length_m / 2.0;
-        let sections = graded(-half, half, self.impact_along_m, self.grading_along, self.elements_along);
+        let along = Grading { ratio: self.grading_along, uniform_within: self.uniform_within_m };
+        let sections = graded(-half, half, self.impact_along_m, along, self.elements_along);
         let layers = self.muscle_elements + self.fat_elements + self.skin_elements;
         let around = self.elements_around;
 
@@ -262,7 +267,10 @@ impl LimbSegment {
     /// sense of e2.
     fn stations(&self) -> Vec<f64> {
         let impact = self.outer().parameter_at(self.impact_angle_deg.to_radians());
-        let mut turns = graded(-PI, PI, 0.0, self.grading_around, self.elements_around);
+        // A distance along the surface, as a turn at the impact.
+        let uniform_within = self.uniform_within_m / self.outer().speed(impact);
+        let grading = Grading { ratio: self.grading_around, uniform_within };
+        let mut turns = graded(-PI, PI, 0.0, grading, self.elements_around);
         turns.pop();
         turns.iter().map(|turn| impact - turn).collect()
     }
@@ -299,7 +307,7 @@ impl LimbSegment {
         let (bone, muscle) = (self.bone_surface(tau), self.muscle_outer(tau));
         let (skin, normal) = (self.outer().point(tau), self.outer().normal(tau));
         let under_skin = skin - normal * self.skin_thickness_m;
-        let fractions = graded(0.0, 1.0, 1.0, self.grading_muscle, self.muscle_elements);
+        let fractions = graded(0.0, 1.0, 1.0, Grading::from_point(self.grading_muscle), self.muscle_elements);
         let mut column: Vec<_> = fractions.iter().map(|f| bone.lerp(&muscle, *f)).collect();
         let even = |from: Vector2<f64>, to: Vector2<f64>, count: u32| {
             (1..=count).map(move |i| from.lerp(&to, f64::from(i) / f64::from(count)))

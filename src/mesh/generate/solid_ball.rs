@@ -1,7 +1,7 @@
 //! A solid ball: a core of cubes blended into a cubed sphere.
 
 use super::cubed_sphere::{CubeSurface, equiangular};
-use super::grading::graded;
+use super::grading::{Grading, graded};
 use super::o_grid::{core_fraction, core_point, ring_point};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
@@ -128,7 +128,8 @@ impl SolidBall {
     fn lattice(&self) -> impl Fn([u32; 3]) -> Vec3 + use<> {
         let (n, grading) = (self.elements_around, self.grading);
         let spread = |s: f64| if s.abs() >= 1.0 { s.signum() } else { (FRAC_PI_4 * s).tan() };
-        let line: Vec<f64> = graded(-1.0, 1.0, 0.0, grading, n).into_iter().map(spread).collect();
+        let line: Vec<f64> =
+            graded(-1.0, 1.0, 0.0, Grading::from_point(grading), n).into_iter().map(spread).collect();
         move |point| {
             let even = equiangular(point, n);
             if grading > 1.0 {

@@ -3,6 +3,7 @@
 
 use super::block::{Block, Cuts};
 use super::cylinder::Cylinder;
+use super::grading::Grading;
 use super::hollow_ball::HollowBall;
 use super::limb_segment::LimbSegment;
 use super::solid_ball::SolidBall;
@@ -139,7 +140,7 @@ fn block_grades_towards_a_point_and_keeps_listed_cuts() {
         min_corner_m: Vec3::new(-0.05, -0.05, 0.0),
         max_corner_m: Vec3::new(0.05, 0.05, 0.05),
         cuts: [
-            Cuts::Towards { count: 14, position_m: 0.0, ratio: 5.0 },
+            Cuts::Towards { count: 14, position_m: 0.0, grading: Grading::from_point(5.0) },
             Cuts::Uniform { count: 3 },
             Cuts::Positions { inner_m: vec![0.02, 0.035, 0.045] },
         ],
@@ -264,7 +265,7 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
     let cut = Block {
         cuts: [
             Cuts::Positions { inner_m: vec![0.5, 0.2, 1.5] },
-            Cuts::Towards { count: 0, position_m: 9.0, ratio: 0.5 },
+            Cuts::Towards { count: 0, position_m: 9.0, grading: Grading::from_point(0.5) },
             Cuts::Uniform { count: 1 },
         ],
         ..Block::uniform(Vec3::zeros(), Vec3::repeat(1.0), [1; 3], "b")

@@ -36,9 +36,9 @@ fn check_three_levels(document: &SceneDocument, out: &mut Findings) {
             MeshDocument::File(_) => out.require(false, || problem("a mesh from a file is not made coarser")),
             MeshDocument::Generator(mut generator) => {
                 let counts = generator.counts_mut();
-                let bad = counts.iter().find(|count| *count.elements > 1 && *count.elements % 4 != 0);
+                let bad = counts.into_iter().map(|count| *count).find(|count| *count > 1 && count % 4 != 0);
                 out.require(bad.is_none(), || {
-                    let elements = bad.map_or(0, |count| *count.elements);
+                    let elements = bad.unwrap_or_default();
                     problem(&format!("{elements} elements in a direction cannot be halved twice"))
                 });
             }
