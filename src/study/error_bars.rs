@@ -4,15 +4,16 @@ use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::{NotRun, Variants};
 use crate::measure::depth_profile::DepthProfile;
-use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
+use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
+use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The mesh of the cheaper runs.
+/// The mesh of half the numbers of elements, the coarsest one.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
-/// The mesh that shows an order, where one is asked for.
-const COARSER: Setting = Setting { mesh_level: -2, ..Setting::OWN };
+/// The mesh between that and the run's own, where three are asked for.
+const BETWEEN: Setting = Setting { mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
@@ -52,31 +53,46 @@ pub(super) fn error_bars(
         let coarse = results(&variants, COARSE, &like, depths)?;
         // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
         let longest = document.end_time_s / (REFINEMENT * coarse.steps as f64);
-        let three_levels = document.solver.error_bars == ErrorBarsDocument::ThreeLevels;
-        Ok(CheaperRuns {
-            refinement: coarsening(document),
-            small_steps: run(COARSE, Some(longest))?,
-            loose_contact: run(loose, None)?,
-            coarser: three_levels.then(|| run(COARSER, None)).transpose()?,
-            coarse,
-        })
+        let small_steps = run(COARSE, Some(longest))?;
+        let loose_contact = run(loose, None)?;
+        let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
+            let scene = scene_of(&variants, BETWEEN, None, None)?;
+            let run = results(&variants, BETWEEN, &scene, depths)?;
+            let size = |coarser: &Scene| relative_size(document, &coarser.document);
+            vec![Level { size: size(&like), run: coarse }, Level { size: size(&scene), run }]
+        } else {
+            vec![Level { size: least_relative_size(document, &like.document), run: coarse }]
+        };
+        Ok(CheaperRuns { levels, small_steps, loose_contact })
     };
     runs().map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
 }
 
-/// The least ratio of numbers of elements between the two meshes, of those that are not one: halves are rounded up.
-fn coarsening(document: &SceneDocument) -> f64 {
-    let mut document = document.clone();
-    let mut least = REFINEMENT;
-    for body in &mut document.bodies {
-        if let Some(MeshDocument::Generator(generator)) = &mut body.mesh {
-            for elements in generator.counts_mut().into_iter().map(|count| *count).filter(|count| *count > 1)
-            {
-                least = least.min(f64::from(elements) / f64::from(elements.div_ceil(2)));
+/// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are one in the finer left out.
+fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
+    let counts = |document: &SceneDocument| -> Vec<u32> {
+        let meshes = document.bodies.iter().filter_map(|body| body.mesh.clone());
+        let of_mesh = |mesh: MeshDocument| match mesh {
+            MeshDocument::Generator(mut generator) => {
+                generator.counts_mut().into_iter().map(|count| *count).collect()
             }
-        }
-    }
-    least
+            MeshDocument::File(file) => vec![1_u32.checked_shl(file.refine).unwrap_or(u32::MAX)],
+        };
+        meshes.flat_map(of_mesh).collect()
+    };
+    let pairs = counts(fine).into_iter().zip(counts(coarse));
+    pairs.filter(|(fine, _)| *fine > 1).map(|(fine, coarse)| f64::from(fine) / f64::from(coarse)).collect()
+}
+
+/// Element size of a coarser scene in units of a finer one's [-]: the mean of all directions, since numbers of elements are rounded.
+pub(super) fn relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
+    let ratios = ratios(fine, coarse);
+    (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
+}
+
+/// The least of them: what two meshes alone may be believed to differ by.
+fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
+    ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
 }
 
 /// The scene with a setting, and no step beyond `longest` [s].

@@ -13,6 +13,9 @@ const NAMED_CUT: f64 = 2.0;
 pub struct Setting {
     /// Mesh: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
     pub mesh_level: i32,
+    /// Numbers of elements of generated meshes are multiplied by this, and rounded.
+    #[serde(skip_serializing_if = "is_one")]
+    pub mesh_factor: f64,
     /// The mesh is that of the level below with every element split into eight on its facets: the nodes that are new are not on
     /// the true surface.
     #[serde(skip_serializing_if = "is_false")]
@@ -40,6 +43,7 @@ impl Setting {
     /// What the document says.
     pub const OWN: Self = Self {
         mesh_level: 0,
+        mesh_factor: 1.0,
         on_facets: false,
         formulation: None,
         step_divisor: 1.0,
@@ -55,13 +59,16 @@ impl Setting {
         let mut document = document.clone();
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
-        if self.mesh_level != 0 && document.bodies.iter().all(|body| body.mesh.is_none()) {
+        if (self.mesh_level != 0 || !is_one(&self.mesh_factor))
+            && document.bodies.iter().all(|body| body.mesh.is_none())
+        {
             return None;
         }
         for body in &mut document.bodies {
             // A rigid body has no mesh.
             if let Some(mesh) = &mut body.mesh {
-                change_mesh(mesh, self.mesh_level - i32::from(self.on_facets))?;
+                let factor = self.mesh_factor * 2.0_f64.powi(self.mesh_level - i32::from(self.on_facets));
+                change_mesh(mesh, factor)?;
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);
@@ -107,6 +114,7 @@ impl Setting {
     fn named(&self, implicit_steps: impl Fn(f64) -> String) -> String {
         let parts = [
             Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
+            (!is_one(&self.mesh_factor)).then(|| format!("numbers of elements × {:.2}", self.mesh_factor)),
             self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
@@ -121,29 +129,45 @@ impl Setting {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_one(factor: &f64) -> bool {
+    factor.to_bits() == 1.0_f64.to_bits()
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
 fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-fn change_mesh(mesh: &mut MeshDocument, level: i32) -> Option<()> {
+/// `factor` times the numbers of elements. Meshes from files are split only, so by powers of two; what they were split into already
+/// may be left whole. `None` where it cannot be, or would change nothing.
+fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
+    if is_one(&factor) {
+        return Some(());
+    }
     match mesh {
         MeshDocument::File(file) => {
-            file.refine = file.refine.checked_add_signed(level)?;
+            let levels = factor.log2().round();
+            let is_split = (levels.exp2() / factor - 1.0).abs() < 1e-9;
+            #[allow(clippy::cast_possible_truncation)] // it is small
+            let levels = is_split.then_some(levels as i32)?;
+            file.refine = file.refine.checked_add_signed(levels)?;
             Some(())
         }
-        MeshDocument::Generator(generator) => change_counts(generator, level),
+        MeshDocument::Generator(generator) => change_counts(generator, factor),
     }
 }
 
-/// Doubles or halves the numbers of elements; where a number is odd, or one, a half is rounded up. `None` when nothing would
+/// Numbers of elements times a factor; halves are rounded up, and one is the least. `None` when nothing would
 /// change. Gradings stay: their size fields are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
-fn change_counts(generator: &mut Generator, level: i32) -> Option<()> {
-    let factor = 2_u32.checked_pow(level.unsigned_abs())?;
-    let mut has_changed = level == 0;
+fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
+    let mut has_changed = false;
     for elements in generator.counts_mut() {
-        let before = *elements;
-        *elements = if level < 0 { before.div_ceil(factor) } else { before.checked_mul(factor)? };
-        has_changed |= *elements != before;
+        let count = (f64::from(*elements) * factor).round().max(1.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // the bound is checked, and it is positive
+        let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;
+        has_changed |= *elements != count;
+        *elements = count;
     }
     has_changed.then_some(())
 }

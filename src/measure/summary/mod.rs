@@ -17,7 +17,7 @@ mod table;
 mod words;
 mod written;
 
-pub use error_bars::{Cheaper, CheaperRuns, ErrorBars};
+pub use error_bars::{Cheaper, CheaperRuns, ErrorBars, Level};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;

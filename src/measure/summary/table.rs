@@ -228,7 +228,6 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
         ErrorEstimate::Estimated(error) => error,
         ErrorEstimate::NotEstimated => return "error not estimated".into(),
         ErrorEstimate::NothingTouched => return "nothing touched".into(),
-        ErrorEstimate::NoOrder => return "error not estimated: the meshes show no order".into(),
     };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
@@ -239,10 +238,9 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     } else {
         String::new()
     };
-    let order = error.order.map(|order| format!(" of order {order:.1}")).unwrap_or_default();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}{points}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{points}){verdict}")
 }
 
 fn ending(state: &RunState) -> &'static str {
@@ -273,7 +271,6 @@ mod tests {
                 step: 0.0,
                 contact: 0.0,
                 resolution: 0.0,
-                order: None,
                 resolved: error < value.abs(),
             }),
             gate: GateResult::Passed,

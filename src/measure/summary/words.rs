@@ -58,7 +58,7 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
 fn value(quantity: &Quantity, unit: &str) -> String {
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
-        ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => {
+        ErrorEstimate::NotEstimated => {
             format!("about {} {unit} (error not estimated)", rounded(quantity.value))
         }
         ErrorEstimate::Estimated(error) if error.resolved => {

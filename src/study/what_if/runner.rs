@@ -211,7 +211,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
         errors: all()
             .filter_map(|(q, number)| match &number.error {
                 ErrorEstimate::Estimated(error) => Some((q, error.total)),
-                ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder | ErrorEstimate::NothingTouched => None,
+                ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
             })
             .collect(),
         unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),
