@@ -6,7 +6,7 @@ use super::{CliError, Exit};
 use crate::measure::summary::Shown;
 use crate::measure::{Summary, render_table};
 use crate::record::{ContactProblemRecorder, McapRecorder, RecordingInfo, partial_path};
-use crate::scene::document::ErrorBarsDocument;
+use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
@@ -44,6 +44,15 @@ pub struct RunArgs {
     /// Leave out the cheaper runs that give the numbers their error bars.
     #[arg(long)]
     pub no_error_bars: bool,
+    /// Run on finer and finer meshes until the error bars of peak force, impulse and energy given to the tissue are at most this, such as 5%.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "no_error_bars")]
+    pub accuracy: Option<f64>,
+    /// What all meshes of `--accuracy` together may take, such as 30s [default: 60s].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "no_error_bars")]
+    pub within: Option<f64>,
+    /// Run the meshes as they are given, also where the scene asks for an accuracy.
+    #[arg(long, conflicts_with_all = ["accuracy", "within"])]
+    pub as_is: bool,
     /// Write the contact problems that the run meets to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
@@ -61,9 +70,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
-    if args.no_error_bars {
-        loaded.scene.document.solver.error_bars = ErrorBarsDocument::None;
-    }
+    ask(args, &mut loaded.scene.document);
     let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
     check_output(&path)?;
     if !args.quiet {
@@ -96,6 +103,39 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         eprintln!("{} contact problem(s) saved", saved.files());
     }
     Ok(exit_of(&result.outcome.ending, &result.summary.results))
+}
+
+/// Puts the flags on error bars and accuracy into the document.
+fn ask(args: &RunArgs, document: &mut SceneDocument) {
+    if args.no_error_bars || args.as_is {
+        document.accuracy = None;
+    }
+    if args.no_error_bars {
+        document.solver.error_bars = ErrorBarsDocument::None;
+    }
+    if args.accuracy.is_some() || args.within.is_some() {
+        let accuracy = document.accuracy.get_or_insert_default();
+        accuracy.relative = args.accuracy.unwrap_or(accuracy.relative);
+        accuracy.time_budget_s = args.within.unwrap_or(accuracy.time_budget_s);
+    }
+}
+
+/// "5%", "5" or "0.5 %" as a fraction.
+fn percent(text: &str) -> Result<f64, String> {
+    let number: f64 =
+        text.trim_end_matches('%').trim().parse().map_err(|_| format!("{text} is no number; give 5%"))?;
+    if number > 0.0 && number <= 100.0 {
+        Ok(number / 100.0)
+    } else {
+        Err(format!("{text} is not above 0 % and at most 100 %"))
+    }
+}
+
+/// "30s" or "30" as seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    let number: f64 =
+        text.trim_end_matches('s').trim().parse().map_err(|_| format!("{text} is no time; give 30s"))?;
+    if number > 0.0 && number.is_finite() { Ok(number) } else { Err(format!("{text} is not above 0 s")) }
 }
 
 /// When to stop.

@@ -7,6 +7,7 @@ use crate::mechanics::material::{Material, PronySeries};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::accuracy_document::{AccuracyDocument, AskedNumber};
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
 pub use super::material_document::{
@@ -57,6 +58,9 @@ pub struct SceneDocument {
     /// How to solve, apart from what.
     #[serde(default, skip_serializing_if = "SolverDocument::is_default")]
     pub solver: SolverDocument,
+    /// How exact the numbers shall be, and how long that may take; without it the meshes are run as they are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyDocument>,
     /// What to record and how often.
     #[serde(default)]
     pub record: RecordDocument,

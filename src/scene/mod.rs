@@ -10,6 +10,7 @@
 //! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene can tell, explicit or implicit
 //!    steps where that is left open, and what the run will cost.
 
+pub mod accuracy_document;
 pub mod budget;
 pub mod build;
 mod choice;
@@ -85,6 +86,11 @@ impl Scene {
                 keep.push(*thing);
             }
         }
+    }
+
+    /// Elements of all bodies.
+    pub fn element_count(&self) -> usize {
+        self.bodies.iter().map(|body| body.mesh.hexes.len()).sum()
     }
 
     /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a

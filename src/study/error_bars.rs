@@ -1,8 +1,9 @@
 //! A run with its error bars, and the cheaper runs that they come from.
 
+use super::accuracy;
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
-use super::variant::{NotRun, Variants};
+use super::variant::Variants;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
@@ -17,12 +18,16 @@ const BETWEEN: Setting = Setting { mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
-/// Runs a scene, with the error bars that it asks for.
+/// Runs a scene, with the error bars that it asks for, or to the accuracy.
 ///
 /// # Errors
 /// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
-    run_with_error_bars(request, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
+    let scene = request.scene;
+    if let Some(asked) = &scene.document.accuracy {
+        return accuracy::run_to(request, asked);
+    }
+    run_with_error_bars(request, None, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
 }
 
 /// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
@@ -41,27 +46,18 @@ pub(super) fn error_bars(
             "a mesh from a file is not made coarser (`contuse study error` makes it finer, which takes longer)".into(),
         );
     }
-    let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
     let runs = || {
-        // Three of the runs have the same meshes.
-        let like = scene_of(&variants, COARSE, None, None)?;
-        let run = |setting: Setting, longest: Option<f64>| {
-            let scene = scene_of(&variants, setting, longest, Some(&like))?;
-            results(&variants, setting, &scene, depths)
-        };
-        let coarse = results(&variants, COARSE, &like, depths)?;
-        // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
-        let longest = document.end_time_s / (REFINEMENT * coarse.steps as f64);
-        let small_steps = run(COARSE, Some(longest))?;
-        let loose_contact = run(loose, None)?;
+        let mesh = scene_of(&variants, COARSE)?;
+        let coarse = results(&variants, &mesh, depths)?;
+        let [small_steps, loose_contact] = step_and_contact(&variants, &mesh, coarse.steps, depths)?;
         let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
-            let scene = scene_of(&variants, BETWEEN, None, None)?;
-            let run = results(&variants, BETWEEN, &scene, depths)?;
+            let between = scene_of(&variants, BETWEEN)?;
+            let run = results(&variants, &between, depths)?;
             let size = |coarser: &Scene| relative_size(document, &coarser.document);
-            vec![Level { size: size(&like), run: coarse }, Level { size: size(&scene), run }]
+            vec![Level { size: size(&mesh), run: coarse }, Level { size: size(&between), run }]
         } else {
-            vec![Level { size: least_relative_size(document, &like.document), run: coarse }]
+            vec![Level { size: least_relative_size(document, &mesh.document), run: coarse }]
         };
         Ok(CheaperRuns { levels, small_steps, loose_contact })
     };
@@ -95,24 +91,33 @@ fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
     ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
 }
 
-/// The scene with a setting, and no step beyond `longest` [s].
-fn scene_of(
+/// The same scene with half of its steps at least, and with a looser contact solver.
+pub(super) fn step_and_contact(
     variants: &Variants,
-    setting: Setting,
-    longest: Option<f64>,
-    like: Option<&Scene>,
-) -> Result<Scene, String> {
-    variants.scene(&setting, longest, like).map_err(|error| no_run(setting, &error))
+    mesh: &Scene,
+    steps: u64,
+    depths: &[f64],
+) -> Result<[Cheaper; 2], String> {
+    let (mut small_steps, mut loose) = (mesh.clone(), mesh.clone());
+    // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
+    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
+    loose.document.contact.tolerance *= LOOSER;
+    Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
 }
 
-fn no_run(setting: Setting, error: &NotRun) -> String {
-    format!("no run on the coarser mesh ({}): {error}", setting.name())
+/// The scene with a setting.
+fn scene_of(variants: &Variants, setting: Setting) -> Result<Scene, String> {
+    variants
+        .scene(&setting, None, None)
+        .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))
 }
 
-/// A run of the scene with a setting; it must come to its end.
-fn results(variants: &Variants, setting: Setting, scene: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
+/// A run on a coarser mesh; it must come to its end.
+fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
     let mut profile = DepthProfile::new(depths.to_vec());
-    let result = variants.run_scene(scene, Some(&mut profile)).map_err(|error| no_run(setting, &error))?;
+    let result = variants
+        .run_scene(mesh, Some(&mut profile))
+        .map_err(|error| format!("no run on the coarser mesh: {error}"))?;
     match &result.outcome.ending {
         Ending::Finished => {
             Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
@@ -122,7 +127,7 @@ fn results(variants: &Variants, setting: Setting, scene: &Scene, depths: &[f64])
                 "the run was stopped ({stop}) during the cheaper ones that error bars come from; allow more time, or leave them out \
                  (`--no-error-bars`)"
             ),
-            name => format!("the run on the coarser mesh ({}) ended as {name}", setting.name()),
+            name => format!("a run on the coarser mesh ended as {name}"),
         }),
     }
 }

@@ -1,5 +1,6 @@
 //! Studies: from the one run of a scene to many.
 
+mod accuracy;
 pub mod coverage;
 pub mod error;
 mod error_bars;

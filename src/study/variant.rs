@@ -83,7 +83,7 @@ impl Variants<'_> {
             also: also.map(|recorder| recorder as &mut dyn Recorder),
         };
         // Settings have none of their own: they are what error bars are made of.
-        Ok(run_with_error_bars(request, |_| ErrorBars::NotAsked)?)
+        Ok(run_with_error_bars(request, None, |_| ErrorBars::NotAsked)?)
     }
 }
 

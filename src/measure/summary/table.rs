@@ -78,6 +78,7 @@ pub fn render_table(summary: &Summary) -> String {
         );
     }
     table.line(&format!("  error bars: {}", summary.error_bars));
+    summary.accuracy.iter().for_each(|accuracy| table.line(&format!("  {}", accuracy.words())));
     if !summary.warnings.is_empty() {
         table.heading("Warnings");
         summary.warnings.iter().for_each(|warning| table.line(&format!("  {warning}")));
@@ -148,6 +149,7 @@ impl Table {
             let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
             self.row("energies in its own frame, which moves at", &format!("({x}, {y}, {z}) m/s"), "");
         }
+        self.quantity("energy given to the tissue at the end", &tissue.energy_given_j, "J");
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
         self.row("  from the work of the reactions", &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"), "");
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);

@@ -180,6 +180,7 @@ mod tests {
             not_from_contact_j: zero(),
         };
         Tissue {
+            energy_given_j: zero(),
             absorbed_energy_j: zero(),
             absorbed_energy_by_work_j: zero(),
             absorbed_split: split(),

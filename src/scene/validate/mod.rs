@@ -2,6 +2,7 @@
 //!
 //! What needs the document alone comes first, what needs a body's mesh next, what needs the whole scene last.
 
+pub mod accuracy;
 pub mod bodies;
 pub mod contact;
 pub mod estimate;
@@ -39,6 +40,7 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     timing::check(document, budget, &mut out);
     loads::check(document, &mut out);
     solver::check(document, &mut out);
+    accuracy::check(document, &mut out);
     measures::check(document, &mut out);
     out
 }
