@@ -53,12 +53,12 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let meshes = Meshes { scene, variants, ratio: if document.has_mesh_file() { 2.0 } else { SQRT_2 } };
     let (begin, mut last_s) = (Instant::now(), None);
     let (mut done, mut level): (Vec<Done>, i32) = (Vec::new(), meshes.first());
-    let Some(mut mesh) = meshes.scene_of(level) else {
-        return run_with_error_bars(
-            RunRequest { scene, sinks, also, threads, interrupt, progress },
-            None,
-            |_| ErrorBars::Unknown("the mesh cannot be made finer".into()),
-        );
+    let mut mesh = match meshes.scene_of(level) {
+        Ok(mesh) => mesh,
+        Err(why) => {
+            let request = RunRequest { scene, sinks, also, threads, interrupt, progress };
+            return run_with_error_bars(request, None, |_| ErrorBars::Unknown(why));
+        }
     };
     loop {
         // Bars of this level, and what it and the next are expected to take.
@@ -95,8 +95,10 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             // A mesh that is too coarse may fail where a finer one does not.
             ending => level >= 0 || is_stop(&ending_name(ending)),
         };
-        let next = meshes.scene_of(level + 1).filter(|_| !has_stopped && !spent(growth * seconds));
-        let Some(next) = next else { return Ok(result) };
+        if has_stopped || spent(growth * seconds) {
+            return Ok(result);
+        }
+        let Ok(next) = meshes.scene_of(level + 1) else { return Ok(result) };
         if result.outcome.ending == Ending::Finished {
             let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);
             done.push(Done { level, scene: mesh, run });
@@ -120,20 +122,25 @@ impl Meshes<'_> {
         self.ratio.powi(level)
     }
 
-    /// The scene of a level; `None` where its mesh cannot be made, or is beyond what may be run.
-    fn scene_of(&self, level: i32) -> Option<Scene> {
+    /// The scene of a level, or why there is none: its mesh cannot be made, or is beyond what may be run.
+    fn scene_of(&self, level: i32) -> Result<Scene, String> {
         if level == 0 {
-            return Some(self.scene.clone());
+            return Ok(self.scene.clone());
         }
-        if self.scene.document.has_mesh_file() {
-            let mut scene = self.scene.clone();
-            let elements = self.scene.element_count() as f64 * self.factor(level).powi(3);
-            let is_affordable = elements <= Budget::COMMAND_LINE.elements as f64;
-            (0..level).filter(|_| is_affordable).for_each(|_| scene.split_on_facets());
-            return is_affordable.then_some(scene);
+        if !self.scene.document.has_mesh_file() {
+            let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
+            return self
+                .variants
+                .scene(&setting, None, None)
+                .map_err(|error| format!("no run on another mesh: {error}"));
         }
-        let setting = Setting { mesh_factor: self.factor(level), ..Setting::OWN };
-        self.variants.scene(&setting, None, None).ok()
+        let elements = self.scene.element_count() as f64 * self.factor(level).powi(3);
+        if elements > Budget::COMMAND_LINE.elements as f64 {
+            return Err(format!("{elements:.0} elements are too many"));
+        }
+        let mut scene = self.scene.clone();
+        (0..level).for_each(|_| scene.split_on_facets());
+        Ok(scene)
     }
 
     /// Element size of a level that was run in units of that of a finer one [-].

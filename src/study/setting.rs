@@ -59,6 +59,7 @@ impl Setting {
         let mut document = document.clone();
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
+        document.accuracy = None;
         if (self.mesh_level != 0 || !is_one(&self.mesh_factor))
             && document.bodies.iter().all(|body| body.mesh.is_none())
         {

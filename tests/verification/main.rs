@@ -5,6 +5,7 @@
 // Symbols of the field: F, J, P. A test may stop at the first surprise; exactly is what is meant where it is compared.
 #![allow(non_snake_case, clippy::unwrap_used, clippy::float_cmp)]
 
+mod accuracy;
 mod ball_on_block;
 mod bar_on_wall;
 mod breathing_hollow_ball;
