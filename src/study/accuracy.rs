@@ -53,11 +53,11 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let meshes = Meshes { scene, variants, ratio: if document.has_mesh_file() { 2.0 } else { SQRT_2 } };
     let (begin, mut last_s) = (Instant::now(), None);
     let (mut done, mut level): (Vec<Done>, i32) = (Vec::new(), meshes.first());
-    let mut mesh = match meshes.scene_of(level) {
-        Ok(mesh) => mesh,
-        Err(why) => {
-            let request = RunRequest { scene, sinks, also, threads, interrupt, progress };
-            return run_with_error_bars(request, None, |_| ErrorBars::Unknown(why));
+    // A mesh may be refused for being too coarse.
+    let mut mesh = loop {
+        match meshes.scene_of(level) {
+            Ok(mesh) => break mesh,
+            Err(_) => level += 1,
         }
     };
     loop {
@@ -122,7 +122,7 @@ impl Meshes<'_> {
         self.ratio.powi(level)
     }
 
-    /// The scene of a level, or why there is none: its mesh cannot be made, or is beyond what may be run.
+    /// The scene of a level, that of the document at 0, or why there is none: its mesh cannot be made, or is beyond what may be run.
     fn scene_of(&self, level: i32) -> Result<Scene, String> {
         if level == 0 {
             return Ok(self.scene.clone());
