@@ -50,7 +50,7 @@ impl BlobStore for FolderBlobs {
         list(&self.root, shelf).map_err(BlobError::of(shelf))
     }
 
-    /// By its name: nothing is copied where file and folder lie on one disk.
+    /// Nothing is copied: the file, which has to lie on the disk of the folder, gets its name.
     fn adopt(&self, file: &Path, name: &str) -> Result<BlobDigest, BlobError> {
         let digest = File::open(file).and_then(BlobDigest::of);
         let digest = digest.map_err(BlobError::of(file.display().to_string()))?;

@@ -243,6 +243,7 @@ fn examine(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> (Findings, Option<Parts>) {
+    let _span = tracing::debug_span!("load", scene = document.name).entered();
     let mut out = check_document(document, budget);
     let mut builder = Builder::new(source, budget);
     let made: Vec<Option<(SceneBody, BodySummary)>> = document

@@ -96,6 +96,25 @@ fn least_systems_s(loaded: &Loaded) -> f64 {
 }
 
 impl Simulator {
+    /// Keeps the scene of what was judged for the job that will be made of it.
+    pub(super) fn keep(&self, checked: CheckedScene, loaded: Loaded) -> CheckedScene {
+        self.judged.keep(&checked.content_hash, loaded);
+        checked
+    }
+
+    /// The scene of a job as it was judged, if that was a moment ago; else loaded anew.
+    pub(super) fn scene_of(
+        &self,
+        content_hash: &str,
+        meshes: &MeshShelf,
+        scene: impl FnOnce() -> Result<Parsed, Failure>,
+    ) -> Result<Loaded, Failure> {
+        match self.judged.take(content_hash) {
+            Some(loaded) => Ok(loaded),
+            None => self.load(&scene()?, meshes).map_err(|problems| invalid_scene(&problems)),
+        }
+    }
+
     /// Cases of a what-if question that run side by side.
     pub(super) fn what_if_threads(&self) -> usize {
         self.what_if_threads
@@ -156,9 +175,7 @@ impl Engine for Simulator {
         match kind {
             JobKind::Simulation => {
                 let loaded = self.load(&document.parsed, meshes)?;
-                let checked = checked(&loaded);
-                self.judged.keep(loaded);
-                Ok(checked)
+                Ok(self.keep(checked(&loaded), loaded))
             }
             JobKind::Study => study_job::check(self, document, meshes),
             JobKind::WhatIf => what_if_job::check(self, document, meshes),
@@ -180,10 +197,7 @@ impl Engine for Simulator {
         };
         match order.kind {
             JobKind::Simulation => {
-                let loaded = match self.judged.take(order.content_hash) {
-                    Some(loaded) => loaded,
-                    None => self.load(&parsed()?, order.meshes).map_err(|p| invalid_scene(&p))?,
-                };
+                let loaded = self.scene_of(order.content_hash, order.meshes, parsed)?;
                 self.simulate(&loaded, &mut order)
             }
             JobKind::Study => study_job::run(self, parsed()?.value, &mut order),

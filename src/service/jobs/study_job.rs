@@ -157,29 +157,20 @@ fn check_error(
     study: ErrorStudyDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Problems> {
-    let ErrorStudyDocument {
-        scene,
-        coarsest,
-        finest,
-        formulations,
-        implicit_steps_s,
-        contact_solvers,
-        exact,
-        ..
-    } = study;
-    let lists = [("formulations", formulations.len()), ("contact_solvers", contact_solvers.len())];
+    let lists =
+        [("formulations", study.formulations.len()), ("contact_solvers", study.contact_solvers.len())];
     let long = lists.into_iter().filter_map(|(name, count)| too_many(name, count));
-    let bad_steps = problems_of_steps(&implicit_steps_s, &scene);
-    let levels = [("coarsest", coarsest, COARSEST), ("finest", finest, FINEST)].into_iter();
+    let bad_steps = problems_of_steps(&study.implicit_steps_s, &study.scene);
+    let levels = [("coarsest", study.coarsest, COARSEST), ("finest", study.finest, FINEST)].into_iter();
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
-    let unknown =
-        exact.keys().filter(|name| Quantity::from_name(name).is_none()).map(|name| no_quantity(name));
+    let unknown = study.exact.keys().filter(|name| Quantity::from_name(name).is_none());
+    let unknown = unknown.map(|name| no_quantity(name));
     let problems = Problems(long.chain(bad_steps).chain(bad_levels).chain(unknown).collect());
-    let loaded = simulator.load(&scene.into(), meshes);
-    let checked =
-        problems.then(loaded.map(|loaded| checked(&loaded)).map_err(|p| p.under(&scene_place())))?;
-    Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
+    let loaded = simulator.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
+    let loaded = problems.then(loaded)?;
+    let checked = checked(&loaded);
+    Ok(simulator.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
 }
 
 /// Where the scene of a study or a question stands in its document.
@@ -220,29 +211,19 @@ pub(super) fn run(
     let interrupt = || order.control.interrupt();
     let (summary, stopped, has_finished) = match study {
         StudyDocument::Error(study) => {
-            let ErrorStudyDocument {
-                scene,
-                coarsest,
-                finest,
-                formulations,
-                implicit_steps_s,
-                contact_solvers,
-                geometry,
-                combined,
-                exact,
-            } = study;
             let ladder = Ladder {
-                levels: coarsest..=finest,
-                formulations: &formulations,
-                implicit_steps_s: &implicit_steps_s,
-                contact_solvers: &contact_solvers,
-                geometry,
-                combined,
+                levels: study.coarsest..=study.finest,
+                formulations: &study.formulations,
+                implicit_steps_s: &study.implicit_steps_s,
+                contact_solvers: &study.contact_solvers,
+                geometry: study.geometry,
+                combined: study.combined,
             };
-            let loaded = simulator.load(&scene.into(), order.meshes);
-            let document = loaded.map_err(|problems| invalid_scene(&problems))?.scene.document;
+            let scene = || Ok(study.scene.into());
+            let document = simulator.scene_of(order.content_hash, order.meshes, scene)?.scene.document;
+            let exact = study.exact.iter();
             let exact =
-                exact.iter().filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
+                exact.filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
             let study = study_error(&mut ErrorRequest {
                 document: &document,
                 source: order.meshes,

@@ -7,8 +7,9 @@ use super::store::Event;
 use super::study_job::scene_place;
 use super::{Phase, Progress};
 use crate::blobs::BlobStore;
+use crate::scene::json::Parsed;
 use crate::scene::problem::Pointer;
-use crate::scene::{Loaded, Problem, Problems};
+use crate::scene::{Problem, Problems};
 use crate::service::meshes::MeshShelf;
 use crate::service::shelves::RESULTS;
 use crate::step::{Ending, Failure};
@@ -42,16 +43,18 @@ pub(super) fn check(
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Problems> {
     let question = read(&document.parsed.value).map_err(Problem::alone)?;
-    let base = base(simulator, &question, meshes)?;
+    let scene = scene_of(&question).map_err(Problem::alone)?;
+    let base = simulator.load(&scene, meshes).map_err(|problems| problems.under(&scene_place()))?;
     let runs = count(&question);
     let too_long = Problems(simulator.too_long(&base, runs, "/sample/count").into_iter().collect());
     too_long.then(check_question(&question, &base, meshes, simulator.budget()).map_err(Problems))?;
-    Ok(CheckedScene {
+    let checked = CheckedScene {
         name: format!("what if: {}", base.scene.document.name),
         content_hash: document.digest(),
         end_time_s: base.scene.document.end_time_s,
-        warnings: base.warnings,
-    })
+        warnings: base.warnings.clone(),
+    };
+    Ok(simulator.keep(checked, base))
 }
 
 /// The question of a document, or where it is none.
@@ -59,15 +62,13 @@ fn read(document: &Value) -> Result<WhatIfDocument, Problem> {
     serde_path_to_error::deserialize(document).map_err(|error| Problem::refused_by_serde(&error, document))
 }
 
-/// The scene of the question.
-fn base(simulator: &Simulator, question: &WhatIfDocument, meshes: &MeshShelf) -> Result<Loaded, Problems> {
-    let Some(scene) = &question.scene else {
-        let problem = Problem::error("no_base", &Pointer::root(), "the question has no base")
+/// The scene of the question, still to be loaded.
+fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
+    question.scene.clone().map(Parsed::from).ok_or_else(|| {
+        Problem::error("no_base", &Pointer::root(), "the question has no base")
             .limit("one of `scene` and `job`")
-            .remedy("send the scene document of the base, or the id of its job");
-        return Err(problem.alone());
-    };
-    simulator.load(&scene.clone().into(), meshes).map_err(|problems| problems.under(&scene_place()))
+            .remedy("send the scene document of the base, or the id of its job")
+    })
 }
 
 /// Answers a question that was judged before.
@@ -76,8 +77,10 @@ pub(super) fn run(
     document: &Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, Failure> {
-    let question = &read(document).map_err(|problem| invalid_scene(&problem.alone()))?;
-    let base = base(simulator, question, order.meshes).map_err(|problems| invalid_scene(&problems))?;
+    let refused = |problem: Problem| invalid_scene(&problem.alone());
+    let question = &read(document).map_err(refused)?;
+    let base =
+        simulator.scene_of(order.content_hash, order.meshes, || scene_of(question).map_err(refused))?;
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
