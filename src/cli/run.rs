@@ -265,20 +265,15 @@ fn json_of(summary: &Summary) -> Result<String, CliError> {
 
 /// A failure in full: cause, place, time, remedy.
 fn diagnosis(failure: &Failure) -> String {
-    let cause = serde_json::to_value(failure.cause)
-        .ok()
-        .and_then(|c| c.as_str().map(str::to_owned))
-        .unwrap_or_default();
-    let what = format!("contuse: the run failed: {cause}\n  {}\n", failure.message);
-    let when = format!("  when: t = {:.6e} s, step {}\n", failure.time_s, failure.step);
+    let what = format!("contuse: the run failed: {}\n  {}\n", failure.cause.name(), failure.message);
+    let when = failure.time_s.zip(failure.step);
+    let when = when.map(|(time_s, step)| format!("  when: t = {time_s:.6e} s, step {step}\n"));
     let place = failure.element.as_ref().map(|place| {
-        let [x, y, z] = place.position_m;
-        format!(
-            "  where: element {} of part {} of body {}, at ({x:.6}, {y:.6}, {z:.6}) m\n",
-            place.element, place.part, place.body
-        )
+        let at = place.position_m.map(|[x, y, z]| format!(", at ({x:.6}, {y:.6}, {z:.6}) m"));
+        let (element, part, body) = (place.element, &place.part, &place.body);
+        format!("  where: element {element} of part {part} of body {body}{}\n", at.unwrap_or_default())
     });
-    what + &when + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
+    what + &when.unwrap_or_default() + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 
 /// The exit code of a run.
@@ -312,14 +307,14 @@ mod tests {
             body: "thigh".into(),
             part: "muscle".into(),
             element: 7,
-            position_m: [0.1, 0.0, -0.2],
+            position_m: Some([0.1, 0.0, -0.2]),
         };
         let failure = Failure {
             cause: FailureCause::ElementInverted,
             message: "J = -0.1.".into(),
             remedy: "Refine.".into(),
-            time_s: 1.5e-5,
-            step: 42,
+            time_s: Some(1.5e-5),
+            step: Some(42),
             element: Some(element),
         };
         let text = diagnosis(&failure);

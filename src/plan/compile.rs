@@ -25,6 +25,7 @@ use std::collections::BTreeSet;
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
+    let _span = tracing::debug_span!("compile", scene = scene.document.name).entered();
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {

@@ -11,10 +11,10 @@ use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
+use crate::blobs::hexadecimal;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// A scene that can run, with what is worth saying before it does.
@@ -243,6 +243,7 @@ fn examine(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> (Findings, Option<Parts>) {
+    let _span = tracing::debug_span!("load", scene = document.name).entered();
     let mut out = check_document(document, budget);
     let mut builder = Builder::new(source, budget);
     let made: Vec<Option<(SceneBody, BodySummary)>> = document
@@ -303,8 +304,5 @@ fn content_hash(document: &SceneDocument, file_hashes: &BTreeMap<String, [u8; 32
         hash.update(name);
         hash.update(of_file);
     }
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hexadecimal(&hash.finalize())
 }

@@ -7,22 +7,21 @@ use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// The cause, as a code that programs can match.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// Why a run or a job failed, as a code that programs can match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailureCause))]
 #[serde(rename_all = "snake_case")]
 pub enum FailureCause {
+    /// The scene that was accepted is not valid any more (a mesh is gone, the engine changed).
+    InvalidScene,
     /// An element's Jacobian became zero or negative.
     ElementInverted,
     /// The stable step fell below what can finish.
     StepCollapsed,
     /// The same where the law of the material softens: waves of some direction have no real speed there.
     EllipticityLost,
-    /// The step is longer than a rigid body's rotation allows.
-    StepTooLong,
-    /// A fibre was stretched beyond what its exponential can represent.
-    FibreOverstretched,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
     /// No reactions can stop what contact must stop: bodies are squeezed or wedged between parts that cannot give way.
@@ -33,20 +32,27 @@ pub enum FailureCause {
     NothingHolds,
     /// The energy balance failed its gate.
     EnergyGate,
+    /// The step is longer than a rigid body's rotation allows.
+    StepTooLong,
+    /// A fibre was stretched beyond what its exponential can represent.
+    FibreOverstretched,
     /// A number became infinite or not a number.
     NotFinite,
     /// The wall-clock budget ran out.
     Deadline,
     /// The run took more steps, or recorded more, than it was estimated to and may.
     Budget,
+    /// The process that ran it was lost, more often than a job may lose one.
+    WorkerLost,
     /// The recording could not be written.
     RecordingFailed,
     /// The machine or the engine failed, not the scene.
     Internal,
 }
 
-/// An element of the scene, in the words of the user.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The element that a failure is about, in the words of the user.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = FailedElement))]
 pub struct ElementPlace {
     /// Name of the body.
     pub body: String,
@@ -54,34 +60,44 @@ pub struct ElementPlace {
     pub part: String,
     /// Index of the element in the body, from 0.
     pub element: u32,
-    /// Its centre at that time [m].
-    pub position_m: [f64; 3],
+    /// Its centre at that time [m]; absent when that is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
 }
 
 /// A diagnosis: never a panic, never a bare code.
-#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailure))]
 #[error("{message} {remedy}")]
 pub struct Failure {
     /// The cause.
     pub cause: FailureCause,
     /// What happened, with values and limits, in a sentence.
     pub message: String,
-    /// What the user can do.
+    /// What to do about it.
     pub remedy: String,
-    /// Simulated time [s].
-    pub time_s: f64,
+    /// Simulated time [s]; absent where no run had begun, or the time is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     /// Step.
-    pub step: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<u64>,
     /// Where, when it is about an element.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<ElementPlace>,
 }
 
 impl Failure {
+    /// Of no run: with the remedy of its cause, no time and no place.
+    pub fn of_no_run(cause: FailureCause, message: impl Into<String>) -> Self {
+        let (message, remedy) = (message.into(), cause.remedy().into());
+        Self { cause, message, remedy, time_s: None, step: None, element: None }
+    }
+
     /// At the time of `state`, with the remedy of its cause and no place.
     pub(super) fn new(state: &State, cause: FailureCause, message: String) -> Self {
-        let remedy = cause.remedy().into();
-        Self { cause, message, remedy, time_s: state.time, step: state.step, element: None }
+        let time_s = Some(state.time).filter(|time| time.is_finite());
+        Self { time_s, step: Some(state.step), ..Self::of_no_run(cause, message) }
     }
 
     /// That the time is over.
@@ -100,9 +116,16 @@ const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs
     `solver.error_bars` = \"none\").";
 
 impl FailureCause {
+    /// The code as it is written.
+    pub fn name(self) -> String {
+        let written = serde_json::to_value(self).ok();
+        written.and_then(|code| code.as_str().map(str::to_owned)).unwrap_or_else(|| "failed".into())
+    }
+
     /// What a user can do about it, in plain words.
     pub fn remedy(self) -> &'static str {
         match self {
+            Self::InvalidScene => "Send the scene to /v1/jobs/validate, which says more about every problem.",
             Self::ElementInverted => {
                 "Try `formulation: \"reduced\"` for the named part, lower the speed, or end the run before this time."
             }
@@ -145,6 +168,9 @@ impl FailureCause {
             Self::Budget => {
                 "End the run before this time, record less, or enlarge the elements that set the step at the end; or run it where the \
                  budget is larger."
+            }
+            Self::WorkerLost => {
+                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
             }
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => {
@@ -244,6 +270,6 @@ pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> Element
         body: body.name.clone(),
         part: body.parts[body.part_of[local as usize] as usize].clone(),
         element: local,
-        position_m: center.into(),
+        position_m: Some(center.into()).filter(|x: &[f64; 3]| x.iter().all(|c| c.is_finite())),
     }
 }

@@ -117,10 +117,7 @@ pub(super) fn ending_name(ending: &Ending) -> String {
     match ending {
         Ending::Finished => "finished".into(),
         Ending::Cancelled => "cancelled".into(),
-        Ending::Failed { failure } => serde_json::to_value(failure.cause)
-            .ok()
-            .and_then(|cause| cause.as_str().map(str::to_owned))
-            .unwrap_or_else(|| "failed".into()),
+        Ending::Failed { failure } => failure.cause.name(),
     }
 }
 
