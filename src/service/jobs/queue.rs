@@ -121,9 +121,9 @@ impl Queue {
                 let (recordings, rest): (Vec<_>, Vec<_>) =
                     unknown.partition(|entry| is_recording(&entry.name));
                 // Nothing here leaves a recording without its job: who put an older job store in place decides what becomes of it.
-                recordings
-                    .iter()
-                    .for_each(|entry| tracing::warn!(blob = entry.name, "no job has this recording"));
+                for entry in &recordings {
+                    tracing::warn!(blob = entry.name, "no job has this recording");
+                }
                 rest.iter().try_for_each(|entry| queue.blobs.delete(&entry.name))?;
             }
             Ok(())
@@ -137,7 +137,7 @@ impl Queue {
     /// Why it does not.
     pub fn try_write(&self) -> Result<(), JobsError> {
         let mut draft = Draft::new(self.blobs.unnamed()?, u64::MAX);
-        Ok(draft.append(&[0; 64 << 10])?)
+        Ok(draft.append(&vec![0; 64 << 10])?)
     }
 
     /// Work that waits for files, away from the threads of the runtime.
