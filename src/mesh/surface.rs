@@ -195,19 +195,21 @@ pub fn topology_problems(cells: &Cells) -> Vec<TopologyProblem> {
 
 /// What is wrong with two neighbours at their common face.
 fn problem_between(cells: &Cells, faces: [&Face; 2]) -> Option<TopologyProblem> {
-    let [a, b] = faces.map(|face| {
+    let [(a, of_a), (b, of_b)] = faces.map(|face| {
         let cell = cells.get(face.element as usize);
         (cell.nodes, side_of(cell.kind, face.side))
     });
     let elements = faces.map(|face| face.element);
-    if !opposite(a, b) {
+    if !opposite(chosen(a, of_a.corners), chosen(b, of_b.corners), of_a.corners.len()) {
         return Some(TopologyProblem::SameSideOfFace { elements });
     }
-    let has_nodes_between = a.1.facets.len() > 1 || b.1.facets.len() > 1;
-    let all_nodes = |(nodes, face): (&[u32], &CellFace)| {
+    if of_a.facets.len().max(of_b.facets.len()) == 1 {
+        return None;
+    }
+    let all_nodes = |nodes: &[u32], face: &CellFace| {
         skin_nodes(&face.facets.iter().map(|facet| facet.map(|i| nodes[i])).collect::<Vec<_>>())
     };
-    let differ = has_nodes_between && all_nodes(a) != all_nodes(b);
+    let differ = all_nodes(a, of_a) != all_nodes(b, of_b);
     differ.then_some(TopologyProblem::NodesBetweenCorners { elements })
 }
 
@@ -225,21 +227,22 @@ fn sorted_faces(cells: &Cells) -> Vec<Face> {
     let mut faces = Vec::with_capacity(count);
     for (e, cell) in cells.iter().enumerate() {
         for (side, face) in (0..).zip(cell.kind.table().faces) {
-            faces.push(Face { key: sorted_nodes(cell.nodes, face.corners), element: e as u32, side });
+            let mut key = chosen(cell.nodes, face.corners);
+            key.sort_unstable();
+            faces.push(Face { key, element: e as u32, side });
         }
     }
     faces.sort_unstable();
     faces
 }
 
-/// Some of the nodes of a cell in ascending order, and `u32::MAX` behind them.
-fn sorted_nodes<const N: usize>(nodes: &[u32], chosen: &[usize]) -> [u32; N] {
-    let mut key = [u32::MAX; N];
-    for (key, &i) in key.iter_mut().zip(chosen) {
-        *key = nodes[i];
+/// Some of the nodes of a cell, and `u32::MAX` behind them where they are fewer than four.
+fn chosen(nodes: &[u32], places: &[usize]) -> [u32; 4] {
+    match *places {
+        [a, b, c, d] => [nodes[a], nodes[b], nodes[c], nodes[d]],
+        [a, b, c] => [nodes[a], nodes[b], nodes[c], u32::MAX],
+        _ => [u32::MAX; 4],
     }
-    key.sort_unstable();
-    key
 }
 
 /// The runs of equal faces.
@@ -252,18 +255,20 @@ fn side_of(kind: CellKind, side: u8) -> &'static CellFace {
     &kind.table().faces[usize::from(side)]
 }
 
-/// Whether two faces of the same corners run round in opposite senses.
-fn opposite((a, a_side): (&[u32], &CellFace), (b, b_side): (&[u32], &CellFace)) -> bool {
-    let corner = |nodes: &[u32], face: &CellFace, i: usize| nodes[face.corners[i]];
-    let n = a_side.corners.len();
-    let Some(start) = (0..n).find(|&i| corner(b, b_side, i) == corner(a, a_side, 0)) else { return false };
-    (0..n).all(|i| corner(a, a_side, i) == corner(b, b_side, (start + n - i) % n))
+/// Whether two faces of the same `n` corners run round in opposite senses.
+fn opposite(a: [u32; 4], b: [u32; 4], n: usize) -> bool {
+    let Some(start) = b.iter().position(|&node| node == a[0]) else { return false };
+    (0..n).all(|i| a[i] == b[(start + n - i) % n])
 }
 
 /// Pairs (first, repetition) of elements with the same corners, sorted.
 fn duplicate_elements(cells: &Cells) -> Vec<(u32, u32)> {
-    const CORNERS: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-    let key = |cell: Cell| sorted_nodes::<8>(cell.nodes, &CORNERS[..cell.kind.table().corners]);
+    let key = |cell: Cell| {
+        let (mut key, corners) = ([u32::MAX; 8], cell.kind.table().corners);
+        key[..corners].copy_from_slice(&cell.nodes[..corners]);
+        key.sort_unstable();
+        key
+    };
     let mut sorted: Vec<([u32; 8], u32)> = (0..).zip(cells.iter()).map(|(e, cell)| (key(cell), e)).collect();
     sorted.sort_unstable();
     let mut pairs: Vec<(u32, u32)> = sorted

@@ -28,10 +28,7 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[2, 3, 7, 6], facets: &[[2, 3, 7, 6]] },
         CellFace { corners: &[3, 0, 4, 7], facets: &[[3, 0, 4, 7]] },
     ],
-    // Along ξ, η, ζ.
-    neighbours: &[[1, 3, 4], [0, 2, 5], [3, 1, 6], [2, 0, 7], [5, 7, 0], [4, 6, 1], [7, 5, 2], [6, 4, 3]],
-    ideal_frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-    ideal_corner: 1.0,
+    oblique: None,
     // The 2×2×2 Gauss rule: the determinant is quadratic in each of ξ, η, ζ.
     quadrature: &[
         ([-GAUSS, -GAUSS, -GAUSS], 1.0),

@@ -11,7 +11,7 @@ mod tet4;
 mod wedge6;
 
 pub use points::{CellPoints, MOST_NODES};
-pub use table::{AbaqusName, CellFace, CellTable, Foreign, Split};
+pub use table::{AbaqusName, CellFace, CellTable, Foreign, Oblique, Split};
 
 use crate::mechanics::tensor::{Mat3, Vec3};
 
@@ -77,7 +77,11 @@ impl CellKind {
     /// Scaled Jacobian at natural coordinates [-], in [−1, 1]; 1 in the ideal cell, whose edges are all equal (Knupp 2000).
     pub fn scaled_jacobian(self, x: &[Vec3], xi: [f64; 3]) -> f64 {
         let table = self.table();
-        scaled_determinant(&((table.jacobian)(x, xi) * columns(table.ideal_frame)))
+        let jacobian = (table.jacobian)(x, xi);
+        match &table.oblique {
+            None => scaled_determinant(&jacobian),
+            Some(Oblique { frame, .. }) => scaled_determinant(&(jacobian * columns(*frame))),
+        }
     }
 
     /// Scaled Jacobian at a corner [-]: the triple product of the unit vectors along the edges that meet there, over that of the
@@ -87,12 +91,13 @@ impl CellKind {
     /// When the kind has no such corner.
     pub fn corner_scaled_jacobian(self, x: &[Vec3], corner: usize) -> f64 {
         let table = self.table();
+        let jacobian = (table.jacobian)(x, table.points[corner]);
+        let Some(oblique) = &table.oblique else { return scaled_determinant(&jacobian) };
         let here = Vec3::from(table.points[corner]);
-        let edges =
-            Mat3::from_columns(&table.neighbours[corner].map(|other| Vec3::from(table.points[other]) - here));
+        let along = oblique.neighbours[corner].map(|other| Vec3::from(table.points[other]) - here);
+        let edges = Mat3::from_columns(&along);
         // The neighbours come in any order: the reference cell, which is sound, tells which is right-handed.
-        let scaled = scaled_determinant(&((table.jacobian)(x, table.points[corner]) * edges));
-        scaled * edges.determinant().signum() / table.ideal_corner
+        scaled_determinant(&(jacobian * edges)) * edges.determinant().signum() / oblique.corner
     }
 }
 

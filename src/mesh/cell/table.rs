@@ -21,6 +21,17 @@ pub struct Split {
     pub children: &'static [&'static [usize]],
 }
 
+/// Natural coordinates that are oblique in the ideal cell, whose edges are all equal.
+#[derive(Debug)]
+pub struct Oblique {
+    /// Natural directions that are square to each other there.
+    pub frame: [[f64; 3]; 3],
+    /// The corners that edges lead to from each corner.
+    pub neighbours: &'static [[usize; 3]],
+    /// Triple product of the unit vectors along the edges at a corner of it [-].
+    pub corner: f64,
+}
+
 /// What another program calls a kind, and in which order it lists its nodes.
 #[derive(Debug)]
 pub struct Foreign {
@@ -58,12 +69,8 @@ pub struct CellTable {
     pub edges: &'static [[usize; 2]],
     /// The sides; side `i` is Abaqus' `S{i+1}`.
     pub faces: &'static [CellFace],
-    /// The corners that edges lead to from each corner.
-    pub neighbours: &'static [[usize; 3]],
-    /// Natural directions that are square to each other in the ideal cell, whose edges are all equal.
-    pub ideal_frame: [[f64; 3]; 3],
-    /// Triple product of the unit vectors along the edges at a corner of the ideal cell [-].
-    pub ideal_corner: f64,
+    /// How its natural coordinates lie in the ideal cell; `None` where they run along the edges at every corner, square to each other.
+    pub oblique: Option<Oblique>,
     /// Quadrature points and weights: exact for the volume of any cell of the kind.
     pub quadrature: &'static [([f64; 3], f64)],
     /// The place x(ξ) [m], given the positions of the nodes.

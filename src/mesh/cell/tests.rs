@@ -90,7 +90,7 @@ fn faces_look_outwards_close_the_cell_and_keep_to_their_planes() {
         assert!(table.edges.iter().all(|&[a, b]| edges.contains(&(a, b))));
         assert_eq!(nodes.len(), table.points.len(), "{kind:?}: all nodes are on faces");
         assert_eq!(table.corners + table.faces.len(), table.edges.len() + 2, "Euler");
-        for (corner, neighbours) in table.neighbours.iter().enumerate() {
+        for (corner, neighbours) in table.oblique.iter().flat_map(|o| o.neighbours).enumerate() {
             assert!(neighbours.iter().all(|&other| edges.contains(&(corner, other))), "{kind:?} {corner}");
         }
     }

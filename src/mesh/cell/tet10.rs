@@ -1,10 +1,7 @@
 //! The tetrahedron of ten nodes, whose edges and faces may be curved.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, interpolated, interpolated_jacobian};
-use super::tet4::{
-    BARYCENTRIC_GRADIENTS, EDGES, HALF_SPACES, IDEAL_CORNER, IDEAL_FRAME, NEIGHBOURS, POINTS as CORNERS,
-    barycentric,
-};
+use super::tet4::{BARYCENTRIC_GRADIENTS, EDGES, HALF_SPACES, OBLIQUE, POINTS as CORNERS, barycentric};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Corners like those of the linear tetrahedron, then the middles of its edges in their order.
@@ -33,10 +30,8 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[1, 2, 3], facets: &four_triangles([1, 2, 3], [5, 9, 8]) },
         CellFace { corners: &[0, 3, 2], facets: &four_triangles([0, 3, 2], [7, 9, 6]) },
     ],
-    neighbours: &NEIGHBOURS,
-    ideal_frame: IDEAL_FRAME,
-    ideal_corner: IDEAL_CORNER,
-    // Five points, exact to the third degree, which the determinant has (Keast 1986).
+    oblique: Some(OBLIQUE),
+    // Five points, exact to the third degree, which the determinant has; the weight of the centre is negative (Keast 1986).
     quadrature: &[
         ([0.25; 3], -2.0 / 15.0),
         ([1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0], 3.0 / 40.0),

@@ -1,6 +1,8 @@
 //! The tetrahedron of four nodes.
 
-use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split, interpolated, interpolated_jacobian};
+use super::table::{
+    AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
+};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Nodes 0–2 counter-clockwise seen from node 3.
@@ -18,9 +20,7 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[1, 2, 3], facets: &[[1, 2, 3, 3]] },
         CellFace { corners: &[0, 3, 2], facets: &[[0, 3, 2, 2]] },
     ],
-    neighbours: &NEIGHBOURS,
-    ideal_frame: IDEAL_FRAME,
-    ideal_corner: IDEAL_CORNER,
+    oblique: Some(OBLIQUE),
     quadrature: &[([0.25; 3], 1.0 / 6.0)],
     place,
     jacobian,
@@ -55,14 +55,12 @@ pub(super) const HALF_SPACES: [([f64; 3], f64); 4] =
 /// End corners of the edges.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-/// The other three corners.
-pub(super) const NEIGHBOURS: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
-
-/// An edge, the height of a face on it, the height of the regular tetrahedron on that.
-pub(super) const IDEAL_FRAME: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [-1.0, -1.0, 3.0]];
-
-/// Of the regular tetrahedron: 1/√2.
-pub(super) const IDEAL_CORNER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// An edge, the height of a face on it, the height of the regular tetrahedron on that; any other corner is a neighbour.
+pub(super) const OBLIQUE: Oblique = Oblique {
+    frame: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [-1.0, -1.0, 3.0]],
+    neighbours: &[[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]],
+    corner: std::f64::consts::FRAC_1_SQRT_2,
+};
 
 /// Barycentric coordinates: L₀ = 1 − ξ − η − ζ, ξ, η, ζ.
 pub(super) fn barycentric(xi: [f64; 3]) -> [f64; 4] {

@@ -1,6 +1,8 @@
 //! The wedge of six nodes.
 
-use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split, interpolated, interpolated_jacobian};
+use super::table::{
+    AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
+};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// Nodes 0–2 counter-clockwise on the bottom seen from the top, 3–5 above them.
@@ -25,10 +27,12 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[1, 2, 5, 4], facets: &[[1, 2, 5, 4]] },
         CellFace { corners: &[2, 0, 3, 5], facets: &[[2, 0, 3, 5]] },
     ],
-    neighbours: &[[1, 2, 3], [2, 0, 4], [0, 1, 5], [4, 5, 0], [5, 3, 1], [3, 4, 2]],
-    ideal_frame: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
-    // √3/2: an equilateral triangle below edges that are square to it.
-    ideal_corner: 0.866_025_403_784_438_6,
+    oblique: Some(Oblique {
+        frame: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
+        neighbours: &[[1, 2, 3], [2, 0, 4], [0, 1, 5], [4, 5, 0], [5, 3, 1], [3, 4, 2]],
+        // √3/2: an equilateral triangle below edges that are square to it.
+        corner: 0.866_025_403_784_438_6,
+    }),
     // Three points of the triangle, exact to the second degree, at the two of the line.
     quadrature: &[
         ([1.0 / 6.0, 1.0 / 6.0, -GAUSS], 1.0 / 6.0),

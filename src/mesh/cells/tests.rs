@@ -10,6 +10,7 @@ use crate::mesh::refine::refined;
 use crate::mesh::surface::{
     Skin, TopologyProblem, enclosed_volume_m3, skin, skin_nodes, topology_problems, tributary_areas,
 };
+use crate::mesh::triangulated_skin::TriangulatedSkin;
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{Mesh, MeshError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -248,6 +249,20 @@ fn depth_is_the_distance_to_the_nearest_side() {
             let exact = sides.into_iter().fold(f64::INFINITY, f64::min);
             assert!((field.depth(&x) - exact).abs() < 1e-12, "{kind:?}");
         }
+    }
+}
+
+#[test]
+fn rays_meet_the_skin_and_ways_go_over_it() {
+    for kind in CellKind::ALL {
+        let mesh = block_of(kind);
+        let skin = TriangulatedSkin::new(&skin(&mesh.cells), mesh.nodes.clone());
+        let (distance, hit) = skin.entry(&Vec3::new(1.3, 2.2, 5.0), &-Vec3::z()).unwrap();
+        assert!((distance - 4.0).abs() < 1e-13 && (hit.place - Vec3::new(1.3, 2.2, 1.0)).norm() < 1e-13);
+        assert!((hit.normal - Vec3::z()).norm() < 1e-12, "{kind:?}: {hit:?}");
+        let far = skin.walk(&hit, &Vec3::new(3.0, 1.0, 0.0), 10.0_f64.sqrt()).unwrap();
+        assert!((far.place - Vec3::new(4.3, 3.2, 1.0)).norm() < 1e-12, "{kind:?}: {far:?}");
+        assert!(skin.walk(&hit, &Vec3::x(), 6.0).is_err(), "{kind:?}: behind a sharp edge");
     }
 }
 

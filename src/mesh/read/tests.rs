@@ -273,15 +273,30 @@ fn is_one_of_each(mesh: &Mesh) {
     }
 }
 
-#[test]
-fn gmsh_files_hold_every_kind_in_the_order_of_gmsh() {
+fn gmsh_of_each() -> String {
     let nodes: String = (1..).zip(NODES).map(|(i, [x, y, z])| format!("{i} {x} {y} {z}\n")).collect();
     // Gmsh lists the middle between the last corner and the third one before that between it and the second.
-    let text = format!(
+    format!(
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{nodes}$EndNodes\n$Elements\n4\n\
          1 11 2 7 1 1 2 4 5 9 10 11 12 14 13\n2 5 2 7 1 1 2 3 4 5 6 7 8\n3 6 2 7 1 1 2 3 5 6 7\n\
          4 4 2 8 1 1 2 4 5\n$EndElements\n"
-    );
+    )
+}
+
+fn abaqus_of_each() -> String {
+    let nodes: String = (1..).zip(NODES).map(|(i, [x, y, z])| format!("{i}, {x}, {y}, {z}\n")).collect();
+    format!(
+        "*NODE\n{nodes}*ELEMENT, TYPE=C3D10, ELSET=ten\n1, 1, 2, 4, 5, 9, 10, 11, 12,\n13, 14\n\
+         *ELEMENT, TYPE=C3D8, ELSET=hex\n2, 1, 2, 3, 4, 5, 6, 7, 8\n\
+         *ELEMENT, TYPE=C3D6, ELSET=wedge\n3, 1, 2, 3, 5, 6, 7\n*ELEMENT, TYPE=C3D4H, ELSET=four\n4, 1, 2, 4, 5\n\
+         *SURFACE, NAME=ten_slanted\nten, S3\n*SURFACE, NAME=wedge_bottom\nwedge, S1\n\
+         *SURFACE, NAME=wedge_side\nwedge, S4\n*SURFACE, NAME=four_left\nfour, S4\n"
+    )
+}
+
+#[test]
+fn gmsh_files_hold_every_kind_in_the_order_of_gmsh() {
+    let text = gmsh_of_each();
     let mesh = read_mesh(text.as_bytes(), MeshFormat::Gmsh).unwrap();
     is_one_of_each(&mesh);
     assert_eq!(mesh.part_of, [0, 0, 0, 1]);
@@ -289,14 +304,7 @@ fn gmsh_files_hold_every_kind_in_the_order_of_gmsh() {
 
 #[test]
 fn abaqus_files_hold_every_kind_with_its_faces() {
-    let nodes: String = (1..).zip(NODES).map(|(i, [x, y, z])| format!("{i}, {x}, {y}, {z}\n")).collect();
-    let text = format!(
-        "*NODE\n{nodes}*ELEMENT, TYPE=C3D10, ELSET=ten\n1, 1, 2, 4, 5, 9, 10, 11, 12,\n13, 14\n\
-         *ELEMENT, TYPE=C3D8, ELSET=hex\n2, 1, 2, 3, 4, 5, 6, 7, 8\n\
-         *ELEMENT, TYPE=C3D6, ELSET=wedge\n3, 1, 2, 3, 5, 6, 7\n*ELEMENT, TYPE=C3D4H, ELSET=four\n4, 1, 2, 4, 5\n\
-         *SURFACE, NAME=ten_slanted\nten, S3\n*SURFACE, NAME=wedge_bottom\nwedge, S1\n\
-         *SURFACE, NAME=wedge_side\nwedge, S4\n*SURFACE, NAME=four_left\nfour, S4\n"
-    );
+    let text = abaqus_of_each();
     let mesh = read_mesh(text.as_bytes(), MeshFormat::Abaqus).unwrap();
     is_one_of_each(&mesh);
     assert_eq!(mesh.parts, ["ten", "hex", "wedge", "four"]);
@@ -373,10 +381,12 @@ proptest! {
 
     #[test]
     fn damaged_files_never_panic(
-        which in 0_usize..7, damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        which in 0_usize..9, damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
         let (mut bytes, format) = match ALL.get(which) {
             Some(&(version, encoding)) => (write_gmsh(&small(), version, encoding), MeshFormat::Gmsh),
+            None if which == 6 => (gmsh_of_each().into_bytes(), MeshFormat::Gmsh),
+            None if which == 7 => (abaqus_of_each().into_bytes(), MeshFormat::Abaqus),
             None => (INPUT.as_bytes().to_vec(), MeshFormat::Abaqus),
         };
         for (place, value) in damage {
