@@ -50,7 +50,7 @@ impl Deflection {
         if gone != self.gone {
             self.gone = gone;
             let intact = frame.plan.bodies.iter().flat_map(|body| body.intact(frame.erosion));
-            let held: BTreeSet<u32> = intact.flat_map(|(_, hex)| *hex).collect();
+            let held: BTreeSet<u32> = intact.flat_map(|cell| cell.nodes).copied().collect();
             self.nodes.retain(|node| held.contains(node));
         }
         let mut now = 0.0_f64;

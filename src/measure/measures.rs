@@ -108,7 +108,7 @@ impl Measures {
                     let body = &frame.plan.bodies[block.body];
                     let nodes = |lane: usize| {
                         let element = block.elements[slots.start + lane] - body.elements.start;
-                        body.hexes[element as usize].map(|node| frame.plan.X[node as usize])
+                        body.cells.points(element as usize, &frame.plan.X)
                     };
                     stress.accumulate(block.body, among_all, points, position, nodes);
                 }

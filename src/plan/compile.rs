@@ -15,8 +15,9 @@ use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::surface;
+use crate::mesh::{Cells, Mesh, surface};
 use crate::scene::document::{Axis, BodyDocument, ErosionDocument, ErrorBarsDocument, Keep, SceneDocument};
+use crate::scene::elements::without_element;
 use crate::scene::{Scene, SceneBody};
 use std::collections::BTreeSet;
 
@@ -206,9 +207,10 @@ fn add_body(
     body: &SceneBody,
 ) -> Result<(), CompileError> {
     let mesh = &body.mesh;
+    let hexes = hexahedra(document, mesh)?;
     let (first_node, first_element) =
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
-    let geometry = reference_geometry(scene, document, body)?;
+    let geometry = reference_geometry(scene, document, (mesh, hexes))?;
 
     let mass = lumped_mass(document, body, |element| geometry[element].corner_volume);
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
@@ -223,18 +225,19 @@ fn add_body(
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
-    add_blocks(&mut parts.blocks, &globals, document, body, geometry);
+    let elements = hexes.iter().zip(geometry);
+    add_blocks(&mut parts.blocks, &globals, document, body, elements);
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let faces: Vec<[u32; 4]> = surface::skin(&mesh.hexes).iter().map(global).collect();
+    let faces: Vec<[u32; 4]> = surface::skin(&mesh.cells).iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
         role: document.role,
         nodes: first_node..first_node + mesh.nodes.len() as u32,
-        elements: first_element..first_element + mesh.hexes.len() as u32,
+        elements: first_element..first_element + mesh.cells.len() as u32,
         flight_velocity: Vec3::from(document.velocity_m_per_s),
-        hexes: mesh.hexes.iter().map(|hex| hex.map(|node| node + first_node)).collect(),
+        cells: mesh.cells.map(|node| node + first_node),
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
         validity: validity_of_parts(document, body),
@@ -243,7 +246,7 @@ fn add_body(
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
-        inertia_lost: inertia_lost(scene, document, body, &mass),
+        inertia_lost: inertia_lost(scene, document, (body, hexes), &mass),
     });
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
@@ -277,7 +280,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         nodes: centre..centre + 2,
         elements: first_element..first_element,
         flight_velocity: Vec3::from(document.velocity_m_per_s),
-        hexes: Vec::new(),
+        cells: Cells::default(),
         part_of: Vec::new(),
         parts: Vec::new(),
         validity: Vec::new(),
@@ -304,14 +307,22 @@ fn rigid_velocities(document: &BodyDocument, orientation: crate::mechanics::rigi
     [Vec3::zeros(), orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s))]
 }
 
+/// The elements of a mesh, all of which are hexahedra of eight nodes.
+fn hexahedra<'a>(document: &BodyDocument, mesh: &'a Mesh) -> Result<&'a [[u32; 8]], CompileError> {
+    mesh.cells.hexes().ok_or_else(|| CompileError::NoElement {
+        body: document.name.clone(),
+        reason: without_element(mesh).unwrap_or_default(),
+    })
+}
+
 fn reference_geometry(
     scene: &SceneDocument,
     document: &BodyDocument,
-    body: &SceneBody,
+    (mesh, hexes): (&Mesh, &[[u32; 8]]),
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
-    let mass = ContactMass::new(scene.contact.mass_redistribution, &body.mesh);
-    let of_element = |element: usize| {
-        let (corners, hex) = (body.mesh.corners(element), &body.mesh.hexes[element]);
+    let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
+    let of_element = |(element, hex): (usize, &[u32; 8])| {
+        let corners = hex.map(|node| mesh.nodes[node as usize]);
         let geometry = ReferenceGeometry::with_mass_at(&corners, |volume| mass.moved(hex, volume));
         if geometry.smallest_jacobian > 0.0 {
             return Ok(geometry);
@@ -319,7 +330,7 @@ fn reference_geometry(
         let ratio = geometry.smallest_jacobian;
         Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
     };
-    (0..body.mesh.hexes.len()).map(of_element).collect()
+    hexes.iter().enumerate().map(of_element).collect()
 }
 
 /// 1/m along each axis, 0 where a fixed set holds it.
@@ -372,20 +383,20 @@ struct Globals {
     keeps_idle_fibres: bool,
 }
 
-/// One block for every entry of `parts` that has elements.
-fn add_blocks(
+/// One block for every entry of `parts` that has elements, which are given in their order.
+fn add_blocks<'a>(
     blocks: &mut Vec<ElementBlock>,
     globals: &Globals,
     document: &BodyDocument,
     body: &SceneBody,
-    geometry: Vec<ReferenceGeometry>,
+    elements: impl Iterator<Item = (&'a [u32; 8], ReferenceGeometry)>,
 ) {
     let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
-    for (e, geometry) in geometry.into_iter().enumerate() {
+    for (e, (hex, geometry)) in elements.enumerate() {
         inputs[body.part_entry[e] as usize].push(BlockInput {
             element: globals.first_element + e as u32,
-            nodes: body.mesh.hexes[e].map(|node| node + globals.first_node),
-            corners: body.mesh.corners(e),
+            nodes: hex.map(|node| node + globals.first_node),
+            corners: hex.map(|node| body.mesh.nodes[node as usize]),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });

@@ -40,7 +40,7 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::surface;
+use crate::mesh::{Cell, Cells, surface};
 use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -122,8 +122,8 @@ pub struct PlanBody {
     pub elements: Range<u32>,
     /// Velocity V_b of its frame [m/s]: x = X + V_b t + u.
     pub flight_velocity: Vec3,
-    /// Corner nodes (global) of its hex8, in the order of the elements.
-    pub hexes: Vec<[u32; 8]>,
+    /// Kind and nodes (global) of its elements, in their order.
+    pub cells: Cells,
     /// Part of each of its elements, an index into `parts`.
     pub part_of: Vec<u32>,
     /// Names of its parts.
@@ -145,9 +145,10 @@ pub struct PlanBody {
 }
 
 impl PlanBody {
-    /// Its elements that are left, in the order of their numbers: number and corner nodes.
-    pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = (u32, &'a [u32; 8])> {
-        self.elements.clone().zip(&self.hexes).filter(|(element, _)| !erosion.contains(*element))
+    /// Its elements that are left, in the order of their numbers.
+    pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = Cell<'a>> {
+        let numbered = self.elements.clone().zip(self.cells.iter());
+        numbered.filter(|(element, _)| !erosion.contains(*element)).map(|(_, cell)| cell)
     }
 
     /// Its skin without the elements that are gone: faces that they have laid bare are in it, their own are not.
@@ -155,8 +156,7 @@ impl PlanBody {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
             return Cow::Borrowed(&self.skin);
         }
-        let hexes: Vec<[u32; 8]> = self.intact(erosion).map(|(_, hex)| *hex).collect();
-        let faces = surface::skin(&hexes);
+        let faces = surface::skin(&self.intact(erosion).collect());
         Cow::Owned(Surface { nodes: surface::skin_nodes(&faces), faces })
     }
 }

@@ -20,6 +20,14 @@ pub enum CompileError {
         /// Smallest determinant over the mean.
         ratio: f64,
     },
+    /// A mesh holds cells that there is no element for; validation reports them earlier.
+    #[error("body `{body}`: {reason}")]
+    NoElement {
+        /// Body.
+        body: String,
+        /// Which cells.
+        reason: String,
+    },
     /// A node belongs to no element, or to elements without mass.
     #[error("node {node} of body `{body}` has no mass")]
     MasslessNode {

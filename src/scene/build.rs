@@ -3,6 +3,7 @@
 use super::RigidSceneBody;
 use super::budget::Budget;
 use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument};
+use super::elements;
 use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
@@ -99,10 +100,16 @@ impl<'a> Builder<'a> {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
         };
+        if let Some(problem) = elements::refusal(&mesh, &place) {
+            out.push(problem.value(file.name.as_str()));
+            return None;
+        }
         let children = 8_u64.checked_pow(file.refine).unwrap_or(u64::MAX);
-        let place = if file.refine > 0 { here.key("refine") } else { here.clone() };
-        self.spend((mesh.hexes.len() as u64).saturating_mul(children), &place, out)?;
-        Some((0..file.refine).fold(mesh, |mesh, _| refined(&mesh)))
+        let refine = here.key("refine");
+        let place = if file.refine > 0 { refine.clone() } else { here.clone() };
+        self.spend((mesh.cells.len() as u64).saturating_mul(children), &place, out)?;
+        let finer = (0..file.refine).try_fold(mesh, |mesh, _| refined(&mesh));
+        finer.map_err(|error| out.push(mesh_problem(&error, &refine))).ok()
     }
 
     fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
@@ -196,7 +203,7 @@ pub fn body_axes(
         return Some(Vec::new());
     }
     let parts = Pointer::root().key("bodies").index(index).key("parts");
-    let mut axes = Vec::with_capacity(mesh.hexes.len());
+    let mut axes = Vec::with_capacity(mesh.cells.len());
     let mut refused = vec![false; body.parts.len()];
     for (element, &entry) in part_entry.iter().enumerate() {
         let entry = entry as usize;

@@ -6,6 +6,7 @@
 use crate::mechanics::force::Formulation;
 use crate::mechanics::material::Material;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
+use crate::mesh::Cells;
 
 /// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
 type Nanoseconds = [f64; 2];
@@ -113,8 +114,8 @@ impl FactorSize {
     ///
     /// # Errors
     /// [`SparseError`].
-    pub fn of(nodes: usize, elements: &[[u32; 8]]) -> Result<Self, SparseError> {
-        let unknowns = Unknowns::new(nodes, |_, _| true, elements.iter())?;
+    pub fn of(nodes: usize, elements: &Cells) -> Result<Self, SparseError> {
+        let unknowns = Unknowns::new(nodes, |_, _| true, elements.iter().map(|cell| cell.nodes))?;
         let factor = Cholesky::new(&SymmetricMatrix::new(&unknowns))?;
         Ok(Self { entries: factor.entries() as f64, flops: factor.flops() })
     }

@@ -96,7 +96,7 @@ pub fn choose(
     } else {
         match bodies
             .iter()
-            .map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes))
+            .map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.cells))
             .sum::<Result<FactorSize, _>>()
         {
             Err(error) => (None, format!("there is no factor of implicit steps: {error}")),
@@ -132,7 +132,7 @@ fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
 }
 
 fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
-    let elements: usize = bodies.iter().map(|body| body.mesh.hexes.len()).sum();
+    let elements: usize = bodies.iter().map(|body| body.mesh.cells.len()).sum();
     let swept_bytes = elements * BYTES_PER_ELEMENT as usize;
     let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
@@ -147,7 +147,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         body.part_entry.iter().map(of_entry).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let skins: usize = bodies.iter().map(|body| skin_nodes(&skin(&body.mesh.hexes)).len()).sum();
+    let skins: usize = bodies.iter().map(|body| skin_nodes(&skin(&body.mesh.cells)).len()).sum();
     StepLoad {
         elements,
         sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),

@@ -17,6 +17,7 @@ mod choice;
 pub mod cost;
 mod deformation;
 pub mod document;
+pub mod elements;
 pub mod exposed_faces;
 pub mod frames;
 pub mod integrator_choice;
@@ -54,8 +55,8 @@ pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::Mesh;
 use crate::mesh::refine::refined;
+use crate::mesh::{Mesh, MeshError};
 use document::{Keep, SceneDocument};
 use std::collections::BTreeMap;
 
@@ -95,15 +96,19 @@ impl Scene {
 
     /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a
     /// generator knows a true surface; document and content hash stay those of the coarser meshes.
-    pub fn split_on_facets(&mut self) {
+    ///
+    /// # Errors
+    /// `Unrefinable` when a mesh has cells that cannot be split; then some bodies may be split already.
+    pub fn split_on_facets(&mut self) -> Result<(), MeshError> {
         fn eightfold<T: Clone>(of_elements: &[T]) -> Vec<T> {
             of_elements.iter().flat_map(|of_element| std::iter::repeat_n(of_element.clone(), 8)).collect()
         }
         for body in self.bodies.iter_mut().filter(|body| body.rigid.is_none()) {
-            body.mesh = refined(&body.mesh);
+            body.mesh = refined(&body.mesh)?;
             body.part_entry = eightfold(&body.part_entry);
             body.axes = eightfold(&body.axes);
         }
+        Ok(())
     }
 }
 

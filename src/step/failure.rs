@@ -233,7 +233,7 @@ pub(super) fn check_block(
 
 /// The element that is being stretched or crushed fastest along an edge or a diagonal.
 pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
-    let rate = |hex: &[u32; 8]| {
+    let rate = |hex: &[u32]| {
         let along = |(a, b): (usize, usize)| {
             let (a, b) = (hex[a] as usize, hex[b] as usize);
             let dX = plan.X[b] - plan.X[a];
@@ -241,7 +241,8 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
         };
         HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)
     };
-    let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.hexes.iter().map(rate)));
+    let rates =
+        plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(|cell| rate(cell.nodes))));
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 
@@ -263,7 +264,7 @@ pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> Element
     let b = plan.body_of_element(element);
     let body = &plan.bodies[b];
     let local = element - body.elements.start;
-    let nodes = &body.hexes[local as usize];
+    let nodes = body.cells.nodes(local as usize);
     let center: Vec3 =
         nodes.iter().map(|node| state.position(plan, b, *node as usize)).sum::<Vec3>() / nodes.len() as f64;
     ElementPlace {

@@ -27,14 +27,14 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements that they share.
+    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements, given by their nodes, that they share.
     ///
     /// # Errors
     /// [`SparseError::Ordering`].
-    pub fn new<'a>(
+    pub fn new<'a, E: AsRef<[u32]> + ?Sized + 'a>(
         node_count: usize,
         is_free: impl Fn(usize, usize) -> bool,
-        elements: impl Iterator<Item = &'a [u32; 8]>,
+        elements: impl Iterator<Item = &'a E>,
     ) -> Result<Self, SparseError> {
         let free: Vec<u8> = (0..node_count)
             .map(|node| (0..3).filter(|axis| is_free(node, *axis)).map(|axis| 1_u8 << axis).sum())
@@ -46,7 +46,7 @@ impl Unknowns {
             vertex[*node as usize] = i as u32;
         }
         let cliques: Vec<Vec<u32>> = elements
-            .map(|nodes| nodes.iter().map(|n| vertex[*n as usize]).filter(|v| *v != NONE).collect())
+            .map(|nodes| nodes.as_ref().iter().map(|n| vertex[*n as usize]).filter(|v| *v != NONE).collect())
             .collect();
         let graph = Graph::from_cliques(nodes.len(), cliques.iter().map(Vec::as_slice));
         let elimination = graph.elimination_order()?;

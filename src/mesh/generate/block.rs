@@ -4,7 +4,7 @@ use super::grading::{Grading, graded, subdivided};
 use super::node_set;
 use super::parameters::{Checks, refuse};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 
 /// Where the elements of a block end along one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,9 +171,9 @@ impl Block {
         for (k, j, i) in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (k, j, i)))) {
             let square = |k| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
             let ([a, b, c, d], [e, f, g, h]) = (square(k), square(k + 1));
-            mesh.hexes.push([a, b, c, d, e, f, g, h]);
+            mesh.cells.push(CellKind::Hex8, &[a, b, c, d, e, f, g, h]);
         }
-        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.part_of = vec![0; mesh.cells.len()];
 
         // Each side: the nodes whose lattice coordinate along that axis is the first or the last.
         let all = || (0..=nz).flat_map(|k| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k])));

@@ -122,7 +122,6 @@ impl LayeredBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::hexahedron::volume_m3;
 
     fn plate() -> LayeredBlock {
         let layer = |part: &str, thickness_m, elements| Layer { part: part.into(), thickness_m, elements };
@@ -145,22 +144,24 @@ mod tests {
     fn layers_have_their_thickness_and_their_part() {
         let (block, mesh) = (plate(), plate().generate().unwrap());
         assert_eq!(mesh.parts, ["skin", "fat", "muscle"]);
-        assert_eq!(mesh.hexes.len() as u64, block.element_count());
+        assert_eq!(mesh.cells.len() as u64, block.element_count());
         let [low, high] = mesh.bounding_box().unwrap();
         assert!(
             (high - Vec3::new(0.18, -0.14, 0.05)).norm() < 1e-15
                 && (low - Vec3::new(0.02, -0.26, 0.026)).norm() < 1e-15
         );
         for (part, thickness) in [0.002, 0.012, 0.01].into_iter().enumerate() {
-            let of_part = (0..mesh.hexes.len()).filter(|e| mesh.part_of[*e] == part as u32);
-            let volume: f64 = of_part.map(|e| volume_m3(&mesh.corners(e))).sum();
+            let of_part = (0..mesh.cells.len()).filter(|e| mesh.part_of[*e] == part as u32);
+            let volume: f64 = of_part.map(|e| mesh.element_volume_m3(e)).sum();
             assert!((volume / (0.16 * 0.12 * thickness) - 1.0).abs() < 1e-12, "{part}");
         }
         // The skin is on top.
         let top =
             mesh.node_sets["z_max"].iter().all(|node| (mesh.nodes[*node as usize].z - 0.05).abs() < 1e-15);
-        let skin = (0..mesh.hexes.len()).filter(|e| mesh.part_of[*e] == 0);
-        assert!(top && skin.flat_map(|e| mesh.corners(e)).all(|x| x.z > 0.048 - 1e-12));
+        let skin = (0..mesh.cells.len()).filter(|e| mesh.part_of[*e] == 0);
+        assert!(
+            top && skin.flat_map(|e| mesh.cells.nodes(e)).all(|a| mesh.nodes[*a as usize].z > 0.048 - 1e-12)
+        );
     }
 
     #[test]

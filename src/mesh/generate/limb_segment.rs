@@ -5,7 +5,7 @@ use super::grading::{Grading, graded};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -238,12 +238,12 @@ impl LimbSegment {
                     let face =
                         |k| [node(j, i, k), node(j + 1, i, k), node(j + 1, i + 1, k), node(j, i + 1, k)];
                     let ([a, b, c, d], [e, f, g, h]) = (face(k), face(k + 1));
-                    mesh.hexes.push([a, b, c, d, e, f, g, h]);
+                    mesh.cells.push(CellKind::Hex8, &[a, b, c, d, e, f, g, h]);
                     mesh.part_of.push(self.part_of_layer(k));
                 }
             }
         }
-        mesh.axes = (0..mesh.hexes.len()).map(|e| material_axes(&mesh.corners(e))).collect();
+        mesh.axes = mesh.cells.iter().map(|cell| material_axes(&cell.points(&mesh.nodes))).collect();
 
         let last = self.elements_along;
         let through = |k: u32| (0..=last).flat_map(move |j| (0..around).map(move |i| node(j, i, k)));
@@ -325,7 +325,7 @@ impl LimbSegment {
 
 /// The axes of one element: e1 = +y along the limb, e2 along the middle line of the element around the limb, e3 = e1 × e2
 /// outwards.
-fn material_axes(corners: &[Vec3; 8]) -> [Vec3; 3] {
+fn material_axes(corners: &[Vec3]) -> [Vec3; 3] {
     let middle = |ids: [usize; 4]| ids.iter().map(|&i| corners[i]).sum::<Vec3>() / 4.0;
     let around = middle([2, 3, 6, 7]) - middle([0, 1, 4, 5]);
     let e1 = Vec3::y();

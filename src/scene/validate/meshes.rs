@@ -116,7 +116,7 @@ pub fn check_sets(
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
     let before = out.0.iter().filter(|p| p.is_error()).count();
-    for problem in topology_problems(&mesh.hexes).iter().take(LISTED) {
+    for problem in topology_problems(&mesh.cells).iter().take(LISTED) {
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
                 .limit("each element once, each face shared by at most two elements on its two sides")

@@ -13,6 +13,7 @@ use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::cost::FactorSize;
+use crate::scene::elements::without_element;
 use crate::scene::json::{self, Parsed};
 use crate::scene::problem::Pointer;
 use crate::scene::{Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, load_parsed};
@@ -89,7 +90,7 @@ impl Simulator {
 
 /// Least time of the linear systems of implicit steps [s]: one factorisation, and one solution a step.
 fn least_systems_s(loaded: &Loaded) -> f64 {
-    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes));
+    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.cells));
     // What cannot be analysed is told when it is compiled.
     let Ok(factor) = sizes.sum::<Result<FactorSize, _>>() else { return 0.0 };
     (factor.flops + loaded.estimate.steps as f64 * 4.0 * factor.entries) / UNREACHED_FLOPS
@@ -285,7 +286,7 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
     let [low, high] = quality.bounding_box_m;
     Some(MeshReport {
         nodes: mesh.nodes.len() as u64,
-        elements: mesh.hexes.len() as u64,
+        elements: mesh.cells.len() as u64,
         parts: mesh.parts.iter().cloned().zip(elements_of_part).collect(),
         node_sets: mesh
             .node_sets
@@ -306,6 +307,6 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
             max_edge: quality.max_edge_m,
             volume: quality.volume_m3,
         },
-        notes: mesh.notes.clone(),
+        notes: mesh.notes.iter().cloned().chain(without_element(mesh)).collect(),
     })
 }

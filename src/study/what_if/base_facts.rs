@@ -3,7 +3,6 @@
 use super::misfit::Misfit;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::hexahedron::volume_m3;
 use crate::mesh::surface::skin;
 use crate::mesh::triangulated_skin::TriangulatedSkin;
 use crate::scene::build::Builder;
@@ -41,7 +40,7 @@ impl<'a> BaseFacts<'a> {
     /// The skin of a body of a changed scene, as it starts.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
-            let faces = exposed_faces(scene, body, mesh, &skin(&mesh.hexes));
+            let faces = exposed_faces(scene, body, mesh, &skin(&mesh.cells));
             let positions = mesh.nodes.iter().map(|X| scene.bodies[body].start_position(X)).collect();
             Arc::new(TriangulatedSkin::new(&faces, positions))
         };
@@ -65,11 +64,11 @@ impl<'a> BaseFacts<'a> {
         }
         let mesh = self.mesh(scene, body)?;
         let (mut volume, mut moment) = (0.0, Vec3::zeros());
-        for element in 0..mesh.hexes.len() {
-            let corners = mesh.corners(element).map(|X| written.start_position(&X));
-            let of_element = volume_m3(&corners);
+        for cell in mesh.cells.iter() {
+            let corners = cell.points(&mesh.nodes).map(|X| written.start_position(X));
+            let of_element = cell.kind.volume_m3(&corners);
             volume += of_element;
-            moment += corners.iter().sum::<Vec3>() * (of_element / 8.0);
+            moment += corners.iter().sum::<Vec3>() * (of_element / corners.len() as f64);
         }
         Ok(moment / volume)
     }
