@@ -77,7 +77,7 @@ impl Erosion {
 
     /// Takes their past from the history of the elements.
     pub fn forget(&self, blocks: &[ElementBlock], history: &mut [Vec<Row>]) {
-        for block in blocks {
+        for block in blocks.iter().filter(|block| block.history_rows() > 0) {
             for (chunk, lanes) in
                 self.lanes.iter().enumerate().skip(block.chunk_number(0)).take(block.chunks.len())
             {

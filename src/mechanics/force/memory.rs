@@ -5,7 +5,7 @@
 //! loading is sudden. The rest of the forces' work is dissipated.
 
 use super::SweepInput;
-use super::block::{BULK_ROWS, CORNER_SCALE, ElementBlock};
+use super::block::{CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
@@ -46,7 +46,7 @@ impl<L: Law> WithSimd for Memory<'_, L> {
             let nodes = &block.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
-            let range = i * rows + BULK_ROWS..(i + 1) * rows;
+            let range = i * rows + block.bulk_rows()..(i + 1) * rows;
             let mut batch = BatchMemory {
                 law,
                 block,

@@ -1,6 +1,6 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{BULK_ROWS, Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
@@ -154,7 +154,7 @@ impl ElementBlock {
         let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !prony.is_none())?;
         let first = b % Chunk::BATCHES * rows;
         let of_point = if self.reduced.is_empty() { self.memory_rows() } else { 0 };
-        Some(PointHistory { prony, rows: &of_chunk[first + BULK_ROWS..first + rows], of_point })
+        Some(PointHistory { prony, rows: &of_chunk[first + self.bulk_rows()..first + rows], of_point })
     }
 
     /// All points of one batch, for those who keep no buffer.

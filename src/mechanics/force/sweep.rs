@@ -80,7 +80,7 @@ pub(super) trait ElementKernel: Copy + std::fmt::Debug + Send + Sync + 'static {
 pub(super) struct BatchLanes {
     /// Displacements on entry [m], forces on return [N]: `[component][corner]`.
     pub nodal: [[Row; 8]; 3],
-    /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}.
+    /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}; zero without bulk viscosity.
     pub before: [Row; BULK_ROWS],
     /// The same at t_n.
     pub after: [Row; BULK_ROWS],
@@ -139,8 +139,8 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let mut lanes = BatchLanes { nodal: [[zero; 8]; 3], before: [zero; 2], after: [zero; 2] };
-        let (rows, before) =
-            (block.history_rows(), input.history.get(block.chunk_number(forces.chunk as usize)));
+        let (rows, bulk) = (block.history_rows(), block.bulk_rows());
+        let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
             if forces.awake & (1 << i) == 0 {
                 continue;
@@ -155,16 +155,16 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
             };
-            let history = i * rows..i * rows + BULK_ROWS;
+            let history = i * rows..i * rows + bulk;
             if let Some(before) = before {
-                lanes.before.copy_from_slice(&before[history.clone()]);
+                lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
                 kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
-            forces.history[history].copy_from_slice(&lanes.after);
+            forces.history[history].copy_from_slice(&lanes.after[..bulk]);
             add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
