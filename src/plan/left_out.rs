@@ -129,7 +129,9 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     } else {
         "every law is elastic: none has any"
     };
-    add(!plan.has_memory(), "history variables", why);
+    let of_bulk = plan.blocks.iter().any(|b| b.parameters.has_bulk_viscosity());
+    let what = if of_bulk { "history variables but those of bulk viscosity" } else { "history variables" };
+    add(!plan.has_memory(), what, why);
     add(!plan.erodes(), "erosion", "no part says what it bears");
 }
 

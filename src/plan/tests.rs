@@ -244,3 +244,22 @@ fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
     let plan = compiled(&document);
     assert_eq!(plan.report.integrator.kind, "explicit", "{:#?}", plan.report.integrator);
 }
+
+#[test]
+fn history_is_left_out_where_nothing_is_remembered() {
+    let line_and_rows = |document: &Value| {
+        let plan = compiled(document);
+        let line =
+            plan.report.left_out.iter().find(|l| l.what.starts_with("history")).map(|l| l.what.clone());
+        (line.unwrap_or_default(), plan.blocks.iter().map(ElementBlock::history_rows).max())
+    };
+    let mut document = scene();
+    let line = "history variables but those of bulk viscosity".to_owned();
+    assert_eq!(line_and_rows(&document), (line, Some(2)));
+    document["integrator"] =
+        json!({"kind": "explicit", "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0});
+    assert_eq!(line_and_rows(&document), ("history variables".to_owned(), Some(0)));
+    document["bodies"][1]["parts"][0]["prony_series"] =
+        json!({"branches": [{"relative_modulus": 0.5, "relaxation_time_s": 1e-3}]});
+    assert_eq!(line_and_rows(&document), (String::new(), Some(8 * 6 * 2)));
+}

@@ -45,6 +45,10 @@ impl BlockParameters {
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity > 0.0 || !self.prony.is_none()
     }
+    /// Whether compression has a viscous pressure.
+    pub fn has_bulk_viscosity(&self) -> bool {
+        self.linear_viscosity > 0.0 || self.quadratic_viscosity > 0.0
+    }
     /// Points whose stress has a history.
     pub(super) fn memory_points(&self) -> usize {
         match self.formulation {
@@ -93,7 +97,7 @@ pub struct BlockInput {
 /// `w P F_X⁻ᵀ d = d³ P cof g(X)`, which is `P cof g(X / s)` for `s = d^(−3/2)`. Then `det g(X / s) = w / s`.
 pub(super) const CORNER_SCALE: f64 = 5.765_680_169_303_579;
 
-/// Rows of history of bulk viscosity.
+/// Rows of history of bulk viscosity, where there is any.
 pub(super) const BULK_ROWS: usize = 2;
 
 /// Constants of a batch of elements, lane by lane: 328 bytes an element.
@@ -177,10 +181,15 @@ impl ElementBlock {
         self.batches.len()
     }
 
-    /// Rows of history of a batch: J̄ − 1 [-] and the pressure of bulk viscosity [Pa], ≥ 0 in compression; then for each point with a
+    /// Rows of history of a batch: with bulk viscosity J̄ − 1 [-] and its pressure [Pa], ≥ 0 in compression; then for each point with a
     /// memory the symmetric tensors of its Prony series [Pa].
     pub fn history_rows(&self) -> usize {
-        BULK_ROWS + self.parameters.memory_points() * self.memory_rows()
+        self.bulk_rows() + self.parameters.memory_points() * self.memory_rows()
+    }
+
+    /// Those of them that are of bulk viscosity.
+    pub(super) fn bulk_rows(&self) -> usize {
+        if self.parameters.has_bulk_viscosity() { BULK_ROWS } else { 0 }
     }
 
     /// Rows of history of a point.

@@ -12,11 +12,15 @@
 //! discrete gradient of Gonzalez (2000) with one multiplier a chunk in place of one a point, so that it serves every law and
 //! formulation by its energy and its forces alone.
 
-use super::block::{CORNER_SCALE, ElementBlock};
+use super::block::{Batch, CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
-use super::{BATCH, ElementForces, Threads};
-use crate::mechanics::element::{Hex8, POINTS};
-use crate::mechanics::tensor::{Mat3, Vec3};
+use super::rows::{add, gather, load_corners, store_corners};
+use super::{ElementForces, Threads};
+use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::{Sym, Tensor, Vec3};
+use pulp::{Simd, WithSimd};
 
 /// An energy below this share of what it is the difference of is rounding.
 const ROUNDING: f64 = 1e-14;
@@ -59,28 +63,11 @@ impl ElementBlock {
         if lacking.abs() <= ROUNDING * size {
             return;
         }
-        let (mut g, mut square) = (vec![Vec3::zeros(); nodes.len()], 0.0);
-        let chunk = &self.chunks[forces.chunk as usize];
-        for batch in &self.batches[chunk.batches.start as usize..chunk.batches.end as usize] {
-            for lane in 0..BATCH {
-                let local = batch.nodes.map(|nodes| nodes[lane] as usize);
-                let ends = local.map(|a| [before, after].map(|u| u[nodes[a] as usize]));
-                let X: [Vec3; 8] =
-                    std::array::from_fn(|a| Vec3::from_fn(|i, _| batch.corners[i][a].0[lane] * CORNER_SCALE));
-                for q in 0..POINTS {
-                    let inverse_weight = batch.inverse_weight[q].0[lane];
-                    // What pads the last batch has none.
-                    if inverse_weight > 0.0 {
-                        let (point, gradients) = change_of_strain(&X, &ends, q);
-                        square += point.dE.norm_squared() / inverse_weight;
-                        let P = point.F * point.dE / inverse_weight;
-                        for (a, gradient) in local.iter().zip(&gradients) {
-                            g[*a] += P * gradient;
-                        }
-                    }
-                }
-            }
-        }
+        let [before, after] = [before, after].map(|u| nodes.iter().map(|node| u[*node as usize]).collect());
+        let mut g = vec![Vec3::zeros(); nodes.len()];
+        let of_strains =
+            ChangeOfStrain { block: self, chunk: forces.chunk as usize, ends: [before, after], g: &mut g };
+        let square = pulp::Arch::new().dispatch(of_strains);
         if square > 0.0 {
             for (force, g) in forces.force.iter_mut().zip(&g) {
                 *force += g * (lacking / square);
@@ -89,25 +76,68 @@ impl ElementBlock {
     }
 }
 
-/// F in the middle of the step and ΔE over it.
-struct ChangeOfStrain {
-    F: Mat3,
-    dE: Mat3,
+/// The sum Σ_q w ΔE:ΔE [m³] over a chunk, and its g [m²].
+struct ChangeOfStrain<'a> {
+    block: &'a ElementBlock,
+    chunk: usize,
+    /// Displacements of the nodes of the chunk before and after the step [m].
+    ends: [Vec<Vec3>; 2],
+    g: &'a mut [Vec3],
 }
 
-/// Of a point of an element with displacements [before, after] of its corners, and ∇N there [1/m].
-fn change_of_strain(X: &[Vec3; 8], ends: &[[Vec3; 2]; 8], q: usize) -> (ChangeOfStrain, [Vec3; 8]) {
-    let local = Hex8::local_shape_gradients()[q].map(Vec3::from);
-    let outer = |vectors: [Vec3; 8], gradients: &[Vec3; 8]| {
-        vectors.iter().zip(gradients).fold(Mat3::zeros(), |sum, (v, g)| sum + v * g.transpose())
-    };
-    let inverse = outer(*X, &local).try_inverse().unwrap_or_else(Mat3::zeros);
-    let gradients = local.map(|g| inverse.tr_mul(&g));
-    let H = [0, 1].map(|end| outer(ends.map(|u| u[end]), &gradients));
-    let F = Mat3::identity() + (H[0] + H[1]) * 0.5;
-    // ½ (F⁺ᵀ F⁺ − Fᵀ F) = sym(F_mᵀ ΔF)
-    let half = F.tr_mul(&(H[1] - H[0])) * 0.5;
-    (ChangeOfStrain { F, dE: half + half.transpose() }, gradients)
+impl WithSimd for ChangeOfStrain<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { block, chunk, ends: [before, after], g } = self;
+        let (mut u, mut forces) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
+        let (mut squares, mut sum) = (Row::default(), 0.0);
+        let range = &block.chunks[chunk].batches;
+        for batch in &block.batches[range.start as usize..range.end as usize] {
+            gather(&batch.nodes, &before, &mut u);
+            gather(&batch.nodes, &after, &mut forces);
+            for part in 0..BATCH / S::F64_LANES {
+                batch.change_of_strain(simd, part, &u, &mut forces).store(&mut squares, part);
+            }
+            sum += squares.0.iter().sum::<f64>();
+            add(&forces, &batch.nodes, g);
+        }
+        sum
+    }
+}
+
+impl Batch {
+    /// Replaces the displacements after the step [m] by g [m²], and gives Σ_q w ΔE:ΔE [m³], of the elements of a register with the
+    /// displacements `before` [m].
+    #[inline(always)]
+    fn change_of_strain<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        before: &[[Row; 8]; 3],
+        after: &mut [[Row; 8]; 3],
+    ) -> Lane<S> {
+        let zero = Lane::splat(simd, 0.0);
+        let identity = Tensor::diagonal(zero + 1.0);
+        let first = self.first_pass(simd, part, before);
+        let local_after = Hex8::local_gradients(&load_corners(simd, after, part));
+        let mut sums: LocalGradients<Lane<S>> = [[[[zero; 2]; 2]; 3]; 3];
+        let mut square = zero;
+        for q in 0..POINTS {
+            let (H, cof_X) = (&first.H.0[q], &first.cof_X.0[q]);
+            let change = self.gradient_at(simd, part, &local_after, (q, cof_X)).plus_scaled(zero - 1.0, H);
+            let F = H.plus(&identity).plus_scaled(zero + 0.5, &change);
+            // ½ (F⁺ᵀ F⁺ − Fᵀ F) = sym(F_mᵀ ΔF)
+            let product =
+                |a: usize, b: usize| (0..3).fold(zero, |sum, c| F.0[c][a].mul_add(change.0[c][b], sum));
+            let dE = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| (product(a, b) + product(b, a)) * 0.5));
+            square = (first.w.0[q] * CORNER_SCALE).mul_add(dE.norm_squared(), square);
+            Hex8::add_local_stress(&mut sums, q, &F.dot_sym(&dE), cof_X);
+        }
+        store_corners(&Hex8::nodal_forces(&sums), after, part);
+        square
+    }
 }
 
 #[cfg(test)]

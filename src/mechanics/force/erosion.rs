@@ -4,13 +4,11 @@
 //! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
 //! swept as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock, ErosionLimits};
+use super::block::{Batch, ElementBlock, ErosionLimits};
 use super::chunk::{Chunk, ChunkForces};
-use super::rows::{clear, gather, keep_still, load_corners};
+use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
-use crate::mechanics::element::{Hex8, POINTS};
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::volume_change;
+use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor};
 use pulp::{Simd, WithSimd};
@@ -79,7 +77,7 @@ impl Erosion {
 
     /// Takes their past from the history of the elements.
     pub fn forget(&self, blocks: &[ElementBlock], history: &mut [Vec<Row>]) {
-        for block in blocks {
+        for block in blocks.iter().filter(|block| block.history_rows() > 0) {
             for (chunk, lanes) in
                 self.lanes.iter().enumerate().skip(block.chunk_number(0)).take(block.chunks.len())
             {
@@ -176,27 +174,17 @@ impl Batch {
     #[inline(always)]
     fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> [Lane<S>; 2] {
         let zero = Lane::splat(simd, 0.0);
-        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
-        let (mut H, mut change) = (Tensor::diagonal(zero), zero);
-        for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X.0, q);
-            let cof = X.cofactor();
-            // Of a point, times its weight.
-            let gradient = Hex8::local_gradient_at(&local_u.0, q).dot_transposed(&cof);
-            H = H.plus(&gradient);
-            let inverse_weight = Lane::load(simd, &self.inverse_weight[q], part);
-            let j = volume_change(&gradient.scaled(inverse_weight));
-            change = X.determinant_by(&cof).mul_add(j, change);
+        let first = self.first_pass(simd, part, u);
+        let mut sum = Tensor::diagonal(zero);
+        for (H, w) in first.H.0.iter().zip(&first.w.0) {
+            sum = sum.plus_scaled(*w, H);
         }
-        // Zero in padding, where nothing has moved.
-        let inverse_volume = Lane::load(simd, &self.scaled_inverse_volume, part);
-        let H = H.scaled(inverse_volume * (1.0 / CORNER_SCALE));
+        let H = sum.scaled(Lane::load(simd, &self.scaled_inverse_volume, part));
         let C_minus_I = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| {
             let product = (0..3).fold(zero, |sum, c| H.0[c][a].mul_add(H.0[c][b], sum));
             H.0[a][b] + H.0[b][a] + product
         }));
-        [C_minus_I.largest_principal(), change * inverse_volume]
+        [C_minus_I.largest_principal(), first.mean]
     }
 }
 

@@ -54,8 +54,11 @@ impl ElementForces {
         assembly.sum_at(node, &self.chunks)
     }
 
-    /// The history at the start of a run: at rest, and relaxed.
+    /// The history at the start of a run: at rest, and relaxed; empty where no block has any.
     pub fn no_history(blocks: &[ElementBlock]) -> Vec<Vec<Row>> {
+        if blocks.iter().all(|block| block.history_rows() == 0) {
+            return Vec::new();
+        }
         let of_block = |block: &ElementBlock| {
             let rows = block.history_rows();
             let of_chunk = move |chunk: &Chunk| vec![Row::default(); chunk.batches.len() * rows];

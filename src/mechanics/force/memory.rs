@@ -5,9 +5,10 @@
 //! loading is sudden. The rest of the forces' work is dissipated.
 
 use super::SweepInput;
-use super::block::{BULK_ROWS, CORNER_SCALE, ElementBlock};
+use super::block::{CORNER_SCALE, ElementBlock};
 use super::chunk::ChunkForces;
-use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
+use super::first_pass::FirstPass;
+use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
@@ -45,7 +46,7 @@ impl<L: Law> WithSimd for Memory<'_, L> {
             let nodes = &block.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
-            let range = i * rows + BULK_ROWS..(i + 1) * rows;
+            let range = i * rows + block.bulk_rows()..(i + 1) * rows;
             let mut batch = BatchMemory {
                 law,
                 block,
@@ -97,28 +98,15 @@ impl<L: Law> BatchMemory<'_, L> {
     ) {
         let zero = Lane::splat(simd, 0.0);
         let batch = &self.block.batches[self.batch];
-        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &batch.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
-
-        // Reference geometry and displacement gradients; of one-point elements the mean gradient.
-        let no_tensor = Tensor::diagonal(zero);
-        let (mut cof_X, mut H) = (Aligned([no_tensor; POINTS]), Aligned([no_tensor; POINTS]));
-        let mut w = Aligned([zero; POINTS]);
-        for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X.0, q);
-            cof_X.0[q] = X.cofactor();
-            w.0[q] = X.determinant_by(&cof_X.0[q]);
-            let inverse_weight = Lane::load(simd, &batch.inverse_weight[q], part);
-            let gradient = Hex8::local_gradient_at(&local_u.0, q).dot_transposed(&cof_X.0[q]);
-            H.0[q] = gradient.scaled(inverse_weight);
-        }
+        let FirstPass { cof_X, w, mut H, .. } = batch.first_pass(simd, part, u);
         let reduced = self.block.reduced.get(self.batch);
         if let Some(reduced) = reduced {
+            // Of one-point elements the mean gradient.
             H.0[0] = reduced.mean_gradient(simd, part, u);
         }
 
         // The law where it is remembered, in a loop whose length the compiler does not know, so that it stands in the program once.
-        let mut P = Aligned([no_tensor; POINTS]);
+        let mut P = Aligned([Tensor::diagonal(zero); POINTS]);
         let (mut density, mut stiffness) = (Aligned([zero; POINTS]), zero);
         for q in 0..self.block.parameters.memory_points() {
             let point = self.eval_point::<S>(simd, part, q, &Kinematics::new(&H.0[q]));

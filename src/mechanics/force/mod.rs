@@ -13,6 +13,7 @@ mod chunk;
 mod conserving;
 mod ellipticity;
 mod erosion;
+mod first_pass;
 mod forces;
 mod memory;
 mod points;

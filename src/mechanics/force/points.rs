@@ -1,8 +1,9 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{BULK_ROWS, Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
 use super::erosion::Erosion;
+use super::first_pass::FirstPass;
 use super::memory::load_sym;
 use super::reduced::ReducedBatch;
 use super::rows::{keep_still, load_corners, load_fibres};
@@ -10,7 +11,7 @@ use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
-use crate::mechanics::real::Real;
+use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
 use crate::with_law;
 use pulp::{Simd, WithSimd};
@@ -153,7 +154,7 @@ impl ElementBlock {
         let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !prony.is_none())?;
         let first = b % Chunk::BATCHES * rows;
         let of_point = if self.reduced.is_empty() { self.memory_rows() } else { 0 };
-        Some(PointHistory { prony, rows: &of_chunk[first + BULK_ROWS..first + rows], of_point })
+        Some(PointHistory { prony, rows: &of_chunk[first + self.bulk_rows()..first + rows], of_point })
     }
 
     /// All points of one batch, for those who keep no buffer.
@@ -289,31 +290,22 @@ impl<L: Law> PointLaw<'_, L> {
             };
         }
         let zero = Lane::splat(simd, 0.0);
-        let local_X = Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part));
-        let local_u = Hex8::local_gradients(&load_corners(simd, u, part));
+        let FirstPass { cof_X, w, H, j, mean, .. } = self.batch.first_pass(simd, part, u);
         let local_v = rates.map(|(eta, v)| (*eta, Hex8::local_gradients(&load_corners(simd, v, part))));
         let mut viscous = [Sym([zero; 6]); POINTS];
         let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); POINTS];
-        let mut change = zero;
         for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X, q);
-            let cof = X.cofactor();
-            let w = X.determinant_by(&cof);
-            let inverse_weight = load!(&self.batch.inverse_weight[q]);
-            let H = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof).scaled(inverse_weight);
-            kinematics[q] = Kinematics::new(&H);
+            kinematics[q] = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
             if let Some((eta, local_v)) = &local_v {
-                let rate = Hex8::local_gradient_at(local_v, q).dot_transposed(&cof).scaled(inverse_weight);
+                let rate = self.batch.gradient_at(simd, part, local_v, (q, &cof_X.0[q]));
                 let k = &kinematics[q];
                 viscous[q] = stress_over_viscosity(&rate, &k.cof, k.j).scaled(zero.constant(*eta));
             }
-            change = w.mul_add(kinematics[q].j, change);
             // Padding has no volume.
             let is_element = load!(&self.batch.volume);
-            (w * CORNER_SCALE * is_element.select_positive(zero + 1.0, zero))
+            (w.0[q] * CORNER_SCALE * is_element.select_positive(zero + 1.0, zero))
                 .store(&mut points.volume[q], part);
         }
-        let mean = change * load!(&self.batch.scaled_inverse_volume);
         if let Some(reduced) = self.reduced {
             kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); POINTS];
         }

@@ -93,6 +93,9 @@ pub(super) fn viscous_pressure<R: Real>(
     mean: R,
     before: R,
 ) -> (R, R) {
+    if !p.has_bulk_viscosity() {
+        return (mean.zero(), mean.zero());
+    }
     let J = mean + 1.0;
     let rate = ((before - mean) * inverse_step / J).max(mean.zero());
     let density = J.constant(p.density) / J;

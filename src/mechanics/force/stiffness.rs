@@ -12,6 +12,7 @@
 
 use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::Chunk;
+use super::first_pass::FirstPass;
 use super::pressure::Barrier;
 use super::reduced::{OnePointElement, ReducedBatch};
 use super::rows::{load_corners, load_fibres};
@@ -144,26 +145,10 @@ impl<L: Law> Stiffness<'_, L> {
     #[inline(always)]
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
         let zero = Lane::splat(simd, 0.0);
-        let local_X = Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part));
-        let local_u = Hex8::local_gradients(&load_corners(simd, self.u, part));
         let directions = self.directions(simd, part);
-
-        // Reference geometry as in the sweep: gradients are those of the local cube times `cof`, weights over CORNER_SCALE.
-        let (mut cof, mut H) = ([Tensor::diagonal(zero); POINTS], [Tensor::diagonal(zero); POINTS]);
-        let (mut w, mut change) = ([zero; POINTS], zero);
-        let mut smallest = zero;
-        for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X, q);
-            let cof_X = X.cofactor();
-            w[q] = X.determinant_by(&cof_X);
-            cof[q] = cof_X.scaled(Lane::load(simd, &self.batch.inverse_weight[q], part));
-            H[q] = Hex8::local_gradient_at(&local_u, q).dot_transposed(&cof[q]);
-            let j = volume_change(&H[q]);
-            change = w[q].mul_add(j, change);
-            smallest = smallest.min(j);
-        }
+        let FirstPass { cof_X, w, H, mean, smallest, .. } = self.batch.first_pass(simd, part, self.u);
         let inverse_volume = Lane::load(simd, &self.batch.scaled_inverse_volume, part);
-        let mean = Dual { value: change * inverse_volume, slope: zero + 1.0 };
+        let mean = Dual { value: mean, slope: zero + 1.0 };
         let U = self.law.volumetric();
         let pressure = match U {
             Some(U) if self.mean_dilatation => Some(U.pressure(mean)),
@@ -178,12 +163,13 @@ impl<L: Law> Stiffness<'_, L> {
         let mut volume_slope = [[zero; 3]; 8];
         for q in 0..POINTS {
             let fibres = &directions[..self.fibres.len()];
-            let A = tangent_at(&self.law, &H[q], fibres, pressure.map(|p| (p.value, barrier)), U);
-            let g = gradients(q, &cof[q]);
-            let weight = w[q] * CORNER_SCALE;
+            let A = tangent_at(&self.law, &H.0[q], fibres, pressure.map(|p| (p.value, barrier)), U);
+            // Gradients are those of the local cube times the scaled cofactor.
+            let g = gradients(q, &cof_X.0[q].scaled(Lane::load(simd, &self.batch.inverse_weight[q], part)));
+            let weight = w.0[q] * CORNER_SCALE;
             add_pairs(&mut sums, &A, &g, weight);
             if pressure.is_some() {
-                let cof_F = H[q].plus(&Tensor::diagonal(zero + 1.0)).cofactor().scaled(weight);
+                let cof_F = H.0[q].plus(&Tensor::diagonal(zero + 1.0)).cofactor().scaled(weight);
                 for (slope, g) in volume_slope.iter_mut().zip(&g) {
                     let on = cof_F.apply(g);
                     for i in 0..3 {

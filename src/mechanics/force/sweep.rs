@@ -2,15 +2,16 @@
 
 use super::block::{BULK_ROWS, Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
 use super::chunk::ChunkForces;
+use super::first_pass::FirstPass;
 use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::OnePoint;
 use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{CornerResponse, Hex8, LocalGradients, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, Material, volume_change};
+use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
-use crate::mechanics::tensor::{Tensor, Vec3};
+use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
@@ -79,7 +80,7 @@ pub(super) trait ElementKernel: Copy + std::fmt::Debug + Send + Sync + 'static {
 pub(super) struct BatchLanes {
     /// Displacements on entry [m], forces on return [N]: `[component][corner]`.
     pub nodal: [[Row; 8]; 3],
-    /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}.
+    /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}; zero without bulk viscosity.
     pub before: [Row; BULK_ROWS],
     /// The same at t_n.
     pub after: [Row; BULK_ROWS],
@@ -138,8 +139,8 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
         let mut lanes = BatchLanes { nodal: [[zero; 8]; 3], before: [zero; 2], after: [zero; 2] };
-        let (rows, before) =
-            (block.history_rows(), input.history.get(block.chunk_number(forces.chunk as usize)));
+        let (rows, bulk) = (block.history_rows(), block.bulk_rows());
+        let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
             if forces.awake & (1 << i) == 0 {
                 continue;
@@ -154,16 +155,16 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
             };
-            let history = i * rows..i * rows + BULK_ROWS;
+            let history = i * rows..i * rows + bulk;
             if let Some(before) = before {
-                lanes.before.copy_from_slice(&before[history.clone()]);
+                lanes.before[..bulk].copy_from_slice(&before[history.clone()]);
             }
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
                 kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
-            forces.history[history].copy_from_slice(&lanes.after);
+            forces.history[history].copy_from_slice(&lanes.after[..bulk]);
             add(&lanes.nodal, nodes, &mut forces.force);
         }
         forces.totals = BlockTotals::of_batches(first_batch * BATCH, &forces.batches);
@@ -262,33 +263,13 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             };
         }
         let zero = Lane::splat(simd, 0.0);
-        let no_tensor = Tensor::diagonal(zero);
-        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.batch.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, &lanes.nodal, part)));
-
-        // First pass: reference geometry, displacement gradients and the element's volume. Weights w are over CORNER_SCALE.
-        let (mut cof_X, mut H) = (Aligned([no_tensor; POINTS]), Aligned([no_tensor; POINTS]));
-        let (mut w, mut j) = (Aligned([zero; POINTS]), Aligned([zero; POINTS]));
-        let (mut change, mut smallest) = (zero, zero.constant(f64::MAX));
-        for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X.0, q);
-            let cof = X.cofactor();
-            w.0[q] = X.determinant_by(&cof);
-            H.0[q] = Hex8::local_gradient_at(&local_u.0, q)
-                .dot_transposed(&cof)
-                .scaled(load!(&self.batch.inverse_weight[q]));
-            cof_X.0[q] = cof;
-            j.0[q] = volume_change(&H.0[q]);
-            change = w.0[q].mul_add(j.0[q], change);
-            smallest = smallest.min(j.0[q]);
-        }
+        let FirstPass { cof_X, w, H, j, mean, smallest } = self.batch.first_pass(simd, part, &lanes.nodal);
         // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
         let mut a = Aligned([zero; POINTS]);
         for q in 0..POINTS {
             a.0[q] = inverse_cbrt_m1(j.0[q]);
         }
         let volume = load!(&self.batch.volume);
-        let mean = change * load!(&self.batch.scaled_inverse_volume);
         let viscous = viscous_pressure(
             self.parameters,
             self.inverse_step,

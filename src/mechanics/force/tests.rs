@@ -7,8 +7,8 @@ use super::{
 };
 use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
 use crate::mechanics::material::{
-    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
-    NeoHookean, Volumetric,
+    Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm,
+    MooneyRivlin, NeoHookean, PronySeries, Volumetric,
 };
 use crate::mechanics::tensor::{Mat3, Vec3};
 use nalgebra::{SMatrix, SVector};
@@ -33,18 +33,26 @@ struct Swept {
     j: f64,
 }
 
+/// Elastic.
+fn parameters(material: Material, formulation: Formulation) -> BlockParameters {
+    BlockParameters {
+        material,
+        formulation,
+        density: DENSITY,
+        linear_viscosity: 0.0,
+        quadratic_viscosity: 0.0,
+        shear_viscosity: 0.0,
+        prony: PronySeries::NONE,
+        erosion: None,
+    }
+}
+
 impl Element {
     fn new(X: U, material: Material, formulation: Formulation) -> Self {
-        let parameters = BlockParameters {
-            material,
-            formulation,
-            density: DENSITY,
-            linear_viscosity: 0.0,
-            quadratic_viscosity: 0.0,
-            shear_viscosity: 0.0,
-            prony: crate::mechanics::material::PronySeries::NONE,
-            erosion: None,
-        };
+        Self::of(X, parameters(material, formulation))
+    }
+
+    fn of(X: U, parameters: BlockParameters) -> Self {
         let geometry = ReferenceGeometry::new(&X);
         let mass = geometry.corner_volume.map(|V| DENSITY * V);
         let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -235,4 +243,41 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
         }
     }
     assert!(passed_over > 1000 && penalised > 1000, "{passed_over} {penalised}");
+}
+
+#[test]
+fn history_has_rows_where_something_is_remembered_and_only_there() {
+    let elastic = parameters(laws()[0], Formulation::MeanDilatation);
+    let branches = [1e-3, 2e-3].map(|relaxation_time| Branch { relative_modulus: 0.5, relaxation_time });
+    let prony = PronySeries::new(&branches).unwrap();
+    let bulk = BlockParameters { linear_viscosity: 0.06, ..elastic };
+    let relaxing = BlockParameters { prony, ..elastic };
+    let both = BlockParameters { prony, ..bulk };
+    let one_point = BlockParameters { formulation: Formulation::Reduced, ..both };
+    let of_point = 6 * 3;
+    let expected = [0, 2, 8 * of_point, 2 + 8 * of_point, 2 + of_point];
+    for (parameters, rows) in [elastic, bulk, relaxing, both, one_point].into_iter().zip(expected) {
+        let element = Element::of(shapes()[2], parameters);
+        assert_eq!(element.blocks[0].history_rows(), rows);
+        let lengths: Vec<usize> = ElementForces::no_history(&element.blocks).iter().map(Vec::len).collect();
+        assert_eq!(lengths, if rows == 0 { vec![] } else { vec![rows] });
+    }
+
+    // What relaxes does not know whether bulk viscosity remembers too.
+    let mut random = Random(7);
+    let steps: Vec<U> = (0..3).map(|_| deformed(&shapes()[2], 0.1, &mut random)).collect();
+    let forces = [relaxing, both].map(|parameters| {
+        let element = Element::of(shapes()[2], parameters);
+        let (mut history, v) = (ElementForces::no_history(&element.blocks), [Vec3::zeros(); 8]);
+        let mut forces = ElementForces::new(&element.blocks);
+        for u in &steps {
+            let input = SweepInput { u, inverse_step: 1e3, history: &history };
+            forces.sweep(&Threads::ONE, &element.blocks, &input);
+            forces.add_viscous(&Threads::ONE, &element.blocks, &input, &v);
+            forces.swap_history(&mut history);
+        }
+        let assembly = Assembly::new(8, &element.blocks);
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|a| forces.viscous_at_node(&assembly, a))
+    });
+    assert!(forces[0] == forces[1] && forces[0][0].norm() > 1.0);
 }

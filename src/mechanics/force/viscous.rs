@@ -16,7 +16,7 @@ use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, SweepInput, Threads};
 use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{bound_largest, volume_change};
+use crate::mechanics::material::bound_largest;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
 use crate::with_law;
@@ -121,24 +121,21 @@ impl Batch {
     ) {
         let zero = Lane::splat(simd, 0.0);
         let identity = Tensor::diagonal(zero.constant(1.0));
-        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
+        let first = self.first_pass(simd, part, u);
         let local_v = Aligned(Hex8::local_gradients(&load_corners(simd, rates, part)));
         let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
         let mut largest = zero;
         for q in 0..POINTS {
-            let cof_X = Hex8::local_gradient_at(&local_X.0, q).cofactor();
-            let inverse_weight = Lane::load(simd, &self.inverse_weight[q], part);
-            let H = Hex8::local_gradient_at(&local_u.0, q).dot_transposed(&cof_X).scaled(inverse_weight);
-            let rate = Hex8::local_gradient_at(&local_v.0, q).dot_transposed(&cof_X).scaled(inverse_weight);
-            let (cof_F, j) = (H.plus(&identity).cofactor(), volume_change(&H));
+            let (cof_X, j) = (&first.cof_X.0[q], first.j.0[q]);
+            let rate = self.gradient_at(simd, part, &local_v.0, (q, cof_X));
+            let cof_F = first.H.0[q].plus(&identity).cofactor();
 
             // P_v = σ_v cof F
             let sigma = stress_over_viscosity(&rate, &cof_F, j).scaled(zero.constant(eta));
             let P = Tensor::from_fn(|a, b| {
                 (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum))
             });
-            Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X);
+            Hex8::add_local_stress(&mut sums.0, q, &P, cof_X);
 
             // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.
             let square = Sym(Sym::<Lane<S>>::INDICES
