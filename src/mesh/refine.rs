@@ -1,11 +1,11 @@
 //! Uniform refinement: each hexahedron becomes eight.
 
-use super::Mesh;
+use super::{HangingNodes, Mesh};
 use super::hexahedron::{CORNERS, EDGES, FACES};
 use super::surface::{skin, skin_nodes};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-/// Splits each element into eight at the middle of its edges, faces and volume.
+/// Splits each element of a mesh without hanging nodes into eight at the middle of its edges, faces and volume.
 ///
 /// New nodes lie on the trilinear element, so that the volume and the facets of a curved surface stay what they are (a
 /// generator with `refined` follows the true shape instead). Old nodes keep their numbers. Parts and material axes are
@@ -14,20 +14,16 @@ use std::collections::HashMap;
 /// holds both its sides.
 #[must_use]
 pub fn refined(mesh: &Mesh) -> Mesh {
-    let mut split = Split { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() };
+    let mut split = Split::new(mesh);
     let mut hexes = Vec::with_capacity(mesh.hexes.len() * 8);
     for hex in &mesh.hexes {
         let lattice = split.lattice(hex);
-        hexes.extend((0..8).map(|octant| child(&lattice, octant)));
+        hexes.extend(children(&lattice));
     }
     let each_eight_times = |e: usize| e / 8;
     let fine_skin = skin_nodes(&skin(&hexes));
     let coarse_skin = skin_nodes(&skin(&mesh.hexes));
-    let node_sets = mesh
-        .node_sets
-        .iter()
-        .map(|(name, set)| (name.clone(), split.refined_set(set, &coarse_skin, &fine_skin)))
-        .collect();
+    let node_sets = split.refined_sets(mesh, &coarse_skin, &fine_skin);
     Mesh {
         part_of: (0..hexes.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
         axes: (0..hexes.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
@@ -35,13 +31,14 @@ pub fn refined(mesh: &Mesh) -> Mesh {
         hexes,
         parts: mesh.parts.clone(),
         node_sets,
+        hanging: HangingNodes::default(),
         notes: mesh.notes.clone(),
     }
 }
 
 /// The nodes of a mesh that is being split.
-struct Split {
-    nodes: Vec<crate::mechanics::tensor::Vec3>,
+pub(super) struct Split {
+    pub nodes: Vec<crate::mechanics::tensor::Vec3>,
     /// Middle node of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
     middles: HashMap<[u32; 8], u32>,
     /// Corners of each new node, in the order of the new nodes.
@@ -49,11 +46,19 @@ struct Split {
 }
 
 impl Split {
+    /// Of a mesh of which nothing is split yet.
+    pub fn new(mesh: &Mesh) -> Self {
+        Self { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() }
+    }
+
+    /// The node in the middle of these corners, if it has been made.
+    pub fn made_middle(&self, corners: &[u32]) -> Option<u32> {
+        self.middles.get(&key(corners)).copied()
+    }
+
     /// The node in the middle of these corners, made when first asked for.
     fn middle(&mut self, corners: &[u32]) -> u32 {
-        let mut key = [u32::MAX; 8];
-        key[..corners.len()].copy_from_slice(corners);
-        key.sort_unstable();
+        let key = key(corners);
         *self.middles.entry(key).or_insert_with(|| {
             let sum = key.iter().take(corners.len()).map(|&a| self.nodes[a as usize]);
             let middle = sum.sum::<crate::mechanics::tensor::Vec3>() / corners.len() as f64;
@@ -64,7 +69,7 @@ impl Split {
     }
 
     /// The 3×3×3 nodes of a split element, `[i + 3 j + 9 k]` with i along ξ, j along η, k along ζ.
-    fn lattice(&mut self, hex: &[u32; 8]) -> [u32; 27] {
+    pub fn lattice(&mut self, hex: &[u32; 8]) -> [u32; 27] {
         let mut lattice = [0; 27];
         for (c, &a) in hex.iter().enumerate() {
             lattice[place(&[c])] = a;
@@ -79,20 +84,41 @@ impl Split {
         lattice
     }
 
-    /// A node set with the new nodes that belong to it.
+    /// The node sets of the mesh with the new nodes that belong to them; nodes of the skin before and after.
+    pub fn refined_sets(
+        &self,
+        mesh: &Mesh,
+        coarse_skin: &[u32],
+        fine_skin: &[u32],
+    ) -> BTreeMap<String, Vec<u32>> {
+        let refined = |(name, set): (&String, &Vec<u32>)| {
+            (name.clone(), self.refined_set(set, coarse_skin, fine_skin))
+        };
+        mesh.node_sets.iter().map(refined).collect()
+    }
+
+    /// A node set with the new nodes that belong to it; these are in ascending order, after the corners that they are between.
     fn refined_set(&self, set: &[u32], coarse_skin: &[u32], fine_skin: &[u32]) -> Vec<u32> {
         let on_skin = set.iter().all(|a| coarse_skin.binary_search(a).is_ok());
         let first_new = self.nodes.len() - self.parents.len();
         let mut out = set.to_vec();
         for (i, parents) in self.parents.iter().enumerate() {
             let node = (first_new + i) as u32;
-            let inherits = parents.iter().all(|a| set.binary_search(a).is_ok());
+            let inherits = parents.iter().all(|a| out.binary_search(a).is_ok());
             if inherits && (!on_skin || fine_skin.binary_search(&node).is_ok()) {
                 out.push(node);
             }
         }
         out
     }
+}
+
+/// Corners, whatever their order.
+fn key(corners: &[u32]) -> [u32; 8] {
+    let mut key = [u32::MAX; 8];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
 }
 
 /// Where the middle of some corners lies in the 3×3×3 lattice.
@@ -110,6 +136,11 @@ fn place(corners: &[usize]) -> usize {
         index += stride * step;
     }
     index
+}
+
+/// The eight elements of a lattice.
+pub(super) fn children(lattice: &[u32; 27]) -> impl Iterator<Item = [u32; 8]> {
+    (0..8).map(|octant| child(lattice, octant))
 }
 
 /// The eighth of the lattice at corner `octant`, with its own corners in the order of a hexahedron.

@@ -147,7 +147,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         body.part_entry.iter().map(of_entry).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let skins: usize = bodies.iter().map(|body| skin_nodes(&skin(&body.mesh.hexes)).len()).sum();
+    let skins: usize = bodies.iter().map(|body| skin_nodes(&body.mesh.hanging.skin(skin(&body.mesh.hexes))).len()).sum();
     StepLoad {
         elements,
         sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),

@@ -19,6 +19,7 @@ mod crushing;
 mod energy_momentum;
 mod erosion;
 mod error_study;
+mod followers;
 mod free_flight;
 mod hertz;
 mod hertz_impact;

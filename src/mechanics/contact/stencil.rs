@@ -1,5 +1,6 @@
 //! The nodes of a contact with signed weights: how the velocity of a contact is made of those of its nodes.
 
+use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
@@ -67,6 +68,19 @@ impl Stencil {
         self.weights[count] = weight;
         self.count += 1;
         Some(())
+    }
+
+    /// The same with the nodes that move its nodes in the place of those that follow others: relative velocity and power of an impulse
+    /// stay. `None` where they are more than [`MOST_NODES`].
+    pub fn without(&self, followers: &Followers) -> Option<Self> {
+        if !self.nodes().iter().any(|node| followers.contains(*node as usize)) {
+            return Some(self.clone());
+        }
+        let movers = |is_master: bool| {
+            let nodes = self.side(is_master);
+            nodes.flat_map(|(node, w)| followers.movers(node).map(move |(mover, share)| (mover, w * share)))
+        };
+        Self::new(movers(false), movers(true))
     }
 
     fn len_of_slave(&self) -> usize {

@@ -41,7 +41,7 @@ impl<'a> BaseFacts<'a> {
     /// The skin of a body of a changed scene, as it starts.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
-            let faces = exposed_faces(scene, body, mesh, &skin(&mesh.hexes));
+            let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.hexes)));
             let positions = mesh.nodes.iter().map(|X| scene.bodies[body].start_position(X)).collect();
             Arc::new(TriangulatedSkin::new(&faces, positions))
         };
