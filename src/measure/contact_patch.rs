@@ -225,7 +225,13 @@ impl PatchGeometry {
             for (node, share) in contact.stencil.side(self.is_master) {
                 let weight = if self.is_master { 1.0 } else { share };
                 let force = share * p_n / frame.mean_step;
-                self.press(node, &normal, (weight, force), &position, (&limit, frame.plan.assembly.followers()));
+                self.press(
+                    node,
+                    &normal,
+                    (weight, force),
+                    &position,
+                    (&limit, frame.plan.assembly.followers()),
+                );
             }
         }
         let spacing = self.spacing();

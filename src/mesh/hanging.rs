@@ -44,7 +44,8 @@ impl HangingNodes {
     pub fn complete(&self, set: &mut Vec<u32>) {
         loop {
             let has = |node: &u32| set.binary_search(node).is_ok();
-            let hangs_alone = |node: &u32| self.between.get(node).is_some_and(|others| !others.iter().all(has));
+            let hangs_alone =
+                |node: &u32| self.between.get(node).is_some_and(|others| !others.iter().all(has));
             let kept: Vec<u32> = set.iter().filter(|node| !hangs_alone(node)).copied().collect();
             if kept.len() == set.len() {
                 return;
@@ -76,7 +77,8 @@ impl HangingNodes {
         };
         let middles: BTreeMap<Vec<u32>, u32> = self.each().map(|(node, on)| (sorted(on), node)).collect();
         let is_in_a_face = |node: &u32| self.between.get(node).is_some_and(|others| others.len() == 4);
-        let is_between = |face: &[u32; 4]| face.iter().any(is_in_a_face) || middles.contains_key(&sorted(face));
+        let is_between =
+            |face: &[u32; 4]| face.iter().any(is_in_a_face) || middles.contains_key(&sorted(face));
         let mut skin = Vec::with_capacity(faces.len());
         for face in faces.into_iter().filter(|face| !is_between(face)) {
             let edges = (0..4).map(|i| [face[i], face[(i + 1) % 4]]);

@@ -3,13 +3,11 @@
 //! Neighbours differ by one halving at most, over faces, edges and corners, so that a face has one hanging node in its middle and one in
 //! the middle of each edge, and no more; and no node hangs on one that hangs itself. New nodes lie on the trilinear elements: facets of a curved surface stay what they are.
 
-use super::hanging::HangingNodes;
 use super::hexahedron::{EDGES, FACES};
 use super::refine::{Split, children};
 use super::surface::{skin, skin_nodes};
 use super::{Mesh, hexahedron::CORNERS};
 use crate::mechanics::tensor::Vec3;
-use std::collections::BTreeMap;
 
 /// Room for rounding where an edge is as long as it may be [-].
 const ROUNDING: f64 = 1e-9;
@@ -27,18 +25,23 @@ pub struct Place {
 }
 
 impl Place {
-    /// A point [m] with the normal of the mesh's skin at its nearest node.
-    pub fn on(mesh: &Mesh, point: Vec3) -> Self {
-        let faces = skin(&mesh.hexes);
-        let far = |node: &u32| (mesh.nodes[*node as usize] - point).norm_squared();
-        let nearest = skin_nodes(&faces).into_iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-        let around = faces.iter().filter(|face| nearest.is_some_and(|node| face.contains(&node)));
-        let area = |face: &[u32; 4]| {
+    /// Points [m] with the normal of the mesh's skin at its node nearest to each.
+    pub fn on_all(mesh: &Mesh, points: &[Vec3]) -> Vec<Self> {
+        let faces = mesh.hanging.skin(skin(&mesh.hexes));
+        let nodes = skin_nodes(&faces);
+        let mut normals = vec![Vec3::zeros(); mesh.nodes.len()];
+        for face in &faces {
             let [a, b, c, d] = face.map(|node| mesh.nodes[node as usize]);
-            (c - a).cross(&(d - b))
+            let area = (c - a).cross(&(d - b));
+            face.iter().for_each(|node| normals[*node as usize] += area);
+        }
+        let on = |point: &Vec3| {
+            let far = |node: &u32| (mesh.nodes[*node as usize] - point).norm_squared();
+            let nearest = nodes.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            let normal = nearest.and_then(|node| normals[*node as usize].try_normalize(0.0));
+            Self { point: *point, normal: normal.unwrap_or_else(Vec3::zeros) }
         };
-        let normal = around.map(area).sum::<Vec3>().try_normalize(0.0).unwrap_or_else(Vec3::zeros);
-        Self { point, normal }
+        points.iter().map(on).collect()
     }
 }
 
@@ -192,25 +195,10 @@ impl Refinement {
         nodes
     }
 
-    /// Nodes in the middle of an edge or a face that an element has whole.
-    fn hanging(&self) -> HangingNodes {
-        let mut between = BTreeMap::new();
-        let mut note = |corners: &[u32]| {
-            if let Some(node) = self.split.made_middle(corners) {
-                between.entry(node).or_insert_with(|| corners.to_vec());
-            }
-        };
-        for hex in &self.hexes {
-            EDGES.iter().for_each(|edge| note(&edge.map(|i| hex[i])));
-            FACES.iter().for_each(|face| note(&face.map(|i| hex[i])));
-        }
-        HangingNodes::new(between)
-    }
-
     fn finish(self, mesh: &Mesh) -> (Mesh, usize) {
-        let hanging = self.hanging();
+        let hanging = self.split.hanging(&self.hexes);
         let fine_skin = skin_nodes(&hanging.skin(skin(&self.hexes)));
-        let coarse_skin = skin_nodes(&skin(&mesh.hexes));
+        let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.hexes)));
         let of_origin = || self.origin.iter().map(|e| *e as usize);
         let mut split_origins: Vec<u32> =
             self.origin.iter().zip(&self.level).filter(|(_, level)| **level > 0).map(|(e, _)| *e).collect();
@@ -244,7 +232,7 @@ mod tests {
     }
 
     fn at_top(mesh: &Mesh, within: f64, size: f64) -> Region {
-        Region { places: vec![Place::on(mesh, Vec3::new(4.0, 4.0, 4.0))], within, size }
+        Region { places: Place::on_all(mesh, &[Vec3::new(4.0, 4.0, 4.0)]), within, size }
     }
 
     /// How many faces run along each edge in each sense: a closed surface has one of each.
@@ -273,7 +261,10 @@ mod tests {
             let faces = fine.hanging.skin(skin(&fine.hexes));
             assert!(is_closed(&faces));
             assert!((enclosed_volume_m3(&faces, &fine.nodes) - 256.0).abs() < 1e-10);
-            assert!(faces.iter().any(|face| face[2] == face[3]), "coarse faces are cut where nodes hang on them");
+            assert!(
+                faces.iter().any(|face| face[2] == face[3]),
+                "coarse faces are cut where nodes hang on them"
+            );
         }
     }
 
@@ -297,7 +288,8 @@ mod tests {
         let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 0.3, 0.13)], 1_000_000).unwrap();
         let edge = |e: usize| (fine.corners(e)[1] - fine.corners(e)[0]).norm();
         // Elements that touch: their boxes do.
-        let boxes: Vec<[Vec3; 2]> = (0..fine.hexes.len()).map(|e| [fine.corners(e)[0], fine.corners(e)[6]]).collect();
+        let boxes: Vec<[Vec3; 2]> =
+            (0..fine.hexes.len()).map(|e| [fine.corners(e)[0], fine.corners(e)[6]]).collect();
         for (a, [low_a, high_a]) in boxes.iter().enumerate() {
             for (b, [low_b, high_b]) in boxes.iter().enumerate().filter(|(b, _)| *b < a) {
                 if (0..3).all(|i| low_a[i] <= high_b[i] + 1e-9 && low_b[i] <= high_a[i] + 1e-9) {
@@ -312,7 +304,7 @@ mod tests {
         let limb = LimbSegment { elements_around: 16, elements_along: 6, ..LimbSegment::default() };
         let coarse = limb.generate().unwrap();
         let top = coarse.nodes.iter().max_by(|a, b| a.z.total_cmp(&b.z)).copied().unwrap();
-        let region = Region { places: vec![Place::on(&coarse, top)], within: 0.03, size: 0.006 };
+        let region = Region { places: Place::on_all(&coarse, &[top]), within: 0.03, size: 0.006 };
         let (fine, split) = refined_in(&coarse, &[region.clone()], 1_000_000).unwrap();
         assert!(split > 10 && fine.axes.len() == fine.hexes.len() && fine.part_of.len() == fine.hexes.len());
         for part in &coarse.parts {

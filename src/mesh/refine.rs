@@ -1,11 +1,11 @@
 //! Uniform refinement: each hexahedron becomes eight.
 
-use super::{HangingNodes, Mesh};
 use super::hexahedron::{CORNERS, EDGES, FACES};
 use super::surface::{skin, skin_nodes};
+use super::{HangingNodes, Mesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// Splits each element of a mesh without hanging nodes into eight at the middle of its edges, faces and volume.
+/// Splits each element into eight at the middle of its edges, faces and volume.
 ///
 /// New nodes lie on the trilinear element, so that the volume and the facets of a curved surface stay what they are (a
 /// generator with `refined` follows the true shape instead). Old nodes keep their numbers. Parts and material axes are
@@ -21,8 +21,10 @@ pub fn refined(mesh: &Mesh) -> Mesh {
         hexes.extend(children(&lattice));
     }
     let each_eight_times = |e: usize| e / 8;
-    let fine_skin = skin_nodes(&skin(&hexes));
-    let coarse_skin = skin_nodes(&skin(&mesh.hexes));
+    // Where nothing hung, nothing will.
+    let hanging = if mesh.hanging.is_empty() { HangingNodes::default() } else { split.hanging(&hexes) };
+    let fine_skin = skin_nodes(&hanging.skin(skin(&hexes)));
+    let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.hexes)));
     let node_sets = split.refined_sets(mesh, &coarse_skin, &fine_skin);
     Mesh {
         part_of: (0..hexes.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
@@ -31,7 +33,7 @@ pub fn refined(mesh: &Mesh) -> Mesh {
         hexes,
         parts: mesh.parts.clone(),
         node_sets,
-        hanging: HangingNodes::default(),
+        hanging,
         notes: mesh.notes.clone(),
     }
 }
@@ -46,9 +48,25 @@ pub(super) struct Split {
 }
 
 impl Split {
-    /// Of a mesh of which nothing is split yet.
+    /// Of a mesh; what hangs in it is the middle of something already.
     pub fn new(mesh: &Mesh) -> Self {
-        Self { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() }
+        let middles = mesh.hanging.each().map(|(node, corners)| (key(corners), node)).collect();
+        Self { nodes: mesh.nodes.clone(), middles, parents: Vec::new() }
+    }
+
+    /// Nodes in the middle of an edge or a face that one of these elements has whole.
+    pub fn hanging(&self, hexes: &[[u32; 8]]) -> HangingNodes {
+        let mut between = BTreeMap::new();
+        let mut note = |corners: &[u32]| {
+            if let Some(node) = self.made_middle(corners) {
+                between.entry(node).or_insert_with(|| corners.to_vec());
+            }
+        };
+        for hex in hexes {
+            EDGES.iter().for_each(|edge| note(&edge.map(|i| hex[i])));
+            FACES.iter().for_each(|face| note(&face.map(|i| hex[i])));
+        }
+        HangingNodes::new(between)
     }
 
     /// The node in the middle of these corners, if it has been made.
@@ -91,9 +109,8 @@ impl Split {
         coarse_skin: &[u32],
         fine_skin: &[u32],
     ) -> BTreeMap<String, Vec<u32>> {
-        let refined = |(name, set): (&String, &Vec<u32>)| {
-            (name.clone(), self.refined_set(set, coarse_skin, fine_skin))
-        };
+        let refined =
+            |(name, set): (&String, &Vec<u32>)| (name.clone(), self.refined_set(set, coarse_skin, fine_skin));
         mesh.node_sets.iter().map(refined).collect()
     }
 

@@ -37,7 +37,8 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     }
     let followers = Followers::new(parts.X.len(), &parts.ties);
     // Each body's have been looked at by themselves.
-    parts.followers = Arc::new(followers.map_err(|error| CompileError::Followers { body: String::new(), error })?);
+    parts.followers =
+        Arc::new(followers.map_err(|error| CompileError::Followers { body: String::new(), error })?);
     parts.loads = Loads::new(scene, &parts.bodies, &parts.X);
     for prescribed in &parts.loads.prescribed {
         parts.inverse_mass[prescribed.node as usize][prescribed.axis] = 0.0;

@@ -32,6 +32,8 @@ mod motion;
 pub mod problem;
 pub mod prony_document;
 pub mod recipe;
+pub mod refinement;
+pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
 pub mod schema;
@@ -121,6 +123,8 @@ pub struct SceneBody {
     pub rigid: Option<RigidSceneBody>,
     /// Its mesh, placed; empty for a rigid body.
     pub mesh: Mesh,
+    /// Elements of the mesh before local refinement, and how many of them were split.
+    pub refined: Option<[usize; 2]>,
     /// The law of each entry of the body's `parts`.
     pub materials: Vec<crate::mechanics::material::Material>,
     /// For every element the index of its entry in the body's `parts`.

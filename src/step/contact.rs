@@ -233,7 +233,8 @@ impl<'p> ContactStep<'p> {
             return Ok(());
         }
         for contact in &mut self.contacts {
-            let too_many = || (FailureCause::Internal, format!("A contact has more than {MOST_NODES} nodes."));
+            let too_many =
+                || (FailureCause::Internal, format!("A contact has more than {MOST_NODES} nodes."));
             contact.stencil = contact.stencil.without(followers).ok_or_else(too_many)?;
         }
         Ok(())
@@ -348,13 +349,7 @@ impl<'p> ContactStep<'p> {
 
     /// Moves what is left inside back out, in a step of a `share` of the usual one [-]: (node, shift), a node possibly more than once.
     /// Rigid bodies are turned too, in `poses`.
-    pub fn project(
-        &mut self,
-        plan: &Plan,
-        x: &mut [Vec3],
-        poses: &mut [Pose],
-        share: f64,
-    ) -> &[(u32, Vec3)] {
+    pub fn project(&mut self, plan: &Plan, x: &mut [Vec3], poses: &mut [Pose], share: f64) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
         project_positions(&self.contacts[..meshes], &self.detector, (nodes, share), x, &mut self.moved);

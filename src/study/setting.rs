@@ -62,7 +62,9 @@ impl Setting {
         for body in &mut document.bodies {
             // A rigid body has no mesh.
             if let Some(mesh) = &mut body.mesh {
-                change_mesh(mesh, self.mesh_level - i32::from(self.on_facets))?;
+                let level = self.mesh_level - i32::from(self.on_facets);
+                change_mesh(mesh, level)?;
+                body.refinement.iter_mut().for_each(|refinement| refinement.size_m *= 0.5_f64.powi(level));
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);

@@ -29,6 +29,7 @@ mod incline;
 mod invariance;
 mod ledger;
 mod left_out;
+mod local_refinement;
 mod manufactured_solution;
 mod material_points;
 mod momentum;

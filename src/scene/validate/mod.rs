@@ -14,6 +14,7 @@ pub mod motion;
 pub mod names;
 pub mod overlap;
 pub mod prony;
+pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod solver;
@@ -40,5 +41,6 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     loads::check(document, &mut out);
     solver::check(document, &mut out);
     measures::check(document, &mut out);
+    refinement::check(document, &mut out);
     out
 }

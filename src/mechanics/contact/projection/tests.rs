@@ -57,7 +57,8 @@ fn the_cap_holds_and_fixed_sides_stay() {
     assert_eq!(x[..4], before[..4]);
     // Nothing moves where nothing can, and no number breaks.
     let mut x = before.clone();
-    let report = project_positions(&contacts, &detector, (nodes(&[Vec3::zeros(); 5]), 1.0), &mut x, &mut moved);
+    let report =
+        project_positions(&contacts, &detector, (nodes(&[Vec3::zeros(); 5]), 1.0), &mut x, &mut moved);
     assert_eq!((report.corrected, x, moved.len()), (0, before, 0));
 }
 
