@@ -50,7 +50,7 @@ impl Place {
 pub struct Region {
     /// Near any of these.
     pub places: Vec<Place>,
-    /// So near: the centre or a corner is no farther away [m].
+    /// So near: the box around an element, along the axes of space, is no farther away [m].
     pub within: f64,
     /// Longest edge along the surface [m]: of the two natural directions that are least along the normal.
     pub size: f64,
@@ -59,15 +59,17 @@ pub struct Region {
 impl Region {
     /// Whether an element with these corners [m] is to be split.
     fn splits(&self, corners: &[Vec3; 8]) -> bool {
-        let centre = corners.iter().sum::<Vec3>() / 8.0;
-        let distance = |place: &Place| {
-            let points = corners.iter().chain([&centre]);
-            points.map(|x| (x - place.point).norm()).fold(f64::INFINITY, f64::min)
-        };
+        let most = self.size * (1.0 + ROUNDING);
+        if longest_along_surface(corners, &Vec3::zeros()) <= most {
+            return false;
+        }
+        let low = corners.iter().fold(corners[0], |low, x| low.inf(x));
+        let high = corners.iter().fold(corners[0], |high, x| high.sup(x));
+        let within = self.within + ROUNDING * (high - low).norm();
+        let distance = |place: &Place| (place.point - place.point.sup(&low).inf(&high)).norm();
         let near = self.places.iter().map(|place| (distance(place), place));
-        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, place)) = nearest.filter(|(distance, _)| *distance <= self.within) else { return false };
-        longest_along_surface(corners, &place.normal) > self.size * (1.0 + ROUNDING)
+        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, _)| *distance <= within);
+        nearest.is_some_and(|(_, place)| longest_along_surface(corners, &place.normal) > most)
     }
 }
 

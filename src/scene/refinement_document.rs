@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct RefinementDocument {
     /// Near what.
     pub around: Around,
-    /// So near: the centre or a corner of an element is no farther away [m].
+    /// So near: the box around an element, along the axes of space, is no farther away [m].
     pub within_m: f64,
     /// Longest edge along the surface that elements there may have [m]; across it they are halved as often.
     pub size_m: f64,
