@@ -224,6 +224,8 @@ impl Refinement {
 mod tests {
     use super::super::generate::block::Block;
     use super::super::generate::limb_segment::LimbSegment;
+    use super::super::quality::quality;
+    use super::super::refine::refined;
     use super::super::surface::enclosed_volume_m3;
     use super::*;
     use crate::mechanics::followers::Followers;
@@ -299,6 +301,40 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_hangs_already_is_used_again_when_everything_is_split() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 1.5, 0.5)], 1_000_000).unwrap();
+        let finer = refined(&fine);
+        assert_eq!(finer.hexes.len(), 8 * fine.hexes.len());
+        assert_eq!(quality(&finer).unwrap().coincident_nodes.count, 0);
+        let faces = finer.hanging.skin(skin(&finer.hexes));
+        assert!(!finer.hanging.is_empty() && is_closed(&faces));
+        assert!((enclosed_volume_m3(&faces, &finer.nodes) - 256.0).abs() < 1e-10);
+        let mut placed = finer.nodes.clone();
+        Followers::new(finer.nodes.len(), &finer.hanging.ties()).unwrap().follow(&mut placed);
+        assert!(placed.iter().zip(&finer.nodes).all(|(a, b)| (a - b).norm() < 1e-14));
+    }
+
+    #[test]
+    fn a_set_has_a_hanging_node_only_with_all_that_it_hangs_on() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 1.5, 0.5)], 1_000_000).unwrap();
+        let (node, others) = fine.hanging.each().next().unwrap();
+        let sorted = |nodes: &[u32]| {
+            let mut nodes = nodes.to_vec();
+            nodes.sort_unstable();
+            nodes
+        };
+        let mut whole = sorted(&[others, &[node]].concat());
+        let all = whole.clone();
+        fine.hanging.complete(&mut whole);
+        assert_eq!(whole, all);
+        let mut part = sorted(&[&others[1..], &[node]].concat());
+        fine.hanging.complete(&mut part);
+        assert_eq!(part, sorted(&others[1..]));
     }
 
     #[test]

@@ -34,7 +34,7 @@ impl Meshes<'_> {
         let too_many = |elements: u64| {
             Problem::error("budget_elements", &here, format!("this mesh has {elements} elements or more"))
                 .value(elements)
-                .limit(format!("at most {} more than the {before} that it has before", spare))
+                .limit(format!("at most {spare} more than the {before} that it has before"))
                 .remedy("give a larger `size_m`, or a smaller `within_m`")
         };
         refined.map_err(|error| out.push(too_many(error.elements))).ok()
