@@ -33,7 +33,9 @@ impl Place {
         for face in &faces {
             let [a, b, c, d] = face.map(|node| mesh.nodes[node as usize]);
             let area = (c - a).cross(&(d - b));
-            face.iter().for_each(|node| normals[*node as usize] += area);
+            for node in face {
+                normals[*node as usize] += area;
+            }
         }
         let on = |point: &Vec3| {
             let far = |node: &u32| (mesh.nodes[*node as usize] - point).norm_squared();

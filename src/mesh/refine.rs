@@ -63,8 +63,12 @@ impl Split {
             }
         };
         for hex in hexes {
-            EDGES.iter().for_each(|edge| note(&edge.map(|i| hex[i])));
-            FACES.iter().for_each(|face| note(&face.map(|i| hex[i])));
+            for edge in EDGES {
+                note(&edge.map(|i| hex[i]));
+            }
+            for face in FACES {
+                note(&face.map(|i| hex[i]));
+            }
         }
         HangingNodes::new(between)
     }

@@ -11,6 +11,7 @@ use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
+use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -189,7 +190,8 @@ pub fn on_meshes_of(
             && (&a.initial_deformation, &a.fixed, &a.prescribed)
                 == (&b.initial_deformation, &b.fixed, &b.prescribed)
             && (&a.face_loads, &a.refinement) == (&b.face_loads, &b.refinement)
-            && (!document.is_refined_around_impact() || a.velocity_m_per_s == b.velocity_m_per_s)
+            && (!document.is_refined_around_impact()
+                || Vec3::from(a.velocity_m_per_s) == Vec3::from(b.velocity_m_per_s))
             && parts(a) == parts(b)
     };
     let is_same = known.len() == document.bodies.len()
