@@ -35,7 +35,7 @@ impl Deflection {
         let mut nodes: Vec<u32> = plan.measures.tissue_skin.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let holds = |node: &u32| plan.inverse_mass[*node as usize].iter().any(|m| *m == 0.0);
+        let holds = |node: &u32| (0..3).any(|axis| plan.holds(*node as usize, axis));
         let bodies = plan
             .bodies
             .iter()

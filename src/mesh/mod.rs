@@ -9,6 +9,8 @@ pub mod cells;
 pub mod distance;
 pub mod error;
 pub mod generate;
+pub mod hanging;
+pub mod local_refinement;
 pub mod locate;
 pub mod names;
 pub mod quality;
@@ -22,6 +24,7 @@ pub mod write;
 pub use cell::CellKind;
 pub use cells::{Cell, Cells};
 pub use error::{MeshError, ParameterProblem, Place};
+pub use hanging::HangingNodes;
 
 use crate::mechanics::tensor::Vec3;
 use nalgebra::Rotation3;
@@ -43,6 +46,8 @@ pub struct Mesh {
     /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty when
     /// the mesh carries none (then the axes are x, y, z, or what the scene says).
     pub axes: Vec<[Vec3; 3]>,
+    /// Nodes that hang between coarse and fine elements.
+    pub hanging: HangingNodes,
     /// What the surface approximates, for the notes of the report ("faceted ball: 1.7 % below the exact volume").
     pub notes: Vec<String>,
 }
@@ -97,6 +102,7 @@ impl Mesh {
             nodes: self.nodes.clone(),
             parts: kept_parts,
             node_sets: self.node_sets.clone(),
+            hanging: self.hanging.clone(),
             notes: self.notes.clone(),
             ..Mesh::default()
         };
@@ -138,6 +144,7 @@ impl Mesh {
             }
         }
         self.node_sets.retain(|_, set| !set.is_empty());
+        self.hanging.renumber(|node| used[node as usize].then(|| new_index[node as usize]));
         dropped
     }
 

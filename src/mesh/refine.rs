@@ -3,9 +3,9 @@
 use super::cell::MOST_NODES;
 use super::cells::{Cell, Cells};
 use super::surface::{skin, skin_nodes};
-use super::{Mesh, MeshError};
+use super::{HangingNodes, Mesh, MeshError};
 use crate::mechanics::tensor::Vec3;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Splits each element into eight at the middle of its edges, quadrilateral faces and volume.
 ///
@@ -18,19 +18,17 @@ use std::collections::HashMap;
 /// # Errors
 /// `Unrefinable` when a kind of cell in it cannot be split.
 pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
-    let mut split = Split { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() };
+    let mut split = Split::new(mesh);
     let mut cells = Cells::default();
     for cell in mesh.cells.iter() {
         split.add_children(cell, &mut cells)?;
     }
     let each_eight_times = |e: usize| e / 8;
-    let fine_skin = skin_nodes(&skin(&cells));
-    let coarse_skin = skin_nodes(&skin(&mesh.cells));
-    let node_sets = mesh
-        .node_sets
-        .iter()
-        .map(|(name, set)| (name.clone(), split.refined_set(set, &coarse_skin, &fine_skin)))
-        .collect();
+    // Where nothing hung, nothing will.
+    let hanging = if mesh.hanging.is_empty() { HangingNodes::default() } else { split.hanging(&cells) };
+    let fine_skin = skin_nodes(&hanging.skin(skin(&cells)));
+    let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.cells)));
+    let node_sets = split.refined_sets(mesh, &coarse_skin, &fine_skin);
     Ok(Mesh {
         part_of: (0..cells.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
         axes: (0..cells.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
@@ -38,6 +36,7 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
         cells,
         parts: mesh.parts.clone(),
         node_sets,
+        hanging,
         notes: mesh.notes.clone(),
     })
 }
@@ -46,8 +45,8 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
 const MOST_SPLIT_NODES: usize = 27;
 
 /// The nodes of a mesh that is being split.
-struct Split {
-    nodes: Vec<Vec3>,
+pub(super) struct Split {
+    pub nodes: Vec<Vec3>,
     /// Middle node of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
     middles: HashMap<[u32; 8], u32>,
     /// Corners of each new node, in the order of the new nodes.
@@ -55,17 +54,36 @@ struct Split {
 }
 
 impl Split {
-    /// The node in the middle of these corners, made when first asked for.
-    fn middle(&mut self, corners: impl ExactSizeIterator<Item = u32>) -> u32 {
-        let count = corners.len();
-        let mut key = [u32::MAX; 8];
-        for (key, corner) in key.iter_mut().zip(corners) {
-            *key = corner;
+    /// Of a mesh; what hangs in it is the middle of something already.
+    pub fn new(mesh: &Mesh) -> Self {
+        let middles = mesh.hanging.each().map(|(node, corners)| (key(corners), node)).collect();
+        Self { nodes: mesh.nodes.clone(), middles, parents: Vec::new() }
+    }
+
+    /// Nodes in the middle of an edge or a face that one of these elements has whole.
+    pub fn hanging(&self, cells: &Cells) -> HangingNodes {
+        let mut between = BTreeMap::new();
+        for cell in cells.iter() {
+            for corners in edges_and_faces(cell) {
+                if let Some(node) = self.made_middle(&corners) {
+                    between.entry(node).or_insert(corners);
+                }
+            }
         }
-        key.sort_unstable();
+        HangingNodes::new(between)
+    }
+
+    /// The node in the middle of these corners, if it has been made.
+    pub fn made_middle(&self, corners: &[u32]) -> Option<u32> {
+        self.middles.get(&key(corners)).copied()
+    }
+
+    /// The node in the middle of these corners, made when first asked for.
+    fn middle(&mut self, corners: &[u32]) -> u32 {
+        let key = key(corners);
         *self.middles.entry(key).or_insert_with(|| {
-            let corners = &key[..count];
-            let middle = corners.iter().map(|&a| self.nodes[a as usize]).sum::<Vec3>() / count as f64;
+            let sum: Vec3 = key.iter().take(corners.len()).map(|&a| self.nodes[a as usize]).sum();
+            let middle = sum / corners.len() as f64;
             self.nodes.push(middle);
             self.parents.push(corners.to_vec());
             (self.nodes.len() - 1) as u32
@@ -73,7 +91,7 @@ impl Split {
     }
 
     /// The eight cells that one becomes.
-    fn add_children(&mut self, cell: Cell, out: &mut Cells) -> Result<(), MeshError> {
+    pub fn add_children(&mut self, cell: Cell, out: &mut Cells) -> Result<(), MeshError> {
         let table = cell.kind.table();
         let unrefinable = || MeshError::Unrefinable { kind: table.title };
         let split = table.split.as_ref().ok_or_else(unrefinable)?;
@@ -83,7 +101,10 @@ impl Split {
         let own = cell.nodes.len();
         nodes[..own].copy_from_slice(cell.nodes);
         for (i, corners) in split.middles.iter().enumerate() {
-            nodes[own + i] = self.middle(corners.iter().map(|&corner| cell.nodes[corner]));
+            nodes[own + i] = {
+                let corners: Vec<u32> = corners.iter().map(|&corner| cell.nodes[corner]).collect();
+                self.middle(&corners)
+            };
         }
         for child in split.children {
             let mut list = [0; MOST_NODES];
@@ -95,20 +116,47 @@ impl Split {
         Ok(())
     }
 
-    /// A node set with the new nodes that belong to it.
+    /// The node sets of the mesh with the new nodes that belong to them; nodes of the skin before and after.
+    pub fn refined_sets(
+        &self,
+        mesh: &Mesh,
+        coarse_skin: &[u32],
+        fine_skin: &[u32],
+    ) -> BTreeMap<String, Vec<u32>> {
+        let refined =
+            |(name, set): (&String, &Vec<u32>)| (name.clone(), self.refined_set(set, coarse_skin, fine_skin));
+        mesh.node_sets.iter().map(refined).collect()
+    }
+
+    /// A node set with the new nodes that belong to it; these are in ascending order, after the corners that they are between.
     fn refined_set(&self, set: &[u32], coarse_skin: &[u32], fine_skin: &[u32]) -> Vec<u32> {
         let on_skin = set.iter().all(|a| coarse_skin.binary_search(a).is_ok());
         let first_new = self.nodes.len() - self.parents.len();
         let mut out = set.to_vec();
         for (i, parents) in self.parents.iter().enumerate() {
             let node = (first_new + i) as u32;
-            let inherits = parents.iter().all(|a| set.binary_search(a).is_ok());
+            let inherits = parents.iter().all(|a| out.binary_search(a).is_ok());
             if inherits && (!on_skin || fine_skin.binary_search(&node).is_ok()) {
                 out.push(node);
             }
         }
         out
     }
+}
+
+/// The nodes at the ends of each edge of a cell, and at the corners of each face.
+pub(super) fn edges_and_faces(cell: Cell<'_>) -> impl Iterator<Item = Vec<u32>> {
+    let table = cell.kind.table();
+    let sides = table.edges.iter().map(|edge| &edge[..]).chain(table.faces.iter().map(|face| face.corners));
+    sides.map(move |corners| corners.iter().map(|&i| cell.nodes[i]).collect())
+}
+
+/// Corners, whatever their order.
+fn key(corners: &[u32]) -> [u32; 8] {
+    let mut key = [u32::MAX; 8];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
 }
 
 #[cfg(test)]

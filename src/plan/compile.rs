@@ -12,6 +12,7 @@ use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -19,7 +20,8 @@ use crate::mesh::{Cells, Mesh, surface};
 use crate::scene::document::{Axis, BodyDocument, ErosionDocument, ErrorBarsDocument, Keep, SceneDocument};
 use crate::scene::elements::without_element;
 use crate::scene::{Scene, SceneBody};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Compiles a scene.
 ///
@@ -35,11 +37,16 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
             None => add_body(&mut parts, document, body, mesh)?,
         }
     }
+    let followers = Followers::new(parts.X.len(), &parts.ties);
+    // Each body's have been looked at by themselves.
+    parts.followers =
+        Arc::new(followers.map_err(|error| CompileError::Followers { body: String::new(), error })?);
     parts.loads = Loads::new(scene, &parts.bodies, &parts.X);
     for prescribed in &parts.loads.prescribed {
         parts.inverse_mass[prescribed.node as usize][prescribed.axis] = 0.0;
     }
-    let assembly = Assembly::new(parts.X.len(), &parts.blocks);
+    check_followers(&mut parts)?;
+    let assembly = Assembly::new(parts.X.len(), &parts.blocks).with(parts.followers.clone());
     let integrator = integrator(&document.integrator, &parts)?;
     let preload = preload(document, &parts)?;
     Ok(complete(scene, parts, assembly, (integrator, preload)))
@@ -67,6 +74,8 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         bodies: plan.bodies,
         rigid: plan.rigid.unwrap_or_default(),
         loads: plan.loads,
+        ties: BTreeMap::new(),
+        followers: plan.assembly.followers().clone(),
     };
     for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
         let nodes = &parts.bodies[index].nodes;
@@ -90,6 +99,9 @@ fn complete(
     (integrator, preload): (Integrator, Option<Box<Implicit>>),
 ) -> Plan {
     let document = &scene.document;
+    // What starts in motion or deformed does so as its masters do.
+    parts.followers.follow(&mut parts.u);
+    parts.followers.follow(&mut parts.v);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
@@ -216,6 +228,12 @@ fn add_body(
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
+    let inertia_lost = inertia_lost(scene, document, (body, hexes), &mass);
+    let ties = mesh.hanging.ties();
+    let followers = Followers::new(mesh.nodes.len(), &ties)
+        .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
+    let mut mass = mass;
+    followers.hand_over_shares(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
@@ -229,7 +247,7 @@ fn add_body(
     add_blocks(&mut parts.blocks, &globals, document, body, elements);
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let faces: Vec<[u32; 4]> = surface::skin(&mesh.cells).iter().map(global).collect();
+    let faces: Vec<[u32; 4]> = mesh.hanging.skin(surface::skin(&mesh.cells)).iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
@@ -246,10 +264,29 @@ fn add_body(
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
-        inertia_lost: inertia_lost(scene, document, (body, hexes), &mass),
+        inertia_lost,
     });
+    let global = |masters: Masters| masters.into_iter().map(|(node, w)| (node + first_node, w)).collect();
+    parts.ties.extend(ties.into_iter().map(|(node, masters)| (node + first_node, global(masters))));
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
+    Ok(())
+}
+
+/// Nodes that follow others have no inertia of their own, and are held and driven as their masters are: by no more than these.
+fn check_followers(parts: &mut Parts) -> Result<(), CompileError> {
+    let followers = parts.followers.clone();
+    for (node, masters) in followers.each() {
+        let inverse = std::mem::replace(&mut parts.inverse_mass[node as usize], Vec3::zeros());
+        let is_held = |axis: usize| inverse[axis] == 0.0;
+        let all_are = |axis: usize| masters.iter().all(|(m, _)| parts.inverse_mass[*m as usize][axis] == 0.0);
+        if (0..3).any(|axis| is_held(axis) && !all_are(axis)) {
+            let body = &parts.bodies[parts.bodies.partition_point(|body| body.nodes.end <= node)];
+            let (body, node) = (body.name.clone(), node - body.nodes.start);
+            return Err(CompileError::HeldFollower { body, node });
+        }
+    }
+    parts.loads.prescribed.retain(|prescribed| !followers.contains(prescribed.node as usize));
     Ok(())
 }
 

@@ -25,7 +25,7 @@ impl ContactMass {
     pub fn new(alpha: f64, mesh: &Mesh) -> Self {
         let mut is_skin = vec![false; mesh.nodes.len()];
         if alpha > 0.0 {
-            for node in skin_nodes(&skin(&mesh.cells)) {
+            for node in skin_nodes(&mesh.hanging.skin(skin(&mesh.cells))) {
                 is_skin[node as usize] = true;
             }
         }

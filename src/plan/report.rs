@@ -2,6 +2,7 @@
 
 use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
+use super::refinement::RefinementReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Integrator, Plan, SystemSize, cost};
@@ -37,6 +38,9 @@ pub struct PlanReport {
     pub expected_run_time_s: f64,
     /// Elements by kernel.
     pub blocks: Vec<BlockReport>,
+    /// Bodies that are locally refined.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refinements: Vec<RefinementReport>,
     /// Rigid bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
@@ -178,6 +182,8 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
     kept.extend(statics_in_words(plan));
+    let refinements = RefinementReport::of(plan, scene);
+    kept.extend(refinements.iter().map(RefinementReport::in_words));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
     let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
@@ -203,6 +209,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         integrator,
         kept,
         blocks,
+        refinements,
         rigid_bodies,
         pairs,
         left_out: left_out(plan, scene),

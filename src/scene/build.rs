@@ -2,11 +2,14 @@
 
 use super::RigidSceneBody;
 use super::budget::Budget;
-use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument};
+use super::document::{
+    BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument, SceneDocument,
+};
 use super::elements;
 use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
+use super::refinement::Meshes;
 use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -26,6 +29,14 @@ pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
         inertia: rigid.inertia(mass),
         pose: rigid.pose()?,
     })
+}
+
+/// A mesh after local refinement.
+pub struct Refined {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Elements before, and how many of them were split; `None` where nothing was to be refined.
+    pub refined: Option<[usize; 2]>,
 }
 
 /// Makes the meshes of a scene; a file that several bodies name is read once.
@@ -64,6 +75,21 @@ impl<'a> Builder<'a> {
             Some(placement) => placed(&mesh, placement, &here.key("placement"), out),
             None => Some(mesh),
         }
+    }
+
+    /// The mesh of a body as it asks to be refined, of those of all bodies in their places.
+    pub fn refined(
+        &mut self,
+        (document, placed): (&SceneDocument, &[Option<Mesh>]),
+        index: usize,
+        out: &mut Findings,
+    ) -> Option<Refined> {
+        let mesh = placed[index].as_ref()?;
+        let meshes = Meshes { document, placed };
+        let (fine, split) = meshes.refined(index, self.elements_left, out)?;
+        let before = mesh.cells.len();
+        self.elements_left -= (fine.cells.len() - before) as u64;
+        Some(Refined { mesh: fine, refined: Some([before, split]) })
     }
 
     fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {

@@ -3,10 +3,12 @@
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
 //! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
 
+use crate::mechanics::followers::Followers;
 use crate::mechanics::force::Formulation;
 use crate::mechanics::material::Material;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
-use crate::mesh::Cells;
+use crate::mesh::Mesh;
+use std::sync::Arc;
 
 /// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
 type Nanoseconds = [f64; 2];
@@ -110,12 +112,20 @@ pub struct FactorSize {
 }
 
 impl FactorSize {
-    /// Of a body, all of whose nodes are free, by its elements; nothing is factored.
+    /// Of a body, all of whose nodes are free but those that hang; nothing is factored.
     ///
     /// # Errors
     /// [`SparseError`].
-    pub fn of(nodes: usize, elements: &Cells) -> Result<Self, SparseError> {
-        let unknowns = Unknowns::new(nodes, |_, _| true, elements.iter().map(|cell| cell.nodes))?;
+    pub fn of(mesh: &Mesh) -> Result<Self, SparseError> {
+        let nodes = mesh.nodes.len();
+        // Nodes that cannot follow are told when the scene is compiled.
+        let followers = Arc::new(Followers::new(nodes, &mesh.hanging.ties()).unwrap_or_default());
+        let unknowns = Unknowns::with_followers(
+            nodes,
+            |_, _| true,
+            mesh.cells.iter().map(|cell| cell.nodes),
+            followers,
+        )?;
         let factor = Cholesky::new(&SymmetricMatrix::new(&unknowns))?;
         Ok(Self { entries: factor.entries() as f64, flops: factor.flops() })
     }

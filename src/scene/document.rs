@@ -18,6 +18,7 @@ pub use super::mesh_document::{
     Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
 };
+pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
 pub use super::solver_document::{ContactSolver, ErrorBarsDocument, Keep, SolverDocument};
 
@@ -100,6 +101,9 @@ pub struct BodyDocument {
     /// Where it stands, applied to the mesh: scale, then rotation, then translation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementDocument>,
+    /// Where the elements of the placed mesh are to be small.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refinement: Vec<RefinementDocument>,
     /// Node sets chosen by place, besides those that the mesh brings.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<SetDocument>,

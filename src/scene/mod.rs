@@ -34,6 +34,8 @@ mod motion;
 pub mod problem;
 pub mod prony_document;
 pub mod recipe;
+pub mod refinement;
+pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
 pub mod schema;
@@ -91,7 +93,7 @@ impl Scene {
 
     /// Elements of all bodies.
     pub fn element_count(&self) -> usize {
-        self.bodies.iter().map(|body| body.mesh.hexes.len()).sum()
+        self.bodies.iter().map(|body| body.mesh.cells.len()).sum()
     }
 
     /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a
@@ -132,6 +134,8 @@ pub struct SceneBody {
     pub rigid: Option<RigidSceneBody>,
     /// Its mesh, placed; empty for a rigid body.
     pub mesh: Mesh,
+    /// Elements of the mesh before local refinement, and how many of them were split.
+    pub refined: Option<[usize; 2]>,
     /// The law of each entry of the body's `parts`.
     pub materials: Vec<crate::mechanics::material::Material>,
     /// For every element the index of its entry in the body's `parts`.

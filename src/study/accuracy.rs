@@ -139,7 +139,7 @@ impl Meshes<'_> {
             return Err(format!("{elements:.0} elements are too many"));
         }
         let mut scene = self.scene.clone();
-        (0..level).for_each(|_| scene.split_on_facets());
+        (0..level).try_for_each(|_| scene.split_on_facets()).map_err(|error| error.to_string())?;
         Ok(scene)
     }
 

@@ -1,8 +1,7 @@
 //! A run with its error bars, and the cheaper runs that they come from.
 
-use super::accuracy;
 use super::setting::Setting;
-use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
+use super::single::{ending_name, is_stop};
 use super::variant::Variants;
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
@@ -17,18 +16,6 @@ const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
 const BETWEEN: Setting = Setting { mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
-
-/// Runs a scene, with the error bars that it asks for, or to the accuracy.
-///
-/// # Errors
-/// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
-pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
-    let scene = request.scene;
-    if let Some(asked) = &scene.document.accuracy {
-        return accuracy::run_to(request, asked);
-    }
-    run_with_error_bars(request, None, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
-}
 
 /// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
 pub(super) fn error_bars(

@@ -70,6 +70,7 @@ impl Setting {
             if let Some(mesh) = &mut body.mesh {
                 let factor = self.mesh_factor * 2.0_f64.powi(self.mesh_level - i32::from(self.on_facets));
                 change_mesh(mesh, factor)?;
+                body.refinement.iter_mut().for_each(|refinement| refinement.size_m /= factor);
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);

@@ -51,7 +51,7 @@ impl ElementForces {
     /// Sum of the element forces [N] at a node.
     #[inline]
     pub fn at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
-        assembly.sum_at(node, &self.chunks)
+        assembly.sum_at(node, |chunk, i| self.chunks[chunk].force[i])
     }
 
     /// The history at the start of a run: at rest, and relaxed; empty where no block has any.

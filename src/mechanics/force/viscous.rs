@@ -72,8 +72,7 @@ impl ElementForces {
     /// Sum of the viscous forces [N] at a node.
     #[inline]
     pub fn viscous_at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
-        let of_chunk = |(chunk, i): &(u32, u32)| self.chunks[*chunk as usize].viscous.get(*i as usize);
-        assembly.places(node).iter().filter_map(of_chunk).sum()
+        assembly.sum_at(node, |chunk, i| self.chunks[chunk].viscous.get(i).copied().unwrap_or_default())
     }
 }
 

@@ -260,7 +260,7 @@ fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
     if body.face_loads.is_empty() {
         return;
     }
-    let faces = skin(&mesh.cells);
+    let faces = mesh.hanging.skin(skin(&mesh.cells));
     for (i, load) in body.face_loads.iter().enumerate() {
         let Some(nodes) = mesh.node_sets.get(load.set()) else { continue };
         out.require(!faces_within(&faces, nodes).is_empty(), || {

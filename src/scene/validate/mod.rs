@@ -15,6 +15,7 @@ pub mod motion;
 pub mod names;
 pub mod overlap;
 pub mod prony;
+pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod solver;
@@ -42,5 +43,6 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     solver::check(document, &mut out);
     accuracy::check(document, &mut out);
     measures::check(document, &mut out);
+    refinement::check(document, &mut out);
     out
 }

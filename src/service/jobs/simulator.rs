@@ -90,7 +90,7 @@ impl Simulator {
 
 /// Least time of the linear systems of implicit steps [s]: one factorisation, and one solution a step.
 fn least_systems_s(loaded: &Loaded) -> f64 {
-    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.cells));
+    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(&b.mesh));
     // What cannot be analysed is told when it is compiled.
     let Ok(factor) = sizes.sum::<Result<FactorSize, _>>() else { return 0.0 };
     (factor.flops + loaded.estimate.steps as f64 * 4.0 * factor.entries) / UNREACHED_FLOPS

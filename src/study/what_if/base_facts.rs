@@ -8,6 +8,7 @@ use crate::mesh::triangulated_skin::TriangulatedSkin;
 use crate::scene::build::Builder;
 use crate::scene::document::SceneDocument;
 use crate::scene::exposed_faces::exposed_faces;
+use crate::scene::refinement::centre_of_volume;
 use crate::scene::validate::Findings;
 use crate::scene::{Budget, Loaded, MeshSource, Scene};
 use serde_json::json;
@@ -40,7 +41,7 @@ impl<'a> BaseFacts<'a> {
     /// The skin of a body of a changed scene, as it starts.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
-            let faces = exposed_faces(scene, body, mesh, &skin(&mesh.cells));
+            let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.cells)));
             let positions = mesh.nodes.iter().map(|X| scene.bodies[body].start_position(X)).collect();
             Arc::new(TriangulatedSkin::new(&faces, positions))
         };
@@ -63,14 +64,7 @@ impl<'a> BaseFacts<'a> {
             return Ok(rigid.center_m.into());
         }
         let mesh = self.mesh(scene, body)?;
-        let (mut volume, mut moment) = (0.0, Vec3::zeros());
-        for cell in mesh.cells.iter() {
-            let corners = cell.points(&mesh.nodes).map(|X| written.start_position(X));
-            let of_element = cell.kind.volume_m3(&corners);
-            volume += of_element;
-            moment += corners.iter().sum::<Vec3>() * (of_element / corners.len() as f64);
-        }
-        Ok(moment / volume)
+        Ok(centre_of_volume(written, &mesh))
     }
 
     /// Whether a body of a changed scene has the mesh that it has in the base, where that was.
