@@ -103,7 +103,7 @@ pub enum JobFailureCause {
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.
     StepTooLong,
-    /// A fibre was stretched beyond what its exponential can represent.
+    /// A fibre, or tissue without, was stretched beyond what its exponential can represent.
     FibreOverstretched,
     /// A number became infinite or not a number.
     NotFinite,
