@@ -25,6 +25,10 @@ fn the_bound_is_never_below_the_largest_eigenvalue() {
                 let F = uniform.deformation(spread);
                 let own = law.fibre_directions();
                 for fibres in [own, &own[..own.len().min(1)], &[]] {
+                    // An orthotropic law has its three axes or none.
+                    if fibres.len() < own.len() && !has_matrix(&law) {
+                        continue;
+                    }
                     let (bound, exact) = (bound(&law, &F, fibres), largest_eigenvalue(&law, &F, fibres));
                     assert!(bound >= exact * (1.0 - 1e-10), "{law:?} at {F}: {bound} below {exact}");
                     // Fibres that are off count as on, so only the matrix can be asked to be close.
