@@ -27,3 +27,5 @@ pub mod scene;
 pub mod service;
 pub mod step;
 pub mod study;
+
+pub(crate) use mechanics::material::with_law;

@@ -9,7 +9,6 @@ use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::force::{ElementBlock, Formulation};
-use crate::mechanics::material::Material;
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};
 use serde::Serialize;
@@ -257,17 +256,11 @@ fn of_block(
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
     let parts: BTreeSet<u32> =
         block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
-    let law = match p.material {
-        Material::MooneyRivlin(_) => "Mooney–Rivlin",
-        Material::NeoHookean(_) => "neo-Hookean",
-        Material::CoupledNeoHookean(_) => "coupled neo-Hookean",
-        Material::HolzapfelGasserOgden(_) => "Holzapfel–Gasser–Ogden",
-    };
     BlockReport {
         body: body.name.clone(),
         parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
         elements: block.elements.len(),
-        law: law.into(),
+        law: p.material.name().into(),
         fibre_families: p.material.family_count(),
         formulation: match p.formulation {
             Formulation::MeanDilatation => "mean dilatation",

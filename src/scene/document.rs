@@ -10,9 +10,7 @@ use serde::{Deserialize, Serialize};
 pub use super::accuracy_document::{AccuracyDocument, AskedNumber};
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
-pub use super::material_document::{
-    Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
-};
+pub use super::materials::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
 pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument, Region};
 pub use super::mesh_document::{
     Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,

@@ -139,7 +139,7 @@ impl FailureCause {
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
-                "Lower the fibre exponent k2, or take parameters fitted at this stretch."
+                "Lower the exponent of the law (k2 of fibres, b, C2, 1/c), or take parameters fitted at this stretch."
             }
             Self::ContactNotConverged => {
                 "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies \
@@ -215,8 +215,11 @@ pub(super) fn check_block(
     }
     let (exponent, slot) = totals.fibre_exponent;
     if exponent > FIBRE_EXPONENT_LIMIT {
+        let law = block.parameters.material;
+        let what = if law.family_count() > 0 { "A fibre" } else { "The tissue" };
         let message = format!(
-            "A fibre is overstretched: the exponent k2 E² of its energy reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT})."
+            "{what} is overstretched: the exponent of its energy ({}) reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT}).",
+            law.name()
         );
         return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
     }

@@ -20,7 +20,7 @@ const ALLOWED: [(&str, &str, &str); 7] = [
          proximal uzawa",
         "mod.rs calls the solver of a name and has what all share; not yet untangled",
     ),
-    ("src/mechanics/force", "block chunk pressure reduced sweep totals", "not yet untangled"),
+    ("src/mechanics/force", "block chunk first_pass pressure reduced sweep totals", "not yet untangled"),
     (
         "src/service/http",
         "edge events exports extract jobs meshes mod openapi pages recording studies what_if",

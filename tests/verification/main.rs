@@ -28,6 +28,7 @@ mod impact_offset;
 mod implicit;
 mod incline;
 mod invariance;
+mod laws;
 mod ledger;
 mod left_out;
 mod local_refinement;

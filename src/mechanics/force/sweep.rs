@@ -9,9 +9,10 @@ use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corn
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{CornerResponse, Hex8, LocalGradients, POINTS, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
+use crate::mechanics::material::{Invariants, Kinematics, Law};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
+use crate::with_law;
 use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
@@ -32,23 +33,14 @@ pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
 
 /// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
 pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
-    let formulation = parameters.formulation;
-    match parameters.material {
-        Material::CoupledNeoHookean(law) => kernel_of_coupled(law, formulation),
-        Material::MooneyRivlin(law) => kernel_of_split(law, formulation),
-        Material::NeoHookean(law) => kernel_of_split(law, formulation),
-        Material::HolzapfelGasserOgden(law) => kernel_of_split(law, formulation),
-    }
+    with_law!(parameters.material, law => kernel_of(law, parameters.formulation))
 }
 
-fn kernel_of_split<L: Law + std::fmt::Debug>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
-    match formulation {
-        Formulation::MeanDilatation => new_kernel(law, GaussPoints::<true>),
-        Formulation::Full | Formulation::Reduced => kernel_of_coupled(law, formulation),
+fn kernel_of<L: Law>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
+    // The constant stands first, so that the kernel is not compiled for a law that has no use for it.
+    if L::HAS_VOLUMETRIC && formulation == Formulation::MeanDilatation {
+        return new_kernel(law, GaussPoints::<true>);
     }
-}
-
-fn kernel_of_coupled<L: Law + std::fmt::Debug>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
     match formulation {
         Formulation::Full | Formulation::MeanDilatation => new_kernel(law, GaussPoints::<false>),
         Formulation::Reduced => new_kernel(law, OnePoint),

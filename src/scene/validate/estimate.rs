@@ -39,17 +39,10 @@ pub struct Estimate {
     pub recording_bytes: u64,
 }
 
-/// Speed of the fastest wave at rest [m/s]: √((K + 4/3 G + fibres)/ρ), a fibre along the wave adding 4 k1.
-///
-/// E_a = κ(I1 − 3) + (1 − 3κ)(I4 − 1) grows by 2 (1 − 2κ) ε under a strain ε along the fibre, so k1/2 E_a² adds
-/// 4 (1 − 2κ)² k1 ≤ 4 k1 to the modulus.
+/// Speed of the fastest wave at rest [m/s]: √((K + 4/3 G + fibres)/ρ), all fibres along the wave.
 pub fn wave_speed(material: &Material, density: f64) -> f64 {
     let (G, K) = material.moduli_at_rest();
-    let fibres = match material {
-        Material::HolzapfelGasserOgden(law) => 4.0 * law.k1 * law.families.directions().len() as f64,
-        _ => 0.0,
-    };
-    ((K + 4.0 / 3.0 * G + fibres) / density).sqrt()
+    ((K + 4.0 / 3.0 * G + material.fibre_modulus_at_rest()) / density).sqrt()
 }
 
 /// Entries of the factor of n unknowns, in n^(4/3) [-]: what nested dissection leaves of a block of hexahedra is about 25.

@@ -1,13 +1,13 @@
 //! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
 
 use super::Findings;
-use super::materials::MOST_MODULUS;
 use super::timing::{check_newton_tolerance, check_smallest_step};
 use crate::mesh::Mesh;
 use crate::mesh::surface::{faces_within, skin};
 use crate::scene::document::{
     BodyDocument, FaceLoadDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
 };
+use crate::scene::materials::MOST_MODULUS;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use std::collections::BTreeMap;
 

@@ -8,7 +8,6 @@ pub mod contact;
 pub mod estimate;
 pub mod findings;
 pub mod loads;
-pub mod materials;
 pub mod measures;
 pub mod meshes;
 pub mod motion;
