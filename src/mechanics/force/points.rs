@@ -13,7 +13,7 @@ use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
-use crate::with_law;
+use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -169,7 +169,7 @@ impl ElementBlock {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
         let families = self.parameters.material.family_count();
-        with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
+        with_kernel_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
             element: PointLaw {
                 law,
                 formulation: self.parameters.formulation,

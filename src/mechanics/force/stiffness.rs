@@ -23,7 +23,7 @@ use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, Vec3};
-use crate::with_law;
+use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 
 /// Pairs of corners (a, b) with a ≥ b.
@@ -61,7 +61,7 @@ impl ElementBlock {
                 }
             }
         }
-        with_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Stiffness {
+        with_kernel_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Stiffness {
             law,
             mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
             batch: &self.batches[batch],

@@ -12,7 +12,7 @@ use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
-use crate::with_law;
+use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
@@ -33,7 +33,7 @@ pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
 
 /// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
 pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
-    with_law!(parameters.material, law => kernel_of(law, parameters.formulation))
+    with_kernel_law!(parameters.material, law => kernel_of(law, parameters.formulation))
 }
 
 fn kernel_of<L: Law>(law: L, formulation: Formulation) -> Box<dyn Kernel> {

@@ -53,51 +53,123 @@ pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 use super::real::Real;
 use super::tensor::Tensor;
 
-/// Makes of the list of laws the enum [`Material`] and `with_law!`, which matches it. `$dollar` is a dollar sign, for the inner macro.
+/// Makes of the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`, which gives those laws that share
+/// their kernels as one [`SharedLaw`]. `$dollar` is a dollar sign, for the inner macros.
 macro_rules! laws {
-    ($dollar:tt: $($file:ident::$Law:ident),* $(,)?) => {
-        $(pub use $file::$Law;)*
+    ($dollar:tt: own [$($own_file:ident::$Own:ident),* $(,)?] shared [$($file:ident::$Shared:ident),* $(,)?]) => {
+        $(pub use $own_file::$Own;)*
+        $(pub use $file::$Shared;)*
 
         /// Any of the laws, by value: what a scene names and a plan keeps. Matched once per block of elements, outside the
         /// loops.
         #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Material {
-            $(#[doc = concat!("See [`", stringify!($Law), "`].")] $Law($Law),)*
+            $(#[doc = concat!("See [`", stringify!($Own), "`].")] $Own($Own),)*
+            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
         }
 
-        $(impl From<$Law> for Material {
-            fn from(law: $Law) -> Self {
-                Self::$Law(law)
+        /// A law without kernels of its own: matched at every point, which costs little beside an exponential or a logarithm, and makes
+        /// the program a third smaller.
+        #[allow(clippy::large_enum_variant)] // as that
+        #[derive(Clone, Copy, Debug)]
+        pub enum SharedLaw {
+            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
+        }
+
+        $(impl From<$Own> for Material {
+            fn from(law: $Own) -> Self {
+                Self::$Own(law)
             }
         })*
+        $(impl From<$Shared> for Material {
+            fn from(law: $Shared) -> Self {
+                Self::$Shared(law)
+            }
+        })*
+
+        impl Law for SharedLaw {
+            const NAME: &'static str = "law with shared kernels";
+            const FITTED: Deformations = <Yeoh as Law>::FITTED;
+
+            fn fibre_directions(&self) -> &[[f64; 3]] {
+                match self {
+                    $(Self::$Shared(law) => law.fibre_directions(),)*
+                }
+            }
+            #[inline(always)]
+            fn eval_with_bounds<R: Real>(
+                &self,
+                k: &Kinematics<R>,
+                inv: &Invariants<R>,
+                fibres: &[[R; 3]],
+            ) -> BoundedResponse<R> {
+                match self {
+                    $(Self::$Shared(law) => law.eval_with_bounds(k, inv, fibres),)*
+                }
+            }
+            fn volumetric(&self) -> Option<Volumetric> {
+                match self {
+                    $(Self::$Shared(law) => law.volumetric(),)*
+                }
+            }
+            fn moduli_at_rest(&self) -> (f64, f64) {
+                match self {
+                    $(Self::$Shared(law) => law.moduli_at_rest(),)*
+                }
+            }
+            fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+                match self {
+                    $(Self::$Shared(law) => law.with_isochoric_scaled(factor).map(Self::$Shared),)*
+                }
+            }
+        }
 
         /// Runs `$body` with `$law` bound to the concrete law.
         macro_rules! with_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
-                    $($crate::mechanics::material::Material::$Law($dollar law) => $dollar body,)*
+                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::mechanics::material::Material::$Shared($dollar law) => $dollar body,)*
                 }
             };
         }
         pub(crate) use with_law;
+
+        /// Runs `$body` with `$law` bound to what kernels are compiled for.
+        macro_rules! with_kernel_law {
+            ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
+                match $dollar material {
+                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::mechanics::material::Material::$Shared(law) => {
+                        let $dollar law = $crate::mechanics::material::SharedLaw::$Shared(law);
+                        $dollar body
+                    })*
+                }
+            };
+        }
+        pub(crate) use with_kernel_law;
     };
 }
 
-// A new law is a file of this folder and a line here.
+// A new law is a file of this folder and a line here: with kernels of its own where its speed matters.
 laws! { $:
-    mooney_rivlin::MooneyRivlin,
-    neo_hookean::NeoHookean,
-    neo_hookean::CoupledNeoHookean,
-    holzapfel_gasser_ogden::HolzapfelGasserOgden,
-    yeoh::Yeoh,
-    exponential_invariants::Demiray,
-    exponential_invariants::VerondaWestmann,
-    ogden::Ogden,
-    weiss::Weiss,
-    fung::FungOrthotropic,
-    blatz_ko::BlatzKo,
-    balzani::Balzani,
+    own [
+        mooney_rivlin::MooneyRivlin,
+        neo_hookean::NeoHookean,
+        neo_hookean::CoupledNeoHookean,
+        holzapfel_gasser_ogden::HolzapfelGasserOgden,
+        blatz_ko::BlatzKo,
+    ]
+    shared [
+        yeoh::Yeoh,
+        exponential_invariants::Demiray,
+        exponential_invariants::VerondaWestmann,
+        ogden::Ogden,
+        weiss::Weiss,
+        fung::FungOrthotropic,
+        balzani::Balzani,
+    ]
 }
 
 impl Material {
