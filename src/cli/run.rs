@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 const BAR_LENGTH: u64 = 1000;
 
 /// Arguments of `contuse run`.
+#[allow(clippy::struct_excessive_bools)] // one a flag
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// The scene document; its mesh files lie beside it.

@@ -164,6 +164,7 @@ pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
 

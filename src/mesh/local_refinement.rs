@@ -349,7 +349,7 @@ mod tests {
         let coarse = limb.generate().unwrap();
         let top = coarse.nodes.iter().max_by(|a, b| a.z.total_cmp(&b.z)).copied().unwrap();
         let region = Region { places: Place::on_all(&coarse, &[top]), within: 0.03, size: 0.006 };
-        let (fine, split) = refined_in(&coarse, &[region.clone()], 1_000_000).unwrap();
+        let (fine, split) = refined_in(&coarse, std::slice::from_ref(&region), 1_000_000).unwrap();
         assert!(split > 10 && fine.axes.len() == fine.cells.len() && fine.part_of.len() == fine.cells.len());
         for part in &coarse.parts {
             let (a, b) = (coarse.part_volume_m3(part), fine.part_volume_m3(part));

@@ -6,12 +6,15 @@ use std::io::{self, Cursor};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::SystemTime;
 
+/// Names, with bytes and when they were written.
+type Blobs = BTreeMap<String, (Arc<[u8]>, SystemTime)>;
+
 /// Names and bytes.
 #[derive(Clone, Debug, Default)]
-pub struct MemoryBlobs(Arc<Mutex<BTreeMap<String, (Arc<[u8]>, SystemTime)>>>);
+pub struct MemoryBlobs(Arc<Mutex<Blobs>>);
 
 impl MemoryBlobs {
-    fn all(&self) -> MutexGuard<'_, BTreeMap<String, (Arc<[u8]>, SystemTime)>> {
+    fn all(&self) -> MutexGuard<'_, Blobs> {
         self.0.lock().unwrap()
     }
 }

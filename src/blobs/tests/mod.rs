@@ -91,6 +91,8 @@ fn shelves_are_listed(blobs: &dyn BlobStore) {
     assert_eq!(names(blobs, "meshes"), ["meshes/a", "meshes/b"]);
     assert_eq!(names(blobs, "results"), ["results/c"]);
     assert!(names(blobs, "recordings").is_empty() && names(blobs, "").is_empty());
-    ["meshes/a", "meshes/b", "results/c"].iter().for_each(|name| blobs.delete(name).unwrap());
+    for name in ["meshes/a", "meshes/b", "results/c"] {
+        blobs.delete(name).unwrap();
+    }
     assert!(names(blobs, "meshes").is_empty());
 }

@@ -133,7 +133,7 @@ fn euler_characteristic(faces: &[[u32; 4]]) -> i64 {
         let n = if face[2] == face[3] { 3 } else { 4 };
         edges.extend((0..n).map(|i| (face[i].min(face[(i + 1) % n]), face[i].max(face[(i + 1) % n]))));
     }
-    (skin_nodes(faces).len() + faces.len()) as i64 - edges.len() as i64
+    i64::try_from(skin_nodes(faces).len() + faces.len()).unwrap() - i64::try_from(edges.len()).unwrap()
 }
 
 #[test]

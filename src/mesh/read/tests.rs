@@ -273,8 +273,18 @@ fn is_one_of_each(mesh: &Mesh) {
     }
 }
 
+/// A line a node: its number from 1 and its place.
+fn node_lines(separator: &str) -> String {
+    let line = |(i, place): (u32, [f64; 3])| {
+        let numbers = place.map(|x| x.to_string());
+        format!("{i}{separator}{}", numbers.join(separator))
+    };
+    let lines: Vec<String> = (1..).zip(NODES).map(line).collect();
+    lines.join("\n") + "\n"
+}
+
 fn gmsh_of_each() -> String {
-    let nodes: String = (1..).zip(NODES).map(|(i, [x, y, z])| format!("{i} {x} {y} {z}\n")).collect();
+    let nodes = node_lines(" ");
     // Gmsh lists the middle between the last corner and the third one before that between it and the second.
     format!(
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{nodes}$EndNodes\n$Elements\n4\n\
@@ -284,7 +294,7 @@ fn gmsh_of_each() -> String {
 }
 
 fn abaqus_of_each() -> String {
-    let nodes: String = (1..).zip(NODES).map(|(i, [x, y, z])| format!("{i}, {x}, {y}, {z}\n")).collect();
+    let nodes = node_lines(", ");
     format!(
         "*NODE\n{nodes}*ELEMENT, TYPE=C3D10, ELSET=ten\n1, 1, 2, 4, 5, 9, 10, 11, 12,\n13, 14\n\
          *ELEMENT, TYPE=C3D8, ELSET=hex\n2, 1, 2, 3, 4, 5, 6, 7, 8\n\

@@ -165,10 +165,14 @@ fn a_family_in_compression_adds_nothing() {
 
 #[test]
 fn an_overstretched_exponential_is_told_and_stays_finite() {
-    let has_exponential = |law: &Material| match law {
-        Material::HolzapfelGasserOgden(_) | Material::FungOrthotropic(_) => true,
-        Material::Demiray(_) | Material::VerondaWestmann(_) => true,
-        _ => false,
+    let has_exponential = |law: &Material| {
+        matches!(
+            law,
+            Material::HolzapfelGasserOgden(_)
+                | Material::FungOrthotropic(_)
+                | Material::Demiray(_)
+                | Material::VerondaWestmann(_)
+        )
     };
     let mut told_laws = 0;
     for law in all_laws(40.0) {
