@@ -1,7 +1,7 @@
 //! How often a job parses documents, loads scenes and compiles plans: once each, and once more for what its runs do not share.
 
 // A test fails by panicking, also in the functions that it calls; and not all that the tests of the API share is of use here.
-#![allow(clippy::unwrap_used, dead_code)]
+#![allow(clippy::unwrap_used, clippy::format_push_string, dead_code)]
 
 #[path = "api/support/mod.rs"]
 mod support;

@@ -7,7 +7,7 @@ use contuse::study::{RunRequest, run_scene};
 use serde_json::{Value, json};
 
 /// A bar of 1 m² that hits another one of its like at 0.01 m/s: all of its energy passes on, 2 L / c = 20/30 s after they touch.
-fn two_bars(elements: u32, accuracy: Value) -> Value {
+fn two_bars(elements: u32, accuracy: &Value) -> Value {
     let bar = |name: &str, role: &str, low: f64, speed: f64| {
         json!({
             "name": name, "role": role, "velocity_m_per_s": [0, 0, speed],
@@ -49,7 +49,7 @@ const IMPULSE: f64 = 10.0 * 0.01;
 #[test]
 fn numbers_are_as_exact_as_asked_and_their_bars_hold() {
     let of = ["peak_force", "impulse", "energy_given"];
-    let summary = summary_of(&two_bars(8, json!({"relative": 0.03, "of": of, "time_budget_s": 600})));
+    let summary = summary_of(&two_bars(8, &json!({"relative": 0.03, "of": of, "time_budget_s": 600})));
     let accuracy = summary.accuracy.clone().unwrap();
     assert!(accuracy.reached && accuracy.numbers.len() == 3, "{accuracy:?}");
     assert!(
@@ -68,7 +68,7 @@ fn numbers_are_as_exact_as_asked_and_their_bars_hold() {
 #[test]
 fn a_time_that_is_over_leaves_the_first_mesh_and_says_so() {
     let summary =
-        summary_of(&two_bars(400, json!({"relative": 0.01, "of": ["impulse"], "time_budget_s": 1e-9})));
+        summary_of(&two_bars(400, &json!({"relative": 0.01, "of": ["impulse"], "time_budget_s": 1e-9})));
     let accuracy = summary.accuracy.as_ref().unwrap();
     assert!(!accuracy.reached && accuracy.mesh_factor < 1.0, "{accuracy:?}");
     assert_eq!(accuracy.numbers[0].relative, None);
@@ -79,7 +79,7 @@ fn a_time_that_is_over_leaves_the_first_mesh_and_says_so() {
 #[test]
 fn the_energy_given_has_what_absorbed_energy_lacks_by_contact_nodes() {
     let summary =
-        summary_of(&two_bars(40, json!({"relative": 1.0, "of": ["impulse"], "time_budget_s": 1e-9})));
+        summary_of(&two_bars(40, &json!({"relative": 1.0, "of": ["impulse"], "time_budget_s": 1e-9})));
     let tissue = summary.values().tissue.as_ref().unwrap();
     let lost = summary.values().impacts[0].numerical_contact_dissipation_j.value;
     assert_close(tissue.energy_given_j.value, tissue.absorbed_energy_j.value + lost, 1e-12, "the sum");
