@@ -12,6 +12,8 @@ const SAFETY_ASSUMED: f64 = 3.0;
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
 /// Roache's factor of safety where an order was observed.
 const SAFETY_OBSERVED: f64 = 1.25;
+/// Orders that a sequence of meshes is fitted with [-]: that of impacts, and lower ones where values approach their limit slower.
+const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 
 /// Values that differ by less than this share are equal: the sums that they are made of are not known better [-].
 const ROUNDING: f64 = 1e-9;
@@ -91,34 +93,55 @@ pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f
 
 /// Uncertainty of the last of at least three values on meshes of the sizes h, from coarse to fine: `(h, value)`.
 ///
-/// A straight line φ₀ + a h is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130, with
-/// the order held at one, that of impacts). Where the values lie on it but for less than they spread, σ < Δφ, the uncertainty is
-/// `1.25 |a h| + σ + |φ − φ_fit|`; where they scatter, that with a factor of 3 in place of 1.25, and times σ/Δφ.
+/// A curve φ₀ + a hᵖ is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130), with the
+/// order p of [`FITTED_ORDERS`] that leaves the least scatter. Where the scatter is below the mean difference of successive values,
+/// σ < Δφ, the uncertainty is `1.25 |a hᵖ| + σ + |φ − φ_fit|`; else a factor of 3 replaces 1.25, and σ/Δφ multiplies the sum.
 pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };
-    let count = levels.len() as f64;
-    // The weighted means and moments of the line.
-    let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
-    let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
-        levels.iter().map(|&(h, phi)| of(h, phi) / (h * weight_sum)).sum()
-    };
-    let (mean_h, mean_phi) = (mean(&|h, _| h), mean(&|_, phi| phi));
-    let slope = mean(&|h, phi| (h - mean_h) * (phi - mean_phi)) / mean(&|h, _| (h - mean_h).powi(2));
-    let fit = |h: f64| mean_phi + slope * (h - mean_h);
-    // Scatter about the line, and what the values differ by from one to the next.
-    let scatter = (count * mean(&|h, phi| (phi - fit(h)).powi(2)) / (count - 2.0)).sqrt();
-    let [least, most] = levels
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], (_, phi)| [phi.min(least), phi.max(most)]);
-    let spread = (most - least) / (count - 1.0);
+    let fits = FITTED_ORDERS.map(|order| Fit::new(levels, order));
+    let fit = fits.into_iter().reduce(|best, next| if next.scatter < best.scatter { next } else { best });
+    let Some(fit) = fit else { return f64::INFINITY };
+    // What the values differ by from one to the next, on average.
+    let values = levels.iter().map(|(_, phi)| *phi);
+    let spread = (values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min))
+        / (levels.len() as f64 - 1.0);
     if spread == 0.0 {
         return 0.0;
     }
-    let (of_line, off_line) = ((slope * finest).abs(), scatter + (value - fit(finest)).abs());
-    if scatter < spread {
-        SAFETY_OBSERVED * of_line + off_line
+    let (of_curve, off_curve) =
+        ((fit.slope * finest.powf(fit.order)).abs(), fit.scatter + (value - fit.at(finest)).abs());
+    if fit.scatter < spread {
+        SAFETY_OBSERVED * of_curve + off_curve
     } else {
-        SAFETY_ASSUMED * scatter / spread * (of_line + off_line)
+        SAFETY_ASSUMED * fit.scatter / spread * (of_curve + off_curve)
+    }
+}
+
+/// The curve φ₀ + a hᵖ of a given order p through values on meshes of the sizes h, by least squares with weights 1/h.
+struct Fit {
+    order: f64,
+    slope: f64,
+    limit: f64,
+    /// Standard deviation of the values from the curve.
+    scatter: f64,
+}
+
+impl Fit {
+    fn new(levels: &[(f64, f64)], order: f64) -> Self {
+        let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
+        let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            levels.iter().map(|&(h, phi)| of(h.powf(order), phi) / (h * weight_sum)).sum()
+        };
+        let (mean_h, mean_phi) = (mean(&|h, _| h), mean(&|_, phi| phi));
+        let slope = mean(&|h, phi| (h - mean_h) * (phi - mean_phi)) / mean(&|h, _| (h - mean_h).powi(2));
+        let limit = mean_phi - slope * mean_h;
+        let count = levels.len() as f64;
+        let variance = mean(&|h, phi| (phi - limit - slope * h).powi(2)) * count / (count - 2.0);
+        Self { order, slope, limit, scatter: variance.sqrt() }
+    }
+
+    fn at(&self, h: f64) -> f64 {
+        self.limit + self.slope * h.powf(self.order)
     }
 }
 
@@ -212,14 +235,14 @@ mod tests {
                 .map(|(h, e): (f64, f64)| (h, 5.0 + 0.1 * h.powf(order) + e))
                 .collect()
         };
-        let quiet = fitted_uncertainty(&levels(1.0, [0.0; 3]));
-        assert!((quiet - 1.25 * 0.1).abs() < 1e-12, "{quiet}");
+        let smooth = fitted_uncertainty(&levels(1.0, [0.0; 3]));
+        assert!((smooth - 1.25 * 0.1).abs() < 1e-12, "{smooth}");
         for order in [0.7, 1.5, 2.0] {
             let found = fitted_uncertainty(&levels(order, [0.0; 3]));
             assert!(found > 0.1 && found < 0.5, "order {order}: {found}");
         }
-        let loud = fitted_uncertainty(&levels(1.0, [0.05, -0.05, 0.05]));
-        assert!(loud > 2.0 * quiet, "{loud}");
+        let scattered = fitted_uncertainty(&levels(1.0, [0.05, -0.05, 0.05]));
+        assert!(scattered > 2.0 * smooth, "{scattered}");
         assert_eq!(fitted_uncertainty(&[(2.0, 3.0), (1.5, 3.0), (1.0, 3.0)]), 0.0);
         assert_eq!(fitted_uncertainty(&[]), f64::INFINITY);
     }

@@ -10,10 +10,9 @@ use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The mesh of half the numbers of elements, the coarsest one.
-const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
-/// The mesh between that and the run's own, where three are asked for.
-const BETWEEN: Setting = Setting { mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
+/// Numbers of elements of the coarsest mesh, and of that between it and the run's own, in units of the run's own [-]. The second
+/// pair is for graded meshes whose elements would be too distorted with half of them.
+const COARSER: [[f64; 2]; 2] = [[0.5, FRAC_1_SQRT_2], [FRAC_1_SQRT_2, 0.840_896_415_253_714_6]];
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
@@ -35,11 +34,13 @@ pub(super) fn error_bars(
     }
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
     let runs = || {
-        let mesh = scene_of(&variants, COARSE)?;
+        let coarser = |[coarse, between]: [f64; 2]| Ok((scene_of(&variants, coarse)?, between));
+        let (mesh, between) =
+            coarser(COARSER[0]).or_else(|why| coarser(COARSER[1]).map_err(|_: String| why))?;
         let coarse = results(&variants, &mesh, depths)?;
         let [small_steps, loose_contact] = step_and_contact(&variants, &mesh, coarse.steps, depths)?;
         let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
-            let between = scene_of(&variants, BETWEEN)?;
+            let between = scene_of(&variants, between)?;
             let run = results(&variants, &between, depths)?;
             let size = |coarser: &Scene| relative_size(document, &coarser.document);
             vec![Level { size: size(&mesh), run: coarse }, Level { size: size(&between), run }]
@@ -92,8 +93,9 @@ pub(super) fn step_and_contact(
     Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
 }
 
-/// The scene with a setting.
-fn scene_of(variants: &Variants, setting: Setting) -> Result<Scene, String> {
+/// The scene with its numbers of elements times a factor.
+fn scene_of(variants: &Variants, mesh_factor: f64) -> Result<Scene, String> {
+    let setting = Setting { mesh_factor, ..Setting::OWN };
     variants
         .scene(&setting, None, None)
         .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))

@@ -68,7 +68,7 @@ fn numbers_are_as_exact_as_asked_and_their_bars_hold() {
 #[test]
 fn a_time_that_is_over_leaves_the_first_mesh_and_says_so() {
     let summary =
-        summary_of(&two_bars(400, &json!({"relative": 0.01, "of": ["impulse"], "time_budget_s": 1e-9})));
+        summary_of(&two_bars(2000, &json!({"relative": 0.01, "of": ["impulse"], "time_budget_s": 1e-9})));
     let accuracy = summary.accuracy.as_ref().unwrap();
     assert!(!accuracy.reached && accuracy.mesh_factor < 1.0, "{accuracy:?}");
     assert_eq!(accuracy.numbers[0].relative, None);
@@ -84,9 +84,10 @@ fn the_energy_given_has_what_absorbed_energy_lacks_by_contact_nodes() {
     let lost = summary.values().impacts[0].numerical_contact_dissipation_j.value;
     assert_close(tissue.energy_given_j.value, tissue.absorbed_energy_j.value + lost, 1e-12, "the sum");
     let error = |energy: f64| (energy / ENERGY - 1.0).abs();
+    // What is left is the striker's own vibration.
     assert_at_most(
         error(tissue.energy_given_j.value),
-        0.2 * error(tissue.absorbed_energy_j.value),
+        0.5 * error(tissue.absorbed_energy_j.value),
         "its error",
     );
 }
