@@ -2,7 +2,7 @@
 
     CONTUSE=target/release/contuse pytest tests/browser
 
-`CONTUSE_PICTURES=docs/pictures` also takes the pictures of the README.
+`CONTUSE_PICTURES=docs/pictures` also takes the pictures of docs/service.md.
 """
 
 import os
@@ -88,6 +88,6 @@ def page(browser, service):
 
 @pytest.fixture(scope="session")
 def pictures():
-    """The folder for the pictures of the README, if they are wanted."""
+    """The folder for the pictures of docs/service.md, if they are wanted."""
     folder = os.environ.get("CONTUSE_PICTURES")
     return Path(folder) if folder else None

@@ -356,6 +356,26 @@ fn every_scenario_explains_itself() {
 }
 
 #[test]
+fn every_link_between_pages_leads_to_a_file() {
+    let mut violations = Vec::new();
+    let is_page = |path: &PathBuf| path.extension().is_some_and(|e| e == "md");
+    for page in files_under(root()).into_iter().filter(is_page) {
+        let folder = page.parent().expect("a page lies in a folder");
+        for (i, line) in read(&page).lines().enumerate() {
+            // What follows `](` up to the bracket, without the heading after `#`.
+            let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+            let files = targets.filter_map(|target| target.split('#').next());
+            for file in files.filter(|file| !file.is_empty() && !file.contains(':')) {
+                if !folder.join(file).exists() {
+                    violations.push(format!("{}:{}: {file}", relative(&page), i + 1));
+                }
+            }
+        }
+    }
+    expect_none("every relative link of a page leads to a file or folder", &violations);
+}
+
+#[test]
 fn the_architecture_page_knows_every_room() {
     let page = read(&root().join("ARCHITECTURE.md"));
     let violations: Vec<String> =

@@ -113,7 +113,7 @@ fn projectile_body(name: &str, n: u32) -> Value {
 
 /// A tissue whose skin touches z = 0 from below, held at its back or its bone.
 fn tissue_body(name: &str, n: u32) -> Value {
-    // Viscosities as shear waves of 100 to 400 Hz measure them (sources in the README), that of fat taken like that of skin.
+    // Viscosities as shear waves of 100 to 400 Hz measure them (sources in docs/scene.md), that of fat taken like that of skin.
     let soft = |part: &str, density: f64, c10_pa: f64, viscosity: f64| {
         json!({
             "part": part, "density_kg_per_m3": density, "shear_viscosity_pa_s": viscosity,
