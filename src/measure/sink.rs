@@ -55,6 +55,8 @@ pub trait Sink: Send {
     fn finish(&mut self, _end: &MeasuredEnd) -> Result<(), RecorderError> {
         Ok(())
     }
+    /// Instead of [`Sink::finish`]: the run is discarded, and what the sink holds of an earlier one stays.
+    fn discard(&mut self) {}
 }
 
 /// A recorder that measures each frame once and hands it to any number of sinks, in their order.

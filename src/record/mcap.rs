@@ -252,6 +252,12 @@ impl Sink for McapRecorder {
         let open = self.open.take().ok_or(RecordError::NotOpen)?;
         Ok(Self::close(open, end)?)
     }
+
+    fn discard(&mut self) {
+        if let Some(open) = self.open.take() {
+            open.writer.discard();
+        }
+    }
 }
 
 impl Drop for McapRecorder {

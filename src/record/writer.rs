@@ -171,6 +171,15 @@ impl RecordingWriter {
         self.writer.finish()?;
         seal(self.writer.into_inner(), &self.path)
     }
+
+    /// Removes the partial file; a finished recording of the same name stays.
+    pub fn discard(self) {
+        let partial = partial_path(&self.path);
+        drop(self.writer);
+        if let Err(error) = std::fs::remove_file(&partial) {
+            tracing::warn!(path = %partial.display(), %error, "a discarded recording could not be removed");
+        }
+    }
 }
 
 /// Makes a finished `<path>.partial` durable and renames it to `path`.

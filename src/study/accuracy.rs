@@ -9,11 +9,15 @@ use super::progress::{Phase, Progress};
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
 use super::variant::Variants;
-use crate::measure::{AskedAccuracy, Cheaper, CheaperRuns, ErrorBars, Level, Sink};
+use crate::measure::{
+    AskedAccuracy, Cheaper, CheaperRuns, ErrorBars, Level, MeasuredEnd, MeasuredFrame, Sink,
+};
+use crate::plan::Plan;
 use crate::scene::document::AccuracyDocument;
 use crate::scene::{Budget, NoFiles, Scene};
-use crate::step::{Ending, Recorder};
+use crate::step::{Ending, Interrupt, Recorder, RecorderError};
 use std::f64::consts::SQRT_2;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// The first mesh has so many elements at least, if the scene's own has [-].
@@ -42,79 +46,156 @@ struct Done {
     run: Cheaper,
 }
 
-/// Runs a scene to an accuracy; the result is that of the finest mesh, and every sink has seen its run last.
+/// Runs a scene to an accuracy. The result is that of the finest mesh whose run came to its end within the time, and it is the run
+/// that the sinks hold.
 ///
 /// # Errors
 /// As of a single run.
 pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<RunResult, RunError> {
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
+    let clock =
+        Clock { begin: Instant::now(), budget_s: asked.time_budget_s, discards: AtomicBool::new(false) };
+    let (mut best, mut last_s): (Option<RunResult>, Option<f64>) = (None, None);
+    let mut done: Vec<Done> = Vec::new();
+    // A finer mesh may be stopped by the time; the first one runs to its end.
+    let has_result = AtomicBool::new(false);
+    let stop = || interrupt_of(interrupt(), has_result.load(Ordering::Relaxed), &clock);
     let document = &scene.document;
-    let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+    let variants =
+        Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt: &stop };
     let meshes = Meshes { scene, variants, ratio: if document.has_mesh_file() { 2.0 } else { SQRT_2 } };
-    let (begin, mut last_s) = (Instant::now(), None);
-    let (mut done, mut level): (Vec<Done>, i32) = (Vec::new(), meshes.first());
-    // A mesh may be refused for being too coarse.
-    let mut mesh = loop {
-        match meshes.scene_of(level) {
-            Ok(mesh) => break mesh,
-            Err(_) => level += 1,
-        }
-    };
+    let (mut level, mut mesh) = meshes.first();
     loop {
-        // Bars of this level, and what it and the next are expected to take.
-        let started = Instant::now();
+        // Error bars of this level, and what it and the next are expected to take.
+        let started = clock.elapsed_s();
         let bars = meshes.error_bars(&done, &mesh, level);
         let growth = meshes.ratio.powi(ORDER_OF_TIME) * CAUTION;
-        let expected = last_s.map(|seconds: f64| growth * seconds);
+        let expected = last_s.map(|seconds| growth * seconds);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
             of: asked.of.clone(),
             mesh_factor: meshes.factor(level),
             next_s: expected.map(|seconds| growth * seconds),
         };
-        let spent = |seconds: f64| begin.elapsed().as_secs_f64() + seconds > asked.time_budget_s;
-        let is_last = accuracy.next_s.is_some_and(|next| spent(next + expected.unwrap_or_default()));
+        let is_last =
+            accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
         let mut tell = |p: Progress| {
             progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
         };
+        let must_finish = level > 0 && best.is_some();
+        let discards = &clock.discards;
+        let mut kept: Vec<_> =
+            sinks.iter_mut().map(|sink| Discardable { sink: &mut **sink, discards, must_finish }).collect();
         let request = RunRequest {
             scene: &mesh,
-            sinks: sinks.iter_mut().map(|sink| &mut **sink as &mut dyn Sink).collect(),
+            sinks: kept.iter_mut().map(|sink| sink as &mut dyn Sink).collect(),
             also: also.as_mut().map(|also| &mut **also as &mut dyn Recorder),
             threads,
-            interrupt,
+            interrupt: &stop,
             progress: &mut tell,
         };
         let result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
+        let failure = match &result.outcome.ending {
+            Ending::Failed { failure } if must_finish => Some(failure.to_string()),
+            _ => None,
+        };
+        if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
+            let factor = meshes.factor(level);
+            let warning =
+                |failure| format!("The run with {factor:.2} times the numbers of elements failed: {failure}");
+            best.summary.warnings.extend(failure.filter(|_| !discards.load(Ordering::Relaxed)).map(warning));
+            return Ok(best);
+        }
 
-        // Whether it is good enough, or the next mesh too dear.
-        let seconds = started.elapsed().as_secs_f64();
+        // Whether it is good enough, or the next mesh would take too long.
+        let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let has_stopped = match &result.outcome.ending {
             Ending::Finished => is_reached,
             // A mesh that is too coarse may fail where a finer one does not.
             ending => level >= 0 || is_stop(&ending_name(ending)),
         };
-        if has_stopped || spent(growth * seconds) {
+        if has_stopped || clock.is_over_after(growth * seconds) {
             return Ok(result);
         }
         let Ok(next) = meshes.scene_of(level + 1) else { return Ok(result) };
         if result.outcome.ending == Ending::Finished {
             let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);
             done.push(Done { level, scene: mesh, run });
+            best = Some(result);
+            has_result.store(true, Ordering::Relaxed);
         }
         (mesh, last_s, level) = (next, Some(seconds), level + 1);
     }
 }
 
-impl Meshes<'_> {
-    /// The first level: some below the scene's own mesh, as long as a few elements are left.
-    fn first(&self) -> i32 {
-        if self.scene.document.has_mesh_file() {
-            return 0;
+/// The time that all meshes together may take.
+struct Clock {
+    begin: Instant,
+    budget_s: f64,
+    /// Whether the time was over during a run: it is discarded.
+    discards: AtomicBool,
+}
+
+impl Clock {
+    fn elapsed_s(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Whether so many seconds more are too many.
+    fn is_over_after(&self, seconds: f64) -> bool {
+        self.elapsed_s() + seconds > self.budget_s
+    }
+}
+
+/// What stops a run: what the caller asks for, and the time, once there is a result to fall back on.
+fn interrupt_of(asked: Option<Interrupt>, has_result: bool, clock: &Clock) -> Option<Interrupt> {
+    match asked {
+        None | Some(Interrupt::Deadline) if has_result && (asked.is_some() || clock.is_over_after(0.0)) => {
+            clock.discards.store(true, Ordering::Relaxed);
+            Some(Interrupt::Deadline)
         }
-        let elements = |level: &i32| self.scene.element_count() as f64 * self.factor(*level).powi(3);
-        (-LEVELS_BELOW..0).find(|level| elements(level) >= FEWEST_ELEMENTS).unwrap_or(0)
+        asked => asked,
+    }
+}
+
+/// A sink that discards a run which the time has stopped, or which failed on a finer mesh than that of the scene.
+struct Discardable<'a> {
+    sink: &'a mut dyn Sink,
+    discards: &'a AtomicBool,
+    /// Whether a run that fails is discarded, too.
+    must_finish: bool,
+}
+
+impl Sink for Discardable<'_> {
+    fn start(&mut self, plan: &Plan) -> Result<(), RecorderError> {
+        self.sink.start(plan)
+    }
+
+    fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError> {
+        self.sink.record(measured)
+    }
+
+    fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
+        let has_failed = self.must_finish && matches!(end.outcome.ending, Ending::Failed { .. });
+        if self.discards.load(Ordering::Relaxed) || has_failed {
+            self.sink.discard();
+            return Ok(());
+        }
+        self.sink.finish(end)
+    }
+}
+
+impl Meshes<'_> {
+    /// The first level and its scene: some levels below the scene's own mesh, as long as a few elements are left and the mesh can be
+    /// made so coarse.
+    fn first(&self) -> (i32, Scene) {
+        let elements = |level: i32| self.scene.element_count() as f64 * self.factor(level).powi(3);
+        let coarsest = if self.scene.document.has_mesh_file() { 0 } else { -LEVELS_BELOW };
+        (coarsest..0)
+            .filter(|level| elements(*level) >= FEWEST_ELEMENTS)
+            .find_map(|level| Some((level, self.scene_of(level).ok()?)))
+            .unwrap_or_else(|| (0, self.scene.clone()))
     }
 
     /// Numbers of elements of a level in units of the scene's own [-].

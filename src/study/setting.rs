@@ -159,12 +159,17 @@ fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
     }
 }
 
-/// Numbers of elements times a factor; halves are rounded up, and one is the least. `None` when nothing would
-/// change. Gradings stay: their size fields are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
+/// Fewest elements of a direction that has more than one [-]: one element across a layer bends and shears otherwise than two, which
+/// is no sequence that converges.
+const FEWEST_ACROSS: f64 = 2.0;
+
+/// Numbers of elements times a factor; halves are rounded up. `None` when nothing would change. Gradings stay: their size fields
+/// are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
 fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
     let mut has_changed = false;
     for elements in generator.counts_mut() {
-        let count = (f64::from(*elements) * factor).round().max(1.0);
+        let own = f64::from(*elements);
+        let count = (own * factor).round().max(own.min(FEWEST_ACROSS));
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         // the bound is checked, and it is positive
         let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;
