@@ -52,7 +52,7 @@ pub(super) fn error_bars(
     runs().map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
 }
 
-/// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are one in the finer left out.
+/// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are the same in both omitted.
 fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
     let counts = |document: &SceneDocument| -> Vec<u32> {
         let meshes = document.bodies.iter().filter_map(|body| body.mesh.clone());
@@ -65,7 +65,10 @@ fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
         meshes.flat_map(of_mesh).collect()
     };
     let pairs = counts(fine).into_iter().zip(counts(coarse));
-    pairs.filter(|(fine, _)| *fine > 1).map(|(fine, coarse)| f64::from(fine) / f64::from(coarse)).collect()
+    pairs
+        .filter(|(fine, coarse)| fine != coarse)
+        .map(|(fine, coarse)| f64::from(fine) / f64::from(coarse))
+        .collect()
 }
 
 /// Element size of a coarser scene in units of a finer one's [-]: the mean of all directions, since numbers of elements are rounded.
