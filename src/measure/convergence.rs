@@ -1,59 +1,59 @@
-//! What a sequence of meshes converges to, how fast, and how sure that is (Roache 1994; Celik et al. 2008).
+//! Limit and order of convergence of a sequence of meshes, and their uncertainty (Roache 1994; Celik et al. 2008).
 
 use serde::Serialize;
 
-/// Ratio of element sizes, and of steps, from one run to the next finer one.
+/// Ratio of element sizes, and of time steps, from one run to the next finer one.
 pub const REFINEMENT: f64 = 2.0;
-/// The order of convergence that is assumed where none is observed: impacts are of first order.
+/// Assumed order of convergence if none is observed: impacts converge at first order.
 const ASSUMED_ORDER: f64 = 1.0;
-/// Factor of safety on an error whose order is assumed (Roache 1994).
+/// Factor of safety on an error of assumed order (Roache 1994).
 const SAFETY_ASSUMED: f64 = 3.0;
-/// Orders that are believed: below, the sequence hardly converges; above, two of its members are close by chance.
+/// Credible observed orders: below, the sequence hardly converges; above, two of its members are close by chance.
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-/// Roache's factor of safety where an order was observed.
+/// Factor of safety on an error of observed order (Roache 1994).
 const SAFETY_OBSERVED: f64 = 1.25;
 
-/// Values that differ by less than this share are equal: the sums that they are made of are not known better [-].
+/// Relative difference below which two values are equal: their underlying sums are no more accurate [-].
 const ROUNDING: f64 = 1e-9;
 
-/// What errors are measured against.
+/// Reference value against which errors are measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Reference {
-    /// Known otherwise.
+    /// Exact solution, known from elsewhere.
     Exact {
-        /// The value.
+        /// Exact value.
         value: f64,
     },
-    /// The limit of the meshes (Richardson).
+    /// Limit of the meshes (Richardson extrapolation).
     Extrapolated {
-        /// The value.
+        /// Extrapolated value.
         value: f64,
         /// Observed order of convergence.
         order: f64,
         /// Uncertainty of the value: the grid convergence index of the finest mesh.
         uncertainty: f64,
     },
-    /// The finest mesh itself, since the sequence allows no extrapolation.
+    /// The finest mesh itself, if the sequence allows no extrapolation.
     Finest {
-        /// The value.
+        /// Value on the finest mesh.
         value: f64,
         /// Uncertainty: three times the largest difference of the last meshes, at an assumed first order.
         uncertainty: f64,
-        /// Why nothing was extrapolated.
+        /// Why no extrapolation was possible.
         reason: String,
     },
-    /// Nothing to compare with.
+    /// No reference: nothing to compare with.
     Unknown {
-        /// The value of the only mesh.
+        /// Value on the only mesh.
         value: f64,
-        /// Why there is nothing.
+        /// Why there is no reference.
         reason: String,
     },
 }
 
 impl Reference {
-    /// The value.
+    /// The reference value, whichever kind it is.
     pub fn value(&self) -> f64 {
         match self {
             Self::Exact { value }
@@ -66,7 +66,7 @@ impl Reference {
     pub fn is_known(&self) -> bool {
         !matches!(self, Self::Unknown { .. })
     }
-    /// How far it may be off.
+    /// Uncertainty of the reference; infinite if unknown.
     pub fn uncertainty(&self) -> f64 {
         match self {
             Self::Exact { .. } => 0.0,
@@ -76,28 +76,29 @@ impl Reference {
     }
 }
 
-/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the ratio of
-/// their element sizes.
+/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the
+/// ratio of their element sizes.
 pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
     SAFETY_ASSUMED * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
 }
 
-/// Error of a run with `own` steps, from two others that differ in nothing but their numbers of steps, at an assumed first order
-/// and with a factor of safety of three. Infinite when their steps are as many.
+/// Time-step error of a run with `own` steps, from two others that differ only in their numbers of steps, at an assumed
+/// first order with a factor of safety of three. Infinite if both have the same number of steps.
 pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f64, f64)) -> f64 {
     let step = |count: u64| (1.0 / count as f64).powf(ASSUMED_ORDER);
     SAFETY_ASSUMED * (better - value).abs() * step(own) / (step(few) - step(many)).abs()
 }
 
-/// Uncertainty of the last of at least three values on meshes of the sizes h, from coarse to fine: `(h, value)`.
+/// Uncertainty of the last of at least three values on meshes of sizes h, from coarse to fine: `(h, value)`.
 ///
-/// A straight line φ₀ + a h is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130, with
-/// the order held at one, that of impacts). Where the values lie on it but for less than they spread, σ < Δφ, the uncertainty is
-/// `1.25 |a h| + σ + |φ − φ_fit|`; where they scatter, that with a factor of 3 in place of 1.25, and times σ/Δφ.
+/// A straight line φ₀ + a h is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262
+/// (2014) 104–130, with the order fixed at one, that of impacts). If the scatter about it is less than the spread of
+/// the values, σ < Δφ, the uncertainty is `1.25 |a h| + σ + |φ − φ_fit|`; otherwise it is `3 (σ/Δφ) (|a h| + σ + |φ −
+/// φ_fit|)`.
 pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };
     let count = levels.len() as f64;
-    // The weighted means and moments of the line.
+    // Weighted means and moments of the line.
     let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
     let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
         levels.iter().map(|&(h, phi)| of(h, phi) / (h * weight_sum)).sum()
@@ -105,7 +106,7 @@ pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let (mean_h, mean_phi) = (mean(&|h, _| h), mean(&|_, phi| phi));
     let slope = mean(&|h, phi| (h - mean_h) * (phi - mean_phi)) / mean(&|h, _| (h - mean_h).powi(2));
     let fit = |h: f64| mean_phi + slope * (h - mean_h);
-    // Scatter about the line, and what the values differ by from one to the next.
+    // Scatter about the line, and mean difference of successive values.
     let scatter = (count * mean(&|h, phi| (phi - fit(h)).powi(2)) / (count - 2.0)).sqrt();
     let [least, most] = levels
         .iter()
@@ -122,7 +123,7 @@ pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// The reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
+/// Reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
 pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     let finest = *values.last()?;
     let unknown = |uncertainty: f64, reason: &str| {
@@ -158,7 +159,7 @@ pub fn are_equal(a: f64, b: f64) -> bool {
     (a - b).abs() <= ROUNDING * a.abs().max(b.abs())
 }
 
-/// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
+/// Observed order of three values, each mesh finer by [`REFINEMENT`]; NaN unless they converge monotonically.
 pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
     ((middle - coarse) / (fine - middle)).ln() / REFINEMENT.ln()
 }
@@ -178,7 +179,7 @@ mod tests {
         for p in [0.7, 1.0, 2.0] {
             let Some(Reference::Extrapolated { value, order, uncertainty }) = extrapolate(&sequence(p))
             else {
-                panic!("order {p} is not believed")
+                panic!("order {p} is not credible")
             };
             assert!((value - 2.0).abs() < 1e-12 && (order - p).abs() < 1e-12, "{value} {order}");
             assert!(uncertainty > (sequence(p)[3] - 2.0).abs(), "{uncertainty}");
@@ -226,7 +227,7 @@ mod tests {
 
     #[test]
     fn errors_of_steps_are_those_of_the_run_itself() {
-        // value = 2 + 1/steps: a run of 400 steps is off by 1/400, from two of 100 and 200.
+        // value = 2 + 1/steps: a run of 400 steps has an error of 1/400, estimated from runs of 100 and 200.
         let error = |own| assumed_step_error(own, (100, 200), (2.01, 2.005));
         assert!((error(400) - 3.0 / 400.0).abs() < 1e-12 && (error(100) - 3.0 / 100.0).abs() < 1e-12);
     }

@@ -1,21 +1,22 @@
-//! All numbers of a summary that can have an error bar, and what is known of each besides its value.
+//! All numbers of a summary that can have an error bar, with the known limits of their resolution.
 
 use super::quantity::Quantity;
 use super::results::{Impact, Results};
 use std::f64::consts::PI;
 
-/// A number.
+/// A number with the limits of its resolution.
 pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
-    /// Steps that a time is only known to: it begins or ends within one, a duration does both.
+    /// Number of steps by which a time is uncertain: one for an instant, two for a duration.
     pub steps_known: u8,
-    /// What it is only known to besides, in the unit of the number: a place to the distance of the points that were looked at, a
-    /// volume to half of that all around it, a peak of the force to where its window lies among the steps.
+    /// Additional resolution, in the unit of the number: for a position the spacing of the evaluated points, for a
+    /// volume half of that all around it, for a peak force the effect of the position of its window relative to the
+    /// steps.
     pub spacing: f64,
-    /// What is known to be missing, in the unit of the number: of an absorbed energy what contact lost numerically. The mesh's error
-    /// should say as much, and is no less.
+    /// Known deficit, in the unit of the number: for an absorbed energy the numerical contact dissipation. The mesh
+    /// error is at least this large.
     pub missing: f64,
-    /// Whether it is the largest value of a field at a point: such a one may grow with every mesh.
+    /// Whether it is a pointwise maximum of a field, which may grow with every mesh.
     pub is_peak: bool,
 }
 
@@ -29,8 +30,8 @@ impl<'a> Listed<'a> {
     fn place(quantity: &'a mut Quantity, spacing: Option<f64>) -> Self {
         Self { spacing: spacing.unwrap_or(0.0), ..Self::sum(quantity) }
     }
-    /// Of points above a threshold, so far apart [mm]: the surface around them lies anywhere up to half of that further in or out. It
-    /// is taken as large as that of a ball, the least there is.
+    /// Volume of points above a threshold, spaced this far apart [mm]: its surface is uncertain by half of that in both
+    /// directions. Its area is taken as that of a sphere, the minimum for the volume.
     fn volume(quantity: &'a mut Quantity, point_spacing_mm: f64) -> Self {
         let surface = (36.0 * PI * quantity.value.powi(2)).cbrt();
         Self { spacing: 0.5 * point_spacing_mm * surface, ..Self::sum(quantity) }
@@ -41,7 +42,7 @@ impl<'a> Listed<'a> {
 }
 
 impl Impact {
-    /// Every number of it.
+    /// All numbers of the tissue.
     pub(super) fn quantities_mut(&mut self) -> [&mut Quantity; 11] {
         [
             &mut self.peak_force_n,
@@ -60,7 +61,7 @@ impl Impact {
 }
 
 impl Results {
-    /// Every number, in a fixed order.
+    /// All numbers, in a fixed order.
     pub(super) fn list_mut(&mut self) -> Vec<Listed<'_>> {
         let mut all = Vec::new();
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
@@ -118,8 +119,8 @@ mod tests {
     use super::super::{ErrorEstimate, GateResult};
     use super::*;
 
-    /// A ball of radius 10 among points of a grid of spacing 1: however it lies, the sum of their volumes is off by less than half a
-    /// spacing times its surface.
+    /// A sphere of radius 10 sampled by a grid of spacing 1: wherever it lies, the sum of the cell volumes has an error
+    /// of less than half a spacing times its surface.
     #[test]
     fn a_sampled_volume_is_known_to_half_a_spacing_all_around() {
         let exact = 4.0 / 3.0 * PI * 1000.0;
