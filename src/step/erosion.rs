@@ -1,4 +1,4 @@
-//! Elements that are given up on the way, see [`Erosion`](crate::mechanics::force::Erosion).
+//! Erosion of elements during a run, see [`Erosion`](crate::mechanics::force::Erosion).
 
 use super::contact::ContactStep;
 use super::ledger::Ledger;
@@ -8,9 +8,10 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
 
-/// Gives up the elements that the sweep at t_n has found beyond what their parts bear, before the step `h` [s] to t_{n+1} with the
-/// velocities `v_after` [m/s], nodes × 3. They still pushed in that step, by their forces at t_n alone: so what goes with them is their
-/// strain energy at t_n and the work `½ h fᵀ v₊` of these. What was in branches of Prony series no longer counts as relaxed later.
+/// Erodes the elements that the force evaluation at t_n has found beyond the limits of their parts, before the step `h`
+/// [s] to t_{n+1} with the velocities `v_after` [m/s], nodes × 3. Their forces at t_n still act in that step: the
+/// energy removed with them is their strain energy at t_n plus the work `½ h fᵀ v₊` of these forces. Energy in branches
+/// of Prony series no longer counts as relaxed later.
 pub(super) fn erode(
     plan: &Plan,
     (forces, threads): (&mut ElementForces, &Threads),
@@ -42,7 +43,7 @@ pub(super) fn erode(
         ledger.eroded[element.body] += element.energy;
         ledger.viscous[element.body] -= element.in_branches;
     }
-    // Again without them: their history is as if they had never moved.
+    // Reset without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);
     forces.take_out(erosion);
     let input = state.sweep_input();
@@ -53,7 +54,7 @@ pub(super) fn erode(
     }
 }
 
-/// Has forces and contact follow the state; `gone` is how many elements they know to be gone.
+/// Updates forces and contact to the state; `gone` is the number of eroded elements accounted for.
 pub(super) fn follow<'p>(
     plan: &'p Plan,
     state: &State,
