@@ -201,6 +201,6 @@ mod tests {
         let text = markdown(&study, cases.len() * steppings.len(), table_of_cells);
         let missing = format!("{} of {} cells are missing", cases.len() - 1, cases.len());
         assert!(text.starts_with("STOPPED (cancelled)") && text.contains(&missing), "{text}");
-        assert!(text.contains("it was stopped by hand. Remedy: let it run to its end"), "{text}");
+        assert!(text.contains("it was stopped by hand. Remedy: let it finish"), "{text}");
     }
 }

@@ -1,8 +1,8 @@
-//! A scene on finer and finer meshes, until its numbers are as exact as was asked for or the time is over.
+//! Runs a scene on successively finer meshes until its numbers are as accurate as requested or the time is over.
 //!
-//! Each run is one level; the two before it give its error bars, so nothing is run for the error bars alone but a run with smaller steps
-//! and one with a looser contact solver on the coarsest of the three. Generated meshes get √2 times the numbers of elements from one level
-//! to the next; where a mesh is from a file, every element of the scene is split into eight.
+//! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
+//! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
+//! elements from one level to the next; meshes from a file have every element split into eight.
 
 use super::error_bars::{relative_size, step_and_contact};
 use super::progress::{Phase, Progress};
@@ -16,18 +16,18 @@ use crate::step::{Ending, Recorder};
 use std::f64::consts::SQRT_2;
 use std::time::Instant;
 
-/// The first mesh has so many elements at least, if the scene's own has [-].
+/// Minimum number of elements of the first mesh, if the scene's own has as many [-].
 const FEWEST_ELEMENTS: f64 = 300.0;
-/// Coarser meshes that the error bars of one come from, where there are as many.
+/// Number of coarser meshes for the error bars, if there are as many.
 const LEVELS_USED: usize = 2;
-/// The coarsest mesh that is tried, in levels below the scene's own.
+/// Coarsest mesh, in levels below the scene's own.
 const LEVELS_BELOW: i32 = 4;
-/// Time of a run by the size of its elements, h⁻⁴: elements and steps.
+/// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: i32 = 4;
-/// What a prediction of time is multiplied by: contact, and steps that strain shortens, grow a little faster.
+/// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// The meshes that a scene is run on.
+/// The sequence of meshes of a scene.
 struct Meshes<'a> {
     scene: &'a Scene,
     variants: Variants<'a>,
@@ -35,17 +35,17 @@ struct Meshes<'a> {
     ratio: f64,
 }
 
-/// A level that was run.
+/// A completed level.
 struct Done {
     level: i32,
     scene: Scene,
     run: Cheaper,
 }
 
-/// Runs a scene to an accuracy; the result is that of the finest mesh, and every sink has seen its run last.
+/// Runs a scene to an accuracy; the result is that of the finest mesh, whose run every sink has seen last.
 ///
 /// # Errors
-/// As of a single run.
+/// As for a single run.
 pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<RunResult, RunError> {
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
     let document = &scene.document;
@@ -61,7 +61,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         }
     };
     loop {
-        // Bars of this level, and what it and the next are expected to take.
+        // Error bars of this level, and expected times of this and the next.
         let started = Instant::now();
         let bars = meshes.error_bars(&done, &mesh, level);
         let growth = meshes.ratio.powi(ORDER_OF_TIME) * CAUTION;
@@ -87,7 +87,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         };
         let result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
 
-        // Whether it is good enough, or the next mesh too dear.
+        // Whether it is accurate enough, or the next mesh too expensive.
         let seconds = started.elapsed().as_secs_f64();
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let has_stopped = match &result.outcome.ending {
@@ -108,7 +108,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
 }
 
 impl Meshes<'_> {
-    /// The first level: some below the scene's own mesh, as long as a few elements are left.
+    /// First level: below the scene's own mesh, as long as enough elements remain.
     fn first(&self) -> i32 {
         if self.scene.document.has_mesh_file() {
             return 0;
@@ -117,12 +117,13 @@ impl Meshes<'_> {
         (-LEVELS_BELOW..0).find(|level| elements(level) >= FEWEST_ELEMENTS).unwrap_or(0)
     }
 
-    /// Numbers of elements of a level in units of the scene's own [-].
+    /// Numbers of elements of a level relative to the scene's own [-].
     fn factor(&self, level: i32) -> f64 {
         self.ratio.powi(level)
     }
 
-    /// The scene of a level, that of the document at 0, or why there is none: its mesh cannot be made, or is beyond what may be run.
+    /// Scene of a level (0 for the document itself), or the reason why there is none: its mesh cannot be made, or
+    /// exceeds the budget.
     fn scene_of(&self, level: i32) -> Result<Scene, String> {
         if level == 0 {
             return Ok(self.scene.clone());
@@ -143,7 +144,7 @@ impl Meshes<'_> {
         Ok(scene)
     }
 
-    /// Element size of a level that was run in units of that of a finer one [-].
+    /// Element size of a completed level relative to that of a finer one [-].
     fn size(&self, coarse: &Done, fine: &Scene, level: i32) -> f64 {
         if self.scene.document.has_mesh_file() {
             self.factor(level) / self.factor(coarse.level)
@@ -152,7 +153,7 @@ impl Meshes<'_> {
         }
     }
 
-    /// Error bars of a level, from those before.
+    /// Error bars of a level from the coarser ones.
     fn error_bars(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
         let Some(coarsest) = used.first() else {
