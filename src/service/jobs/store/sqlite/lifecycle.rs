@@ -1,4 +1,4 @@
-//! From the queue to the end.
+//! State changes of jobs, from the queue to the end.
 
 use super::read::{job_id, kind_of_name};
 use super::{SqliteStore, add_event};
@@ -228,7 +228,7 @@ async fn find(
     .transpose()
 }
 
-/// Writes how far an attempt has come; false when the attempt is over.
+/// Writes the progress of an attempt; false if the attempt is over.
 async fn write_progress(
     transaction: &mut Transaction<'_, Sqlite>,
     seq: i64,

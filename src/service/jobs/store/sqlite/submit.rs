@@ -1,4 +1,4 @@
-//! A new job, once.
+//! Submission of a job, at most once per key.
 
 use super::read::job_id;
 use super::{SqliteStore, add_event};
@@ -30,7 +30,7 @@ impl SqliteStore {
     pub(super) async fn submit(&self, new: &NewJob, max_queued: u64) -> Result<Submitted, JobsError> {
         let id = JobId::now_v7();
         let mut transaction = self.begin().await?;
-        // Two requests with one key may both have seen no job: the one that comes second sees it here.
+        // Two requests with one key may both have found no job: the second one finds it here.
         if let Some(key) = &new.idempotency_key
             && let Some(sha256) = body_of_key(&mut transaction, &new.owner, key).await?
         {
@@ -71,7 +71,7 @@ impl SqliteStore {
     }
 }
 
-/// Digest of the body that came with a key.
+/// Digest of the body submitted with a key.
 async fn body_of_key(
     transaction: &mut Transaction<'_, Sqlite>,
     owner: &str,
