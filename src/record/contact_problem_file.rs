@@ -12,24 +12,24 @@ use base64::alphabet::URL_SAFE;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::{Map, Value, json};
 
-/// The order of the rows.
+/// Order of the rows.
 const FRAME: &str = "per contact (n,t1,t2): index 3*c is normal";
-/// What to do about a file that is not read, unless there is more to say.
+/// Default remedy for a file that cannot be read.
 const REMEDY: &str = "write it as docs/contact-solvers.md says under \"Problems of one's own\"";
 
 /// A contact problem with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedContactProblem {
-    /// Its name.
+    /// Name of the problem.
     pub name: String,
-    /// The problem.
+    /// The problem in the form W, q, μ.
     pub problem: ContactProblem,
 }
 
-/// Reads one file; `place` is put before every pointer.
+/// Reads one file; `place` is prepended to every pointer.
 ///
 /// # Errors
-/// All that is wrong with it, with the place.
+/// All errors in the file, with their locations.
 pub fn read_contact_problem(bytes: &[u8], place: &str) -> Result<NamedContactProblem, Problems> {
     let root = Pointer::from_text(place);
     let document: Value = serde_json::from_slice(bytes)
@@ -40,7 +40,7 @@ pub fn read_contact_problem(bytes: &[u8], place: &str) -> Result<NamedContactPro
     Reader { members: &members, root, problems: Vec::new() }.read()
 }
 
-/// Collects problems while it reads.
+/// Collects problems while reading.
 struct Reader<'a> {
     members: &'a Map<String, Value>,
     root: Pointer,
@@ -82,7 +82,7 @@ impl Reader<'_> {
         Err(Problems(self.problems.into_iter().map(told).collect()))
     }
 
-    /// A word that may be left out, and else must be one of these or begin with it.
+    /// Checks an optional word, which must be one of these or begin with it.
     fn expect_word(&mut self, found: Option<&Value>, words: &[&str], pointer: &Pointer) {
         let Some(found) = found else { return };
         if !found.as_str().is_some_and(|text| words.iter().any(|word| text.starts_with(word))) {
@@ -95,7 +95,7 @@ impl Reader<'_> {
         self.problems.push(Problem::error(code, pointer, message));
     }
 
-    /// A list of finite numbers.
+    /// Reads a list of finite numbers.
     fn numbers(&mut self, value: Option<&Value>, pointer: &Pointer) -> Option<Vec<f64>> {
         let Some(Value::Array(items)) = value else {
             self.tell("type", pointer, "This must be a list of numbers.");
@@ -176,7 +176,7 @@ impl Reader<'_> {
         Delassus::from_blocks(contacts, entries).ok()
     }
 
-    /// A list of whole numbers below `end`.
+    /// Reads a list of indices below `end`.
     fn indices(&mut self, value: Option<&Value>, end: usize, pointer: &Pointer) -> Option<Vec<usize>> {
         let Some(Value::Array(items)) = value else {
             self.tell("type", pointer, "This must be a list of indices.");
@@ -232,7 +232,7 @@ impl Reader<'_> {
     }
 }
 
-/// The document of a problem, W by its non-zero values; μ = ∞ cannot be written.
+/// Document of a problem, with W by its nonzero values; μ = ∞ cannot be represented.
 pub fn contact_problem_document(named: &NamedContactProblem, source: &str) -> Value {
     let problem = &named.problem;
     let n = 3 * problem.contacts();

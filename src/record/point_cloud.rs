@@ -1,4 +1,4 @@
-//! `/points/{body}`: the nodes with their fields, true numbers in a `foxglove.PointCloud`.
+//! `/points/{body}`: the nodes with unscaled field values in a `foxglove.PointCloud`.
 
 use super::proto::foxglove::{NumericType, PackedElementField, PointCloud, Pose, timestamp};
 use super::scene_update::FRAME_ID;
@@ -6,9 +6,9 @@ use super::stress::{nodal_scalars, nodal_vectors};
 use crate::measure::fields::Fields;
 use crate::step::Frame;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/points/";
-/// Schema.
+/// Schema of the point cloud.
 pub const SCHEMA: &str = "foxglove.PointCloud";
 
 /// The message of one body at a field time: x, y, z, the nodal scalars, and the norms of the nodal vectors, as f32.
