@@ -47,7 +47,7 @@ pub fn reindex_incomplete(path: &Path) -> Result<Salvaged, RecordError> {
 /// # Errors
 /// If the run has no partial file (not begun, or finished), or the snapshot cannot be written.
 pub fn snapshot(path: &Path, target: &Path) -> Result<Salvaged, RecordError> {
-    copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run that goes on")
+    copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run in progress")
 }
 
 /// Copies every complete record of `source` to `target`; leaves no file behind on failure.

@@ -80,7 +80,7 @@ pub struct Tangent {
 }
 
 impl State {
-    /// The state at the start of a plan (before settling, if it settles).
+    /// The initial state of a plan (before dynamic relaxation, if there is any).
     pub fn new(plan: &Plan) -> Self {
         let nodes = plan.node_count();
         // x + 0 makes +0 of −0: what is at rest has one bit pattern.
@@ -107,7 +107,7 @@ impl State {
         }
     }
 
-    /// What a sweep at t_n reads of it.
+    /// Input of the internal force evaluation at t_n.
     pub(super) fn sweep_input(&self) -> SweepInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
         SweepInput { u: &self.u, inverse_step, history: &self.history }

@@ -123,8 +123,7 @@ impl Setting {
             self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
             self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
-            self.mass_redistribution
-                .map(|share| format!("{:.0} % of the skin's mass inwards", 100.0 * share)),
+            self.mass_redistribution.map(|share| format!("{:.0} % of boundary mass inwards", 100.0 * share)),
         ];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }

@@ -148,7 +148,7 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
 /// Why the largest response may not be that of the whole impact; `None` if the impact is over.
 fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
     match state {
-        RunState::Running => Some("the run goes on"),
+        RunState::Running => Some("the run is in progress"),
         RunState::Failed { .. } => Some("the run failed before its end"),
         RunState::Cancelled => Some("the run was stopped before its end"),
         RunState::Finished if measures.strikes().any(|pair| pair.force.is_touching()) => {

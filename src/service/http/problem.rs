@@ -261,10 +261,10 @@ impl Problem {
 
     /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
-        tracing::error!(%error, "no room is left");
-        let detail = "The service has no room left to keep this.";
+        tracing::error!(%error, "no space is left");
+        let detail = "The service has no space left to store this.";
         Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
-            .remedy("Delete jobs that are not needed any more; or ask the operator for room, and try again later.")
+            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
     }
 

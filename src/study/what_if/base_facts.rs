@@ -22,7 +22,7 @@ pub struct BaseFacts<'a> {
     base: &'a Scene,
     source: &'a (dyn MeshSource + Sync),
     budget: &'a Budget,
-    /// Skin of each body of the base, computed on first use.
+    /// Boundary surface of each body of the base, computed on first use.
     skins: Vec<OnceLock<Arc<TriangulatedSkin>>>,
 }
 
@@ -38,7 +38,7 @@ impl<'a> BaseFacts<'a> {
         }
     }
 
-    /// Skin of a body of a modified scene in its initial position.
+    /// Boundary surface of a body of a modified scene in its initial position.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
             let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.cells)));

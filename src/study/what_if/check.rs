@@ -165,7 +165,7 @@ fn check_parameter(
         None => out.require(!needs_range, || {
             Problem::error("no_range", here, format!("{:?} has no range", parameter.name))
                 .limit("`low` and `high`, or a distribution")
-                .remedy("say from where to where it varies")
+                .remedy("give the range in which it varies")
         }),
     }
     check_change(&here.key("change"), &parameter.change, out);

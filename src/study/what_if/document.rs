@@ -93,8 +93,8 @@ pub enum Change {
         /// Direction of translation, of any length.
         along: [f64; 3],
     },
-    /// Impact point on the skin of any mesh: distance over the skin from the impact point of the base, straight ahead
-    /// in a direction [m]. The projectile moves along and meets the skin there as it did in the base.
+    /// Impact point on the boundary surface of any mesh: distance over the surface from the impact point of the base,
+    /// straight ahead in a direction [m]. The projectile moves along and meets the surface there as it did in the base.
     #[serde(rename = "impact_offset_m")]
     ImpactOffset {
         /// Name of the projectile, unless there is only one.
@@ -103,7 +103,7 @@ pub enum Change {
         /// Name of the body that is hit; by default the first body with a mesh in the path of the projectile.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         target: Option<String>,
-        /// Direction, of any length; its component normal to the skin is ignored.
+        /// Direction, of any length; its component normal to the surface is ignored.
         along: [f64; 3],
     },
     /// Impact point around a limb segment: its `impact_angle_deg`, from +z towards +x [degree]. The projectile moves

@@ -2,7 +2,7 @@
 //!
 //! 1. [`document`]: the question. [`check`](check()) validates it.
 //! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_skin` moves an impact over the
-//!    skin of any mesh.
+//!    boundary surface of any mesh.
 //! 3. [`cases()`]: explicit cases, one parameter at a time, and sampled ([`sampling`]).
 //! 4. `runner`: the runs, one thread each, in parallel; meshes and plan are shared between cases that differ in motion
 //!    only, and results are cached ([`Cache`]). Neither sharing, caching nor the number of threads changes a bit.

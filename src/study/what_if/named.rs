@@ -29,7 +29,7 @@ pub(super) fn limb_of<'a>(
         value: json!(name),
         message: "this body is no limb segment: its layers and its skin have no parameters".into(),
         limit: "a body whose mesh is made by the generator limb_segment".into(),
-        remedy: "use impact_offset_m to hit another point of its skin".into(),
+        remedy: "use impact_offset_m to hit another point of its surface".into(),
     })
 }
 

@@ -1,4 +1,4 @@
-//! Moves the impact point over the skin of any mesh, together with the projectile.
+//! Moves the impact point over the boundary surface of any mesh, together with the projectile.
 
 use super::base_facts::BaseFacts;
 use super::misfit::Misfit;
@@ -12,7 +12,7 @@ use nalgebra::Rotation3;
 use serde_json::json;
 use std::sync::Arc;
 
-/// Tangential fraction below which a direction counts as normal to the skin.
+/// Tangential fraction below which a direction counts as normal to the surface.
 const LEAST_ALONG: f64 = 1e-6;
 
 /// Projectile, target and impact point.
@@ -23,7 +23,7 @@ pub(super) struct Aim {
     point: SkinPoint,
 }
 
-/// Impact point of a projectile: where the path of its centre, relative to a target, first meets the target's skin. The
+/// Impact point of a projectile: where the path of its centre, relative to a target, first meets the target's boundary. The
 /// target is given by name, or the first body with a mesh in the path.
 pub(super) fn aim(
     scene: &SceneDocument,
@@ -59,7 +59,7 @@ fn named_target(scene: &SceneDocument, projectile: usize, name: &String) -> Resu
         message: if target == projectile {
             "this is the projectile itself".into()
         } else {
-            "this body is rigid: it has no meshed skin to move over".into()
+            "this body is rigid: it has no meshed surface to move over".into()
         },
         limit: "another body with a mesh".into(),
         remedy: "name the body that is hit, or use offset_m".into(),
@@ -74,7 +74,8 @@ fn approach(scene: &SceneDocument, projectile: usize, target: usize) -> Vec3 {
 
 fn passes_by(scene: &SceneDocument, projectile: usize, center: &Vec3, target: Option<&String>) -> Misfit {
     let BodyDocument { name, velocity_m_per_s, .. } = &scene.bodies[projectile];
-    let at = target.map_or("every body with a mesh".to_owned(), |target| format!("the skin of {target:?}"));
+    let at =
+        target.map_or("every body with a mesh".to_owned(), |target| format!("the surface of {target:?}"));
     let [place, velocity] = [*center, Vec3::from(*velocity_m_per_s)].map(|v| in_words(&v));
     Misfit {
         field: if target.is_some() { "target" } else { "body" },
@@ -82,14 +83,14 @@ fn passes_by(scene: &SceneDocument, projectile: usize, center: &Vec3, target: Op
         message: format!(
             "{name} has no impact point: the line through its centre {place} m along its velocity {velocity} m/s misses {at}"
         ),
-        limit: "a flight at the skin of the target".into(),
+        limit: "a flight at the surface of the target".into(),
         remedy: "aim the centre of the projectile at the target in the scene (placement, velocity), or use offset_m"
             .into(),
     }
 }
 
 impl Aim {
-    /// Unit tangent of the skin at the impact point in the given direction.
+    /// Unit tangent of the surface at the impact point in the given direction.
     pub(super) fn heading(&self, along: [f64; 3]) -> Result<Vec3, Misfit> {
         let direction = Vec3::from(along).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
         let normal = self.point.normal;
@@ -97,16 +98,16 @@ impl Aim {
             field: "along",
             value: json!(along),
             message: format!(
-                "this direction is normal to the skin, whose normal is {} there",
+                "this direction is normal to the surface, whose normal is {} there",
                 in_words(&normal)
             ),
             limit: "a direction at an angle to the normal".into(),
-            remedy: "give a direction along the skin".into(),
+            remedy: "give a tangential direction".into(),
         })
     }
 }
 
-/// Moves the projectile so that it hits a point `value` [m] away over the skin, straight ahead along a direction
+/// Moves the projectile so that it hits a point `value` [m] away over the surface, straight ahead along a direction
 /// (backwards if negative), as it would have hit the old one: by the rigid motion that carries along the point, the
 /// normal and the plane of the path.
 pub(super) fn move_over_skin(
@@ -135,13 +136,13 @@ pub(super) fn move_over_skin(
     Ok(())
 }
 
-/// The skin ends within the distance.
+/// The surface ends within the distance.
 fn cut_short(target: &str, value: f64, end: &WalkEnd) -> Misfit {
     let place = in_words(&end.place);
     let what = match end.what {
-        Obstacle::Border => format!("the skin of {target} ends at {place}"),
+        Obstacle::Border => format!("the surface of {target} ends at {place}"),
         Obstacle::SharpEdge { turn_deg } => {
-            format!("the skin of {target} has a sharp edge at {place}, where it turns by {turn_deg:.0}°")
+            format!("the surface of {target} has a sharp edge at {place}, where it turns by {turn_deg:.0}°")
         }
         Obstacle::Beginning => format!("the path around {target} returns to its start at {place}"),
     };
