@@ -129,6 +129,7 @@ impl PatchGeometry {
     }
 
     fn new(body: usize, surface: &Surface, is_master: bool) -> Self {
+        // Faces of each node, then flattened to one array.
         let nodes = surface.nodes.clone();
         let mut lists = vec![Vec::new(); nodes.len()];
         for (face, corners) in surface.faces.iter().enumerate() {
@@ -182,6 +183,7 @@ impl PatchGeometry {
         for i in self.faces_of(node) {
             let face = self.incident[i];
             let corners = &self.faces[face as usize];
+            // Shapes are evaluated once per evaluation.
             let (of, shape) = &mut self.shapes[face as usize];
             if *of != self.evaluation {
                 let whole = FaceShape::new(corners, position);
@@ -191,6 +193,7 @@ impl PatchGeometry {
                 };
                 (*of, *shape) = (self.evaluation, limited);
             }
+            // Faces oriented towards the contact contribute.
             let is_pressed = shape.is_turned(n)
                 && match limit {
                     Limit::Front(normal) => shape.is_in_front(normal),
@@ -206,6 +209,7 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame.
     pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
+        // Erosion exposes new faces.
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
             let skin = frame.plan.bodies[body].skin_after(frame.erosion);
@@ -215,12 +219,14 @@ impl PatchGeometry {
         self.evaluation += 1;
         self.pressed.clear();
         self.pressed_faces.clear();
+        // Resultant normal of the contacts in compression.
         let contacts = frame.contacts.iter().zip(frame.reactions);
         let contacts = contacts.map(|(contact, reaction)| (contact, reaction.impulse[0]));
         let pressing = || contacts.clone().filter(|(contact, p_n)| contact.pair == pair && *p_n > 0.0);
         let normal = pressing().fold(Vec3::zeros(), |sum, (contact, p_n)| sum + contact.frame[0] * p_n);
         let sign = if self.is_master { -1.0 } else { 1.0 };
         let limit = normal.try_normalize(0.0).map_or(Limit::None, |normal| self.limit(frame, normal * sign));
+        // Contributions of each contact to its nodes.
         for (contact, p_n) in pressing() {
             let normal = contact.frame[0] * sign;
             for (node, share) in contact.stencil.side(self.is_master) {
@@ -297,6 +303,7 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     if area <= 0.0 {
         return ContactPatch { nodes: pressed.len() as u32, ..ContactPatch::default() };
     }
+    // Second moment of area about the centre.
     let centre = pressed.iter().fold(Vec3::zeros(), |sum, p| sum + p.position * p.area()) / area;
     let moment = pressed.iter().fold(Mat3::zeros(), |sum, p| {
         let d = p.position - centre;
@@ -306,6 +313,7 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     let eigen = moment.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    // Extent along an axis, which limits the axes of the equivalent ellipse.
     let extent = |i: usize| {
         let axis: Vec3 = eigen.eigenvectors.column(order[i]).into();
         let along = pressed.iter().map(|p| (p.position - centre).dot(&axis));

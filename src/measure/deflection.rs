@@ -46,6 +46,7 @@ impl Deflection {
 
     /// Accumulates one step.
     pub fn accumulate(&mut self, frame: &Frame) {
+        // Nodes without intact elements are dropped.
         let gone = frame.erosion.elements().len();
         if gone != self.gone {
             self.gone = gone;
@@ -60,6 +61,7 @@ impl Deflection {
             let X = frame.plan.X[node as usize];
             [X + start(node), X + frame.u[node as usize]]
         };
+        // Largest displacement, relative to the fitted rigid motion of unsupported bodies.
         let has_moved = self.nodes.iter().map(places).any(|[from, to]| from != to);
         let rigid = (has_moved && !self.is_held).then(|| RigidMotion::fitted(self.nodes.iter().map(places)));
         for node in &self.nodes {

@@ -33,6 +33,7 @@ pub struct Fields {
 impl Fields {
     /// Allocates the stress and strain fields that the plan requests; `None` if it requests none.
     pub fn new(plan: &Plan) -> Option<Self> {
+        // Requested fields only.
         let asked = |field| plan.fields.contains(&field);
         let room = |field, n: usize| vec![0.0; if asked(field) { n } else { 0 }];
         let nodes = plan.node_count();
@@ -57,6 +58,7 @@ impl Fields {
             shape: shape_at_points(),
             ..fields
         };
+        // Reference volumes are the weights of the averages.
         for block in &plan.blocks {
             for (slot, element) in block.elements.iter().enumerate() {
                 fields.add_volume(*element, &block.point_volumes(slot));

@@ -98,6 +98,7 @@ impl Measures {
         if let Some(fields) = fields {
             fields.clear();
         }
+        // One pass over the moved elements serves all three measures.
         for block in &frame.plan.blocks {
             block.for_each_moved_batch(frame.points(), &mut |slots, points| {
                 let among_all = block.first_slot + slots.start..block.first_slot + slots.end;

@@ -97,6 +97,7 @@ impl Penetration {
     /// Accumulates a frame at a field time, when all displacements are known. `touched`: whether a pair has been in
     /// contact so far; a body that has not touched itself cannot have entered itself.
     pub fn accumulate(&mut self, frame: &Frame, touched: impl Fn(usize) -> bool) {
+        // Current positions.
         let plan = frame.plan;
         let mut x = plan.X.clone();
         for (index, body) in plan.bodies.iter().enumerate() {
@@ -108,6 +109,7 @@ impl Penetration {
         if !x.iter().all(|x| x.iter().all(|c| c.is_finite())) {
             return;
         }
+        // Each pair once; with itself only after contact.
         let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
         let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies));
         for (index, (pair, &(slave, master))) in pairs.enumerate() {
@@ -160,6 +162,7 @@ impl Penetration {
 
 /// Points of either side that lie inside the other.
 fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
+    // Bodies with disjoint bounding boxes do not overlap.
     let mut found = Found::default();
     let ([a_low, a_high], [b_low, b_high]) = (a.bounds(), b.bounds());
     let common = [a_low.sup(&b_low), a_high.inf(&b_high)];
@@ -177,6 +180,7 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
             }
             Side::Rigid(..) | Side::Plane(..) => of.height(point) < 0.0,
         };
+        // Depth from the surface points.
         points_of.for_each_surface_point(&common, |point| {
             if holds(point) {
                 let (depth, of_face) = of.depth_at(point);
@@ -400,6 +404,7 @@ impl<'a> Mesh<'a> {
         let mut around = Vec::new();
         let elements = OnceCell::new();
         let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
+        // Depth of the boundary nodes inside the body.
         for (node, normal) in nodes_inside(&self.skin, self.x) {
             around.clear();
             let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
@@ -416,6 +421,7 @@ impl<'a> Mesh<'a> {
                 found.deepen(depth, size);
             }
         }
+        // Overlapping volume, only if a node is inside.
         if found.depth > 0.0 {
             self.for_each_volume_point(&self.bounds, |element, point, weight| {
                 if locator().element_at(point, |e| is_apart(cells.nodes(element), cells.nodes(e))).is_some() {

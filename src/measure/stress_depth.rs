@@ -235,12 +235,14 @@ impl StressDepth {
                     continue;
                 }
                 let X = position(lane, q);
+                // Stress beyond the reach of waves is counted separately.
                 if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt()))
                 {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);
                     continue;
                 }
+                // Peaks, thresholds and doses.
                 self.von_mises.raise(stress, || X, self.time);
                 self.principal_strain.raise(strain, || X, self.time);
                 self.energy_density.raise(psi, || X, self.time);

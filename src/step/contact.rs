@@ -164,6 +164,7 @@ impl<'p> ContactStep<'p> {
         phase: Phase,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
+        // Small sets of contacts get few sweeps, since Newton's method is cheap for them.
         let has_mesh = |c: &Contact| masses.1.of_pair(c.pair)[0].is_none();
         let is_few = self.contacts.len() <= FEW && self.contacts.iter().all(has_mesh) && !phase.sticks();
         let max_sweeps = if is_few { FEW_SWEEPS } else { MOST_SWEEPS };
@@ -250,6 +251,7 @@ impl<'p> ContactStep<'p> {
         phase: Phase,
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
+        // Positions at the end of the step with the present velocities.
         let drift = if phase.flies() { &self.drift } else { &self.still };
         // Contact depends on boundary nodes only.
         for (surface, &body) in self.surfaces.iter().zip(&self.plan.surface_body) {
@@ -258,9 +260,11 @@ impl<'p> ContactStep<'p> {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }
+        // Contacts between meshes and with planes.
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
         self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
         self.guard.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        // Contacts of rigid bodies, from their poses at the end of the step.
         let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
         let poses = rigid.work().sides.poses;
         let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {

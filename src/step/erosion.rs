@@ -25,6 +25,7 @@ pub(super) fn erode(
     if eroding.is_empty() {
         return;
     }
+    // Power of the internal forces at the nodes concerned, before erosion.
     let corners = |element: u32| {
         let body = &plan.bodies[plan.body_of_element(element)];
         body.cells.nodes((element - body.elements.start) as usize)
@@ -37,6 +38,7 @@ pub(super) fn erode(
     };
     let before: Vec<f64> = nodes.iter().map(|node| power(forces, *node)).collect();
 
+    // Remove the elements and book their energies.
     let erosion = Arc::make_mut(&mut state.erosion);
     for element in &eroding {
         erosion.add(element, &plan.blocks);
@@ -45,6 +47,7 @@ pub(super) fn erode(
     }
     // Reset without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);
+    // Internal forces without the eroded elements, and the work by which they differ.
     forces.take_out(erosion);
     let input = state.sweep_input();
     forces.sweep(threads, &plan.blocks, &input);

@@ -129,6 +129,7 @@ impl Stepper for ExplicitStepper<'_> {
     /// next time that must be met exactly), contact. The state is unchanged until [`Stepper::advance`], so that a copy
     /// of it restarts the run with the same bits.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
+        // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
@@ -144,6 +145,7 @@ impl Stepper for ExplicitStepper<'_> {
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.wake();
+            // Shorten the step if the strain increment or a rotation would be too large.
             let share = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
             let strain_limit = share * self.options.largest_strain_increment;
             let rate = self.forces.largest_stretch_rate(
@@ -165,6 +167,7 @@ impl Stepper for ExplicitStepper<'_> {
             target = self.step * (0.9 / excess).max(0.1);
             self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
         }
+        // Free rotation of rigid bodies, and the reactions of prescribed motion.
         if let Some(rigid) = &mut self.rigid {
             rigid.turn(state, &self.v_after, 1.0, self.step)?;
         }
@@ -203,10 +206,12 @@ impl Stepper for ExplicitStepper<'_> {
 
     /// Advances to t_{n+1}, and projects out the penetration left by linearisation.
     fn advance(&mut self, state: &mut State, phase: Phase) {
+        // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
             let forces = (&mut self.forces, &self.threads);
             erode(self.plan, forces, (state, &mut self.ledger), (self.step, &self.v_after));
         }
+        // Displacement update of the active nodes.
         let (h, activity) = (self.step, &self.activity);
         let arrays = (&mut state.u[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, u, v_after| {
@@ -224,12 +229,14 @@ impl Stepper for ExplicitStepper<'_> {
             self.extremes.swept_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
+        // Advance the clock and the rigid bodies.
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
         if let Some(rigid) = &self.rigid {
             rigid.advance(state);
         }
+        // Position projection, with its work and the nodes it activates.
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
@@ -406,11 +413,13 @@ impl ExplicitStepper<'_> {
     fn accelerate(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
         let Self { plan, forces, activity, f_ext, f_viscous, .. } = self;
+        // Viscous forces at the moving nodes.
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
         for node in activity.stepped(0..f_viscous.len() as u32) {
             f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
         }
+        // Contact-free velocity of the active nodes.
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
             if !activity.active()[run] {
@@ -430,6 +439,7 @@ impl ExplicitStepper<'_> {
                 *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
             }
         });
+        // Prescribed components follow their displacement.
         let end = phase.load_time(state.time + self.step);
         for p in &plan.loads.prescribed {
             let node = p.node as usize;

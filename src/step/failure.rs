@@ -211,12 +211,14 @@ pub(super) fn check_block(
         let place = element.map(|e| place_element(plan, state, e));
         Failure { element: place, ..Failure::new(state, cause, message) }
     };
+    // Inverted elements.
     let (j, slot) = totals.smallest_j;
     if j <= -1.0 {
         let message =
             format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
         return Err(diagnose(FailureCause::ElementInverted, slot, message));
     }
+    // Overstretched fibres and exponential laws.
     let (exponent, slot) = totals.fibre_exponent;
     if exponent > FIBRE_EXPONENT_LIMIT {
         let law = block.parameters.material;
@@ -227,6 +229,7 @@ pub(super) fn check_block(
         );
         return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
     }
+    // Non-finite stresses or strains.
     let (stable, slot) = totals.stable_step;
     if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
         return Err(diagnose(

@@ -81,6 +81,7 @@ impl FrameCopy {
 
     /// Reconstructs the frame. `u` [m], nodes × 3, receives the displacement; it belongs to one run.
     pub fn frame<'a>(&'a mut self, plan: &'a Plan, u: &'a mut Vec<Vec3>) -> Frame<'a> {
+        // Displacement: of all nodes at a look time, otherwise of the kept nodes.
         let (is_field_time, is_look_time) = (self.is_field_time, self.field.is_some());
         if let Some(field) = &mut self.field {
             std::mem::swap(u, &mut field.u);

@@ -367,6 +367,7 @@ impl Ledger {
         if p_n == 0.0 && p_1 == 0.0 && p_2 == 0.0 {
             return;
         }
+        // Velocities of both sides at the contact point, with flight and rotation.
         let [n, t1, t2] = &contact.frame;
         let impulse = n * p_n + t1 * p_1 + t2 * p_2;
         let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
@@ -382,6 +383,7 @@ impl Ledger {
         let slave_v =
             |v: &[Vec3]| weighted(stencil.slave(), |n| v[n as usize]) + flight(Some(slave_body)) + turning[0];
 
+        // Work on both sides and friction dissipation, half of each.
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
         // A sliding contact dissipates by its mean slip, consistent with its work by the mean velocity: with the end
@@ -396,6 +398,7 @@ impl Ledger {
             0.0
         };
 
+        // Book the contributions of bodies and pair.
         self.contact_work[slave_body] += on_slave;
         if let Some(b) = master_body {
             self.contact_work[b] += on_master;
@@ -407,6 +410,7 @@ impl Ledger {
         pair.work_on_slave_j += on_slave;
         pair.work_on_master_j += on_master;
         pair.friction_j += friction;
+        // What is lost beyond friction is an impact of rigid bodies, an error of a load step, or numerical dissipation.
         let lost = -(on_slave + on_master + friction);
         if has_rigid_side && work.rigid.is_some_and(|r| r.plan.has_no_mesh(plan, contact.pair as usize)) {
             pair.impact_j += lost;

@@ -116,6 +116,7 @@ fn drive(
     recorders: &mut [&mut dyn Recorder],
     warnings: &mut Vec<String>,
 ) -> Result<Ending, Failure> {
+    // Dynamic relaxation and preload precede the first step.
     if let (Some(settle), 0) = (plan.settle, state.step)
         && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
     {
@@ -128,6 +129,7 @@ fn drive(
     }
     let mut last_look = f64::NEG_INFINITY;
     loop {
+        // Solve the step at t_n and check its energy balance.
         let interrupt = (options.interrupt)();
         let target = next_target(plan, state.time);
         let at_end = state.time >= plan.end_time;
@@ -137,6 +139,7 @@ fn drive(
         }
         stepper.balance(state);
         let verdict = gate(plan, state, stepper.energy());
+        // Complete frames are due at field times and look times.
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         // The first step in each of the equal parts of the run.
@@ -167,6 +170,7 @@ fn drive(
         for recorder in recorders.iter_mut() {
             recorder.record(&frame).map_err(|e| recording_failed(state, &e))?;
         }
+        // A failed gate or an interruption ends the run after its frame is recorded.
         verdict?;
         if at_end {
             return Ok(Ending::Finished);
@@ -203,6 +207,7 @@ fn settle_down(
     settle: Settle,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
+    // Bodies in flight are held in their initial positions.
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -settle.duration;
     let flying = plan.bodies.iter().filter(|body| body.flight_velocity != Vec3::zeros());
@@ -360,6 +365,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         most_contacts: 0,
         warnings: Vec::new(),
     };
+    // Extremes of the run.
     if let Some(stepper) = stepper {
         let extremes = stepper.extremes();
         outcome.smallest_step_s =
@@ -377,6 +383,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
             ));
         }
     }
+    // Warnings of the stepper and of large numerical losses.
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
     let scale = state.ledger.turnover(plan);

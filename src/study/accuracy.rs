@@ -74,6 +74,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         };
         let spent = |seconds: f64| begin.elapsed().as_secs_f64() + seconds > asked.time_budget_s;
         let is_last = accuracy.next_s.is_some_and(|next| spent(next + expected.unwrap_or_default()));
+        // Only the last run reports its own progress.
         let mut tell = |p: Progress| {
             progress(if is_last { p } else { Progress::beginning(Phase::EstimatingErrors) });
         };
@@ -98,6 +99,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         if has_stopped || spent(growth * seconds) {
             return Ok(result);
         }
+        // Continue on the next mesh; a finished level serves later error bars.
         let Ok(next) = meshes.scene_of(level + 1) else { return Ok(result) };
         if result.outcome.ending == Ending::Finished {
             let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);

@@ -36,6 +36,7 @@ pub(super) fn error_bars(
         );
     }
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+    // One or two coarser meshes; step and contact tolerance vary on the coarsest.
     let runs = || {
         let mesh = scene_of(&variants, COARSE)?;
         let coarse = results(&variants, &mesh, depths)?;

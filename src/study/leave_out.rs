@@ -105,6 +105,7 @@ pub enum Difference {
 /// If the scene cannot be compiled.
 pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, RunError> {
     let repeat = request.repeat.max(1) as usize;
+    // The first run determines the items; then one kind per item, and all together.
     let mut kinds: Vec<Kind> = vec![Kind::new(Vec::new())];
     kinds[0].run(request)?;
     let switches = kinds[0].switches();

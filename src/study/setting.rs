@@ -79,6 +79,7 @@ impl Setting {
         if let Some(step_s) = self.implicit_step_s {
             document.integrator = IntegratorDocument::implicit(step_s);
         }
+        // Time step, contact solver and mass.
         document.integrator.divide_step(self.step_divisor);
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;

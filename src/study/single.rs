@@ -69,6 +69,7 @@ pub(super) fn run_with_error_bars(
     error_bars: impl FnOnce(&RunRequest) -> ErrorBars,
 ) -> Result<RunResult, RunError> {
     let (wall, cpu) = (Instant::now(), process_cpu_s());
+    // Compile, and run the cheaper runs for the error bars.
     (request.progress)(Progress::beginning(Phase::Loading));
     let plan = compile(request.scene)?;
     (request.progress)(Progress::beginning(Phase::EstimatingErrors));
@@ -86,6 +87,7 @@ pub(super) fn run_with_error_bars(
     }
     // The last of the sinks: when it reports the end, the recordings are closed.
     let mut measuring = measuring.with(&mut teller);
+    // Run the steps, with the measures on a separate thread if anything is recorded.
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let steps = |measuring: &mut dyn Recorder| {
         let mut recorders: Vec<&mut dyn Recorder> = vec![measuring];

@@ -188,6 +188,7 @@ impl Results {
     /// Sets the error bars of all numbers of a run with that many steps [s]; numbers that a cheaper run lacks keep
     /// theirs.
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
+        // The cheaper runs must have the same list of numbers.
         let own_step = time_s / own_steps as f64;
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [small_steps, loose_contact] =
@@ -200,6 +201,7 @@ impl Results {
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
+            // Contributions of mesh, step and contact tolerance, plus the resolution.
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
             let values =
                 Values { levels: &of_levels, small_steps: small_steps[i], loose_contact: loose_contact[i] };

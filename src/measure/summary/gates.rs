@@ -75,7 +75,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
     // NaN propagates; dissipation counts as nothing created.
     let created =
         |lost: f64| if lost > 0.0 || energy.scale_j == 0.0 { 0.0 } else { -lost / energy.scale_j + 0.0 };
-    // A load step without mass has no integrator that could create energy.
+    // A quasi-static step has no integrator that could create energy.
     let algorithmic = if is_static { 0.0 } else { energy.algorithmic_j() };
     vec![
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
@@ -181,6 +181,7 @@ pub(super) fn own_warnings(
     has_ended: bool,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    // Force windows.
     let touched = measures.pairs.iter().filter(|pair| has_ended && pair.force.contact_span.is_some());
     warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
     let share = numerics.numerical_contact_dissipation_share;
@@ -192,6 +193,7 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    // Erosion and laws beyond their range.
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     if numerics.energy_share_beyond_law <= LAW_LIMIT
@@ -202,6 +204,7 @@ pub(super) fn own_warnings(
             share_in_words(told, numerics)
         ));
     }
+    // Artefacts, penetration and projection.
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));
     warnings.extend(projection_warning(&measures.energy));
@@ -213,6 +216,7 @@ pub(super) fn own_warnings(
             body.name
         ));
     }
+    // Unresolved deformation.
     for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {
         if share > HOURGLASS_WARNING {
             warnings.push(format!(
@@ -224,6 +228,7 @@ pub(super) fn own_warnings(
             ));
         }
     }
+    // Sampling in time.
     if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
         && has_ended
         && samples < FEW_SAMPLES
@@ -233,6 +238,7 @@ pub(super) fn own_warnings(
              missed: a smaller `record.field_interval_s` samples more often."
         ));
     }
+    // Missed or unfinished contact.
     let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
     let is_joined = measures.pairs.iter().any(|p| p.on_tissue) || missed().next().is_some();
     if has_ended && measures.absorbed.is_some() && !is_joined {
@@ -258,6 +264,7 @@ pub(super) fn own_warnings(
                 .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }
     }
+    // Unresolved patches and reflected waves.
     for pair in &measures.pairs {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {

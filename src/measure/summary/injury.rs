@@ -181,6 +181,7 @@ fn viscous(
     };
     let refused =
         |reason: &str| InjuryMeasure { statement: format!("not applicable: {reason}"), ..measure.clone() };
+    // The criterion needs the region and the depth of the chest.
     let Some(person) = person else {
         return refused("the scene does not say where the person is hit (`measures.person`)");
     };

@@ -66,6 +66,7 @@ impl Results {
         let mut all = Vec::new();
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
         let lost: f64 = on_tissue.map(|i| i.numerical_contact_dissipation_j.value.abs()).sum();
+        // Forces and patches of each contact.
         for i in &mut self.impacts {
             all.push(Listed::place(&mut i.peak_force_n, Some(i.peak_force_placing_n)));
             let touched = u8::from(i.contact_span_s.is_some());
@@ -85,6 +86,7 @@ impl Results {
             all.extend(sums.map(Listed::sum));
         }
         let Some(t) = &mut self.tissue else { return all };
+        // Energies and peaks of the tissue.
         all.push(Listed::time(&mut t.peak_absorbed_energy_time_s, 1));
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
@@ -102,6 +104,7 @@ impl Results {
             ];
             all.extend(parts.map(Listed::sum));
         }
+        // Depths and volumes above thresholds.
         for stress in &mut t.significant_stress {
             let (gap, spacing) = (stress.depth_gap_mm, stress.point_spacing_mm);
             let volumes = [&mut stress.volume_mm3, &mut stress.volume_at_end_mm3];

@@ -96,6 +96,7 @@ pub struct Summary {
 impl Summary {
     /// Composes the summary of the measures; `outcome` is `None` while the run is in progress.
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
+        // Gates decide whether the numbers are shown.
         let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
@@ -107,6 +108,7 @@ impl Summary {
             withheld = Some(Withholding { reason, remedy: FailureCause::NotFinite.remedy() });
             values = results(measures, plan, &state, Mint(GateResult::Failed));
         }
+        // Error bars.
         let mut error_bars = measures.error_bars.to_string();
         if let ErrorBars::From(runs) = &measures.error_bars {
             // The cheaper runs were completed: an incomplete run has numbers of another time span.
@@ -124,6 +126,7 @@ impl Summary {
         if let Some(tissue) = values.tissue.as_mut().filter(|_| measures.laws.worst().is_some()) {
             tissue.peaks = Peaks::default();
         }
+        // Warnings of validation, of the stepper and of the measures, without repetition.
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(

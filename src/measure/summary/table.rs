@@ -14,6 +14,7 @@ const NOTABLE_WORK: f64 = 1e-3;
 /// Renders the summary as plain text, one number per line, with its unit and error.
 pub fn render_table(summary: &Summary) -> String {
     let mut table = Table::default();
+    // Outcome of the run.
     table.line(&format!(
         "{}: {} at {} of {}, {} steps",
         summary.scene,
@@ -28,6 +29,7 @@ pub fn render_table(summary: &Summary) -> String {
     if summary.values().nothing_touched {
         table.line("  Nothing touched: there are no numbers of an impact.");
     }
+    // Results, injury criteria and plain words.
     match &summary.results {
         Shown::Withheld { reason, remedy, .. } => {
             table.line(&format!("  The results are withheld: {reason}. {remedy}"));
@@ -44,6 +46,7 @@ pub fn render_table(summary: &Summary) -> String {
         table.heading("In plain words");
         summary.plain_words.iter().for_each(|words| table.line(&format!("  {words}")));
     }
+    // Numerical quality and gates.
     let n = &summary.numerics;
     table.heading("Numerics");
     if let Some(J) = n.smallest_jacobian {
@@ -159,6 +162,7 @@ impl Table {
         if let Some(loss) = &tissue.projectile_loss_j {
             self.quantity("lost by the projectile", loss, "J");
         }
+        // Significant stress and doses.
         for s in &tissue.significant_stress {
             let threshold = format!("{} kPa", number(1e-3 * s.threshold_pa));
             if let Some(depth) = &s.depth_mm {

@@ -14,6 +14,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
             return vec![format!("No result can be given: {reason}."), (*remedy).to_owned()];
         }
     };
+    // Caveat for an incomplete run.
     let mut words = Vec::new();
     let until = |what: &str| {
         format!(

@@ -199,6 +199,7 @@ impl Iterate {
         let share = options.inertia();
         let mut sizes = [0.0; 5];
         let followers = plan.assembly.followers();
+        // Reference of the residual: the largest of the contributions to the balance.
         for node in (0..self.v.len()).filter(|node| !followers.contains(*node)) {
             let inertia = plan.inertia(node);
             let parts = [
@@ -212,6 +213,7 @@ impl Iterate {
                 *size += energy(&part, &inertia);
             }
         }
+        // Residual of the unknowns.
         let mut lack = std::mem::take(&mut self.lack);
         let mut residual = 0.0;
         options.unknowns.for_each(|unknown, node, axis| {

@@ -233,6 +233,7 @@ impl Cuts {
 impl Stepper for ImplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
         self.damping = phase.damping();
+        // Forces and energies at t_n.
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
@@ -248,10 +249,12 @@ impl Stepper for ImplicitStepper<'_> {
                 return Ok(());
             }
         }
+        // Contact geometry and the matrix of the saved state.
         self.place(state, phase);
         let restored = self.system.restore(state.implicit.tangent.as_ref(), self.damping);
         restored.map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))?;
 
+        // Attempt the step, halving it until it converges.
         let aimed = state.implicit.target_step;
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
@@ -306,6 +309,7 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn advance(&mut self, state: &mut State, phase: Phase) {
+        // Ledger and motion.
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.plan.element_count() as u64;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
@@ -317,6 +321,7 @@ impl Stepper for ImplicitStepper<'_> {
         if let Some(rigid) = &self.rigid {
             rigid.advance(state);
         }
+        // Clock and memory of the integrator.
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
@@ -324,6 +329,7 @@ impl Stepper for ImplicitStepper<'_> {
         if state.implicit.tangent != self.system.tangent {
             state.implicit.tangent.clone_from(&self.system.tangent);
         }
+        // A quasi-static step keeps the supporting contacts, and needs no projection.
         if self.options.statics.is_some() {
             let (contacts, reactions) = self.contacts_of_step();
             state.implicit.held.contacts.clear();
@@ -333,6 +339,7 @@ impl Stepper for ImplicitStepper<'_> {
             state.implicit.held.step = self.step;
             return;
         }
+        // Position projection.
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);

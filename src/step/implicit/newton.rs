@@ -96,6 +96,7 @@ impl Newton {
             if let Some(interrupt) = interrupt() {
                 return Err(Stop::Interrupted(interrupt));
             }
+            // Update the matrix if the step size has changed.
             if system.tangent.as_ref().is_none_or(|t| (t.step / step.h - 1.0).abs() > 0.1) {
                 self.take(step, system)?;
                 is_fresh = true;
@@ -104,6 +105,7 @@ impl Newton {
             let stop = |failure: Failure| interrupt().map_or_else(|| failure.into(), Stop::Interrupted);
             self.aim(step, system, touch, forces, is_first).map_err(stop)?;
             is_first = false;
+            // Line search along the full step.
             let expected = self.expected_fall(step);
             let share = self.search(step, system, forces, expected)?;
             let limit = step.options.tolerance * self.end.scale;
@@ -117,6 +119,7 @@ impl Newton {
                 is_fresh = true;
                 continue;
             };
+            // Converged: accept the step unless the reactions close further contacts.
             if share >= 1.0 && self.end.residual <= limit {
                 rounds += 1;
                 let most = if step.options.statics.is_some() { MOST_STATIC_ROUNDS } else { MOST_ROUNDS };
@@ -125,6 +128,7 @@ impl Newton {
                 }
                 continue;
             }
+            // Update the matrix if convergence is slow.
             let rate = self.end.residual / expected;
             let left = (limit / self.end.residual).ln() / rate.ln();
             if share < 1.0 || !(rate < 1.0 && left <= PATIENCE) {
@@ -168,6 +172,7 @@ impl Newton {
         detect: bool,
     ) -> Result<(), Failure> {
         let unknowns = &step.options.unknowns;
+        // Contact-free end velocity of a full step.
         self.x.clone_from(&self.end.lack);
         self.driven = self.add_driven(step, forces)?;
         system.solve(&mut self.x);
@@ -182,6 +187,7 @@ impl Newton {
         impulse.fill(Vec3::zeros());
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(()) };
         let failed = |(cause, message)| Failure::new(step.state, cause, message);
+        // Detection, once per step.
         if detect {
             within_reach(step, v, &mut self.before.0);
             let within = &self.before.0[..];
@@ -197,6 +203,7 @@ impl Newton {
             let message = "The matrix of the step is not positive definite.".into();
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
+        // Contact reactions and the velocity with them.
         let when = (touch.phase, touch.interrupt);
         solve_contacts(step, system, contact, &sides, when, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
@@ -296,6 +303,7 @@ impl Newton {
     /// Whether the reactions close contacts that the free motion would leave open; these are added to the list.
     fn has_new_contacts(&self, step: &Step, touch: &mut Touch) -> Result<bool, Failure> {
         let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
+        // Detect contacts at the current iterate, keeping the known ones aside.
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(false) };
         let (contacts, reactions) = contact.problem();
         let known = (std::mem::take(contacts), std::mem::take(reactions));
@@ -304,6 +312,7 @@ impl Newton {
         let (contacts, reactions) = contact.problem();
         let found = std::mem::replace(contacts, known.0);
         *reactions = known.1;
+        // Add the unknown contacts that close.
         let mut is_new = false;
         for candidate in found {
             // A mesh node has one contact per pair except in concave regions; a rigid body touches at several points.

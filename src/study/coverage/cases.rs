@@ -229,6 +229,7 @@ fn incline(n: u32, angle_deg: f64, stepping: Stepping) -> Case {
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let weight = 1000.0 * side * side * height * g;
     let normal = weight * cos;
+    // Stick: the plane carries the weight. Slip: normal force and friction act over the sliding distance.
     let exact = if sin <= friction * cos {
         vec![(IMPULSE, weight * end_s)]
     } else {

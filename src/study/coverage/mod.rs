@@ -100,6 +100,7 @@ fn eval_case(
     let no_claim = |reason: String| NoClaim { scenario: case.scenario, run: case.label.clone(), reason };
     let loaded = load_parsed(&case.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE)
         .map_err(|problems| no_claim(problems.to_string()))?;
+    // Run the case with its error bars.
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
         sinks: Vec::new(),
@@ -114,6 +115,7 @@ fn eval_case(
     }
     let values =
         serde_json::to_value(result.summary.values()).map_err(|error| no_claim(error.to_string()))?;
+    // Compare each exact value with the number and its error bar.
     let number = |(pointer, exact): &(&'static str, f64)| {
         let quantity = pointer.rsplit('/').next().unwrap_or_default();
         let found = values.pointer(pointer);

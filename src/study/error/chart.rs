@@ -77,6 +77,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
         // Long rows of digits are unreadable as labels.
         .y_label_formatter(&|y| if *y < 1e6 { format!("{y}") } else { format!("{y:e}") })
         .draw()?;
+    // Pareto front.
     let mut front: Vec<(f64, f64)> =
         study.rows.iter().filter(|row| row.is_on_front(&study.rows, quantity)).filter_map(point).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -90,6 +91,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
             chart.draw_series(DashedLineSeries::new(line, 5, 5, BLACK.mix(0.4).into()))?;
         }
     }
+    // One series per family of settings.
     let mut families: Vec<String> = Vec::new();
     for name in study.rows.iter().map(family) {
         if !families.contains(&name) {

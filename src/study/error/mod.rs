@@ -149,6 +149,7 @@ impl Ladder<'_> {
 /// Runs every setting of the ladder and compares the results.
 pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     let (mut rows, mut stopped) = (Vec::<Row>::new(), None);
+    // Run the ladder until it ends or is stopped.
     for (number, setting) in request.ladder.iter().enumerate() {
         (request.progress)(number, request.ladder.len(), setting);
         // "Half the step" refers to the actual steps on the scene's own mesh, whatever limited them.
@@ -161,6 +162,7 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
             break;
         }
     }
+    // References, errors and advice need all runs.
     let references = reference::references(&rows, request.exact);
     for row in &mut rows {
         row.errors = reference::errors(&row.values, &references);
@@ -194,6 +196,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
     };
+    // A setting that cannot be run is reported with its reason.
     let variants = Variants {
         document: request.document,
         source: request.source,

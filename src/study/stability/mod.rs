@@ -142,6 +142,7 @@ pub fn study_stability(
     progress: &mut dyn FnMut(&Cell),
 ) -> StabilityStudy {
     let (next, is_stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
+    // Each thread takes the next case and runs all its time integrations.
     let run_cases = &|ended: Sender<(usize, Cell)>| {
         while let (index, Some(case)) = take_next(&next, cases) {
             let explicit = compiled(&case.document);
@@ -165,6 +166,7 @@ pub fn study_stability(
         }
         done.extend(ended.into_iter().inspect(|(_, cell)| progress(cell)));
     });
+    // Restore the order of the cases.
     done.sort_by_key(|(index, _)| *index);
     let cells: Vec<Cell> = done.into_iter().map(|(_, cell)| cell).collect();
     let physical = cells.iter().filter(|c| c.is_physical);
@@ -277,6 +279,7 @@ fn run_cell(
     let interrupt = || interrupt().or_else(|| is_over().then_some(Interrupt::Cancel));
     let mut watch = Watch::new(&contact_is_over);
     let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt: &interrupt }, &mut [&mut watch]);
+    // A finished run with non-finite results is wrong.
     let is_sound = |all: &[Vec3]| all.iter().all(|v| v.iter().all(|x| x.is_finite()));
     let is_finite = is_sound(&state.u) && is_sound(&state.v) && outcome.balance_error.is_finite();
     let ending = match &outcome.ending {

@@ -81,6 +81,7 @@ impl Recorder for Watch<'_> {
         self.lost = energy.numerical_contact_j();
         self.scale = energy.turnover_j;
         self.deflection.accumulate(frame);
+        // Pairs in contact.
         let acting = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);
         let is_touching = acting.clone().next().is_some();
         for (contact, _) in acting {
@@ -89,6 +90,7 @@ impl Recorder for Watch<'_> {
         if frame.is_look_time {
             self.penetration.accumulate(frame, |pair| self.touched[pair]);
         }
+        // Whether the projectile still moves in its initial direction.
         let goes_on = self.projectile.as_mut().is_some_and(|(body, before)| {
             let momentum = Vec3::from(frame.energy.bodies[*body].momentum_kg_m_per_s);
             if self.contact_span.is_none() {
@@ -96,6 +98,7 @@ impl Recorder for Watch<'_> {
             }
             momentum.dot(before) > 0.0
         });
+        // Contact is over after a sufficient time without touch.
         let apart = if goes_on { APART_ON_ITS_WAY } else { APART };
         if is_touching {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);

@@ -151,6 +151,7 @@ fn sample(question: &WhatIfDocument) -> Vec<Case> {
             let values = (0..parameters).filter_map(of).collect();
             all.push(Case { name, origin: Origin::Sample { row, matrix }, values });
         };
+        // Sample A, and for Sobol indices B and A with each column of B.
         add(Matrix::A, &|index| point[index]);
         if sample.indices {
             add(Matrix::B, &|index| point[parameters + index]);

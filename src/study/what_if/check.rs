@@ -102,6 +102,7 @@ fn amounts(question: &WhatIfDocument, out: &mut Findings) {
                  {\"name\": \"speed\", \"change\": {\"kind\": \"speed_m_per_s\"}, \"low\": 80, \"high\": 120}",
             )
     });
+    // Total number of runs.
     let runs = count(question);
     out.require(runs <= MOST_CASES, || {
         Problem::error("too_many_cases", &root, format!("the question takes {runs} runs"))
@@ -118,6 +119,7 @@ fn check_parameter(
     out: &mut Findings,
 ) {
     let index = |name: &str| here.key(name);
+    // Ends of the range and parameters of the distribution.
     for (name, value) in [("low", parameter.low), ("high", parameter.high)] {
         out.require(value.is_none_or(f64::is_finite), || {
             Problem::error("not_finite", &index(name), "the end of the range is not finite")
@@ -152,6 +154,7 @@ fn check_parameter(
             );
         }
     }
+    // A range is needed for sensitivities, limits, and samples without a distribution.
     let needs_range = question.one_at_a_time
         || (question.sample.is_some() && parameter.distribution.is_none())
         || question.limits.iter().any(|limit| limit.parameter == parameter.name);

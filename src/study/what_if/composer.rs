@@ -104,11 +104,13 @@ impl<'a> Composer<'a> {
     /// Adds a case.
     pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(&answered);
+        // The first case is the base.
         if self.cases.is_empty() {
             self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
         let Numbers { ending, reason, reaches, steps, values, errors, unresolved, .. } = answered.numbers;
+        // Numbers with their own errors, otherwise with the relative errors of the base.
         let number = |(quantity, value): (Quantity, f64)| {
             let (error, unresolved) = match errors.get(&quantity) {
                 Some(own) => (Some(*own), &unresolved),
@@ -151,6 +153,7 @@ impl<'a> Composer<'a> {
         let relative_error = error_of_base.map(|(error, _)| error);
         let resolved = error_of_base.map(|(_, resolved)| resolved);
         let (mut memory, mut runs, mut was_stopped) = (Memory::default(), 0, false);
+        // Each evaluation of the search is a run of the model.
         let mut find = |at_most: f64| {
             find_limit(range, at_most, limit.tolerance, &mut |value| {
                 let values = BTreeMap::from([(index, value)]);
@@ -163,6 +166,7 @@ impl<'a> Composer<'a> {
                 number_of(limit.measure, &answered.numbers, &runner.depths)
             })
         };
+        // The limit itself, and with the number larger or smaller by its error.
         let verdict = find(limit.at_most);
         let known = relative_error.filter(|_| resolved == Some(true));
         let if_larger = known.map(|error| find(limit.at_most / (1.0 + error)));

@@ -91,6 +91,7 @@ fn search(
         if b - a <= 2.0 * half {
             break;
         }
+        // Truncate the secant estimate towards the middle, then project it into the admissible interval.
         let middle = 0.5 * (a + b);
         let reach = half * 2_f64.powi(most - done) - 0.5 * (b - a);
         let (at_a, at_b) = (excess(value_a), excess(value_b));
@@ -100,6 +101,7 @@ fn search(
         let truncated =
             if truncation <= (middle - secant).abs() { secant + towards * truncation } else { middle };
         let x = if (truncated - middle).abs() <= reach { truncated } else { middle - towards * reach };
+        // Narrow the bracket.
         let value = number(x)?;
         let is_kept = value <= at_most;
         let (end, at_end) = if is_kept == rises { (&mut a, &mut value_a) } else { (&mut b, &mut value_b) };

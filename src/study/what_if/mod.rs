@@ -76,6 +76,7 @@ pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     // The settings of the cases: no individual error bars, and no data needed only for recording.
     base.document.solver.error_bars = ErrorBarsDocument::None;
     base.document.record.fields.clear();
+    // Depths at which limits need the stress.
     let mut depths: Vec<f64> = question.limits.iter().filter_map(|limit| limit.measure.depth()).collect();
     depths.sort_by(f64::total_cmp);
     depths.dedup();
@@ -90,6 +91,7 @@ pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
         depths,
         interrupt: request.interrupt,
     };
+    // Cases in order, then limits.
     let all = cases(question);
     let mut composer = Composer::new(question, &request.base.scene.document, &facts, all.len());
     let tasks = tasks(question.error_bars, &all);

@@ -43,6 +43,7 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
         }
         return;
     }
+    // Placement of a meshed body.
     let placement = body.placement.get_or_insert(PlacementDocument {
         scale: 1.0,
         rotation: None,
@@ -55,6 +56,7 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
     if let Some(deformation) = &mut body.initial_deformation {
         move_deformation(deformation, turn, moved);
     }
+    // Material axes.
     let turned = |direction: [f64; 3]| -> [f64; 3] { (turn * Vec3::from(direction)).into() };
     for frame in body.parts.iter_mut().filter_map(|part| part.fibre_frame.as_mut()) {
         match frame {

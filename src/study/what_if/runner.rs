@@ -197,6 +197,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
         }
         (ending, _) => (ending_name(ending), None),
     };
+    // Only a finished run with contact has numbers.
     let is_good = ending == FINISHED;
     let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
     let all = || Quantity::ALL.into_iter().filter_map(of);

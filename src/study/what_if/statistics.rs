@@ -65,6 +65,7 @@ impl Sensitivity {
         let [least, greatest] =
             values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
         let span = if is_base_in_range { greatest - least } else { change.abs() };
+        // Elasticity relative to the base, or to the mid-range if the base is outside.
         let [parameter_there, value_there] = if is_base_in_range {
             [base, values[1]]
         } else {
@@ -256,6 +257,7 @@ pub fn is_settled([index, low, high]: [f64; 3]) -> bool {
 /// variance.
 #[allow(clippy::type_complexity)] // a row of numbers
 pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64; 3])>> {
+    // Subtract the overall mean.
     let parameters = rows.first()?.mixed.len();
     let mean = rows.iter().map(|row| row.a + row.b).sum::<f64>() / (2.0 * rows.len() as f64);
     let rows: Vec<SobolRow> = rows
@@ -268,6 +270,7 @@ pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64
         .collect();
     let all: Vec<&SobolRow> = rows.iter().collect();
     let estimate = indices(&all, parameters)?;
+    // Bootstrap samples of the indices.
     let mut random = Random::new(seed ^ 0x5eed);
     let mut resampled = vec![[Vec::new(), Vec::new()]; parameters];
     for _ in 0..RESAMPLES {

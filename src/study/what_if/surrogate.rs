@@ -82,6 +82,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
     if names.is_empty() {
         return None;
     }
+    // The highest degree that the cases determine.
     [2, 1].into_iter().find_map(|degree| {
         let terms = terms(names.len(), degree);
         if (given.len() as f64) < CASES_PER_TERM * terms.len() as f64 {
