@@ -51,6 +51,7 @@ fn draw(
         .y_desc("fraction of problems solved within τ")
         .light_line_style(TRANSPARENT)
         .draw()?;
+    // One step function per solver; the first is emphasised.
     for (i, timing) in timings.iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(if i == 0 { 3 } else { 2 });
         chart

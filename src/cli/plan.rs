@@ -97,6 +97,7 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if let Some(choice) = &report.integrator.choice {
         writeln!(out, "  {}, chosen by cost: {}", choice.chosen, choice.in_words())?;
     }
+    // Implicit runs: size of the linear systems.
     if let Some(systems) = &report.integrator.systems {
         writeln!(
             out,
@@ -108,6 +109,7 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         )?;
         writeln!(out, "  an explicit step could be this long:")?;
     }
+    // Critical time step and its distribution over the elements.
     let limit = if step.limited_by_scene {
         "the scene's max_step_s is shorter".to_owned()
     } else {

@@ -52,6 +52,7 @@ fn draw(
         .y_desc(format!("stress [{unit}]"))
         .light_line_style(TRANSPARENT)
         .draw()?;
+    // One curve per law and stress component.
     for (i, line) in lines.iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(2);
         let points = line.points.iter().map(|&(x, y)| (x, y / scale));

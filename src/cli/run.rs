@@ -69,6 +69,7 @@ pub struct RunArgs {
 /// Errors in the scene or the flags. A run that fails with a diagnosis, or whose results are withheld, is reported here
 /// and sets the exit code.
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    // Flags, scene and output path are checked before the run.
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
@@ -79,6 +80,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     }
 
+    // Ctrl-C and the deadline interrupt the run.
     let cancelled = watch_for_ctrl_c()?;
     let interrupt = || {
         if cancelled.load(Ordering::Relaxed) {
@@ -86,6 +88,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         }
         deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
     };
+    // Run with a recording, and optionally with saved contact problems.
     let bar = progress_bar(args);
     let name = &loaded.scene.document.name;
     let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));

@@ -80,6 +80,7 @@ impl ServeArgs {
         let defaults = ServiceConfig::default();
         let workers = self.workers.unwrap_or(defaults.workers);
         let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.threads_per_what_if);
+        // Zero workers, threads or connections would serve nothing.
         if [workers, self.threads_per_job, threads_per_what_if, self.max_connections].contains(&0) {
             let message = "--workers, --threads-per-job, --threads-per-what-if and --max-connections must be at least 1";
             return Err(CliError::Usage(message.into()));

@@ -126,6 +126,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
             }
         },
     });
+    // Results go to the requested files and to standard output.
     if let Some(path) = &args.csv {
         std::fs::write(path, csv(&study))?;
     }

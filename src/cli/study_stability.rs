@@ -58,6 +58,7 @@ pub struct StabilityArgs {
 /// If a file cannot be written.
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
+    // Default step ratios; the ordinary impacts are explicit only.
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };
     let usual = if args.ordinary { &[] } else { usual };
     let steppings = Stepping::with_implicit(args.implicit.as_deref().unwrap_or(usual));
@@ -66,6 +67,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     } else {
         cases(args.short)
     };
+    // Restrict the cases by name.
     if let Some(text) = &args.only {
         cases.retain(|case| case.axis.contains(text.as_str()) || case.label.contains(text.as_str()));
         if cases.is_empty() {
@@ -108,6 +110,7 @@ fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) 
             "STOPPED ({why}): running cells are incomplete, and {missing} of {asked} cells are missing.\n"
         );
     }
+    // Statistics, table, and the diagnoses of what did not finish.
     let _ = writeln!(
         text,
         "{} cells; of {} physical ones {} finish within their gates ({:.1} %); {} without a diagnosis",

@@ -33,6 +33,7 @@ pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliErr
         loaded.scene.put_back(&args.keep.keep);
         loaded
     });
+    // A valid scene is compiled to show its plan.
     let plan = outcome.as_ref().ok().map(|loaded| report_of(&loaded.scene)).transpose()?;
     let exit = if outcome.is_ok() { Exit::Success } else { Exit::InvalidInput };
     if args.json {

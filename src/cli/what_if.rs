@@ -100,6 +100,7 @@ pub enum ErrorName {
 /// # Errors
 /// Errors in the scene, the question or the flags.
 pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    // Question and base are checked before any run.
     let question = question(args)?;
     args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
     let (_, base) = read_scene(&args.scene)?;
@@ -111,6 +112,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
         Some(folder) => Cache::in_folder(folder).map_err(|error| CliError::Other(Box::new(error)))?,
         None => Cache::default(),
     };
+    // Run the cases; each answer is printed as it arrives.
     let cancelled = watch_for_ctrl_c()?;
     let deadline = deadline(args.deadline_s)?;
     let mut written = Ok(());
@@ -134,6 +136,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
             }
         },
     });
+    // Complete answer, as JSON or as tables, and CSV.
     written?;
     if let Some(stopped) = stopped(&answer) {
         eprintln!("{stopped}");
@@ -169,6 +172,7 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
             question
         }
     };
+    // Flags extend the question of the file.
     let of_cases = args.case.iter().flat_map(|(parameters, _)| parameters);
     add_parameters(&mut question.parameters, &args.vary, of_cases).map_err(CliError::Usage)?;
     question.cases.extend(args.case.iter().map(|(_, case)| case.clone()));

@@ -56,6 +56,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     let stopped = stopped(answer);
     let extent = stopped.clone().unwrap_or_else(|| format!("{} case(s)", answer.cases.len()));
     writeln!(out, "\n{}: {extent}\n", answer.scene)?;
+    // Headline numbers of the first cases.
     let mut header = vec!["case".to_owned()];
     header.extend(SHOWN.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
@@ -72,6 +73,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     if answer.cases.len() > MOST_ROWS {
         writeln!(out, "… and {} more: --csv or --json has them all", answer.cases.len() - MOST_ROWS)?;
     }
+    // Source of the errors, failed cases, and truncated regions.
     writeln!(out, "errors: {}", answer.error_bars)?;
     for case in answer.cases.iter().filter(|case| case.reason.is_some()) {
         let ending = case.ending.replace('_', " ");
@@ -85,6 +87,7 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
             case.name
         )?;
     }
+    // Statistics and limits.
     write_sensitivities(answer, out)?;
     write_sample(answer, out)?;
     write_surrogates(answer, out)?;
@@ -170,6 +173,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     ];
     let unit_of = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
     let shown = answer.sensitivities.iter().filter(|s| SHOWN.contains(&s.quantity));
+    // One row per number and parameter.
     let rows: Vec<[String; 9]> = shown
         .map(|s| {
             let (title, unit) = answer.title(s.quantity);
@@ -200,9 +204,10 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
 
 fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     if !answer.spread.is_empty() {
+        // Distribution and correlations.
         writeln!(out, "\nSpread over the sample{}:", of_stopped(answer))?;
         let header =
-            ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)", ""];
+            ["number", "cases", "mean", "deviation", "P5", "median", "P95", "correlates with (Spearman)", ""];
         let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
         let rows: Vec<[String; 9]> = shown
             .map(|s| {
@@ -227,6 +232,7 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         write_table(&header, &rows, out)?;
     }
     if !answer.sobol_indices.is_empty() {
+        // Sobol indices.
         writeln!(out, "\nSobol indices: fraction of the variance, with 90 % bootstrap intervals:")?;
         let rows: Vec<[String; 5]> = answer
             .sobol_indices
@@ -272,6 +278,7 @@ fn in_words(answer: &LimitAnswer) -> String {
     let measured = answer.measure.unit();
     let ends = |values: &[f64; 2]| format!("{} and {} {measured}", number(values[0]), number(values[1]));
     let head = format!("{name}: the {what} stays at or below {limit} {measured}");
+    // The bracket in words.
     let bracket = |word: &str, kept: f64, value: f64, broken: f64, value_broken: f64| {
         format!(
             "{head} {word} {} {unit} ({} {measured} there, {} {measured} at {} {unit}; {} runs; {})",

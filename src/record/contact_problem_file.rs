@@ -53,6 +53,7 @@ impl Reader<'_> {
         if name.is_none() {
             self.tell("missing", &self.root.key("name"), "A problem has a name.");
         }
+        // Vectors μ and q, and the optional declarations.
         let mu = self.numbers(self.members.get("mu"), &self.root.key("mu"));
         let q = self.numbers(self.members.get("q"), &self.root.key("q"));
         let contacts = mu.as_ref().map_or(0, Vec::len);
@@ -70,6 +71,7 @@ impl Reader<'_> {
         if self.members.get("dim").is_some_and(|dim| dim.as_u64() != Some(3)) {
             self.tell("unsupported", &self.root.key("dim"), "Only problems in three dimensions are solved.");
         }
+        // Assemble the problem if nothing is wrong.
         let W = self.operator(contacts);
         if let (Some(name), Some(mu), Some(q), Some(W), true) = (name, mu, q, W, self.problems.is_empty()) {
             match ContactProblem::new(W, q, mu) {
@@ -200,6 +202,7 @@ impl Reader<'_> {
             self.tell("value", &pointer.key("b64"), "This is no URL-safe base64.");
             return None;
         };
+        // Decode the packed numbers.
         let packed: Vec<f64> = match W.get("dtype").and_then(Value::as_str) {
             Some("f8" | "<f8") => {
                 bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
@@ -220,6 +223,7 @@ impl Reader<'_> {
             self.tell("length", &pointer.key("b64"), lengths);
             return None;
         }
+        // Expand the upper triangle to a full symmetric matrix.
         let mut values = vec![0.0; n * n];
         let mut packed = packed.into_iter();
         for i in 0..n {

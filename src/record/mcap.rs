@@ -79,6 +79,7 @@ impl McapRecorder {
         writer.write_metadata(RUN_METADATA, run_metadata(&self.info, plan, scale, colour_top)?)?;
         writer.attach("scene.json", &self.info.document_json)?;
         writer.attach("plan_report.json", &serde_json::to_vec_pretty(&plan.report)?)?;
+        // Channels of the global topics.
         let contact = if plan.contact.is_some() {
             Some(writer.add_channel(contact::TOPIC, contact::SCHEMA)?)
         } else {
@@ -87,6 +88,7 @@ impl McapRecorder {
         let energy = writer.add_channel(energy::TOPIC, energy::SCHEMA)?;
         let summary = writer.add_channel(summary::TOPIC, summary::SCHEMA)?;
         let log = writer.add_channel(log::TOPIC, log::SCHEMA)?;
+        // Channels and reference meshes of the bodies.
         let names = topic_names(&plan.bodies);
         let (mut bodies, mut rigid) = (Vec::new(), Vec::new());
         for (body, name) in names.iter().enumerate() {
@@ -133,6 +135,7 @@ impl McapRecorder {
         let MeasuredFrame { frame, measures } = *measured;
         let time = frame.time;
         open.latest = (time, frame.step);
+        // Frames are due every so many steps and at the field times.
         let is_due = open.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1)));
         open.frames += 1;
         open.is_latest_written = is_due || frame.is_field_time;
@@ -157,6 +160,7 @@ impl McapRecorder {
         if !frame.is_field_time {
             return Ok(());
         }
+        // Fields and the summary at field times only.
         let fields = measures.fields.as_ref();
         for channels in &open.bodies {
             let body = channels.body;

@@ -16,6 +16,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
     let nodes = &frame.plan.bodies[body].nodes;
     let scalars = nodal_scalars(fields, nodes);
     let vectors = nodal_vectors(frame, body);
+    // Layout of a point: coordinates, scalars, norms of the vectors.
     let names = ["x", "y", "z"]
         .into_iter()
         .chain(scalars.iter().map(|(name, ..)| *name))
@@ -28,6 +29,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
             r#type: NumericType::Float32.into(),
         })
         .collect();
+    // Interleaved data of all nodes.
     let mut data = Vec::with_capacity(4 * fields.len() * nodes.len());
     let mut put = |value: f64| data.extend((value as f32).to_le_bytes());
     for (i, node) in nodes.clone().enumerate() {

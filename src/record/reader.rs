@@ -42,6 +42,7 @@ pub fn for_each_record_of(
     mut take: impl FnMut(Record) -> Result<(), RecordError>,
 ) -> Result<Option<McapError>, RecordError> {
     let at = |source| RecordError::File { path: name.to_owned(), source };
+    // The length of the file bounds every declared length.
     let length = input.seek(SeekFrom::End(0)).map_err(at)?;
     input.rewind().map_err(at)?;
     let length = usize::try_from(length).unwrap_or(usize::MAX);

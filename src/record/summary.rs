@@ -26,6 +26,7 @@ pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, Recor
     };
     // A run that failed a gate has no plain numbers here either.
     let Shown::Results(results) = &summary.results else { return Ok(message) };
+    // Headline contact.
     if let Some(impact) = results.headline.impact.and_then(|index| results.impacts.get(index)) {
         message.peak_force_n = impact.peak_force_n.value;
         message.impulse_n_s = impact.impulse_n_s.value;
@@ -34,6 +35,7 @@ pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, Recor
         message.impulse_error = error(&impact.impulse_n_s, 1.0);
         message.patch_area_error = error(&impact.patch_area_mm2, 1e-6);
     }
+    // Tissue.
     if let Some(tissue) = &results.tissue {
         message.absorbed_energy_j = tissue.absorbed_energy_j.value;
         message.absorbed_energy_error = error(&tissue.absorbed_energy_j, 1.0);

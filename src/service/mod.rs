@@ -107,6 +107,7 @@ impl Service {
             tokio::spawn(server::serve(listener, http::router(app), Arc::clone(&config), queue.closing()));
         stop.await;
         tracing::info!("shutting down");
+        // Let running jobs finish within the grace period.
         queue.close();
         let joined = tokio::task::spawn_blocking(move || {
             for worker in workers {
@@ -120,6 +121,7 @@ impl Service {
             () = tokio::time::sleep(config.grace) => false,
             () = hurry => false,
         };
+        // Requeue what is still running.
         if !is_early {
             tracing::info!("putting running jobs back into the queue");
             queue.interrupt_all();

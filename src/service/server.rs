@@ -31,6 +31,7 @@ pub async fn serve(
 ) {
     let connections = Arc::new(Semaphore::new(config.max_connections));
     let graceful = GracefulShutdown::new();
+    // One task per connection, within the limits.
     loop {
         let stream = tokio::select! {
             accepted = accept(&listener, &connections) => accepted,

@@ -64,6 +64,7 @@ fn cors(origins: &[String]) -> CorsLayer {
         HeaderName::from_static("idempotent-replayed"),
     ];
     let layer = CorsLayer::new().allow_headers(allowed_headers).expose_headers(exposed_headers);
+    // Without listed origins, pages of any origin may only read.
     let listed: Vec<HeaderValue> = origins.iter().filter_map(|o| HeaderValue::try_from(o).ok()).collect();
     if listed.is_empty() {
         layer.allow_origin(AnyOrigin).allow_methods([Method::GET, Method::HEAD])

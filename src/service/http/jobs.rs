@@ -111,6 +111,7 @@ pub(super) async fn accept(
     {
         return submitted(earlier);
     }
+    // Validate the document and store the job.
     let document = completed(body).await?;
     let engine = Arc::clone(&app.queue.engine);
     let (checked, document) = judge(app, owner, kind, move |shelf| {

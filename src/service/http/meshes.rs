@@ -49,6 +49,7 @@ pub async fn upload(
     Parameters(parameters): Parameters<UploadParameters>,
     request: Request,
 ) -> Result<Response, Problem> {
+    // Receive the file within the limits on size and time.
     if media_type(request.headers()).is_some_and(|m| m.starts_with("multipart/") || m == "application/json") {
         return Err(Problem::unsupported_media_type("application/octet-stream"));
     }
@@ -70,6 +71,7 @@ pub async fn upload(
     let (inspected, draft) = app.judges.call(inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
+    // Store it under its digest.
     let name = mesh_name(&draft.digest().sha256, format);
     let keep = move |_: &Queue| Ok(draft.keep(&name)?);
     let BlobDigest { bytes, sha256: id } = app.queue.with_files(keep).await?;

@@ -47,6 +47,7 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
         let all = body.parsed.problems.iter().cloned().chain([problem]).collect();
         Problem::invalid_scene("question", Problems(all))
     };
+    // The base must be a job that runs a scene.
     if question.contains_key("scene") {
         return Err(refuse(
             "bad_base",
@@ -71,6 +72,7 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
     let scene: Option<Value> = kept.and_then(|(_, text)| serde_json::from_slice(&text).ok());
     let unknown = || refuse("bad_base", "there is no such job", "the id of a job", "see /v1/jobs");
     let scene = scene.ok_or_else(unknown)?;
+    // Insert its scene into the question.
     question.insert("scene".into(), scene);
     let value = Value::Object(question);
     let text = value.to_string().into_bytes();

@@ -136,6 +136,7 @@ impl Simulator {
         let estimated_steps = loaded.estimate.steps;
         let mut reached = Progress::beginning(Phase::Loading);
         let spending = Spending::new(&self.budget, order.recording);
+        // Each report updates the spending and the expected number of steps.
         let mut progress = |p: Progress| {
             spending.note(p.step);
             let expected_steps = Some(expected_steps(p.step, p.progress, estimated_steps));

@@ -203,6 +203,7 @@ pub(super) fn run(
 ) -> Result<RunReport, Failure> {
     let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&problem.alone()))?;
     let mut reached = Progress::beginning(Phase::Stepping);
+    // Progress counts the runs of the study.
     let mut tell = |number: usize, count: usize| {
         reached.progress = number as f64 / count.max(1) as f64;
         reached.step = number as u64;
@@ -253,6 +254,7 @@ pub(super) fn run(
         tracing::error!(%error, "a study cannot be written as JSON");
         internal()
     })?;
+    // A stopped study has a summary of the completed part.
     let ending = match () {
         () if stopped.as_deref() == Some("deadline") => out_of_time().into(),
         () if stopped.is_some() => Ending::Cancelled,

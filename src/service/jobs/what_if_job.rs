@@ -84,6 +84,7 @@ pub(super) fn run(
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
+    // Each case is an event, and advances the progress.
     let answer = study_what_if(&mut WhatIfRequest {
         question,
         base: &base,

@@ -94,6 +94,7 @@ impl SqliteStore {
         .bind(end.recording.as_ref().map(|r| r.complete))
         .execute(&mut *transaction)
         .await?;
+        // An attempt that is over changes nothing.
         if result.rows_affected() == 0 {
             return Ok(false);
         }

@@ -41,6 +41,7 @@ impl SqliteStore {
             let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
             return Ok(earlier.ok_or(sqlx::Error::RowNotFound)?);
         }
+        // The queue is bounded.
         let (waiting,): (i64,) =
             sqlx::query_as("SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0")
                 .fetch_one(&mut *transaction)
@@ -48,6 +49,7 @@ impl SqliteStore {
         if waiting.cast_unsigned() >= max_queued {
             return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
         }
+        // Insert the job with its first event.
         let result = sqlx::query(
             "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
