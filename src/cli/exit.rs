@@ -10,7 +10,7 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// The command succeeded.
+    /// The command succeeded without reservations.
     Success = 0,
     /// Unexpected error: a full disk, a bug.
     Unexpected = 1,
@@ -69,7 +69,7 @@ pub enum CliError {
     /// A picture could not be drawn.
     #[error("cannot draw the picture: {0}")]
     Picture(String),
-    /// Any other error.
+    /// Any other error, with its own message.
     #[error(transparent)]
     Other(#[from] Box<dyn std::error::Error + Send + Sync>),
 }

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub struct MaterialArgs {
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
     pub file: PathBuf,
-    /// Output format.
+    /// Output format of the answer.
     #[arg(long, value_enum, default_value_t = Format::Json)]
     pub format: Format,
     /// Follow a path from rest instead of evaluating at F.
@@ -33,10 +33,10 @@ pub struct MaterialArgs {
     pub points: u32,
 }
 
-/// Output format.
+/// Output format of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// JSON document.
+    /// One JSON document.
     Json,
     /// Comma-separated values with a header.
     Csv,
@@ -44,7 +44,7 @@ pub enum Format {
     Svg,
 }
 
-/// A deformation path.
+/// A deformation path starting at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PathName {

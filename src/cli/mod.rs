@@ -37,7 +37,7 @@ use std::io::Write;
 #[derive(Debug, Parser)]
 #[command(name = "contuse", version, max_term_width = 110)]
 pub struct Cli {
-    /// Subcommand to execute.
+    /// Subcommand to execute, with its arguments.
     #[command(subcommand)]
     pub command: Command,
 }
@@ -53,7 +53,7 @@ impl Cli {
     }
 }
 
-/// The subcommands.
+/// Subcommands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a scene and record it.

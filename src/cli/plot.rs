@@ -5,7 +5,7 @@ use plotters::prelude::*;
 
 /// One line of a plot.
 pub struct Line {
-    /// Legend entry.
+    /// Entry in the legend.
     pub label: String,
     /// Points of the line: stretch or shear [-], stress [Pa].
     pub points: Vec<(f64, f64)>,

@@ -242,7 +242,6 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     });
 }
 
-/// Prints the result.
 fn report(args: &RunArgs, out: &mut dyn Write, result: &RunResult, path: &Path) -> Result<(), CliError> {
     if args.json {
         writeln!(out, "{}", json_of(&result.summary)?)?;

@@ -12,7 +12,7 @@ use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// The studies.
+/// Studies of many runs.
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
     /// Savings of omitted computations, and proof that they change no bit: everything omitted, then each item put back.

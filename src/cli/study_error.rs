@@ -77,7 +77,7 @@ fn contact_solver(name: &str) -> Result<ContactSolver, String> {
 pub enum FormulationName {
     /// Mean dilatation per element.
     MeanDilatation,
-    /// Full 2×2×2 integration.
+    /// Full integration with 2×2×2 points.
     Full,
     /// One-point integration with stabilisation.
     Reduced,

@@ -41,7 +41,7 @@ pub struct WhatIfArgs {
     /// Number of cases sampled over all parameters: spread and correlations.
     #[arg(long, value_name = "POINTS")]
     pub sample: Option<u32>,
-    /// Sampling method.
+    /// Method by which the points of the sample are chosen.
     #[arg(long, value_enum, default_value_t = MethodName::Sobol)]
     pub method: MethodName,
     /// Seed of the random numbers.
@@ -79,7 +79,7 @@ pub struct WhatIfArgs {
 pub enum MethodName {
     /// Randomly shifted Sobol sequence.
     Sobol,
-    /// Latin hypercube sampling.
+    /// Latin hypercube: one point per slice of every parameter.
     LatinHypercube,
 }
 
@@ -90,7 +90,7 @@ pub enum ErrorName {
     Base,
     /// Individual error bars for each case.
     Full,
-    /// No error bars.
+    /// No error bars, and no additional runs.
     None,
 }
 

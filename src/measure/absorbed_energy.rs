@@ -30,7 +30,7 @@ use motion::{Motion, Observer, Side, pair_bodies};
 /// Energy absorbed by the tissue at one time, as changes since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Absorbed {
-    /// Time [s].
+    /// Time of this state [s].
     pub time: f64,
     /// Change of strain energy [J].
     pub strain: f64,

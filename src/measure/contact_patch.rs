@@ -27,7 +27,7 @@ pub struct ContactPatch {
     pub nodes_across: u32,
     /// Largest nodal pressure r_n / (h̄ · full tributary area), covered or not [Pa].
     pub peak_pressure: f64,
-    /// Area-weighted centre [m].
+    /// Area-weighted centre of the patch [m].
     pub centre: Vec3,
 }
 
@@ -95,7 +95,6 @@ enum Limit {
 /// A node in contact.
 #[derive(Clone, Copy, Debug)]
 struct Pressed {
-    /// Position [m].
     position: Vec3,
     /// Tributary area covered by a rigid master, and in full [m²].
     tributary: [f64; 2],

@@ -22,12 +22,12 @@ const ROUNDING: f64 = 1e-9;
 pub enum Reference {
     /// Exact solution, known from elsewhere.
     Exact {
-        /// Exact value.
+        /// Exact value of the quantity.
         value: f64,
     },
     /// Limit of the meshes (Richardson extrapolation).
     Extrapolated {
-        /// Extrapolated value.
+        /// Extrapolated value for vanishing element size.
         value: f64,
         /// Observed order of convergence.
         order: f64,

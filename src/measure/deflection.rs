@@ -44,7 +44,7 @@ impl Deflection {
         Self { nodes, is_held, ..Self::default() }
     }
 
-    /// Accumulates one step.
+    /// Accumulates the displacements of one step.
     pub fn accumulate(&mut self, frame: &Frame) {
         // Nodes without intact elements are dropped.
         let gone = frame.erosion.elements().len();

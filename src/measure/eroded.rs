@@ -25,7 +25,7 @@ pub struct Eroded {
 }
 
 impl Eroded {
-    /// Accumulates a frame.
+    /// Accumulates the elements eroded up to a frame.
     pub fn accumulate(&mut self, frame: &Frame) {
         let gone = frame.erosion.elements().len();
         if gone == self.known {

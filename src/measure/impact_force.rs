@@ -15,7 +15,7 @@ pub const FEWEST_STEPS: f64 = 10.0;
 /// State of a pair at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairSample {
-    /// Time [s].
+    /// Time of the sample [s].
     pub time: f64,
     /// Impulse on the slave so far [N s].
     pub impulse: Vec3,
@@ -81,7 +81,7 @@ impl ImpactForce {
         self.now.patch.nodes > 0
     }
 
-    /// Accumulates one step.
+    /// Accumulates the sample of one step.
     pub fn accumulate(&mut self, sample: PairSample) {
         let before = self.now;
         self.steps[1] += 1;

@@ -13,7 +13,7 @@ pub const FEWEST_SAMPLES: usize = MOST_SAMPLES / 2;
 /// Running integrals of a pair up to one time; their differences give means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImpulseSample {
-    /// Time [s].
+    /// Time of the sample [s].
     pub time: f64,
     /// Impulse on the slave so far [N s].
     pub impulse: Vec3,
@@ -60,7 +60,7 @@ impl ImpulseSample {
 /// Contact patch averaged over a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanPatch {
-    /// Area [m²].
+    /// Mean area of the patch [m²].
     pub area: f64,
     /// Long and short axis [m].
     pub axes: [f64; 2],
@@ -101,7 +101,7 @@ impl SlidingWindow {
         Self { window, samples: VecDeque::new(), peak: PeakForce::default(), largest: [0.0; 2] }
     }
 
-    /// Length τ [s].
+    /// Length τ of the window [s].
     pub fn length(&self) -> f64 {
         self.window
     }

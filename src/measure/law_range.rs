@@ -12,7 +12,7 @@ use std::ops::Range;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Largest {
     now: f64,
-    /// Maximum so far.
+    /// Largest value of the sum so far.
     pub largest: f64,
 }
 
@@ -25,7 +25,6 @@ impl Largest {
 /// Reference volume outside of a range, and when it first was.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outside {
-    /// Volume outside [m³].
     volume: Largest,
     /// First field time with any volume outside [s].
     pub since: Option<f64>,

@@ -68,7 +68,7 @@ impl PairMeasures {
 /// Reference position of a pair's first contact with the tissue, and how far its patch has extended from there [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Reference position [m].
+    /// Reference position of the first contact [m].
     pub place: Vec3,
     /// Extent of the patch from there [m].
     pub spread: f64,

@@ -46,7 +46,7 @@ pub struct Penetration {
 /// Depth of a point inside another body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Depth {
-    /// Depth [m].
+    /// Depth of the point below the surface [m].
     pub depth: f64,
     /// Depth over the size (√area) of the nearest face; for a rigid body over the mean face size of the other side
     /// (between rigid bodies and planes over the smallest thickness) [-].
@@ -60,7 +60,7 @@ pub struct Depth {
 /// A volume occupied by two bodies at once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overlap {
-    /// Overlapping volume [m³].
+    /// Volume occupied by both bodies [m³].
     pub volume: f64,
     /// Overlapping volume over the volume of the smaller body [-].
     pub share: f64,

@@ -71,14 +71,14 @@ impl<'a> MeasuringRecorder<'a> {
         Self { measures, sinks: Vec::new() }
     }
 
-    /// Adds a sink.
+    /// Adds a sink, which receives each frame after those before it.
     #[must_use]
     pub fn with(mut self, sink: &'a mut dyn Sink) -> Self {
         self.sinks.push(sink);
         self
     }
 
-    /// Measures so far.
+    /// All measures of the run so far.
     pub fn measures(&self) -> &Measures {
         &self.measures
     }

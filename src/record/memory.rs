@@ -8,11 +8,11 @@ use crate::step::{Energy, Outcome, RecorderError};
 /// Sums of one step.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time [s].
+    /// Time of the step [s].
     pub time: f64,
     /// Number of the step.
     pub step: u64,
-    /// Energy ledger.
+    /// Energy ledger of the step.
     pub energy: Energy,
     /// Resultant force on the slave of each pair in this step [N].
     pub forces: Vec<Vec3>,
@@ -23,7 +23,7 @@ pub struct Sample {
 /// Motion at one field time.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Time [s].
+    /// Field time of the snapshot [s].
     pub time: f64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,

@@ -17,7 +17,7 @@ use std::path::Path;
 /// Contents of a salvaged recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Salvaged {
-    /// Number of messages.
+    /// Number of messages in the file.
     pub messages: u64,
     /// Simulated time of the last message [s].
     pub time_s: f64,
@@ -87,7 +87,6 @@ fn copy_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result
     Ok(copy.salvaged)
 }
 
-/// The new file.
 struct Copy {
     writer: Writer<BufWriter<File>>,
     salvaged: Salvaged,

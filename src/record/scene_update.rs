@@ -40,7 +40,7 @@ pub struct RigidSkin {
 }
 
 impl RigidSkin {
-    /// Triangulates a shape.
+    /// Triangulates a rigid shape in its own axes.
     pub fn new(shape: &Shape) -> Self {
         let (points, triangles) = triangulated(shape);
         Self { points: points.into_iter().map(Into::into).collect(), indices: triangles.concat() }

@@ -31,7 +31,7 @@ pub fn partial_path(path: &Path) -> PathBuf {
 /// second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeScale {
-    /// Factor 10ⁿ.
+    /// Factor 10ⁿ from simulated to log time.
     pub factor: f64,
 }
 

@@ -48,7 +48,7 @@ pub enum ServiceError {
     /// The address is not available.
     #[error("cannot listen on {address}: {source}")]
     Listen {
-        /// Requested address.
+        /// Address in the configuration.
         address: SocketAddr,
         /// Error of the operating system.
         source: std::io::Error,
@@ -61,7 +61,7 @@ pub enum ServiceError {
 /// Time allowed to runs for stopping; a step that takes longer is abandoned.
 const LAST_CALL: Duration = Duration::from_secs(5);
 
-/// A listening service.
+/// A service that is listening on its address.
 pub struct Service {
     app: Arc<App>,
     listener: TcpListener,

@@ -5,7 +5,7 @@ use crate::mesh::read::MeshFormat;
 
 /// Recordings of jobs that have ended.
 pub const RECORDINGS: &str = "recordings";
-/// Uploaded meshes.
+/// Uploaded meshes, named by digest.
 pub const MESHES: &str = "meshes";
 /// Snapshots of the recordings of running jobs; none outlives the process that took it.
 pub const SNAPSHOTS: &str = "snapshots";

@@ -123,7 +123,7 @@ impl<'p> ContactStep<'p> {
         }
     }
 
-    /// Current contact surfaces.
+    /// Contact surfaces as left by erosion.
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }

@@ -70,7 +70,7 @@ pub struct ElementPlace {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailure))]
 #[error("{message} {remedy}")]
 pub struct Failure {
-    /// Machine-readable cause.
+    /// Machine-readable cause of the failure.
     pub cause: FailureCause,
     /// What happened, with values and limits, in a sentence.
     pub message: String,
@@ -187,7 +187,7 @@ impl FailureCause {
 /// Why a step could not be completed.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// The step failed.
+    /// The step failed with a diagnosis.
     Failed(Failure),
     /// Interrupted by the user or the time limit; the state is that of the step before.
     Interrupted(Interrupt),

@@ -81,7 +81,7 @@ pub enum Ending {
     Finished,
     /// The run was cancelled by the user.
     Cancelled,
-    /// The run failed.
+    /// The run failed with a diagnosis.
     Failed {
         /// Diagnosis of the failure.
         failure: Failure,
@@ -118,7 +118,7 @@ pub struct Outcome {
     pub smallest_step_s: f64,
     /// Smallest Jacobian J at any quadrature point at any time [-].
     pub smallest_jacobian: f64,
-    /// Elements × steps.
+    /// Number of elements times number of steps.
     pub element_steps: u64,
     /// Active part of these; in the rest internal forces were not evaluated, because nothing had reached the element
     /// yet.

@@ -38,7 +38,7 @@ impl Phase {
         matches!(self, Self::Settling(_))
     }
 
-    /// Mass-proportional damping [1/s].
+    /// Mass-proportional damping of the phase [1/s].
     pub fn damping(self) -> f64 {
         match self {
             Self::Settling(settle) | Self::Releasing(settle) => settle.damping,

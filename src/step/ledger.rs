@@ -458,7 +458,6 @@ impl Ledger {
         self.close(work, energy);
     }
 
-    /// Total dissipation [J].
     fn dissipated(&self) -> f64 {
         let pairs =
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
@@ -472,7 +471,7 @@ impl Ledger {
         self.available.max(self.peak_strain).max(stirred)
     }
 
-    /// Turnover, see [`Energy::turnover_j`].
+    /// Energy scale or total dissipation, see [`Energy::turnover_j`].
     pub fn turnover(&self, plan: &Plan) -> f64 {
         self.scale(plan).max(self.dissipated())
     }

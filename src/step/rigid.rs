@@ -11,7 +11,6 @@ use crate::plan::{Plan, RigidPlan};
 /// The rigid bodies of a step; derived from plan and state, so not part of the state.
 pub(super) struct RigidStep<'p> {
     plan: &'p RigidPlan,
-    /// Poses at t_n.
     poses: Vec<Pose>,
     /// Orientations at the end of the step, and the spins [rad/s] in the body axes at that time.
     ends: Vec<(Rotation, Vec3)>,

@@ -26,12 +26,12 @@ pub enum Interrupt {
     Deadline,
     /// The budget of steps is spent.
     Steps {
-        /// Budget of steps.
+        /// Largest admissible number of steps.
         most: u64,
     },
     /// The budget of recorded bytes is spent.
     RecordingBytes {
-        /// Budget of bytes.
+        /// Largest admissible number of recorded bytes.
         most: u64,
     },
 }

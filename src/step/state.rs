@@ -71,7 +71,7 @@ pub struct Tangent {
     pub number: u64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,
-    /// Step h [s].
+    /// Step size h of the matrix [s].
     pub step: f64,
     /// The pressures on faces [Pa].
     pub pressures: Vec<f64>,

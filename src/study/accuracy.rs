@@ -35,7 +35,6 @@ struct Meshes<'a> {
     ratio: f64,
 }
 
-/// A completed level.
 struct Done {
     level: i32,
     scene: Scene,

@@ -52,7 +52,7 @@ pub struct LeaveOutStudy {
 /// Runs of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeaveOutRow {
-    /// Items put back.
+    /// Items put back in these runs.
     pub put_back: Vec<Keep>,
     /// Ending of the runs: `finished`, `cancelled` or the cause of the failure.
     pub ending: String,
@@ -90,7 +90,7 @@ pub enum Theory {
 pub enum Difference {
     /// Every bit of displacement, velocity, impulses and energies is the same.
     Bitwise,
-    /// The results differ.
+    /// The results differ, if only by rounding.
     Rounding {
         /// Largest difference over the largest value of the same quantity [-].
         largest_relative: f64,

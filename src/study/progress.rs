@@ -15,11 +15,11 @@ pub enum Phase {
     EstimatingErrors,
     /// Dynamic relaxation before the clock starts.
     Settling,
-    /// Time stepping.
+    /// Time stepping of the run itself.
     Stepping,
     /// The recording is closed and its digest computed.
     Closing,
-    /// Completed.
+    /// The job has ended.
     Done,
 }
 
@@ -56,7 +56,7 @@ impl Phase {
 /// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Current phase.
+    /// Current phase of the run.
     pub phase: Phase,
     /// Completed fraction of the run, 0 … 1.
     pub progress: f64,

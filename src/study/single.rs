@@ -16,7 +16,7 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What to run, and how.
 pub struct RunRequest<'a> {
-    /// Scene to run.
+    /// Loaded scene to run.
     pub scene: &'a Scene,
     /// Sinks of its measured frames, such as recordings. If there are any, frames are measured on a separate thread.
     pub sinks: Vec<&'a mut dyn Sink>,
@@ -35,7 +35,7 @@ pub struct RunRequest<'a> {
 pub struct RunResult {
     /// How the run ended.
     pub outcome: Outcome,
-    /// The clinical summary.
+    /// Clinical summary of the run.
     pub summary: Summary,
     /// Final state of the run.
     pub state: State,

@@ -8,11 +8,11 @@ use crate::step::{Energy, PairLedger};
 /// Reference frame of the energies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Observer {
-    /// Reference time [s].
+    /// Time at which the velocity is given [s].
     pub time: f64,
     /// Velocity at that time [m/s].
     pub velocity: Vec3,
-    /// Acceleration, a [m/s²].
+    /// Acceleration a of the frame [m/s²].
     pub acceleration: Vec3,
 }
 
@@ -28,13 +28,13 @@ impl Observer {
 pub(super) struct Motion {
     /// Time of the state [s].
     pub time: f64,
-    /// Total mass [kg].
+    /// Total mass of the bodies [kg].
     pub mass: f64,
-    /// Strain energy [J].
+    /// Strain energy of the bodies [J].
     pub strain: f64,
-    /// Kinetic energy [J].
+    /// Kinetic energy of the bodies [J].
     pub kinetic: f64,
-    /// Momentum [kg m/s].
+    /// Linear momentum of the bodies [kg m/s].
     pub momentum: Vec3,
     /// Work of external forces and of the position projection so far [J].
     given: f64,
@@ -93,7 +93,7 @@ pub(super) struct Side {
     pub bodies: Vec<usize>,
     /// Sign of each pair's impulse for these bodies: 1 if they are the slave, −1 if the master, else 0.
     pub signs: Vec<f64>,
-    /// Total mass [kg].
+    /// Total mass of the bodies [kg].
     pub mass: f64,
 }
 

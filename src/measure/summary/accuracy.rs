@@ -18,7 +18,7 @@ pub struct AskedAccuracy {
     pub next_s: Option<f64>,
 }
 
-/// Accuracy reached.
+/// Accuracy of a run compared with the request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Accuracy {
     /// Whether every number is accurate enough.

@@ -125,7 +125,7 @@ struct Differences {
 }
 
 impl CheaperRuns {
-    /// All cheaper runs.
+    /// All cheaper runs, in the order of their fields.
     fn all(&self) -> impl Iterator<Item = &Cheaper> {
         self.levels.iter().map(|level| &level.run).chain([&self.small_steps, &self.loose_contact])
     }

@@ -52,11 +52,11 @@ const NODES_ACROSS: u32 = 5;
 /// A check that decides whether the numbers may be shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gate {
-    /// Machine-readable name.
+    /// Name of the gate for programs.
     pub name: &'static str,
     /// Meaning of the measured value.
     pub meaning: &'static str,
-    /// Measured value [-].
+    /// Measured value, to be compared with the limit [-].
     pub value: f64,
     /// Limit of the value [-].
     pub limit: f64,

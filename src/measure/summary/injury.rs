@@ -23,9 +23,9 @@ const VISCOUS_CRITERION_M_PER_S: f64 = 1.0;
 /// An injury criterion evaluated for a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InjuryMeasure {
-    /// Machine-readable name.
+    /// Name of the criterion for programs.
     pub name: &'static str,
-    /// Human-readable name.
+    /// Name of the criterion for display.
     pub title: &'static str,
     /// Value of the criterion; absent if the scene does not specify enough.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -43,7 +43,7 @@ pub struct InjuryMeasure {
     pub applicable: bool,
     /// Result of the comparison, or why there is none.
     pub statement: String,
-    /// Author, year, journal.
+    /// Publication: author, year, journal.
     pub source: &'static str,
 }
 

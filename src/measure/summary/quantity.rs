@@ -6,9 +6,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GateResult {
-    /// All gates passed.
+    /// All gates of the run were passed.
     Passed,
-    /// A gate failed.
+    /// At least one gate of the run failed.
     Failed,
 }
 

@@ -197,9 +197,9 @@ impl Tissue {
 /// Components of the absorbed energy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Split {
-    /// Strain energy [J].
+    /// Strain energy of the tissue [J].
     pub strain_j: Quantity,
-    /// Kinetic energy [J].
+    /// Kinetic energy of the tissue [J].
     pub kinetic_j: Quantity,
     /// Recoverable energy, strain + kinetic [J].
     pub recoverable_j: Quantity,
@@ -213,10 +213,10 @@ pub struct Split {
 /// A peak with its place and time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Located {
-    /// Peak value.
+    /// Value of the peak, with its error.
     #[serde(flatten)]
     pub quantity: Quantity,
-    /// Reference position [m].
+    /// Reference position of the peak [m].
     pub position_m: [f64; 3],
     /// Time of the peak [s].
     pub time_s: f64,
@@ -225,7 +225,7 @@ pub struct Located {
 /// Region above a threshold of von Mises stress, evaluated at the field times.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SignificantStress {
-    /// Stress threshold [Pa].
+    /// Threshold of the von Mises stress [Pa].
     pub threshold_pa: f64,
     /// Largest depth below the skin, in the reference configuration [mm]; absent if the tissue has no skin.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -294,7 +294,7 @@ pub struct Peaks {
 }
 
 impl Peaks {
-    /// All of them.
+    /// All three peaks, present or absent.
     pub(super) fn list_mut(&mut self) -> [&mut Option<Located>; 3] {
         [
             &mut self.peak_von_mises_pa,

@@ -13,7 +13,7 @@ pub enum RunState {
     Finished,
     /// The run was cancelled by the user.
     Cancelled,
-    /// The run failed.
+    /// The run failed with a diagnosis.
     Failed {
         /// Diagnosis of the failure.
         failure: Failure,

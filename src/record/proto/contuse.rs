@@ -11,7 +11,7 @@ pub struct PackedArray {
     /// Type of the numbers: "f32", "f64", "u32" or "u8".
     #[prost(string, tag = "2")]
     pub dtype: String,
-    /// Number of entries.
+    /// Number of entries in the array.
     #[prost(uint32, tag = "3")]
     pub count: u32,
     /// Numbers per entry: 1 a scalar, 3 a vector, 6 a symmetric tensor xx, yy, zz, xy, yz, xz.
@@ -20,7 +20,7 @@ pub struct PackedArray {
     /// Unit of the numbers, empty if dimensionless.
     #[prost(string, tag = "5")]
     pub unit: String,
-    /// Packed little-endian numbers.
+    /// Numbers packed as little-endian bytes.
     #[prost(bytes = "vec", tag = "6")]
     pub data: Vec<u8>,
 }
@@ -134,13 +134,13 @@ pub struct BodyEnergy {
     /// Name of the body.
     #[prost(string, tag = "1")]
     pub body: String,
-    /// Kinetic energy [J].
+    /// Kinetic energy of the body [J].
     #[prost(double, tag = "2")]
     pub kinetic_j: f64,
-    /// Strain energy [J].
+    /// Strain energy of the body [J].
     #[prost(double, tag = "3")]
     pub strain_j: f64,
-    /// Viscous dissipation [J].
+    /// Viscous dissipation in the body [J].
     #[prost(double, tag = "4")]
     pub viscous_j: f64,
     /// Work of the contact reactions [J].
@@ -172,7 +172,7 @@ pub struct PairEnergy {
     /// Name of the pair.
     #[prost(string, tag = "1")]
     pub pair: String,
-    /// Friction dissipation [J].
+    /// Friction dissipation of the pair [J].
     #[prost(double, tag = "2")]
     pub friction_j: f64,
     /// Numerical contact dissipation [J].
@@ -333,7 +333,7 @@ pub struct NumberError {
 /// Depth and volume of significant stress at one threshold of the von Mises stress, the largest so far.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct DepthAbove {
-    /// Threshold [Pa].
+    /// Threshold of the von Mises stress [Pa].
     #[prost(double, tag = "1")]
     pub threshold_pa: f64,
     /// Largest depth so far [m].

@@ -48,7 +48,7 @@ pub struct Quaternion {
     pub w: f64,
 }
 
-/// Position and orientation.
+/// Position and orientation of an object.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Pose {
     /// Position of the origin [m].
@@ -101,7 +101,7 @@ pub struct TriangleListPrimitive {
     /// Pose of the mesh.
     #[prost(message, optional, tag = "1")]
     pub pose: Option<Pose>,
-    /// Vertices [m].
+    /// Vertices of the triangles [m].
     #[prost(message, repeated, tag = "2")]
     pub points: Vec<Point3>,
     /// Uniform colour, unless there are colours per vertex.
@@ -127,7 +127,7 @@ pub struct SceneEntity {
     /// Identifier; an entity replaces the earlier one with the same id.
     #[prost(string, tag = "3")]
     pub id: String,
-    /// Additional information.
+    /// Additional information for display.
     #[prost(message, repeated, tag = "6")]
     pub metadata: Vec<KeyValuePair>,
     /// Triangle meshes of the entity.
@@ -161,7 +161,7 @@ pub struct PackedElementField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum NumericType {
-    /// Unspecified type.
+    /// Unspecified number type.
     Unknown = 0,
     /// 32-bit floating-point number.
     Float32 = 7,
@@ -185,7 +185,7 @@ pub struct PointCloud {
     /// Fields of each point.
     #[prost(message, repeated, tag = "5")]
     pub fields: Vec<PackedElementField>,
-    /// Packed points.
+    /// Points packed one after the other.
     #[prost(bytes = "vec", tag = "6")]
     pub data: Vec<u8>,
 }
@@ -211,9 +211,9 @@ pub struct Log {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum Level {
-    /// Unspecified severity.
+    /// Severity not specified.
     Unknown = 0,
-    /// For information.
+    /// Information on the run.
     Info = 2,
     /// Warning to the user.
     Warning = 3,

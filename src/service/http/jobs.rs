@@ -351,7 +351,6 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     key.map(|k| Some(k.to_owned())).ok_or_else(refusal)
 }
 
-/// The requested page.
 fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
     let names = parameters.state.as_deref().unwrap_or_default();
     let states = names.split(',').filter(|name| !name.is_empty()).map(|name| {

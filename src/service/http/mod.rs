@@ -33,11 +33,11 @@ use utoipa_axum::routes;
 
 /// Shared state of the handlers.
 pub struct App {
-    /// Queue of jobs.
+    /// Queue that stores, starts and stops jobs.
     pub queue: Arc<Queue>,
-    /// Limits and tokens.
+    /// Limits and access tokens of the service.
     pub config: Arc<ServiceConfig>,
-    /// Counters for Prometheus.
+    /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     /// Threads for the validation of scenes and meshes.
     pub judges: Judges,

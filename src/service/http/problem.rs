@@ -24,9 +24,9 @@ pub struct ProblemBody {
     /// Kind of the problem, `urn:contuse:problem:…`, machine-readable.
     #[serde(rename = "type")]
     pub kind: String,
-    /// Human-readable kind.
+    /// Kind of the problem for display.
     pub title: String,
-    /// HTTP status code.
+    /// Status code of the HTTP response.
     pub status: u16,
     /// What is wrong with this request.
     pub detail: String,

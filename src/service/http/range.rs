@@ -5,13 +5,13 @@ use axum::http::{HeaderMap, HeaderName, Method, header};
 /// The part of a file that a client requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// The whole file.
+    /// The whole file is sent.
     Whole,
     /// A range of bytes.
     Part {
         /// First byte, from 0.
         first: u64,
-        /// Last byte, inclusive.
+        /// Last byte, included in the range.
         last: u64,
     },
     /// Nothing: the client's copy is current.

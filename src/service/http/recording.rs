@@ -27,7 +27,7 @@ pub const REPR_DIGEST: HeaderName = HeaderName::from_static("repr-digest");
 /// Bytes read from the file at a time.
 const PIECE: usize = 256 << 10;
 
-/// Selects a recording.
+/// Query parameters that select a recording.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
@@ -90,7 +90,6 @@ struct Sendable {
     /// Name of the blob.
     blob: String,
     digest: BlobDigest,
-    /// Suggested file name.
     name: String,
     /// Address of a snapshot.
     snapshot: Option<String>,
@@ -176,7 +175,6 @@ fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), 
     Ok(())
 }
 
-/// Decodes hexadecimal digits.
 fn raw_digest(hexadecimal: &str) -> Vec<u8> {
     let digit = |c: u8| char::from(c).to_digit(16).unwrap_or(0) as u8;
     hexadecimal
@@ -213,7 +211,6 @@ async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Meth
 /// A blob opened for reading at an offset.
 struct Opened {
     blob: Box<dyn Blob>,
-    /// Total size [bytes].
     bytes: u64,
 }
 

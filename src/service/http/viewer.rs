@@ -35,7 +35,7 @@ const PRESETS: [(&str, &str); 7] = [
     preset!("hollow_ball_breathing/scene.json"),
 ];
 
-/// The viewer page.
+/// `/`: the page of the viewer.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
     send_page("index.html", &headers)
 }

@@ -37,7 +37,7 @@ pub struct Job {
     pub id: Uuid,
     /// Name of the scene.
     pub name: String,
-    /// Current state.
+    /// Current state of the job.
     pub state: JobState,
     /// Current phase of the job.
     pub phase: Phase,
@@ -73,7 +73,7 @@ pub struct Job {
     pub failure: Option<Failure>,
     /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
-    /// Related addresses.
+    /// Addresses related to the job.
     pub links: JobLinks,
     /// The disclaimer of every result.
     pub notice: &'static str,
@@ -87,7 +87,7 @@ pub struct JobLinks {
     pub this: String,
     /// Address of its event stream.
     pub events: String,
-    /// Address for cancellation.
+    /// Address that cancels the job.
     pub cancel: String,
     /// Address of the compiled plan.
     pub plan: String,

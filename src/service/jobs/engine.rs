@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// A received document: its text, which is stored, and its content, parsed once.
 #[derive(Clone, Debug)]
 pub struct JsonDocument {
-    /// Text as received.
+    /// Text of the document as received.
     pub text: Vec<u8>,
     /// Parsed content, and repeated keys.
     pub parsed: Parsed,
@@ -71,9 +71,9 @@ pub struct ScenePreview {
 pub struct RunOrder<'a> {
     /// Kind of job that the document requests.
     pub kind: JobKind,
-    /// The accepted document.
+    /// Document accepted at submission.
     pub document: &'a [u8],
-    /// Digest from [`Engine::check`].
+    /// Digest of the scene from [`Engine::check`].
     pub content_hash: &'a str,
     /// Meshes that it may name.
     pub meshes: &'a MeshShelf,
@@ -98,7 +98,7 @@ pub struct RunReport {
     pub ending: Ending,
     /// Summary as JSON text.
     pub summary: Option<String>,
-    /// Final progress.
+    /// Progress when the run ended.
     pub progress: Progress,
 }
 

@@ -24,7 +24,7 @@ pub enum JobsError {
     Corrupt {
         /// What the value stands for.
         what: &'static str,
-        /// Unknown value.
+        /// The value that is unknown.
         value: String,
     },
     /// A file or folder that could not be used.
@@ -62,7 +62,7 @@ pub enum StoreFault {
     Full,
     /// Temporary fault: the disk failed, or the store is overloaded.
     Passing,
-    /// Any other fault.
+    /// Any other fault of the store.
     Other,
 }
 

@@ -88,11 +88,11 @@ impl JobState {
     }
 }
 
-/// A final recording.
+/// A recording that will not change any more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Recording)]
 pub struct FinalRecording {
-    /// Size in bytes.
+    /// Size of the file in bytes.
     pub bytes: u64,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,

@@ -43,7 +43,7 @@ pub struct Queue {
     pub folder: DataFolder,
     /// Limits of the service.
     pub config: Arc<ServiceConfig>,
-    /// Counters for Prometheus.
+    /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
     snapshots: Snapshots,

@@ -131,7 +131,7 @@ impl Simulator {
         &self.budget
     }
 
-    /// Runs a scene.
+    /// Runs a loaded scene and reports its ending and summary.
     fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, Failure> {
         let estimated_steps = loaded.estimate.steps;
         let mut reached = Progress::beginning(Phase::Loading);

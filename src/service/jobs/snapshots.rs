@@ -25,18 +25,18 @@ const MOST_SHARE: u32 = 10;
 pub struct Snapshot {
     /// Number of the snapshot, from 1.
     pub number: u32,
-    /// Size and digest.
+    /// Size and digest of the blob.
     pub digest: BlobDigest,
 }
 
-/// Selects a snapshot.
+/// Selects a snapshot of a running job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Which {
     /// The one with this digest if it is still kept, otherwise the latest.
     OfDigest(String),
     /// The one with this number.
     Number(u32),
-    /// The latest snapshot.
+    /// The snapshot taken last.
     Latest,
 }
 
@@ -59,7 +59,7 @@ struct Album {
 }
 
 impl Snapshots {
-    /// No snapshots yet.
+    /// An empty collection of snapshots.
     pub fn new(engine: Arc<dyn Engine>, blobs: Arc<dyn BlobStore>) -> Self {
         Self { engine, blobs, albums: Mutex::default() }
     }

@@ -11,11 +11,11 @@ pub(super) const MOST_ENTRIES: usize = 16;
 pub(super) struct Entries<'a, T> {
     /// Member of the study that contains it.
     pub name: &'a str,
-    /// Entries as given.
+    /// Entries as given in the document.
     pub written: &'a [T],
     /// Limit of each entry.
     pub limit: String,
-    /// Suggested correction.
+    /// Suggested correction of the entries.
     pub remedy: &'a str,
 }
 

@@ -38,7 +38,7 @@ pub enum StudyDocument {
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorStudyDocument {
-    /// Scene document.
+    /// Scene document to study.
     #[schema(value_type = Object)]
     scene: Value,
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.

@@ -12,9 +12,9 @@ use utoipa::ToSchema;
 /// Contents and quality of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeshReport {
-    /// Number of nodes.
+    /// Number of nodes in the file.
     pub nodes: u64,
-    /// Number of elements.
+    /// Number of elements in the file.
     pub elements: u64,
     /// Number of elements of each part.
     pub parts: BTreeMap<String, u64>,
@@ -55,15 +55,15 @@ pub struct MeshQualityReport {
     pub volume: f64,
 }
 
-/// An uploaded mesh.
+/// An uploaded mesh with its report.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = UploadedMesh)]
 pub struct StoredMesh {
     /// SHA-256 of its bytes, hexadecimal: the name by which scenes use it.
     pub id: String,
-    /// File format.
+    /// Format of the file.
     pub format: MeshFormat,
-    /// Size in bytes.
+    /// Size of the file in bytes.
     pub bytes: u64,
     /// Time of the first upload, RFC 3339.
     pub created_at: String,

@@ -29,7 +29,7 @@ pub enum ShelfError {
 }
 
 impl MeshShelf {
-    /// Meshes of `owner`.
+    /// The meshes uploaded by `owner`.
     pub fn new(blobs: Arc<dyn BlobStore>, store: Arc<dyn JobStore>, owner: String, runtime: Handle) -> Self {
         Self { blobs, store, owner, runtime }
     }

@@ -74,7 +74,7 @@ pub(super) struct Iterate {
     pub v: Vec<Vec3>,
     /// Cᵀ p, the impulses of the contacts on the nodes [N s].
     pub impulse: Vec<Vec3>,
-    /// Displacement u⁺ [m].
+    /// Displacement u⁺ at the end of the step [m].
     pub u: Vec<Vec3>,
     /// Internal forces at u⁺ [N].
     pub f_int: Vec<Vec3>,

@@ -16,7 +16,7 @@ pub struct Case {
     pub scenario: &'static str,
     /// Mesh, speed and stepping.
     pub label: String,
-    /// The scene document.
+    /// Scene document of the run.
     pub document: Value,
     /// Pointers into the results of the summary, and the exact values there.
     pub exact: Vec<(&'static str, f64)>,

@@ -21,9 +21,9 @@ pub struct Number {
     pub run: String,
     /// Name of the number in the summary.
     pub quantity: &'static str,
-    /// Its exact value.
+    /// Exact value of the number.
     pub exact: f64,
-    /// Computed value.
+    /// Value computed by the run.
     pub value: f64,
     /// Half-width of the error bar.
     pub error_bar: f64,

@@ -10,7 +10,6 @@ type Failure = Box<dyn std::error::Error>;
 
 /// Size of a panel [px].
 const PANEL: (u32, u32) = (560, 400);
-/// Panels per row.
 const COLUMNS: usize = 2;
 /// Lower bound of the error axis [-].
 const LEAST_ERROR: f64 = 1e-5;

@@ -4,7 +4,7 @@ use super::{Quantity, Reference, Row};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Target errors [-].
+/// Relative errors for which settings are recommended [-].
 pub const TARGETS: [f64; 3] = [0.01, 0.03, 0.1];
 
 /// The cheapest setting for one quantity and one target.

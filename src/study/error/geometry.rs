@@ -20,7 +20,7 @@ const OF_THE_WHOLE: f64 = 4.0 / 3.0;
 /// Change of a quantity from the scene's own mesh to the next finer one, over its value there [-].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Geometry {
-    /// Total change.
+    /// Total relative change between the two meshes.
     pub change: f64,
     /// Part of it due to moving the new nodes from the facets to the true surface.
     pub change_by_surface: f64,

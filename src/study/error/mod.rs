@@ -45,7 +45,7 @@ pub struct ErrorRequest<'a> {
     pub source: &'a dyn MeshSource,
     /// Budget of a run: settings beyond it are reported and omitted.
     pub budget: &'a Budget,
-    /// Settings to run.
+    /// Settings to run, in this order.
     pub ladder: &'a [Setting],
     /// Exact values, if known.
     pub exact: &'a BTreeMap<Quantity, f64>,

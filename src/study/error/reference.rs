@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 pub enum Approach {
     /// Every mesh gives the exact value up to rounding.
     Met,
-    /// The error decreases.
+    /// The error decreases from mesh to mesh.
     Falls {
         /// Observed order from the coarsest mesh to the finest [-].
         order: f64,

@@ -17,13 +17,13 @@ pub struct Row {
     /// Why it was omitted or failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Number of elements.
+    /// Number of elements of the scene.
     pub elements: usize,
-    /// Number of steps.
+    /// Number of steps of the run.
     pub steps: u64,
-    /// Wall time [s].
+    /// Wall time of the run [s].
     pub wall_s: f64,
-    /// Processor time [s].
+    /// Processor time of the run [s].
     pub cpu_s: Option<f64>,
     /// Quantities of interest, by name.
     pub values: BTreeMap<Quantity, f64>,

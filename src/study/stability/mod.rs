@@ -33,7 +33,7 @@ const STOPPED: (&str, &str) = (
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stepping {
-    /// Central differences.
+    /// Explicit central differences.
     Explicit,
     /// The θ scheme at a multiple of the explicit step.
     Implicit {
@@ -92,7 +92,7 @@ pub struct Cell {
     /// Why it did not finish.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Suggested remedy.
+    /// Remedy suggested by the diagnosis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
     /// Largest error of the energy balance [-].
@@ -111,7 +111,7 @@ pub struct Cell {
     pub deflection_m: f64,
     /// Fraction of the simulated time reached; 1 if contact is over.
     pub reached: f64,
-    /// Number of steps.
+    /// Number of steps of the run.
     pub steps: u64,
     /// Wall time of the run [s].
     pub wall_s: f64,

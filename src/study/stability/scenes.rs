@@ -17,13 +17,13 @@ const DEPTH: f64 = 0.3;
 pub struct Case {
     /// Name of the varied parameter.
     pub axis: String,
-    /// Human-readable value.
+    /// Value of the parameter for display.
     pub label: String,
     /// Whether the scene is physically possible: such a cell should finish.
     pub is_physical: bool,
     /// Whether the run ends soon after contact, rather than at its end time.
     pub ends_with_contact: bool,
-    /// The scene document.
+    /// Scene document of the case.
     pub document: Value,
 }
 
@@ -34,7 +34,6 @@ struct Knobs {
     k_over_g: f64,
     /// Exponent k2 of the fibres; `None` without fibres.
     fibre_k2: Option<f64>,
-    /// Impact speed [m/s].
     speed: f64,
     /// Density of the ball over that of the tissue [-].
     density_ratio: f64,

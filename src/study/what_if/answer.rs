@@ -9,7 +9,7 @@ use super::surrogate::Surrogate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The complete answer.
+/// Answer to a question, complete or stopped early.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
     /// The disclaimer of every result.
@@ -20,7 +20,7 @@ pub struct Answer {
     pub scene: String,
     /// Titles and units of the numbers, by their names with units.
     pub quantities: BTreeMap<Quantity, QuantityAnswer>,
-    /// Parameters that vary.
+    /// Parameters that vary, with their ranges.
     pub parameters: Vec<ParameterAnswer>,
     /// Source of the numerical errors.
     pub error_bars: String,
@@ -86,7 +86,7 @@ pub struct LimitAnswer {
     pub parameter: String,
     /// Unit of the parameter.
     pub unit: &'static str,
-    /// The limited number.
+    /// Number that the limit applies to.
     pub measure: LimitMeasure,
     /// Limit of the number.
     pub at_most: f64,
@@ -131,7 +131,7 @@ pub struct Effort {
 pub enum Partial<'a> {
     /// A case. Cases that precede the error bars have none.
     Case {
-        /// Number of cases.
+        /// Total number of cases.
         of: usize,
         /// Answer of the case.
         #[serde(flatten)]
@@ -142,6 +142,6 @@ pub enum Partial<'a> {
         /// Relative errors by number [-].
         relative_errors: &'a BTreeMap<Quantity, f64>,
     },
-    /// A limit.
+    /// Result for one limit.
     Limit(&'a LimitAnswer),
 }

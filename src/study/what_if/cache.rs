@@ -21,7 +21,7 @@ pub struct Numbers {
     /// Why there are no numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Number of steps.
+    /// Number of steps of the run.
     pub steps: u64,
     /// Quantities of interest; empty if the run did not finish, or nothing touched.
     pub values: BTreeMap<Quantity, f64>,

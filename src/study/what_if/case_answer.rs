@@ -33,7 +33,7 @@ pub struct CaseAnswer {
     /// Ends of the tissue reached by the significant stress, whose depth and volume are then lower bounds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
-    /// Number of steps.
+    /// Number of steps of the run.
     pub steps: u64,
     /// Results by their names with units; empty if the run did not finish, or nothing touched.
     pub numbers: BTreeMap<Quantity, Number>,

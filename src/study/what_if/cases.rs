@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Origin {
-    /// The base itself.
+    /// The unmodified base scene.
     Base,
     /// A case with explicit values.
     Case,
@@ -39,7 +39,7 @@ pub enum Origin {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Matrix {
-    /// Sample A.
+    /// Matrix A, the sample.
     A,
     /// Second, independent sample B.
     B,

@@ -19,7 +19,7 @@ use crate::step::Interrupt;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-/// Accumulates the answer.
+/// Accumulates the answer as cases and limits complete.
 pub(super) struct Composer<'a> {
     question: &'a WhatIfDocument,
     base: &'a SceneDocument,
@@ -101,7 +101,7 @@ impl<'a> Composer<'a> {
             von_mises_below_error_pa.iter().zip(von_mises_below_pa).map(relative).collect();
     }
 
-    /// Adds a case.
+    /// Adds the answer of a case.
     pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(&answered);
         // The first case is the base.
@@ -227,7 +227,7 @@ impl<'a> Composer<'a> {
         Quantity::ALL.into_iter().map(of).collect()
     }
 
-    /// The complete answer.
+    /// Completes the answer with the statistics.
     pub fn finish(self, interrupt: Option<Interrupt>, threads: usize) -> Answer {
         let (spread, correlations) = self.spread();
         // A stop after completion has no effect.

@@ -17,7 +17,7 @@ pub struct WhatIfDocument {
     /// Base given as the id of a job, whose scene is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job: Option<String>,
-    /// Parameters that vary.
+    /// Parameters that vary, with ranges or distributions.
     pub parameters: Vec<ParameterDocument>,
     /// Cases with explicit values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -170,9 +170,9 @@ pub enum Change {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// Subcutaneous fat layer.
+    /// Subcutaneous fat outside the muscle.
     Fat,
-    /// Skin layer.
+    /// Skin outside the fat.
     Skin,
 }
 
@@ -181,14 +181,14 @@ pub enum Layer {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Distribution {
-    /// Normal distribution.
+    /// Normal distribution of the values.
     Normal {
         /// Mean, in the unit of the change.
         mean: f64,
         /// Standard deviation, in the unit of the change.
         standard_deviation: f64,
     },
-    /// Log-normal distribution.
+    /// Log-normal distribution of the values.
     LogNormal {
         /// Median, in the unit of the change.
         median: f64,
@@ -209,12 +209,12 @@ pub struct CaseDocument {
     pub set: BTreeMap<String, f64>,
 }
 
-/// A sampled design.
+/// A sample of cases over all parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SampleDocument {
-    /// Sampling method.
+    /// Method by which the points are chosen.
     #[serde(default)]
     pub method: SampleMethod,
     /// Number of points; Sobol indices of k parameters take (k + 2) times as many runs.
@@ -227,7 +227,7 @@ pub struct SampleDocument {
     pub indices: bool,
 }
 
-/// Sampling method.
+/// Method by which the points of a sample are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
@@ -235,7 +235,7 @@ pub enum SampleMethod {
     /// Randomly shifted Sobol sequence; best with a power of two.
     #[default]
     Sobol,
-    /// Latin hypercube sampling.
+    /// Latin hypercube: one point per slice of every parameter.
     LatinHypercube,
 }
 
@@ -246,7 +246,7 @@ pub enum SampleMethod {
 pub struct LimitDocument {
     /// Name of the parameter; all others are as in the base.
     pub parameter: String,
-    /// The limited number.
+    /// Number that the limit applies to.
     pub measure: LimitMeasure,
     /// Limit, in the unit of the number.
     pub at_most: f64,
@@ -281,7 +281,7 @@ pub enum ErrorSource {
     Base,
     /// Individual error bars: three cheaper runs for each case, about a third more time.
     Full,
-    /// No error bars.
+    /// No error bars, and no additional runs.
     None,
 }
 

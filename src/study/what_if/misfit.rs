@@ -11,8 +11,8 @@ pub struct Misfit {
     pub value: Value,
     /// Description of the problem.
     pub message: String,
-    /// Admissible values.
+    /// Admissible values of the member.
     pub limit: String,
-    /// Suggested correction.
+    /// Suggested correction of the question.
     pub remedy: String,
 }

@@ -50,7 +50,7 @@ use runner::{Runner, Task};
 pub struct WhatIfRequest<'a> {
     /// The question, validated by [`check`](check()).
     pub question: &'a WhatIfDocument,
-    /// Loaded base scene.
+    /// The base scene as loaded.
     pub base: &'a Loaded,
     /// Source of the base's meshes.
     pub source: &'a (dyn MeshSource + Sync),
@@ -68,7 +68,7 @@ pub struct WhatIfRequest<'a> {
     pub tell: &'a mut dyn FnMut(Partial),
 }
 
-/// Answers a question.
+/// Runs the cases and limits of a question and composes the answer.
 pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     let question = request.question;
     let facts = BaseFacts::of(request.base, request.source, request.budget);

@@ -42,7 +42,7 @@ impl Random {
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
-    /// Next 64-bit number.
+    /// Next 64-bit number of the stream.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

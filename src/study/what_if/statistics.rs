@@ -14,7 +14,7 @@ const ROUNDING: f64 = 1e-12;
 /// Effect of one parameter on one number, with the others as in the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// The affected number.
+    /// Number affected by the parameter.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,
@@ -110,11 +110,11 @@ pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(
 /// Distribution of a number over the sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// The sampled number.
+    /// Number with this distribution.
     pub quantity: Quantity,
     /// Number of cases with a value.
     pub count: usize,
-    /// Sample mean.
+    /// Mean of the sample.
     pub mean: f64,
     /// Sample standard deviation (n − 1).
     pub standard_deviation: f64,
@@ -172,7 +172,7 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
 /// Correlation of a number with a parameter over the sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlation {
-    /// The sampled number.
+    /// Number correlated with the parameter.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,
@@ -216,7 +216,7 @@ fn mean_ranks(values: &[f64]) -> Vec<f64> {
 /// Fraction of a number's variance due to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SobolIndex {
-    /// The sampled number.
+    /// Number whose variance is decomposed.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,

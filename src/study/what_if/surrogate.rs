@@ -23,7 +23,7 @@ const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
 /// A polynomial surrogate of one number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surrogate {
-    /// The predicted number.
+    /// Number predicted by the polynomial.
     pub quantity: Quantity,
     /// Number of finished cases in the fit.
     pub cases: usize,

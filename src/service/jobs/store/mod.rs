@@ -107,6 +107,6 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// Checks that the store accepts writes.
     fn try_write(&self) -> Answer<'_, ()>;
 
-    /// Closes the store.
+    /// Closes the store after its pending writes.
     fn close(&self) -> BoxFuture<'_, ()>;
 }

@@ -16,7 +16,7 @@ pub struct NewJob {
     pub body_sha256: String,
     /// Kind of job that the document requests.
     pub kind: JobKind,
-    /// The accepted document.
+    /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Name of the scene.
     pub name: String,
@@ -50,7 +50,7 @@ pub struct ClaimedJob {
     pub owner: String,
     /// Kind of job that its document requests.
     pub kind: JobKind,
-    /// The accepted document.
+    /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Digest of the document and its meshes.
     pub content_hash: String,
@@ -168,9 +168,9 @@ pub struct JobRow {
     pub end_time_s: f64,
     /// Warnings from the validation of the scene.
     pub warnings: Vec<Problem>,
-    /// Current state.
+    /// Current state of the job.
     pub state: JobState,
-    /// Current progress.
+    /// Current progress of the job.
     pub progress: Progress,
     /// Number of attempts so far.
     pub attempts: u32,
@@ -206,7 +206,7 @@ pub struct Page {
 /// An event of a job, as reported in its event stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event<'a> {
-    /// Kind of event.
+    /// Kind of event, such as `running`.
     pub kind: &'a str,
     /// Data of the event.
     pub data: Value,
@@ -248,7 +248,7 @@ impl Event<'static> {
 pub struct EventRow {
     /// Number of the event within the job, from 1.
     pub n: i64,
-    /// Kind of event.
+    /// Kind of event, such as `running`.
     pub kind: String,
     /// Data of the event, JSON.
     pub data: String,
