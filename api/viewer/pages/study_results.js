@@ -69,7 +69,7 @@ function limitRow(quantity, { kind, value, uncertainty, order, reason }) {
 function geometry(changes) {
   const rows = Object.entries(changes).map(([quantity, { change, change_by_surface: bySurface, error }]) => [quantityWords(quantity), ...[change, bySurface, error].map(percent)]);
   const columns = ["number", "change from mesh 0 to mesh +1", "due to the surface", "error of mesh 0 due to facets"];
-  return table("Geometry: what facets in place of the true surface do, second order assumed", columns, rows);
+  return table("Geometry: effect of facets in place of the true surface, second order assumed", columns, rows);
 }
 
 function stabilityTables({ cells, physical, physical_finished: finished, wrong }) {
