@@ -141,7 +141,7 @@ fn nothing_is_said_of_what_was_not_looked_at() {
     assert!(tissue.get("peak_von_mises_pa").is_none(), "{tissue}");
     assert_eq!(tissue["significant_stress"], json!([]));
     let words = summary["plain_words"].to_string();
-    assert!(words.contains("The run failed") && words.contains("not looked at after 0 s"), "{words}");
+    assert!(words.contains("The run failed") && words.contains("not evaluated after 0 s"), "{words}");
     assert!(!words.contains("No tissue saw"), "{words}");
     let remedy = |output: &Output| {
         let summary: Value = serde_json::from_slice(&output.stdout).unwrap();

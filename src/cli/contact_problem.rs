@@ -16,31 +16,31 @@ use std::path::{Path, PathBuf};
 /// Arguments of `contuse contact-problem`.
 #[derive(Args, Debug)]
 pub struct ContactProblemArgs {
-    /// JSON files, one contact problem each.
+    /// JSON files with one contact problem each.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Largest scaled error of a converged solution.
     #[arg(long, default_value_t = 1e-8)]
     pub tol: f64,
-    /// Which solver.
+    /// Name of the solver.
     #[arg(long, default_value = "hybrid")]
     pub solver: String,
-    /// Stop each solution after so many seconds of processor time, with the best iterate.
+    /// Stop each solution after this processor time in seconds, with the best iterate.
     #[arg(long, value_name = "S")]
     pub time_limit: Option<f64>,
-    /// Solve each problem so many times and tell the shortest processor time.
+    /// Solve each problem this many times and report the shortest processor time.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub repeat: u32,
-    /// Answer as JSON, with the reactions.
+    /// Print the answer as JSON, including the reactions.
     #[arg(long)]
     pub json: bool,
-    /// Solve by every solver, and draw the performance profile (Dolan & Moré 2002): as PNG where the file's name ends so, else as
-    /// SVG.
+    /// Use every solver, and draw the performance profile (Dolan & Moré 2002): as PNG if the file name ends in .png,
+    /// otherwise as SVG.
     #[arg(long, value_name = "FILE", conflicts_with = "json", value_parser = picture_path)]
     pub profile: Option<PathBuf>,
 }
 
-/// One solution.
+/// Result of one solution.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
@@ -48,16 +48,16 @@ struct Row {
     iterations: usize,
     error_plain: f64,
     error_scaled: f64,
-    /// The shortest of the repetitions [s]; null where the system does not tell.
+    /// Shortest processor time of the repetitions [s]; null if the system does not provide it.
     cpu_s: Option<f64>,
     converged: bool,
     r: Vec<f64>,
 }
 
-/// Solves the problems. Exit code 0 when all are solved, 2 when a file or a flag is wrong, 3 when one is not solved.
+/// Solves the problems. Exit code 0 if all are solved, 2 if a file or a flag is wrong, 3 if any is not solved.
 ///
 /// # Errors
-/// All that is wrong with the files and the flags.
+/// All errors in the files and the flags.
 pub fn contact_problem(args: &ContactProblemArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let method = method(&args.solver)?;
     if !(args.tol > 0.0 && args.tol <= LARGEST_OF_FREE) {
@@ -88,7 +88,7 @@ fn method(name: &str) -> Result<Method, CliError> {
     })
 }
 
-/// All problems of all files, or all that is wrong with any of them.
+/// Reads all problems from all files, or collects the errors of all files.
 fn read_all(files: &[PathBuf]) -> Result<Vec<NamedContactProblem>, CliError> {
     let (mut read, mut wrong) = (Vec::new(), Vec::new());
     for path in files {
@@ -121,7 +121,7 @@ fn solve_one(named: &NamedContactProblem, method: Method, args: &ContactProblemA
     }
 }
 
-/// Solves once from rest; the processor time goes to `shortest` if it is.
+/// Solves once from rest; updates `shortest` with its processor time.
 fn timed(
     problem: &ContactProblem,
     method: Method,
@@ -162,7 +162,7 @@ fn write_table(rows: &[Row], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Solves all problems by all solvers, and draws the profile.
+/// Solves all problems with all solvers, and draws the profile.
 fn profile(
     args: &ContactProblemArgs,
     problems: &[NamedContactProblem],

@@ -1,4 +1,4 @@
-//! How a command ends.
+//! Exit codes and errors of commands.
 
 use crate::mechanics::material::MaterialError;
 use crate::scene::Problems;
@@ -10,17 +10,17 @@ use std::process::ExitCode;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// All went well.
+    /// The command succeeded without reservations.
     Success = 0,
-    /// Something unexpected: a disk that is full, a bug.
+    /// Unexpected error: a full disk, a bug.
     Unexpected = 1,
-    /// The input is invalid: the scene, the material, the flags.
+    /// Invalid input: the scene, the material, the flags.
     InvalidInput = 2,
     /// The run failed with a diagnosis.
     RunFailed = 3,
     /// The run was cancelled.
     Cancelled = 4,
-    /// The run came to its end, but its results are withheld: a gate failed, or a law was beyond its limits.
+    /// The run finished, but its results are withheld: a gate failed, or a law was used beyond its limits.
     Withheld = 5,
 }
 
@@ -30,7 +30,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command did not do what was asked.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
     /// Output could not be written.
@@ -39,43 +39,43 @@ pub enum CliError {
     /// An output file could not be written.
     #[error("cannot write {path}")]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// An input file could not be read.
     #[error("cannot read {path}")]
     Input {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The input is invalid.
     #[error(transparent)]
     Invalid(#[from] Problems),
-    /// Flags that do not go together.
+    /// Invalid combination of flags.
     #[error("{0}")]
     Usage(String),
-    /// A law has no stress to give there.
+    /// A law has no stress at the requested deformation.
     #[error("{place}: {source}")]
     Material {
-        /// Pointer to the question in the input.
+        /// JSON pointer to the question in the input.
         place: String,
-        /// Why.
+        /// Error of the law.
         source: MaterialError,
     },
     /// A picture could not be drawn.
     #[error("cannot draw the picture: {0}")]
     Picture(String),
-    /// Anything else.
+    /// Any other error, with its own message.
     #[error(transparent)]
     Other(#[from] Box<dyn std::error::Error + Send + Sync>),
 }
 
 impl CliError {
-    /// The exit code that belongs to it.
+    /// Exit code for the error.
     pub fn exit(&self) -> Exit {
         match self {
             Self::Output(_) | Self::File { .. } | Self::Picture(_) | Self::Other(_) => Exit::Unexpected,
@@ -85,7 +85,7 @@ impl CliError {
             }
         }
     }
-    /// The message with the reasons behind it, each told once.
+    /// The message with its underlying causes, without repetition.
     pub fn in_full(&self) -> String {
         let mut text = self.to_string();
         let mut cause = std::error::Error::source(self);
@@ -98,7 +98,7 @@ impl CliError {
         }
         text
     }
-    /// Whether the reader of the output has gone.
+    /// Whether the reader of the output has closed the pipe.
     pub fn is_broken_pipe(&self) -> bool {
         matches!(self, Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }

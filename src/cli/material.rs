@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub struct MaterialArgs {
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
     pub file: PathBuf,
-    /// How to answer.
+    /// Output format of the answer.
     #[arg(long, value_enum, default_value_t = Format::Json)]
     pub format: Format,
     /// Follow a path from rest instead of evaluating at F.
@@ -33,36 +33,36 @@ pub struct MaterialArgs {
     pub points: u32,
 }
 
-/// How to answer.
+/// Output format of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// JSON.
+    /// One JSON document.
     Json,
     /// Comma-separated values with a header.
     Csv,
-    /// A picture of stress against stretch (paths only).
+    /// Plot of stress against stretch (paths only).
     Svg,
 }
 
-/// A path of deformation.
+/// A deformation path starting at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PathName {
-    /// Stretch along x, the sides free of load.
+    /// Stretch along x with free sides.
     Uniaxial,
-    /// The same stretch along x and y, the third side free of load.
+    /// Equal stretch along x and y, the third side free.
     Equibiaxial,
-    /// Simple shear x += γ y, the third side free of load.
+    /// Simple shear x += γ y, the third side free.
     Shear,
 }
 
-/// A path asked for, with its values.
+/// A requested path with its values.
 struct PathRequest {
     name: PathName,
     values: Vec<f64>,
 }
 
-/// One row of a path.
+/// One point of a path.
 #[derive(Debug, Serialize)]
 struct PathRow {
     /// Stretch, or amount of shear [-].
@@ -76,7 +76,7 @@ struct PathRow {
 /// Evaluates the law and writes the answer.
 ///
 /// # Errors
-/// All that is wrong with the question; a deformation at which the law has no stress.
+/// All errors in the question; a deformation at which the law has no stress.
 pub fn material(args: &MaterialArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (questions, warnings) = MaterialQuestions::read(&read_input(args)?)?;
     for warning in &warnings {
@@ -116,7 +116,7 @@ fn answer_points(questions: &MaterialQuestions, format: Format, out: &mut dyn Wr
     Ok(())
 }
 
-/// The answer at the question's own F.
+/// Response at the F of the question.
 fn at_point(place: &Pointer, question: &MaterialQuestion) -> Result<MaterialAnswer, CliError> {
     let here = place.key("F");
     let Some(F) = question.deformation_gradient else {
@@ -157,7 +157,7 @@ fn answer_path(
     Ok(())
 }
 
-/// The rows of a path.
+/// Evaluates a path point by point.
 fn along(
     request: &PathRequest,
     place: &Pointer,
@@ -182,7 +182,7 @@ fn law_of(question: &MaterialQuestion, place: &Pointer) -> Result<Material, CliE
     })
 }
 
-/// An answer that overflowed is none: JSON has no word for infinity.
+/// Rejects an overflow: JSON cannot represent infinity.
 fn finite(answer: MaterialAnswer, place: &Pointer) -> Result<MaterialAnswer, CliError> {
     if answer.is_finite() {
         return Ok(answer);
@@ -193,7 +193,7 @@ fn finite(answer: MaterialAnswer, place: &Pointer) -> Result<MaterialAnswer, Cli
     Err(problem.alone().into())
 }
 
-/// One answer for one question, a list for a list.
+/// Writes one answer for one question, a list for a list.
 fn write_json<T: Serialize>(
     questions: &MaterialQuestions,
     answers: &[T],
@@ -281,7 +281,7 @@ impl PathName {
     fn axis(self) -> &'static str {
         if self == Self::Shear { "amount of shear γ [-]" } else { "stretch λ [-]" }
     }
-    /// The components of stress that a picture shows, with their row and column.
+    /// Stress components to plot, with their row and column.
     fn components(self) -> &'static [(&'static str, (usize, usize))] {
         match self {
             Self::Uniaxial => &[("xx", (0, 0))],

@@ -1,4 +1,4 @@
-//! The command line: one file a subcommand. Results go to `out`, which is standard output outside tests.
+//! The command line: one file per subcommand. Results go to `out`, which is standard output outside tests.
 
 pub mod contact_problem;
 mod exit;
@@ -30,20 +30,20 @@ use clap::{Parser, Subcommand};
 use serde::Serialize;
 use std::io::Write;
 
-/// What a blunt impact does to soft tissue.
+/// Simulates blunt impact on soft tissue.
 ///
-/// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled,
-/// 5 the run came to its end but its results are withheld (a gate failed, or a law was beyond its limits).
+/// Exit codes: 0 success, 1 unexpected error, 2 invalid input, 3 the run failed with a diagnosis, 4 cancelled, 5 the
+/// run finished but its results are withheld (a gate failed, or a law was used beyond its limits).
 #[derive(Debug, Parser)]
 #[command(name = "contuse", version, max_term_width = 110)]
 pub struct Cli {
-    /// What to do.
+    /// Subcommand to execute, with its arguments.
     #[command(subcommand)]
     pub command: Command,
 }
 
 impl Cli {
-    /// What is logged when `RUST_LOG` does not say: a service tells what it does, a command only what is wrong.
+    /// Log filter if `RUST_LOG` is not set: a service logs its activity, a command only warnings.
     pub fn default_log(&self) -> &'static str {
         match self.command {
             #[cfg(feature = "service")]
@@ -53,23 +53,24 @@ impl Cli {
     }
 }
 
-/// The subcommands.
+/// Subcommands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a scene and record it.
     Run(run::RunArgs),
-    /// Find all that is wrong with a scene, without running it.
+    /// Report all errors in a scene, without running it.
     Validate(validate::ValidateArgs),
-    /// Show what a scene is compiled to: what is kept, what is left out and why, and what it will cost.
+    /// Show the plan of a scene: what is kept, what is omitted and why, and the expected cost.
     Plan(plan::PlanArgs),
-    /// Many runs: error against run time, stability on extreme cases, coverage of the error bars, what leaving out saves.
+    /// Many runs: error against run time, stability on extreme cases, coverage of the error bars, savings of omitted
+    /// computations.
     #[command(subcommand)]
     Study(study::StudyCommand),
-    /// Vary a scene: cases, sensitivities, spread, and up to which value a limit is kept.
+    /// Vary a scene: cases, sensitivities, spread, and the parameter values up to which limits are met.
     WhatIf(what_if::WhatIfArgs),
-    /// Write the report of a recording, or of a scene that is run for it: one page of HTML, with pictures.
+    /// Write a report on a recording, or on a scene that is run for it: one HTML page with pictures.
     Report(report::ReportArgs),
-    /// Write a recording in other formats: a FHIR bundle, tables.
+    /// Export a recording to other formats: a FHIR bundle, tables.
     Export(report::ExportArgs),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path.
     Material(material::MaterialArgs),
@@ -88,10 +89,10 @@ pub enum Command {
     Health(serve::HealthArgs),
 }
 
-/// Does what was asked.
+/// Executes the command.
 ///
 /// # Errors
-/// What kept it from being done; what is wrong with a scene is told in the output, not here.
+/// Why it could not be executed; errors in a scene are part of the output instead.
 pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
     match cli.command {
         Command::Run(args) => run::run(&args, out),
@@ -113,7 +114,7 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
     }
 }
 
-/// A value as JSON for people and programs, with a line break at its end.
+/// Writes a value as readable JSON, with a final line break.
 fn write_json(value: &impl Serialize, out: &mut dyn Write) -> Result<(), CliError> {
     let text = serde_json::to_string_pretty(value).map_err(|error| CliError::Other(Box::new(error)))?;
     Ok(writeln!(out, "{text}")?)

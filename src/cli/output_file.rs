@@ -1,12 +1,12 @@
-//! Files that a command writes: whether they can be is found out before the work, and told with their names.
+//! Output files: checked for write access before the work begins, with errors that name them.
 
 use super::CliError;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Refuses a file that cannot be written, with the flag that named it. A file that is there keeps its contents, one that is not
-/// is not left behind.
+/// Rejects a file that cannot be written, naming its flag. An existing file keeps its contents; a missing one is not
+/// left behind.
 pub(super) fn check_writable(path: &Path, flag: &str) -> Result<(), CliError> {
     let existed = path.exists();
     let opened = OpenOptions::new().append(true).create(true).open(path);
@@ -27,7 +27,7 @@ fn refused(path: &Path, flag: &str, why: &io::Error) -> CliError {
     ))
 }
 
-/// Writes a file whole.
+/// Writes a whole file.
 pub(super) fn write_file(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,

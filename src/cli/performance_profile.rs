@@ -1,4 +1,4 @@
-//! The performance profile of solvers (Dolan & Moré 2002), as SVG: on which share of the problems is a solver within a
+//! Performance profile of solvers (Dolan & Moré 2002) as SVG: the fraction of problems on which a solver is within a
 //! factor τ of the fastest.
 
 use crate::study::palette::COLOURS;
@@ -6,20 +6,20 @@ use plotters::prelude::*;
 
 /// Times of one solver on all problems.
 pub struct Timing {
-    /// Its name.
+    /// Name of the solver.
     pub solver: &'static str,
     /// Processor time of each problem [s]; `None` where it did not converge.
     pub cpu_s: Vec<Option<f64>>,
 }
 
 const SIZE: (u32, u32) = (900, 600);
-/// The largest factor shown.
+/// Largest factor τ shown.
 const LARGEST: f64 = 1000.0;
 
-/// A picture of the profile, as text.
+/// Draws the profile as SVG text.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn profile_picture(tolerance: f64, timings: &[Timing]) -> Result<String, String> {
     let mut svg = String::new();
     {
@@ -48,9 +48,10 @@ fn draw(
     chart
         .configure_mesh()
         .x_desc("processor time over that of the fastest, τ [-]")
-        .y_desc("share of problems solved within τ")
+        .y_desc("fraction of problems solved within τ")
         .light_line_style(TRANSPARENT)
         .draw()?;
+    // One step function per solver; the first is emphasised.
     for (i, timing) in timings.iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(if i == 0 { 3 } else { 2 });
         chart
@@ -68,13 +69,13 @@ fn draw(
     Ok(())
 }
 
-/// Time over the fastest, of every problem; infinite where it did not converge.
+/// Time relative to the fastest for every problem; infinite if not converged.
 fn ratios(timing: &Timing, all: &[Timing]) -> Vec<f64> {
     let fastest = |k: usize| all.iter().filter_map(|t| t.cpu_s[k]).fold(f64::INFINITY, f64::min);
     timing.cpu_s.iter().enumerate().map(|(k, cpu)| cpu.map_or(f64::INFINITY, |s| s / fastest(k))).collect()
 }
 
-/// The corners of the staircase: (τ, share of ratios within τ).
+/// Corners of the step function: (τ, fraction of ratios within τ).
 fn steps(ratios: &[f64]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<f64> = ratios.iter().copied().filter(|r| *r <= LARGEST).collect();
     sorted.sort_by(f64::total_cmp);

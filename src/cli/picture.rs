@@ -1,4 +1,4 @@
-//! Pictures into files: SVG, or PNG made of it.
+//! Pictures written to files: SVG, or PNG rendered from it.
 
 use super::CliError;
 #[cfg(feature = "png")]
@@ -6,8 +6,8 @@ use crate::study::png;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// What is said by a program that was built without the feature `png`.
-const NO_PNG: &str = "this program was built without PNG: let it draw SVG (a name that ends with .svg, or --svg FILE), \
+/// Message of a program built without the feature `png`.
+const NO_PNG: &str = "this program was built without PNG: request SVG (a name ending in .svg, or --svg FILE), \
                       or build it with `cargo build --release --features png`";
 
 #[cfg(not(feature = "png"))]
@@ -15,22 +15,22 @@ fn png(_svg: &str) -> Result<Vec<u8>, String> {
     Err(NO_PNG.into())
 }
 
-/// Where a picture goes.
+/// Output files of a picture.
 #[derive(Args, Debug)]
 pub struct PictureArgs {
-    /// Draw it as SVG.
+    /// Write the picture as SVG.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// Draw it as PNG (if built with the feature `png`).
+    /// Write the picture as PNG (if built with the feature `png`).
     #[arg(long, value_name = "FILE", value_parser = png_path)]
     pub png: Option<PathBuf>,
 }
 
 impl PictureArgs {
-    /// Draws, and writes what was asked for; nothing is drawn where nothing is.
+    /// Draws and writes the picture, if any output was requested.
     ///
     /// # Errors
-    /// The drawing library's own words, or that a file cannot be written.
+    /// The message of the drawing library, or that a file cannot be written.
     pub fn write(&self, draw: impl FnOnce() -> Result<String, String>) -> Result<(), CliError> {
         if self.svg.is_none() && self.png.is_none() {
             return Ok(());
@@ -46,7 +46,7 @@ impl PictureArgs {
     }
 }
 
-/// Writes a picture into a file of which only the name is told: as PNG where it ends so, else as SVG.
+/// Writes a picture to a file: as PNG if the name ends in .png, otherwise as SVG.
 ///
 /// # Errors
 /// As [`PictureArgs::write`].
@@ -59,12 +59,12 @@ fn is_png(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
 }
 
-/// The path of a PNG; refused before any work is done where the program makes none.
+/// Path of a PNG; rejected before any work if the program cannot write PNG.
 fn png_path(text: &str) -> Result<PathBuf, &'static str> {
     if cfg!(feature = "png") { Ok(text.into()) } else { Err(NO_PNG) }
 }
 
-/// The path of a picture, a PNG by its name or an SVG; as [`png_path`].
+/// Path of a picture, PNG or SVG by its name; as [`png_path`].
 pub fn picture_path(text: &str) -> Result<PathBuf, &'static str> {
     if is_png(Path::new(text)) { png_path(text) } else { Ok(text.into()) }
 }

@@ -1,4 +1,4 @@
-//! `contuse plan`: what a scene is compiled to, what was left out and why, and what it will cost.
+//! `contuse plan`: the plan of a scene, what was omitted and why, and the expected cost.
 
 use super::keep::KeepArgs;
 use super::{CliError, Exit, write_json};
@@ -11,20 +11,20 @@ use std::path::PathBuf;
 /// Arguments of `contuse plan`.
 #[derive(Args, Debug)]
 pub struct PlanArgs {
-    /// The scene document; its mesh files lie beside it.
+    /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// What is put back.
+    /// Items to put back.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
 
-/// Compiles a scene and shows its plan. Runs nothing.
+/// Compiles a scene and shows its plan, without running it.
 ///
 /// # Errors
-/// What is wrong with the scene.
+/// The errors in the scene.
 pub fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let mut loaded = load_file(&args.scene, &Budget::COMMAND_LINE)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
@@ -38,7 +38,7 @@ pub fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     Ok(Exit::Success)
 }
 
-/// The report of a scene's plan.
+/// Compiles a scene and returns the report of its plan.
 pub(super) fn report_of(scene: &Scene) -> Result<PlanReport, CliError> {
     Ok(compile(scene).map_err(|error| CliError::Other(Box::new(error)))?.report)
 }
@@ -47,7 +47,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
     writeln!(out, "{name}: {} elements, {} nodes", report.elements, report.nodes)?;
     writeln!(
         out,
-        "at least {} steps to {:.4} ms: {} on one core if every element is swept, {} of memory",
+        "at least {} steps to {:.4} ms: {} on one core if every element is active, {} of memory",
         report.expected_steps,
         1e3 * end_time_s,
         duration(report.expected_run_time_s),
@@ -64,7 +64,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
 
 fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\nElements")?;
-    let header = ["part", "number", "law", "formulation", "stable step", "M el.-steps/s"];
+    let header = ["part", "number", "law", "formulation", "critical step", "M el.-steps/s"];
     let rows = report.blocks.iter().map(|block| {
         let fibres = if block.fibre_families == 0 {
             String::new()
@@ -97,6 +97,7 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if let Some(choice) = &report.integrator.choice {
         writeln!(out, "  {}, chosen by cost: {}", choice.chosen, choice.in_words())?;
     }
+    // Implicit runs: size of the linear systems.
     if let Some(systems) = &report.integrator.systems {
         writeln!(
             out,
@@ -108,15 +109,16 @@ fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         )?;
         writeln!(out, "  an explicit step could be this long:")?;
     }
+    // Critical time step and its distribution over the elements.
     let limit = if step.limited_by_scene {
         "the scene's max_step_s is shorter".to_owned()
     } else {
-        format!("{} of the smallest stable step", step.safety_factor)
+        format!("{} of the critical time step", step.safety_factor)
     };
     writeln!(out, "  {:.4} µs at the start: {limit}", 1e6 * report.stable_step_s)?;
     writeln!(
         out,
-        "  smallest stable step {:.4} µs, of element {} of part {} of {}",
+        "  critical time step {:.4} µs, from element {} of part {} of {}",
         1e6 * step.smallest_s,
         step.element,
         step.part,
@@ -157,7 +159,7 @@ fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         return Ok(());
     }
     writeln!(out, "\nContact")?;
-    let header = ["pair", "slave nodes", "master faces", "friction", "unknowns a contact"];
+    let header = ["pair", "slave nodes", "master faces", "friction", "unknowns per contact"];
     let rows = report.pairs.iter().map(|pair| {
         [
             pair.name.clone(),
@@ -172,12 +174,12 @@ fn write_contact(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
 
 fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let memory = &report.memory;
-    writeln!(out, "\nMemory, {:.0} bytes an element", memory.bytes_per_element)?;
+    writeln!(out, "\nMemory, {:.0} bytes per element", memory.bytes_per_element)?;
     let parts = [
         ("plan", memory.plan_bytes),
         ("elements", memory.elements_bytes),
         ("state", memory.state_bytes),
-        ("buffers of a step", memory.step_bytes),
+        ("work arrays", memory.step_bytes),
         ("contact", memory.contact_bytes),
         ("fields", memory.fields_bytes),
     ];
@@ -185,7 +187,7 @@ fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
 }
 
 fn write_left_out(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "\nLeft out")?;
+    writeln!(out, "\nOmitted")?;
     for left in &report.left_out {
         let switch = left.switch.map(|keep| format!(" [--keep {keep}]")).unwrap_or_default();
         writeln!(out, "  {}: {}{switch}", left.what, left.why)?;
@@ -197,7 +199,7 @@ fn write_left_out(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A table with its columns as wide as they need to be.
+/// Writes a table with columns as wide as necessary.
 pub(super) fn write_table(
     header: &[impl AsRef<str>],
     rows: &[impl AsRef<[String]>],
@@ -217,13 +219,13 @@ pub(super) fn write_table(
     rows.iter().try_for_each(|row| write(&mut row.as_ref().iter().map(String::as_str)))
 }
 
-/// A number of bytes for people.
+/// Formats a number of bytes.
 pub(super) fn bytes(count: u64) -> String {
     let count = count as f64;
     if count < 1e6 { format!("{:.1} kB", 1e-3 * count) } else { format!("{:.1} MB", 1e-6 * count) }
 }
 
-/// A duration [s] for people.
+/// Formats a duration [s].
 pub(super) fn duration(seconds: f64) -> String {
     if seconds < 1.0 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
 }

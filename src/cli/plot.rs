@@ -1,22 +1,22 @@
-//! Stress against stretch, as SVG.
+//! Plots of stress against stretch, as SVG.
 
 use crate::study::palette::COLOURS;
 use plotters::prelude::*;
 
 /// One line of a plot.
 pub struct Line {
-    /// What it is.
+    /// Entry in the legend.
     pub label: String,
-    /// Its points: stretch or shear [-], stress [Pa].
+    /// Points of the line: stretch or shear [-], stress [Pa].
     pub points: Vec<(f64, f64)>,
 }
 
 const SIZE: (u32, u32) = (900, 600);
 
-/// A plot of stresses, in the unit that suits their size.
+/// Draws stresses, in a unit appropriate to their size.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn stress_plot(title: &str, axis: &str, lines: &[Line]) -> Result<String, String> {
     let all = || lines.iter().flat_map(|line| &line.points);
     let (unit, scale) = unit_for(all().map(|p| p.1.abs()).fold(0.0, f64::max));
@@ -52,10 +52,11 @@ fn draw(
         .y_desc(format!("stress [{unit}]"))
         .light_line_style(TRANSPARENT)
         .draw()?;
+    // One curve per law and stress component.
     for (i, line) in lines.iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].stroke_width(2);
         let points = line.points.iter().map(|&(x, y)| (x, y / scale));
-        // A single point makes no line.
+        // A single point is drawn as a marker.
         if line.points.len() == 1 {
             chart.draw_series(points.map(|p| Circle::new(p, 3, style)))?;
             continue;
@@ -75,7 +76,7 @@ fn draw(
     Ok(())
 }
 
-/// The unit in which the largest stress is a handy number, and its size [Pa].
+/// Unit in which the largest stress is a convenient number, and its size [Pa].
 fn unit_for(largest: f64) -> (&'static str, f64) {
     match largest {
         x if x >= 1e9 => ("GPa", 1e9),
@@ -85,7 +86,7 @@ fn unit_for(largest: f64) -> (&'static str, f64) {
     }
 }
 
-/// The range of some numbers, widened by 4 %; never empty.
+/// Range of the values, widened by 4 %; never empty.
 fn padded(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     if low > high {

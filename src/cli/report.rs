@@ -1,4 +1,4 @@
-//! `contuse report` and `contuse export`: what is handed out of a recorded run.
+//! `contuse report` and `contuse export`: reports and exports of a recorded run.
 
 use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
@@ -16,12 +16,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Arguments of `contuse report`.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
-    /// A recording (.mcap), or a scene document that is run for the report.
+    /// Recording (.mcap), or scene document to run for the report.
     pub input: PathBuf,
-    /// The page to write.
+    /// HTML page to write.
     #[arg(short, long, default_value = "report.html")]
     pub output: PathBuf,
-    /// Threads of the run of a scene; by default all cores.
+    /// Threads of the run of a scene; all cores by default.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -30,7 +30,7 @@ pub struct ReportArgs {
 #[derive(Args, Debug)]
 #[command(group = clap::ArgGroup::new("format").required(true).multiple(true))]
 pub struct ExportArgs {
-    /// The recording.
+    /// Recording to export (.mcap).
     pub recording: PathBuf,
     /// Write a FHIR R4 bundle (JSON).
     #[arg(long, value_name = "FILE", group = "format")]
@@ -43,7 +43,7 @@ pub struct ExportArgs {
 /// Writes a report.
 ///
 /// # Errors
-/// What is wrong with the scene or the recording, or why the page cannot be written.
+/// The errors in the scene or the recording, or why the page cannot be written.
 pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     check_writable(&args.output, "--output (-o)")?;
     let is_scene = args.input.extension().is_some_and(|extension| extension == "json");
@@ -54,7 +54,7 @@ pub fn report(args: &ReportArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
     Ok(Exit::Success)
 }
 
-/// Runs a scene into a recording that is read back and removed.
+/// Runs a scene into a temporary recording, which is read back and removed.
 fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
     refuse_summary(&args.input)?;
     let (document_json, loaded) = read_scene(&args.input)?;
@@ -72,12 +72,12 @@ fn run_for_report(args: &ReportArgs) -> Result<RecordedRun, CliError> {
         progress: &mut |_| {},
     });
     let run = result.map_err(|error| CliError::Other(Box::new(error))).and_then(|_| read(&recording));
-    // There may be none when the run could not begin.
+    // The file may be missing if the run could not begin.
     let _ = std::fs::remove_file(&recording);
     run
 }
 
-/// A summary is no scene: what it says it says already.
+/// Rejects a summary, which is not a scene.
 fn refuse_summary(path: &Path) -> Result<(), CliError> {
     let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
     let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap_or_default();
@@ -94,10 +94,10 @@ fn read(path: &Path) -> Result<RecordedRun, CliError> {
     RecordedRun::read(path).map_err(|error| CliError::Usage(error.to_string()))
 }
 
-/// Writes what was asked for.
+/// Writes the requested exports.
 ///
 /// # Errors
-/// What is wrong with the recording, or why a file cannot be written.
+/// The errors in the recording, or why a file cannot be written.
 pub fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     args.fhir.iter().try_for_each(|path| check_writable(path, "--fhir"))?;
     args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
@@ -115,13 +115,13 @@ pub fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<Exit, CliError> 
     Ok(Exit::Success)
 }
 
-/// The time of day, RFC 3339.
+/// Current time, RFC 3339.
 fn now() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     rfc_3339(since)
 }
 
-/// Seconds since 1970 as a date: the civil calendar from a count of days (Hinnant).
+/// Formats seconds since 1970 as a date: civil calendar from a day count (Hinnant).
 fn rfc_3339(seconds: u64) -> String {
     let (days, of_day) = (seconds / 86_400 + 719_468, seconds % 86_400);
     let era = days / 146_097;

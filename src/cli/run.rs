@@ -25,49 +25,51 @@ const BAR_LENGTH: u64 = 1000;
 #[allow(clippy::struct_excessive_bools)] // one a flag
 #[derive(Args, Debug)]
 pub struct RunArgs {
-    /// The scene document; its mesh files lie beside it.
+    /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
     /// Recording to write [default: the scene's name with .mcap, in the current folder].
     #[arg(short, long)]
     pub output: Option<PathBuf>,
-    /// Print the summary as JSON, and nothing else.
+    /// Print only the summary, as JSON.
     #[arg(long)]
     pub json: bool,
-    /// Threads to use; by default all cores. The results are the same for any number.
+    /// Number of threads; all cores by default. The results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// No progress bar and no table.
+    /// Suppress the progress bar and the table.
     #[arg(short, long)]
     pub quiet: bool,
-    /// Stop after so many seconds of wall time.
+    /// Stop after this wall time in seconds.
     #[arg(long, allow_negative_numbers = true)]
     pub deadline_s: Option<f64>,
-    /// Leave out the cheaper runs that give the numbers their error bars.
+    /// Omit the cheaper runs for the error bars.
     #[arg(long)]
     pub no_error_bars: bool,
-    /// Run on finer and finer meshes until the error bars of peak force, impulse and energy given to the tissue are at most this, such as 5%.
+    /// Refine the mesh until the error bars of peak force, impulse and energy given to the tissue are at most this,
+    /// such as 5%.
     #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "no_error_bars")]
     pub accuracy: Option<f64>,
-    /// What all meshes of `--accuracy` together may take, such as 30s [default: 60s].
+    /// Time limit of all meshes of `--accuracy` together, such as 30s [default: 60s].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "no_error_bars")]
     pub within: Option<f64>,
-    /// Run the meshes as they are given, also where the scene asks for an accuracy.
+    /// Run the meshes as given, even if the scene requests an accuracy.
     #[arg(long, conflicts_with_all = ["accuracy", "within"])]
     pub as_is: bool,
-    /// Write the contact problems that the run meets to this folder, one JSON file every twentieth step with contacts.
+    /// Save the contact problems of the run to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
-    /// What is put back.
+    /// Items to put back.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
 
-/// Runs a scene; the summary goes to `out`, progress and what is wrong to standard error.
+/// Runs a scene; the summary goes to `out`, progress and errors to standard error.
 ///
 /// # Errors
-/// What is wrong with the scene or the flags. A run that fails with a diagnosis, or whose results are withheld, is told here
-/// and is the exit code.
+/// Errors in the scene or the flags. A run that fails with a diagnosis, or whose results are withheld, is reported here
+/// and sets the exit code.
 pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    // Flags, scene and output path are checked before the run.
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
@@ -78,6 +80,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     }
 
+    // Ctrl-C and the deadline interrupt the run.
     let cancelled = watch_for_ctrl_c()?;
     let interrupt = || {
         if cancelled.load(Ordering::Relaxed) {
@@ -85,6 +88,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         }
         deadline.is_some_and(|time| Instant::now() >= time).then_some(Interrupt::Deadline)
     };
+    // Run with a recording, and optionally with saved contact problems.
     let bar = progress_bar(args);
     let name = &loaded.scene.document.name;
     let mut problems = args.save_contact_problems.clone().map(|dir| ContactProblemRecorder::new(dir, name));
@@ -106,7 +110,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     Ok(exit_of(&result.outcome.ending, &result.summary.results))
 }
 
-/// Puts the flags on error bars and accuracy into the document.
+/// Applies the flags on error bars and accuracy to the document.
 fn ask(args: &RunArgs, document: &mut SceneDocument) {
     if args.no_error_bars || args.as_is {
         document.accuracy = None;
@@ -121,10 +125,10 @@ fn ask(args: &RunArgs, document: &mut SceneDocument) {
     }
 }
 
-/// "5%", "5" or "0.5 %" as a fraction.
+/// Parses "5%", "5" or "0.5 %" as a fraction.
 fn percent(text: &str) -> Result<f64, String> {
     let number: f64 =
-        text.trim_end_matches('%').trim().parse().map_err(|_| format!("{text} is no number; give 5%"))?;
+        text.trim_end_matches('%').trim().parse().map_err(|_| format!("{text} is not a number; give 5%"))?;
     if number > 0.0 && number <= 100.0 {
         Ok(number / 100.0)
     } else {
@@ -132,14 +136,14 @@ fn percent(text: &str) -> Result<f64, String> {
     }
 }
 
-/// "30s" or "30" as seconds.
+/// Parses "30s" or "30" as seconds.
 fn seconds(text: &str) -> Result<f64, String> {
     let number: f64 =
-        text.trim_end_matches('s').trim().parse().map_err(|_| format!("{text} is no time; give 30s"))?;
+        text.trim_end_matches('s').trim().parse().map_err(|_| format!("{text} is not a time; give 30s"))?;
     if number > 0.0 && number.is_finite() { Ok(number) } else { Err(format!("{text} is not above 0 s")) }
 }
 
-/// When to stop.
+/// Time at which to stop.
 pub(super) fn deadline(seconds: Option<f64>) -> Result<Option<Instant>, CliError> {
     let Some(seconds) = seconds else { return Ok(None) };
     let duration = Duration::try_from_secs_f64(seconds).map_err(|error| {
@@ -148,7 +152,7 @@ pub(super) fn deadline(seconds: Option<f64>) -> Result<Option<Instant>, CliError
     Ok(Instant::now().checked_add(duration))
 }
 
-/// The bytes of the document, for the recording, and what they mean.
+/// The bytes of the document, for the recording, and the loaded scene.
 pub(super) fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
     let bytes = std::fs::read(path).map_err(|source| CliError::Input { path: path.to_owned(), source })?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -156,23 +160,23 @@ pub(super) fn read_scene(path: &Path) -> Result<(Vec<u8>, Loaded), CliError> {
     Ok((bytes, loaded))
 }
 
-/// The scene's name as a file name in the current folder.
+/// Output path from the scene's name, in the current folder.
 fn default_output(name: &str) -> PathBuf {
     let plain = |c: char| if c.is_alphanumeric() || "_-. ".contains(c) { c } else { '_' };
-    // Systems have limits on the length of a file's name.
+    // Systems limit the length of file names.
     let stem: String = name.chars().map(plain).take(60).collect();
     let stem = stem.trim_matches(['.', ' ']);
     PathBuf::from(format!("{}.mcap", if stem.is_empty() { "recording" } else { stem }))
 }
 
-/// Refuses a recording that could not be written, before the run and not after it.
+/// Rejects a recording that cannot be written, before the run rather than after it.
 fn check_output(path: &Path) -> Result<(), CliError> {
     if path.is_dir() {
         return Err(CliError::Usage(format!("--output {} is a folder", path.display())));
     }
     if path.exists() && !is_recording(path) {
         return Err(CliError::Usage(format!(
-            "--output {} exists and is no recording: it would be lost; remove it or name another file",
+            "--output {} exists and is not a recording: it would be overwritten; remove it or name another file",
             path.display()
         )));
     }
@@ -187,7 +191,7 @@ fn check_output(path: &Path) -> Result<(), CliError> {
     check_writable(&partial_path(path), "--output (-o)")
 }
 
-/// Whether a file is an MCAP file, by its first bytes: the only thing that a run may overwrite.
+/// Whether a file is an MCAP file, by its magic bytes: only these may be overwritten.
 fn is_recording(path: &Path) -> bool {
     const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
     let mut first = [0; MAGIC.len()];
@@ -195,16 +199,16 @@ fn is_recording(path: &Path) -> bool {
     path.is_file() && std::fs::File::open(path).and_then(read).is_ok() && first == MAGIC
 }
 
-/// A flag that Ctrl-C (or a polite kill) sets; the second Ctrl-C ends the process at once, as always.
+/// A flag set by Ctrl-C (or SIGTERM); the second Ctrl-C ends the process immediately, as usual.
 pub(super) fn watch_for_ctrl_c() -> Result<Arc<AtomicBool>, CliError> {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
     const KILLED_BY_INTERRUPT: i32 = 128 + 2;
     let flag = Arc::new(AtomicBool::new(false));
-    // In this order: the first signal finds the flag down, and then puts it up.
+    // The order matters: the first signal finds the flag clear, and then sets it.
     signal_hook::flag::register_conditional_shutdown(SIGINT, KILLED_BY_INTERRUPT, Arc::clone(&flag))?;
     signal_hook::flag::register(SIGINT, Arc::clone(&flag))?;
     signal_hook::flag::register(SIGTERM, Arc::clone(&flag))?;
-    // A file beyond the process's limit is then an error of the write, which has a diagnosis, and not the end.
+    // Exceeding the file size limit of the process then is a write error with a diagnosis, instead of termination.
     signal_hook::flag::register(SIGXFSZ, Arc::default())?;
     Ok(flag)
 }
@@ -213,7 +217,7 @@ pub(super) fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// On standard error, and only on a terminal.
+/// Progress bar on standard error, only on a terminal.
 fn progress_bar(args: &RunArgs) -> ProgressBar {
     if args.quiet {
         return ProgressBar::hidden();
@@ -238,7 +242,6 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     });
 }
 
-/// Prints what came out.
 fn report(args: &RunArgs, out: &mut dyn Write, result: &RunResult, path: &Path) -> Result<(), CliError> {
     if args.json {
         writeln!(out, "{}", json_of(&result.summary)?)?;
@@ -264,7 +267,7 @@ fn json_of(summary: &Summary) -> Result<String, CliError> {
     summary.to_json().map_err(|error| CliError::Other(Box::new(error)))
 }
 
-/// A failure in full: cause, place, time, remedy.
+/// Formats a failure in full: cause, place, time, remedy.
 fn diagnosis(failure: &Failure) -> String {
     let what = format!("contuse: the run failed: {}\n  {}\n", failure.cause.name(), failure.message);
     let when = failure.time_s.zip(failure.step);
@@ -277,7 +280,7 @@ fn diagnosis(failure: &Failure) -> String {
     what + &when.unwrap_or_default() + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 
-/// The exit code of a run.
+/// Exit code for the outcome of a run.
 fn exit_of(ending: &Ending, results: &Shown) -> Exit {
     match (ending, results) {
         (Ending::Finished, Shown::Results(_)) => Exit::Success,

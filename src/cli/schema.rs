@@ -7,7 +7,7 @@ use std::io::Write;
 /// Prints the schema.
 ///
 /// # Errors
-/// When it cannot be written.
+/// If it cannot be written.
 pub fn print(out: &mut dyn Write) -> Result<Exit, CliError> {
     writeln!(out, "{:#}", scene_schema())?;
     Ok(Exit::Success)

@@ -1,4 +1,4 @@
-//! `contuse serve`, `contuse openapi`, `contuse health`: the service and what belongs to it.
+//! `contuse serve`, `contuse openapi`, `contuse health`: the service and its tools.
 
 use super::{CliError, Exit};
 use crate::scene::Budget;
@@ -17,69 +17,70 @@ use tokio::sync::watch;
 /// Flags of `contuse serve`.
 #[derive(Args, Clone, Debug)]
 pub struct ServeArgs {
-    /// Address to listen on; port 0 takes a free one. The address taken is printed on standard output.
+    /// Address to listen on; port 0 selects a free one. The actual address is printed on standard output.
     #[arg(long, env = "CONTUSE_LISTEN", default_value = "127.0.0.1:8080", value_parser = address)]
     listen: SocketAddr,
-    /// Folder of jobs, meshes and recordings.
+    /// Data folder for jobs, meshes and recordings.
     #[arg(long, env = "CONTUSE_DATA", default_value = "data")]
     data: PathBuf,
-    /// Jobs that run at the same time [default: the number of cores]
+    /// Number of jobs running at the same time [default: the number of cores]
     #[arg(long, env = "CONTUSE_WORKERS")]
     workers: Option<usize>,
-    /// Threads of each run.
+    /// Number of threads for each run.
     #[arg(long, env = "CONTUSE_THREADS_PER_JOB", default_value_t = 1)]
     threads_per_job: usize,
-    /// Cases of a what-if question that run at the same time [default: the number of cores]
+    /// Number of cases of a what-if question running at the same time [default: the number of cores]
     #[arg(long, env = "CONTUSE_THREADS_PER_WHAT_IF")]
     threads_per_what_if: Option<usize>,
-    /// Largest scene document in bytes; k, M, G are understood.
+    /// Maximum size of a scene document in bytes; suffixes k, M, G are accepted.
     #[arg(long, env = "CONTUSE_MAX_BODY", default_value_t = Budget::SERVICE.document_bytes, value_parser = size)]
     max_body: u64,
-    /// Largest mesh in bytes.
+    /// Maximum size of a mesh in bytes.
     #[arg(long, env = "CONTUSE_MAX_MESH", default_value_t = Budget::SERVICE.mesh_bytes, value_parser = size)]
     max_mesh: u64,
-    /// Most elements of a scene.
+    /// Maximum number of elements in a scene.
     #[arg(long, env = "CONTUSE_MAX_ELEMENTS", default_value_t = Budget::SERVICE.elements)]
     max_elements: u64,
-    /// Most time steps of a scene.
+    /// Maximum number of time steps of a scene.
     #[arg(long, env = "CONTUSE_MAX_STEPS", default_value_t = Budget::SERVICE.steps)]
     max_steps: u64,
-    /// Most memory of a run in bytes.
+    /// Maximum memory of a run in bytes.
     #[arg(long, env = "CONTUSE_MAX_MEMORY", default_value_t = Budget::SERVICE.memory_bytes, value_parser = size)]
     max_memory: u64,
-    /// Most bytes of the fields of a recording, before compression.
+    /// Maximum size of the fields of a recording in bytes, before compression.
     #[arg(long, env = "CONTUSE_MAX_RECORDING", default_value_t = Budget::SERVICE.recording_bytes, value_parser = size)]
     max_recording: u64,
-    /// Most jobs that wait.
+    /// Maximum number of waiting jobs.
     #[arg(long, env = "CONTUSE_MAX_QUEUED", default_value_t = 1000)]
     max_queued: u64,
-    /// Most connections at the same time.
+    /// Maximum number of simultaneous connections.
     #[arg(long, env = "CONTUSE_MAX_CONNECTIONS", default_value_t = 512)]
     max_connections: usize,
-    /// Wall-clock time that a job may run, in seconds.
+    /// Wall-clock limit of a job in seconds.
     #[arg(long, env = "CONTUSE_DEADLINE_S", default_value_t = 3600)]
     deadline_s: u64,
-    /// How long running jobs and open answers may go on after SIGTERM, in seconds; then jobs go back to the queue.
+    /// Grace period for running jobs and open responses after SIGTERM, in seconds; then jobs return to the queue.
     #[arg(long, env = "CONTUSE_GRACE_S", default_value_t = 20)]
     grace_s: u64,
-    /// File of bearer tokens, `name token` on each line; without it everybody may use the service.
+    /// File of bearer tokens, `name token` on each line; without it, access is open to everyone.
     #[arg(long, env = "CONTUSE_TOKENS_FILE")]
     tokens_file: Option<PathBuf>,
-    /// Origin of web pages that may start and stop jobs; may be given several times.
+    /// Origin of web pages allowed to start and stop jobs; may be given several times.
     #[arg(long = "cors-origin", env = "CONTUSE_CORS_ORIGINS", value_delimiter = ',')]
     cors_origins: Vec<String>,
 }
 
 impl ServeArgs {
-    /// The configuration that the flags ask for.
+    /// Configuration from the flags.
     ///
     /// # Errors
-    /// When the tokens cannot be read, or a number makes no sense.
+    /// If the tokens cannot be read, or a number is invalid.
     pub fn config(self) -> Result<ServiceConfig, CliError> {
         let tokens = self.tokens_file.as_deref().map_or(Ok(Tokens::default()), tokens_of)?;
         let defaults = ServiceConfig::default();
         let workers = self.workers.unwrap_or(defaults.workers);
         let threads_per_what_if = self.threads_per_what_if.unwrap_or(defaults.threads_per_what_if);
+        // Zero workers, threads or connections would serve nothing.
         if [workers, self.threads_per_job, threads_per_what_if, self.max_connections].contains(&0) {
             let message = "--workers, --threads-per-job, --threads-per-what-if and --max-connections must be at least 1";
             return Err(CliError::Usage(message.into()));
@@ -110,7 +111,7 @@ impl ServeArgs {
     }
 }
 
-/// The tokens of a file.
+/// Reads the tokens of a file.
 fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
     let input = |source| CliError::Input { path: file.to_owned(), source };
     let text = std::fs::read_to_string(file).map_err(input)?;
@@ -124,10 +125,10 @@ fn tokens_of(file: &Path) -> Result<Tokens, CliError> {
     Ok(tokens)
 }
 
-/// Serves until SIGTERM or SIGINT; a second one hurries.
+/// Serves until SIGTERM or SIGINT; a second signal shortens the shutdown.
 ///
 /// # Errors
-/// When the service cannot start.
+/// If the service cannot start.
 pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let config = args.config()?;
     let engine = Arc::new(Simulator::new(&config));
@@ -135,18 +136,18 @@ pub fn serve(args: ServeArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let served = runtime.block_on(async {
         let signals = count_signals()?;
         let service = Service::start(config, engine).await.map_err(not_started)?;
-        // With port 0 nobody knows otherwise where it listens.
+        // With port 0 this is the only way to learn the address.
         writeln!(out, "listening on http://{}", service.address())?;
         out.flush()?;
         service.run_until(signalled(signals.clone(), 1), signalled(signals, 2)).await;
         Ok(Exit::Success)
     });
-    // Threads that could not be waited for end with the process.
+    // Threads still running end with the process.
     runtime.shutdown_background();
     served
 }
 
-/// Why the service did not start, with what to do where the address is the reason.
+/// Why the service did not start, with a remedy if the address is the cause.
 fn not_started(error: ServiceError) -> CliError {
     let text = CliError::Other(Box::new(error)).in_full();
     let remedy = if text.contains("cannot listen") {
@@ -157,7 +158,7 @@ fn not_started(error: ServiceError) -> CliError {
     CliError::Other(format!("{text}{remedy}").into())
 }
 
-/// Counts SIGTERM and SIGINT from here on.
+/// Counts SIGTERM and SIGINT from now on.
 fn count_signals() -> io::Result<watch::Receiver<u32>> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -183,7 +184,7 @@ async fn signalled(mut count: watch::Receiver<u32>, n: u32) {
 /// Prints the OpenAPI document of the service.
 ///
 /// # Errors
-/// When it cannot be written.
+/// If it cannot be written.
 pub fn print_openapi(out: &mut dyn Write) -> Result<Exit, CliError> {
     out.write_all(http::openapi_text().as_bytes())?;
     Ok(Exit::Success)
@@ -197,12 +198,12 @@ pub struct HealthArgs {
     address: String,
 }
 
-/// Asks a service whether it is ready. For containers that hold nothing but this binary.
+/// Queries whether a service is ready, for containers that contain only this binary.
 ///
 /// # Errors
-/// When it is not.
+/// If it is not ready.
 pub fn health(args: &HealthArgs) -> Result<Exit, CliError> {
-    // A service that listens on every address is asked on this machine's own.
+    // A service that listens on all addresses is queried on the local one.
     let address = args.address.replace("0.0.0.0:", "127.0.0.1:").replace("[::]:", "[::1]:");
     let status =
         ask(&address).map_err(|e| CliError::Other(format!("{address} does not answer: {e}").into()))?;
@@ -213,7 +214,7 @@ pub fn health(args: &HealthArgs) -> Result<Exit, CliError> {
     }
 }
 
-/// The status line of `/readyz`.
+/// Requests the status line of `/readyz`.
 fn ask(address: &str) -> io::Result<String> {
     let limit = Duration::from_secs(3);
     let socket = address.to_socket_addrs()?.next().ok_or(io::ErrorKind::NotFound)?;
@@ -225,13 +226,13 @@ fn ask(address: &str) -> io::Result<String> {
     Ok(answer.lines().next().unwrap_or_default().to_owned())
 }
 
-/// An address with its port; names are looked up.
+/// Parses an address with its port; host names are resolved.
 fn address(text: &str) -> Result<SocketAddr, String> {
     let found = text.to_socket_addrs().ok().and_then(|mut all| all.next());
     found.ok_or_else(|| "give host and port, such as 127.0.0.1:8080 or localhost:8080".into())
 }
 
-/// A number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
+/// Parses a number of bytes: `4096`, `64k`, `4M`, `2G` (powers of 1024).
 fn size(text: &str) -> Result<u64, String> {
     let (digits, shift) = match text.as_bytes().last() {
         Some(b'k' | b'K') => (&text[..text.len() - 1], 10),
@@ -239,7 +240,7 @@ fn size(text: &str) -> Result<u64, String> {
         Some(b'G') => (&text[..text.len() - 1], 30),
         _ => (text, 0),
     };
-    let number: u64 = digits.parse().map_err(|_| format!("{text:?} is no number of bytes"))?;
+    let number: u64 = digits.parse().map_err(|_| format!("{text:?} is not a number of bytes"))?;
     number.checked_mul(1 << shift).ok_or_else(|| format!("{text:?} is too large"))
 }
 

@@ -1,4 +1,4 @@
-//! `contuse study`: many runs of one scene.
+//! `contuse study`: studies that run a scene many times.
 
 use super::keep::KeepArgs;
 use super::plan::{bytes, duration, write_table};
@@ -12,42 +12,42 @@ use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-/// The studies.
+/// Studies of many runs.
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
-    /// What leaving out saves, and that it changes no bit: with everything left out, then with each thing put back.
+    /// Savings of omitted computations, and proof that they change no bit: everything omitted, then each item put back.
     LeaveOut(LeaveOutArgs),
-    /// Error against run time: meshes, formulations, steps and tolerances, what each costs and how far it is off.
+    /// Error against run time: cost and error of meshes, formulations, steps and tolerances.
     Error(super::study_error::ErrorArgs),
-    /// Stability on stiff and extreme cases: a matrix of small impacts, each finished or diagnosed.
+    /// Stability on stiff and extreme cases: a matrix of small impacts, each of which finishes or is diagnosed.
     Stability(super::study_stability::StabilityArgs),
-    /// Whether error bars contain the truth: scenes with exact answers over meshes, speeds, steps and integrators.
+    /// Coverage of the error bars: scenes with exact solutions over meshes, speeds, steps and integrators.
     Coverage(super::study_coverage::CoverageArgs),
 }
 
 /// Arguments of `contuse study leave-out`.
 #[derive(Args, Debug)]
 pub struct LeaveOutArgs {
-    /// The scene document; its mesh files lie beside it.
+    /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// Runs of each kind, in turns; their median counts.
+    /// Number of runs of each kind, interleaved; their median counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeat: u32,
-    /// Threads of each run; by default all cores.
+    /// Threads of each run; all cores by default.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// What is put back in every run, and not studied.
+    /// Items put back in every run, and not studied.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
 
-/// Runs a study. Exit code 0 when every run agrees as theory says; 3 when the scene itself fails, 1 when a run differs.
+/// Runs a study. Exit code 0 if every run agrees with the theory; 3 if the scene itself fails, 1 if a run differs.
 ///
 /// # Errors
-/// What is wrong with the scene or the flags.
+/// Errors in the scene or the flags.
 pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliError> {
     match command {
         StudyCommand::LeaveOut(args) => leave_out(args, out),
@@ -62,7 +62,7 @@ fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
     loaded.scene.put_back(&args.keep.keep);
     let cancelled = watch_for_ctrl_c()?;
-    // Recorded as by `contuse run`, so that the times are those of such a run.
+    // Recorded as by `contuse run`, so that the times are representative.
     let recording = std::env::temp_dir().join(format!("contuse-study-{}.mcap", std::process::id()));
     let studied = study_leave_out(&mut LeaveOutRequest {
         scene: &loaded.scene,
@@ -83,14 +83,14 @@ fn leave_out(args: &LeaveOutArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     Ok(exit_of(&study))
 }
 
-/// On standard error, and only for people.
+/// Prints the progress to standard error, unless the output is JSON.
 fn tell(number: usize, count: usize, put_back: &[Keep]) {
     if io::stderr().is_terminal() {
         eprintln!("run {} of {count}: {}", number + 1, kind_name(put_back));
     }
 }
 
-/// The last recording; there may be none, and what a failed run left of it has another name.
+/// Removes the last recording; there may be none, and that of a failed run has another name.
 fn remove(recording: &Path) -> Result<(), CliError> {
     for path in [recording.to_owned(), crate::record::partial_path(recording)] {
         if path.exists() {
@@ -115,7 +115,7 @@ fn exit_of(study: &LeaveOutStudy) -> Exit {
 
 fn kind_name(put_back: &[Keep]) -> String {
     match put_back {
-        [] => "all left out".into(),
+        [] => "all omitted".into(),
         [keep] => format!("+ {keep}"),
         _ => "+ all of them".into(),
     }
@@ -133,9 +133,9 @@ fn write_study(study: &LeaveOutStudy, out: &mut dyn Write) -> io::Result<()> {
     write_table(&header, &rows, out)?;
     writeln!(out)?;
     if study.holds {
-        writeln!(out, "every run ends with the same bits: leaving out changes nothing")
+        writeln!(out, "every run ends with the same bits: omission changes nothing")
     } else {
-        writeln!(out, "NOT as theory says: leaving out must change no bit of a run that finishes")
+        writeln!(out, "NOT as theory says: omission must change no bit of a run that finishes")
     }
 }
 

@@ -1,4 +1,4 @@
-//! `contuse study coverage`: whether error bars contain the truth.
+//! `contuse study coverage`: coverage of the error bars.
 
 use super::run::watch_for_ctrl_c;
 use super::{CliError, Exit, write_json};
@@ -13,18 +13,18 @@ use std::sync::atomic::Ordering;
 /// Arguments of `contuse study coverage`.
 #[derive(Args, Debug)]
 pub struct CoverageArgs {
-    /// Without the finest meshes.
+    /// Omit the finest meshes.
     #[arg(long)]
     pub short: bool,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Runs the scenes with exact answers; Markdown by default.
+/// Runs the scenes with exact solutions; prints Markdown by default.
 ///
 /// # Errors
-/// When the answer cannot be written.
+/// If the answer cannot be written.
 pub fn coverage(args: &CoverageArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
     let is_cancelled = || cancelled.load(Ordering::Relaxed);
@@ -65,7 +65,7 @@ fn markdown(study: &CoverageStudy) -> String {
     text
 }
 
-/// Coverage of each group of numbers, and how large errors and bars are in the middle of it.
+/// Coverage of each group of numbers, with the median error and error bar.
 fn table(text: &mut String, study: &CoverageStudy, title: &str, group: fn(&Number) -> &'static str) {
     let groups: BTreeSet<&str> = study.numbers.iter().map(group).collect();
     let _ = write!(

@@ -23,7 +23,7 @@ use std::sync::atomic::Ordering;
 /// Arguments of `contuse study error`.
 #[derive(Args, Debug)]
 pub struct ErrorArgs {
-    /// The scene document; its mesh files and `expected.json` lie beside it.
+    /// Scene document; its mesh files and `expected.json` are in the same folder.
     pub scene: PathBuf,
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
     #[arg(long, default_value_t = *USUAL_LEVELS.start(), allow_negative_numbers = true, value_parser = levels(&COARSEST))]
@@ -31,32 +31,33 @@ pub struct ErrorArgs {
     /// Finest mesh: each level splits every element into eight, and takes sixteen times as long.
     #[arg(long, default_value_t = *USUAL_LEVELS.end(), allow_negative_numbers = true, value_parser = levels(&FINEST))]
     pub finest: i32,
-    /// Formulations whose meshes are run beside those of the scene's own.
+    /// Additional formulations, each run on all meshes.
     #[arg(long, value_delimiter = ',')]
     pub formulations: Vec<FormulationName>,
-    /// Lengths [s] of implicit steps that are run beside the scene's own stepping.
+    /// Additional implicit runs with steps of these lengths [s].
     #[arg(long, value_delimiter = ',')]
     pub implicit_steps: Vec<f64>,
-    /// Solvers of contact problems (see `contuse contact-problem`) that are run beside the scene's own, on its own mesh: with its own
-    /// stepping and with each of the implicit steps.
+    /// Additional solvers of contact problems (see `contuse contact-problem`), run on the scene's own mesh: with its
+    /// own time integration and with each of the implicit steps.
     #[arg(long, value_delimiter = ',', value_parser = contact_solver)]
     pub contact_solvers: Vec<ContactSolver>,
-    /// Tell the error of the geometry apart: run the next finer mesh on the facets of the scene's own, too.
+    /// Separate the geometry error: run the next finer mesh on the facets of the scene's own, too.
     #[arg(long)]
     pub geometry: bool,
-    /// Combine lighter skins and implicit steps with every mesh and formulation, the steps as long as the elements allow.
+    /// Combine reduced boundary mass and implicit steps with every mesh and formulation, the steps as long as the
+    /// elements allow.
     #[arg(long)]
     pub combined: bool,
-    /// Threads of each run; by default all cores.
+    /// Threads of each run; all cores by default.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
     /// Write the runs as CSV.
     #[arg(long)]
     pub csv: Option<PathBuf>,
-    /// Error against run time as a picture.
+    /// Output files of the picture.
     #[command(flatten)]
     pub picture: PictureArgs,
 }
@@ -70,15 +71,15 @@ fn contact_solver(name: &str) -> Result<ContactSolver, String> {
         .ok_or_else(|| format!("there are {}", ContactSolver::ALL.map(ContactSolver::name).join(", ")))
 }
 
-/// A formulation, as on the command line.
+/// Element formulation on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum FormulationName {
-    /// One mean dilatation an element.
+    /// Mean dilatation per element.
     MeanDilatation,
-    /// 2×2×2 points.
+    /// Full integration with 2×2×2 points.
     Full,
-    /// One point with stabilisation.
+    /// One-point integration with stabilisation.
     Reduced,
 }
 
@@ -92,10 +93,10 @@ impl From<FormulationName> for Formulation {
     }
 }
 
-/// Runs the study. Exit code 3 when no setting came to its end, 4 when it was stopped.
+/// Runs the study. Exit code 3 if no setting finished, 4 if it was stopped.
 ///
 /// # Errors
-/// What is wrong with the scene, its `expected.json`, or the flags.
+/// Errors in the scene, its `expected.json`, or the flags.
 pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let (_, loaded) = read_scene(&args.scene)?;
     loaded.warnings.iter().for_each(|warning| eprintln!("{warning}"));
@@ -125,6 +126,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
             }
         },
     });
+    // Results go to the requested files and to standard output.
     if let Some(path) = &args.csv {
         std::fs::write(path, csv(&study))?;
     }
@@ -141,7 +143,7 @@ pub fn error(args: &ErrorArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     })
 }
 
-/// The exact values that `expected.json` beside the scene declares for it: `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`.
+/// Exact values declared in `expected.json` beside the scene: `{"scene.json": {"exact": {"impulse_n_s": 0.2}}}`.
 fn exact_values(scene: &Path) -> Result<BTreeMap<Quantity, f64>, CliError> {
     let path = scene.with_file_name("expected.json");
     let Ok(bytes) = std::fs::read(&path) else { return Ok(BTreeMap::new()) };
@@ -156,7 +158,7 @@ fn exact_values(scene: &Path) -> Result<BTreeMap<Quantity, f64>, CliError> {
         let known = || Quantity::ALL.map(Quantity::name).join(", ");
         let quantity = Quantity::from_name(name)
             .ok_or_else(|| wrong(format!("exact: no quantity is called {name:?}; there are {}", known())))?;
-        let value = value.as_f64().ok_or_else(|| wrong(format!("exact: {name} is no number")))?;
+        let value = value.as_f64().ok_or_else(|| wrong(format!("exact: {name} is not a number")))?;
         Ok((quantity, value))
     };
     exact.iter().map(entry).collect()
@@ -164,7 +166,7 @@ fn exact_values(scene: &Path) -> Result<BTreeMap<Quantity, f64>, CliError> {
 
 fn write_study(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}: {} runs, {} thread(s) each\n", study.scene, study.rows.len(), study.threads)?;
-    writeln!(out, "What errors are measured against:")?;
+    writeln!(out, "References for the errors:")?;
     for (quantity, reference) in &study.references {
         let (title, unit) = quantity.title();
         let approach = study.approaches.get(quantity).map(|approach| describe_approach(approach, unit));
@@ -190,9 +192,8 @@ fn write_geometry(study: &ErrorStudy, out: &mut dyn Write) -> io::Result<()> {
     if study.geometry.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nGeometry: what facets in place of the true surface do, second order assumed:")?;
-    let header =
-        ["", "change from mesh 0 to mesh +1", "of it by the surface", "error of mesh 0 by its facets"];
+    writeln!(out, "\nGeometry: effect of facets in place of the true surface, second order assumed:")?;
+    let header = ["", "change from mesh 0 to mesh +1", "due to the surface", "error of mesh 0 due to facets"];
     let cells = |(quantity, Geometry { change, change_by_surface, error }): (&Quantity, &Geometry)| {
         let changes = [change, change_by_surface].map(|change| format!("{:+.2} %", 100.0 * change));
         let [change, by_surface] = changes;
@@ -219,14 +220,14 @@ fn describe(reference: &Reference, unit: &str) -> String {
 fn describe_approach(approach: &Approach, unit: &str) -> String {
     match approach {
         Approach::Met => ", met by every mesh".into(),
-        Approach::Falls { order } => format!(", the error falls with order {order:.2} along the meshes"),
+        Approach::Falls { order } => format!(", the error decreases with order {order:.2} along the meshes"),
         Approach::Stays { tends_to, .. } => {
-            format!(", the error does not fall along the meshes: they tend to {tends_to:.4e} {unit}")
+            format!(", the error does not decrease along the meshes: they tend to {tends_to:.4e} {unit}")
         }
     }
 }
 
-/// Relative to one; as a power of ten where it would be a column of digits.
+/// Formats a fraction as a percentage; in scientific notation if it is large.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent < 1e5 { format!("{percent:.2} %") } else { format!("{percent:.1e} %") }
@@ -256,7 +257,7 @@ fn advice_cells(advice: &[Advice]) -> Vec<String> {
     std::iter::once(title.to_owned()).chain(advice.iter().map(choice)).collect()
 }
 
-/// One line a run: setting, cost, values and relative errors.
+/// One line per run: setting, cost, values and relative errors.
 fn csv(study: &ErrorStudy) -> String {
     let quantities: Vec<Quantity> = study.references.keys().copied().collect();
     let mut header = vec!["setting,ending,elements,steps,wall_s,cpu_s".to_owned()];
@@ -325,7 +326,7 @@ mod tests {
         let text = String::from_utf8_lossy(&text);
         for words in [
             "–: no reference, since there is only one mesh",
-            "exact, the error does not fall along the meshes: they tend to 2.0000e-1 N s",
+            "exact, the error does not decrease along the meshes: they tend to 2.0000e-1 N s",
             "9900.00 % *",
         ] {
             assert!(text.contains(words), "{words} in {text}");

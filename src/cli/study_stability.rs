@@ -12,51 +12,53 @@ use std::fmt::Write as _;
 use std::io::{self, IsTerminal as _, Write};
 use std::sync::atomic::Ordering;
 
-/// Steps of the implicit scheme over the explicit one where none are asked for.
+/// Default ratios of implicit to explicit steps.
 const USUAL_RATIOS: [u32; 4] = [1, 10, 100, 1000];
 
-/// Depth over the size of a face below which contact has held.
+/// Penetration over face size below which contact counts as tight.
 const TIGHT: f64 = 0.02;
 
 /// Arguments of `contuse study stability`.
 #[derive(Args, Debug)]
 pub struct StabilityArgs {
-    /// Ordinary impacts in place of extreme ones: five projectiles on three tissues at six speeds, on three meshes, by two
-    /// formulations, to the end of contact; hours of one core, with `--short` (one mesh, one formulation, two speeds) two minutes. By explicit
-    /// steps only.
+    /// Ordinary impacts instead of extreme ones: five projectiles on three tissues at six speeds, on three meshes, with
+    /// two formulations, to the end of contact; takes hours on one core, or two minutes with `--short` (one mesh, one
+    /// formulation, two speeds). Explicit steps only.
     #[arg(long, conflicts_with = "implicit")]
     pub ordinary: bool,
-    /// The ends of each axis only, and no implicit steps as short as the explicit ones unless `--implicit` asks for them: less than a
-    /// minute of one core; with them some minutes, most of them for one cell, the thinnest layers.
+    /// Only the ends of each axis, and no implicit steps as short as the explicit ones unless requested with
+    /// `--implicit`: less than a minute on one core; with them some minutes, mostly for one cell, the thinnest layers.
     #[arg(long)]
     pub short: bool,
-    /// Of the ordinary impacts the coarsest meshes, so many of three; each has about four times the work of the one before.
+    /// Number of meshes of the ordinary impacts, coarsest first, up to three; each takes about four times the work of
+    /// the one before.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=3))]
     pub meshes: u8,
-    /// Steps of the implicit scheme over the explicit one; 0 leaves the scheme out. By default 1, 10, 100 and 1000, and with `--short` all
-    /// but the first.
+    /// Ratios of implicit to explicit steps; 0 omits the implicit scheme. By default 1, 10, 100 and 1000, and with
+    /// `--short` all but the first.
     #[arg(long, value_delimiter = ',')]
     pub implicit: Option<Vec<u32>>,
-    /// Only the cases with this in their name, such as `rigid ball on limb`.
+    /// Only cases with this text in their name, such as `rigid ball on limb`.
     #[arg(long, value_name = "TEXT")]
     pub only: Option<String>,
-    /// Cells side by side; by default one a core.
+    /// Number of parallel cells; one per core by default.
     #[arg(long)]
     pub threads: Option<usize>,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// The matrix as a picture.
+    /// Output files of the picture.
     #[command(flatten)]
     pub picture: PictureArgs,
 }
 
-/// Runs the matrix; Markdown by default. Exit code 1 when a cell neither finished nor was diagnosed.
+/// Runs the matrix; prints Markdown by default. Exit code 1 if a cell neither finished nor was diagnosed.
 ///
 /// # Errors
-/// When a file cannot be written.
+/// If a file cannot be written.
 pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let cancelled = watch_for_ctrl_c()?;
+    // Default step ratios; the ordinary impacts are explicit only.
     let usual = if args.short { &USUAL_RATIOS[1..] } else { &USUAL_RATIOS };
     let usual = if args.ordinary { &[] } else { usual };
     let steppings = Stepping::with_implicit(args.implicit.as_deref().unwrap_or(usual));
@@ -65,6 +67,7 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     } else {
         cases(args.short)
     };
+    // Restrict the cases by name.
     if let Some(text) = &args.only {
         cases.retain(|case| case.axis.contains(text.as_str()) || case.label.contains(text.as_str()));
         if cases.is_empty() {
@@ -96,19 +99,21 @@ pub fn stability(args: &StabilityArgs, out: &mut dyn Write) -> Result<Exit, CliE
     })
 }
 
-/// The matrix for people: what finished, then why the rest did not. `asked` is how many cells it has when it is whole.
+/// The matrix as Markdown: what finished, then why the rest did not. `asked` is the number of cells of the whole
+/// matrix.
 fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) -> String {
     let mut text = String::new();
     if let Some(why) = &study.stopped {
         let missing = asked - study.cells.len();
         let _ = writeln!(
             text,
-            "STOPPED ({why}): cells that ran are incomplete, and {missing} of {asked} cells are missing.\n"
+            "STOPPED ({why}): running cells are incomplete, and {missing} of {asked} cells are missing.\n"
         );
     }
+    // Statistics, table, and the diagnoses of what did not finish.
     let _ = writeln!(
         text,
-        "{} cells; of {} that could happen {} finish within their gates ({:.1} %); {} without a diagnosis",
+        "{} cells; of {} physical ones {} finish within their gates ({:.1} %); {} without a diagnosis",
         study.cells.len(),
         study.physical,
         study.physical_finished,
@@ -119,7 +124,7 @@ fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) 
     let tight = finished().filter(|cell| cell.face_penetration < TIGHT).count();
     let _ = writeln!(
         text,
-        "{tight} of the {} that finished are never deeper in each other than {:.0} % of a face\n",
+        "{tight} of the {} that finished never penetrate deeper than {:.0} % of a face\n",
         finished().count(),
         100.0 * TIGHT
     );
@@ -133,14 +138,14 @@ fn markdown(study: &StabilityStudy, asked: usize, table: fn(&[Cell]) -> String) 
     text
 }
 
-/// A line for each cell.
+/// One line per cell.
 fn table_of_cells(cells: &[Cell]) -> String {
     let head = "| axis | value | stepping | ending | energy error | growth | contact loss | smallest J | penetration | steps | time |\n";
     let lines = cells.iter().map(|cell| line(cell) + "\n");
     format!("{head}|---|---|---|---|---|---|---|---|---|---|---|\n{}", lines.collect::<String>())
 }
 
-/// A line for each impact: its meshes side by side, and the worst of them.
+/// One line per impact: its meshes side by side, and their worst values.
 fn table_of_impacts(cells: &[Cell]) -> String {
     let mut text = "| impact | speed | deflection by mesh [mm] | energy error | contact loss | smallest J | penetration, of a face | time |\n".to_owned();
     text += "|---|---|---|---|---|---|---|---|\n";
@@ -201,6 +206,6 @@ mod tests {
         let text = markdown(&study, cases.len() * steppings.len(), table_of_cells);
         let missing = format!("{} of {} cells are missing", cases.len() - 1, cases.len());
         assert!(text.starts_with("STOPPED (cancelled)") && text.contains(&missing), "{text}");
-        assert!(text.contains("it was stopped by hand. Remedy: let it run to its end"), "{text}");
+        assert!(text.contains("it was stopped by hand. Remedy: let it finish"), "{text}");
     }
 }

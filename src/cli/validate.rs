@@ -1,4 +1,4 @@
-//! `contuse validate`: all that is wrong with a scene, and what it is.
+//! `contuse validate`: errors in a scene, and its properties.
 
 use super::keep::KeepArgs;
 use super::plan::{duration, report_of};
@@ -14,25 +14,26 @@ use std::path::PathBuf;
 /// Arguments of `contuse validate`.
 #[derive(Args, Debug)]
 pub struct ValidateArgs {
-    /// The scene document; its mesh files lie beside it.
+    /// Scene document; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// Answer as JSON.
+    /// Print the answer as JSON.
     #[arg(long)]
     pub json: bool,
-    /// What is put back.
+    /// Items to put back.
     #[command(flatten)]
     pub keep: KeepArgs,
 }
 
-/// Checks a scene and tells what was found. Exit code 0 when it can run, 2 when it cannot.
+/// Checks a scene and reports the findings. Exit code 0 if it can run, 2 if it cannot.
 ///
 /// # Errors
-/// When the answer cannot be written.
+/// If the answer cannot be written.
 pub fn validate(args: &ValidateArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let outcome = load_file(&args.scene, &Budget::COMMAND_LINE).map(|mut loaded| {
         loaded.scene.put_back(&args.keep.keep);
         loaded
     });
+    // A valid scene is compiled to show its plan.
     let plan = outcome.as_ref().ok().map(|loaded| report_of(&loaded.scene)).transpose()?;
     let exit = if outcome.is_ok() { Exit::Success } else { Exit::InvalidInput };
     if args.json {
@@ -80,7 +81,7 @@ fn as_json(outcome: &Result<Loaded, Problems>, plan: Option<&PlanReport>) -> ser
     }
 }
 
-/// The plan in a line; `contuse plan` says the rest.
+/// Summary of the plan in one line; `contuse plan` gives the details.
 fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if let Some(choice) = &plan.integrator.choice {
         writeln!(out, "{} steps, chosen by cost: {}", choice.chosen, choice.in_words())?;
@@ -88,7 +89,7 @@ fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     writeln!(
         out,
-        "plan: at least {} {} steps of {:.4} µs, {} on one core; left out: {}",
+        "plan: at least {} {} steps of {:.4} µs, {} on one core; omitted: {}",
         plan.expected_steps,
         plan.integrator.kind,
         1e6 * plan.integrator.step_s,

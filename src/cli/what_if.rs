@@ -1,4 +1,4 @@
-//! `contuse what-if`: a base scene, what varies, and what comes of it.
+//! `contuse what-if`: a base scene, parameters that vary, and the results.
 
 use super::output_file::{check_writable, write_file};
 use super::run::{available_threads, deadline, read_scene, watch_for_ctrl_c};
@@ -19,14 +19,14 @@ use std::time::Instant;
 
 /// Arguments of `contuse what-if`.
 ///
-/// Parameters are `speed`, `mass` (of the projectile), `around`, `along` (impact point on a limb segment), `fat`, `skin` (thickness
-/// of the layer), `friction`, `stiffness:BODY/PART` (a factor), or a JSON pointer to a number of the scene. A question in a file
-/// can say more.
+/// Parameters are `speed`, `mass` (of the projectile), `around`, `along` (impact point on a limb segment), `fat`,
+/// `skin` (thickness of the layer), `friction`, `stiffness:BODY/PART` (a factor), or a JSON pointer to a number of the
+/// scene. A question in a file has more options.
 #[derive(Args, Debug)]
 pub struct WhatIfArgs {
-    /// The scene document of the base; its mesh files lie beside it.
+    /// Scene document of the base; its mesh files are in the same folder.
     pub scene: PathBuf,
-    /// The question as JSON; what the other flags ask comes on top. A parameter has one range: that of the file or that of a flag.
+    /// Question as JSON, extended by the other flags. A parameter has one range: that of the file or that of a flag.
     #[arg(short, long, value_name = "FILE")]
     pub question: Option<PathBuf>,
     /// A parameter and its range: `speed=80..120`. May be given several times.
@@ -38,34 +38,35 @@ pub struct WhatIfArgs {
     /// Every parameter at its low and its high end: sensitivities.
     #[arg(long)]
     pub one_at_a_time: bool,
-    /// So many cases spread over all parameters: spread and correlations.
+    /// Number of cases sampled over all parameters: spread and correlations.
     #[arg(long, value_name = "POINTS")]
     pub sample: Option<u32>,
-    /// How the points of the sample are chosen.
+    /// Method by which the points of the sample are chosen.
     #[arg(long, value_enum, default_value_t = MethodName::Sobol)]
     pub method: MethodName,
-    /// Seed of the sample.
+    /// Seed of the random numbers.
     #[arg(long, default_value_t = 0)]
     pub seed: u64,
-    /// Sobol indices too: (parameters + 2) times as many runs.
+    /// Compute Sobol indices too: (parameters + 2) times as many runs.
     #[arg(long, requires = "sample")]
     pub indices: bool,
-    /// Up to which value a limit is kept: `speed:von_mises@0.01<=30e3` (stress [Pa] from 10 mm on), `speed:peak_force_n<=2000`.
+    /// Find the value up to which a limit is met: `speed:von_mises@0.01<=30e3` (stress [Pa] below 10 mm),
+    /// `speed:peak_force_n<=2000`.
     #[arg(long, value_name = "PARAMETER:NUMBER<=LIMIT", value_parser = limit)]
     pub limit: Vec<LimitDocument>,
-    /// Where error bars come from.
+    /// Source of the error bars.
     #[arg(long, value_enum)]
     pub error_bars: Option<ErrorName>,
-    /// Runs side by side; by default all cores. The answer is the same for any number.
+    /// Number of parallel runs; all cores by default. The answer does not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Remember results in this folder, and use those that are there.
+    /// Cache results in this folder, and use those already there.
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
-    /// Stop after so many seconds of wall time.
+    /// Stop after this wall time in seconds.
     #[arg(long, allow_negative_numbers = true)]
     pub deadline_s: Option<f64>,
-    /// Answer as JSON, one event a line as they come, the whole answer last.
+    /// Print the answer as JSON, one event per line as they occur, the whole answer last.
     #[arg(long)]
     pub json: bool,
     /// Write the cases as CSV.
@@ -73,31 +74,33 @@ pub struct WhatIfArgs {
     pub csv: Option<PathBuf>,
 }
 
-/// How points are chosen, as on the command line.
+/// Sampling method on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum MethodName {
-    /// The sequence of Sobol, shifted at random.
+    /// Randomly shifted Sobol sequence.
     Sobol,
-    /// A Latin hypercube.
+    /// Latin hypercube: one point per slice of every parameter.
     LatinHypercube,
 }
 
-/// Where error bars come from, as on the command line.
+/// Source of the error bars on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ErrorName {
     /// The relative errors of the base for all cases.
     Base,
-    /// Each case has its own.
+    /// Individual error bars for each case.
     Full,
-    /// There are none.
+    /// No error bars, and no additional runs.
     None,
 }
 
-/// Answers. Exit code 3 when the base itself did not finish, 4 when it was stopped, 5 when the results of the base are withheld.
+/// Answers the question. Exit code 3 if the base itself did not finish, 4 if it was stopped, 5 if the results of the
+/// base are withheld.
 ///
 /// # Errors
-/// What is wrong with the scene, the question or the flags.
+/// Errors in the scene, the question or the flags.
 pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
+    // Question and base are checked before any run.
     let question = question(args)?;
     args.csv.iter().try_for_each(|path| check_writable(path, "--csv"))?;
     let (_, base) = read_scene(&args.scene)?;
@@ -109,6 +112,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
         Some(folder) => Cache::in_folder(folder).map_err(|error| CliError::Other(Box::new(error)))?,
         None => Cache::default(),
     };
+    // Run the cases; each answer is printed as it arrives.
     let cancelled = watch_for_ctrl_c()?;
     let deadline = deadline(args.deadline_s)?;
     let mut written = Ok(());
@@ -132,6 +136,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
             }
         },
     });
+    // Complete answer, as JSON or as tables, and CSV.
     written?;
     if let Some(stopped) = stopped(&answer) {
         eprintln!("{stopped}");
@@ -149,7 +154,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     Ok(exit_of(&answer))
 }
 
-/// The question of the file and of the flags.
+/// Merges the question of the file with that of the flags.
 fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
     let mut question = match &args.question {
         None => WhatIfDocument::default(),
@@ -161,12 +166,13 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
                 serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?;
             if question.scene.is_some() || question.job.is_some() {
                 return Err(wrong(
-                    "the base is the scene of the command line: leave `scene` and `job` out".into(),
+                    "the base is the scene of the command line: omit `scene` and `job`".into(),
                 ));
             }
             question
         }
     };
+    // Flags extend the question of the file.
     let of_cases = args.case.iter().flat_map(|(parameters, _)| parameters);
     add_parameters(&mut question.parameters, &args.vary, of_cases).map_err(CliError::Usage)?;
     question.cases.extend(args.case.iter().map(|(_, case)| case.clone()));
@@ -189,7 +195,7 @@ fn question(args: &WhatIfArgs) -> Result<WhatIfDocument, CliError> {
     Ok(question)
 }
 
-/// A part of the answer as it comes.
+/// Prints a part of the answer as it becomes available.
 fn tell(
     args: &WhatIfArgs,
     partial: &Partial,
@@ -199,7 +205,7 @@ fn tell(
     match partial {
         _ if args.json => writeln!(out, "{}", serde_json::to_string(partial)?)?,
         Partial::Case { of, case } => {
-            // The base is told before the runs that its error bars come from.
+            // The base is printed before the runs for its error bars.
             write_case_line(case, *of, case.index == 0 && errors == ErrorSource::Base, out)?;
         }
         Partial::ErrorBars { .. } | Partial::Limit(_) => {}

@@ -1,4 +1,4 @@
-//! What-if answers for people, and as CSV.
+//! What-if answers as tables and CSV.
 
 use super::plan::write_table;
 use crate::measure::summary::{number, rounded};
@@ -10,20 +10,20 @@ use crate::study::what_if::surrogate::Surrogate;
 use crate::study::what_if::{Answer, CaseAnswer, LimitAnswer, Matrix, Number, Origin};
 use std::io::{self, Write};
 
-/// The numbers of the table: the four that the run is made for.
+/// Headline numbers shown in the table.
 const SHOWN: [Quantity; 4] =
     [Quantity::PeakForceN, Quantity::PatchAreaMm2, Quantity::StressDepthMm, Quantity::AbsorbedEnergyJ];
 
-/// Said of a change that the mesh does not resolve.
+/// Remark on a change that the mesh does not resolve.
 const BELOW_ERROR: &str = "smaller than the numerical error of the number itself";
 
-/// Said of a sensitivity over a range that does not hold the base.
+/// Remark on a sensitivity over a range that excludes the base.
 const BASE_OUTSIDE: &str = "the base lies outside of the range: elasticity is at mid-range";
 
-/// Cases of the answer beyond which the table has only the first.
+/// Maximum number of cases shown in the table.
 const MOST_ROWS: usize = 40;
 
-/// One case as it comes; those before the error bars are known say so.
+/// Prints one case; marks cases whose error bars are not yet known.
 pub(super) fn write_case_line(
     case: &CaseAnswer,
     of: usize,
@@ -40,22 +40,23 @@ pub(super) fn write_case_line(
     writeln!(out, "{:>3} of {of}  {}: {what}{remark}", case.index + 1, case.name)
 }
 
-/// What is missing of an answer that was stopped; `None` of one that was not.
+/// Describes what is missing of a stopped answer; `None` for a complete one.
 pub(super) fn stopped(answer: &Answer) -> Option<String> {
     let why = answer.stopped?;
     let looked_for = match (answer.limits.len(), answer.limits_asked) {
         (_, 0) => String::new(),
-        (0, _) => "; limits were not looked for".into(),
-        (found, asked) => format!("; {found} of {asked} limit(s) were looked for"),
+        (0, _) => "; no limits were evaluated".into(),
+        (found, asked) => format!("; {found} of {asked} limit(s) were evaluated"),
     };
     Some(format!("STOPPED ({why}): {} of {} case(s){looked_for}", answer.cases.len(), answer.cases_asked))
 }
 
-/// The whole answer.
+/// Writes the complete answer.
 pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let stopped = stopped(answer);
     let extent = stopped.clone().unwrap_or_else(|| format!("{} case(s)", answer.cases.len()));
     writeln!(out, "\n{}: {extent}\n", answer.scene)?;
+    // Headline numbers of the first cases.
     let mut header = vec!["case".to_owned()];
     header.extend(SHOWN.map(|q| title(answer, q)));
     let rows: Vec<Vec<String>> = answer.cases.iter().take(MOST_ROWS).map(cells).collect();
@@ -66,12 +67,13 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     if answer.cases.iter().any(has_brackets) {
         writeln!(
             out,
-            "(in brackets: error not estimated, or not resolved by the mesh: smaller than its numerical error, or a peak at a point)"
+            "(in brackets: error not estimated, or not resolved by the mesh: smaller than its numerical error, or a pointwise peak)"
         )?;
     }
     if answer.cases.len() > MOST_ROWS {
         writeln!(out, "… and {} more: --csv or --json has them all", answer.cases.len() - MOST_ROWS)?;
     }
+    // Source of the errors, failed cases, and truncated regions.
     writeln!(out, "errors: {}", answer.error_bars)?;
     for case in answer.cases.iter().filter(|case| case.reason.is_some()) {
         let ending = case.ending.replace('_', " ");
@@ -81,10 +83,11 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
         let ends = case.reaches.join(" and ");
         writeln!(
             out,
-            "{}: the significant stress reaches {ends}: it is at least so deep and large",
+            "{}: the significant stress reaches {ends}: its depth and volume are lower bounds",
             case.name
         )?;
     }
+    // Statistics and limits.
     write_sensitivities(answer, out)?;
     write_sample(answer, out)?;
     write_surrogates(answer, out)?;
@@ -94,16 +97,16 @@ pub(super) fn write_answer(answer: &Answer, out: &mut dyn Write) -> io::Result<(
     let effort = &answer.effort;
     writeln!(
         out,
-        "\n{} run(s) computed, {} known before, {} side by side, {:.2} s (first answer after {:.2} s)",
+        "\n{} run(s) computed, {} from the cache, {} in parallel, {:.2} s (first answer after {:.2} s)",
         effort.computed, effort.from_cache, effort.threads, effort.wall_s, effort.first_answer_s
     )?;
     stopped.map_or(Ok(()), |stopped| writeln!(out, "{stopped}"))?;
     writeln!(out, "\n{}", answer.notice)
 }
 
-/// Said of what was made of fewer cases than were asked.
+/// Remark on results from fewer cases than requested.
 fn of_stopped(answer: &Answer) -> &'static str {
-    if answer.cases.len() < answer.cases_asked { " (STOPPED: not all that were asked)" } else { "" }
+    if answer.cases.len() < answer.cases_asked { " (STOPPED: not all that were requested)" } else { "" }
 }
 
 fn cells(case: &CaseAnswer) -> Vec<String> {
@@ -115,31 +118,31 @@ fn cells(case: &CaseAnswer) -> Vec<String> {
     cells
 }
 
-/// "depth of stress above 10 kPa [mm]".
+/// Title with unit, such as "depth of stress above 10 kPa [mm]".
 fn title(answer: &Answer, quantity: Quantity) -> String {
     let (title, unit) = answer.title(quantity);
     format!("{title} [{unit}]")
 }
 
-/// A number that is not resolved, or whose error nobody knows, stands in brackets.
+/// A number in brackets if it is not resolved or its error is unknown.
 fn with_error(shown: &Number) -> String {
     let value = number(shown.value);
     let value = if shown.is_resolved() { value } else { format!("({value})") };
     shown.error.map_or(value.clone(), |error| format!("{value} ± {}", rounded(error)))
 }
 
-/// What polynomials through the cases are worth.
+/// Accuracy of the surrogates.
 fn write_surrogates(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let shown: Vec<&Surrogate> = answer.surrogates.iter().filter(|s| SHOWN.contains(&s.quantity)).collect();
     let Some(first) = shown.first() else { return Ok(()) };
     let degrees = if shown.iter().all(|s| s.degree == 2) { "second" } else { "first" };
     writeln!(
         out,
-        "\nPolynomials of {degrees} degree through {} cases{} would propose others (`surrogates` in --json); on a case that they have not seen they are off by",
+        "\nPolynomials of {degrees} degree through {} cases{} predict others (`surrogates` in --json); errors in leave-one-out cross-validation:",
         first.cases,
         of_stopped(answer)
     )?;
-    let header = ["number", "", "share of the variance foretold"];
+    let header = ["number", "", "fraction of the variance predicted"];
     let rows: Vec<[String; 3]> = shown
         .iter()
         .map(|s| {
@@ -170,6 +173,7 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     ];
     let unit_of = |name: &str| answer.parameters.iter().find(|p| p.name == name).map_or("-", |p| p.unit);
     let shown = answer.sensitivities.iter().filter(|s| SHOWN.contains(&s.quantity));
+    // One row per number and parameter.
     let rows: Vec<[String; 9]> = shown
         .map(|s| {
             let (title, unit) = answer.title(s.quantity);
@@ -200,9 +204,10 @@ fn write_sensitivities(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
 
 fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     if !answer.spread.is_empty() {
+        // Distribution and correlations.
         writeln!(out, "\nSpread over the sample{}:", of_stopped(answer))?;
         let header =
-            ["number", "cases", "mean", "deviation", "P5", "median", "P95", "goes with (Spearman)", ""];
+            ["number", "cases", "mean", "deviation", "P5", "median", "P95", "correlates with (Spearman)", ""];
         let shown = answer.spread.iter().filter(|s| SHOWN.contains(&s.quantity));
         let rows: Vec<[String; 9]> = shown
             .map(|s| {
@@ -227,10 +232,8 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
         write_table(&header, &rows, out)?;
     }
     if !answer.sobol_indices.is_empty() {
-        writeln!(
-            out,
-            "\nSobol indices: the share of the variance, with the interval of 90 % of the bootstrap samples:"
-        )?;
+        // Sobol indices.
+        writeln!(out, "\nSobol indices: fraction of the variance, with 90 % bootstrap intervals:")?;
         let rows: Vec<[String; 5]> = answer
             .sobol_indices
             .iter()
@@ -251,12 +254,12 @@ fn write_sample(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a case was run for Sobol indices alone.
+/// Whether a case was run for Sobol indices only.
 fn is_for_indices(case: &CaseAnswer) -> bool {
     matches!(case.origin, Origin::Sample { matrix: Matrix::B | Matrix::Mixed(_), .. })
 }
 
-/// What is to be said of the spread of a number.
+/// Remark on the spread of a number.
 fn remark(answer: &Answer, quantity: Quantity) -> String {
     let spread = answer.spread.iter().find(|s| s.quantity == quantity);
     let is_below = spread.is_some_and(|s| s.exceeds_numerical_error == Some(false));
@@ -275,6 +278,7 @@ fn in_words(answer: &LimitAnswer) -> String {
     let measured = answer.measure.unit();
     let ends = |values: &[f64; 2]| format!("{} and {} {measured}", number(values[0]), number(values[1]));
     let head = format!("{name}: the {what} stays at or below {limit} {measured}");
+    // The bracket in words.
     let bracket = |word: &str, kept: f64, value: f64, broken: f64, value_broken: f64| {
         format!(
             "{head} {word} {} {unit} ({} {measured} there, {} {measured} at {} {unit}; {} runs; {})",
@@ -309,7 +313,7 @@ fn in_words(answer: &LimitAnswer) -> String {
     }
 }
 
-/// What the numerical error of the number makes of the limit.
+/// Effect of the numerical error of the number on the limit.
 fn error_in_words(answer: &LimitAnswer) -> String {
     let Some(error) = answer.relative_error else { return "numerical error not estimated".into() };
     let at = |verdict: &Option<Verdict>| match verdict {
@@ -321,11 +325,8 @@ fn error_in_words(answer: &LimitAnswer) -> String {
     };
     let percent = format!("± {} %", rounded(100.0 * error));
     if answer.resolved == Some(false) {
-        let why = if error < 1.0 {
-            ", and is a peak of which two meshes cannot tell whether it converges"
-        } else {
-            ""
-        };
+        let why =
+            if error < 1.0 { ", and is a peak for which two meshes cannot show convergence" } else { "" };
         return format!("NOT RESOLVED: the number has a numerical error of {percent}{why}");
     }
     format!(
@@ -335,7 +336,7 @@ fn error_in_words(answer: &LimitAnswer) -> String {
     )
 }
 
-/// One line a case: parameters, edits left out, and every number with its error.
+/// One line per case: parameters, without edits, and every number with its error.
 pub(super) fn write_csv(answer: &Answer, out: &mut dyn Write) -> io::Result<()> {
     let mut header = vec!["case".to_owned(), "ending".into(), "steps".into()];
     header.extend(answer.parameters.iter().map(|p| text_cell(&format!("{} [{}]", p.name, p.unit))));

@@ -1,4 +1,4 @@
-//! Parameters, cases and limits as they are written in flags.
+//! Parses parameters, cases and limits from flags.
 
 use crate::study::error::Quantity;
 use crate::study::what_if::document::{
@@ -6,14 +6,14 @@ use crate::study::what_if::document::{
 };
 use std::collections::BTreeMap;
 
-/// "speed=80..120".
+/// Parses "speed=80..120".
 pub(super) fn parameter(text: &str) -> Result<ParameterDocument, String> {
     let (name, range) = text.split_once('=').ok_or("write PARAMETER=LOW..HIGH, such as speed=80..120")?;
     let (low, high) = range.split_once("..").ok_or("write the range as LOW..HIGH, such as 80..120")?;
     Ok(ParameterDocument { low: Some(number(low)?), high: Some(number(high)?), ..named(name)? })
 }
 
-/// "speed=120,fat=0.012", with the parameters that it names.
+/// Parses "speed=120,fat=0.012", with the parameters that it names.
 pub(super) fn case(text: &str) -> Result<(Vec<ParameterDocument>, CaseDocument), String> {
     let (mut parameters, mut set) = (Vec::new(), BTreeMap::new());
     for setting in text.split(',') {
@@ -28,7 +28,7 @@ pub(super) fn case(text: &str) -> Result<(Vec<ParameterDocument>, CaseDocument),
     Ok((parameters, CaseDocument { name: None, set }))
 }
 
-/// Adds the parameters of flags to those of a file: ranges that are new, and what cases name and nobody has named before.
+/// Adds the parameters of flags to those of a file: new ranges, and parameters named only in cases.
 pub(super) fn add_parameters<'a>(
     known: &mut Vec<ParameterDocument>,
     vary: &[ParameterDocument],
@@ -56,12 +56,12 @@ pub(super) fn add_parameters<'a>(
     Ok(())
 }
 
-/// "speed:peak_force_n<=2000" or "speed:von_mises@0.01<=30e3".
+/// Parses "speed:peak_force_n<=2000" or "speed:von_mises@0.01<=30e3".
 pub(super) fn limit(text: &str) -> Result<LimitDocument, String> {
     let form =
         "write PARAMETER:NUMBER<=LIMIT, such as speed:peak_force_n<=2000 or speed:von_mises@0.01<=30e3";
     let (left, at_most) = text.split_once("<=").ok_or(form)?;
-    // From the right: parameters may have a colon of their own.
+    // From the right: parameters may contain a colon.
     let (parameter, measure) = left.rsplit_once(':').ok_or(form)?;
     let measure = match measure.strip_prefix("von_mises@") {
         Some(depth) => LimitMeasure::VonMisesPaBelowDepthM(number(depth)?),
@@ -76,10 +76,10 @@ pub(super) fn limit(text: &str) -> Result<LimitDocument, String> {
 }
 
 fn number(text: &str) -> Result<f64, String> {
-    text.trim().parse().map_err(|_| format!("{text:?} is no number"))
+    text.trim().parse().map_err(|_| format!("{text:?} is not a number"))
 }
 
-/// The parameter of a name, without a range.
+/// A parameter with this name, without a range.
 fn named(name: &str) -> Result<ParameterDocument, String> {
     let change = match name {
         "speed" => Change::Speed { body: None },

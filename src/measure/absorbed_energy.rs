@@ -1,16 +1,18 @@
-//! Energy absorbed by the tissue, computed both ways: from its own state, and from the work of the reactions on it; and what the
-//! projectile has lost in contact.
+//! Energy absorbed by the tissue, computed in two ways: from its own state, and from the work of the contact reactions
+//! on it; and the energy lost by the projectile.
 //!
-//! All are told in an inertial frame of the tissue's own, so that they are the same for whoever looks: that of whoever holds it, or of
-//! a plane that it touches before or when anything else does, and along axes where nobody does, that in which its centre of mass rested when it was first touched. In a frame
-//! that moves with V, bodies with the momentum p that contact has given the impulse P,
+//! All energies refer to an inertial frame attached to the tissue, so that they do not depend on the observer: the
+//! frame of its support, or of a plane that it touches before or when anything else does; along unsupported axes, the
+//! frame in which its centre of mass rested when it was first touched. In a frame that moves with V, for bodies with
+//! momentum p that have received the contact impulse P,
 //!
 //! ```text
 //! ΔK' = ΔK − V·Δp      W'_contact = W_contact − V·P      W'_ext = W_ext − V·(Δp − P)
 //! ```
 //!
-//! Where nothing but projectiles can touch a tissue that nobody holds, that frame falls with it: gravity, which moves all of it alike, is no
-//! part of the impact, but would be as the work of a reaction on what falls meanwhile. In a frame with the velocity V₀ + a t, with the mass M,
+//! If only projectiles can touch an unsupported tissue, its frame falls freely: gravity, which accelerates all of it
+//! alike, is not part of the impact, but would contribute to the work of a reaction on the falling body. In a frame
+//! with the velocity V₀ + a t, with the mass M,
 //!
 //! ```text
 //! ΔK' = ΔK − V·Δp + F      W'_contact = W_contact − V·P + a·∫P dt      W'_ext = W_ext − V·(Δp − P) − a·∫P dt + F
@@ -25,35 +27,36 @@ use crate::scene::document::Role;
 use crate::step::Energy;
 use motion::{Motion, Observer, Side, pair_bodies};
 
-/// What the tissue has absorbed at one time, as changes since the start.
+/// Energy absorbed by the tissue at one time, as changes since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Absorbed {
-    /// Time [s].
+    /// Time of this state [s].
     pub time: f64,
     /// Change of strain energy [J].
     pub strain: f64,
     /// Change of kinetic energy [J].
     pub kinetic: f64,
-    /// Dissipated by viscosity, by erosion and by the time integrator [J].
+    /// Energy dissipated by viscosity, by erosion and by the time integrator [J].
     pub dissipated: f64,
     /// Work of external forces and of the position projection, which is not absorbed from the impact [J].
     pub not_from_contact: f64,
     /// Work of the contact reactions on the tissue [J].
     pub work: f64,
-    /// Numerical contact dissipation of the pairs that touch it from outside [J].
+    /// Numerical contact dissipation of the pairs that touch the tissue from outside [J].
     pub contact_loss: f64,
 }
 
 impl Absorbed {
-    /// Strain + kinetic + dissipated − what did not come through contact [J].
+    /// Absorbed energy by state: strain + kinetic + dissipated − work not from contact [J].
     pub fn by_state(&self) -> f64 {
         self.strain + self.kinetic + self.dissipated - self.not_from_contact
     }
-    /// What the impact has given it: absorbed, and what contact nodes lost that a continuum would have passed on [J].
+    /// Energy given by the impact: the absorbed energy, plus the loss at contact nodes that a continuum would have
+    /// passed on [J].
     pub fn given(&self) -> f64 {
         self.by_state() + self.contact_loss
     }
-    /// What the tissue could give back: strain + kinetic [J].
+    /// Recoverable energy: strain + kinetic [J].
     pub fn recoverable(&self) -> f64 {
         self.strain + self.kinetic
     }
@@ -64,21 +67,21 @@ impl Absorbed {
 pub struct AbsorbedEnergy {
     tissue: Side,
     projectile: Side,
-    /// Who holds the tissue.
+    /// Support of the tissue.
     pub holder: Holder,
     /// Pairs of the tissue with planes.
     planes: Vec<usize>,
-    /// The frame; that of the first touch once there was one.
+    /// Reference frame; after the first touch, the one of that time.
     frame: Observer,
-    /// Whether there was one.
+    /// Whether the tissue has been touched.
     is_touched: bool,
-    /// Of tissue and projectile at the start and at the latest step.
+    /// States of tissue and projectile at the start and at the latest step.
     motions: Option<[[Motion; 2]; 2]>,
-    /// At the latest step.
+    /// Absorbed energy at the latest step.
     pub now: Absorbed,
-    /// Where `by_state` was largest.
+    /// Absorbed energy when `by_state` was largest.
     pub peak: Absorbed,
-    /// Strain + kinetic energy that the projectile has lost, and work that gravity and other loads have done on it [J].
+    /// Strain + kinetic energy lost by the projectile, plus the work of gravity and other loads on it [J].
     pub projectile_loss: f64,
     /// Largest |by state − by work| so far [J].
     pub disagreement: f64,
@@ -94,7 +97,7 @@ impl AbsorbedEnergy {
             |&(slave, master): &(usize, Option<usize>)| master.is_none() && tissue.bodies.contains(&slave);
         let planes = (0..pair_bodies(plan).len()).filter(|&pair| is_on_plane(&pair_bodies(plan)[pair]));
         let planes = planes.collect();
-        // A plane holds what has come to it, and nothing in flight.
+        // A plane supports what has come to rest on it, not what is in flight.
         let holder = Holder::new(plan, |body| tissue.bodies.contains(&body), false);
         let is_projectile = |body: usize| projectile.bodies.contains(&body);
         let by_projectiles_only =
@@ -108,7 +111,7 @@ impl AbsorbedEnergy {
         any.then(|| Self { holder, planes, frame, ..Self::of(sides) })
     }
 
-    /// Of two sides, in the frame of who rests.
+    /// For tissue and projectile, in the frame at rest.
     fn of([tissue, projectile]: [Side; 2]) -> Self {
         Self {
             tissue,
@@ -125,17 +128,17 @@ impl AbsorbedEnergy {
         }
     }
 
-    /// Velocity of the frame that energies are told in, when the tissue was first touched [m/s].
+    /// Velocity of the reference frame when the tissue was first touched [m/s].
     pub fn velocity(&self) -> Vec3 {
         self.frame.velocity
     }
 
-    /// Whether the projectile's loss can be told.
+    /// Whether there is a projectile, so that its loss is defined.
     pub fn has_projectile(&self) -> bool {
         !self.projectile.bodies.is_empty()
     }
 
-    /// Takes in the ledger of one step, and the velocity of the holder along each axis [m/s].
+    /// Accumulates the ledger of one step, and the velocity of the support along each axis [m/s].
     pub fn accumulate(&mut self, time: f64, energy: &Energy, held: [Option<f64>; 3]) {
         let now = [&self.tissue, &self.projectile].map(|side| Motion::of(side, time, energy));
         let (start, latest) = self.motions.map_or((now, now), |[start, latest]| (start, latest));
@@ -164,7 +167,7 @@ impl AbsorbedEnergy {
         self.disagreement = self.disagreement.max((self.now.by_state() - self.now.work).abs());
     }
 
-    /// Follows who holds the tissue, or the tissue itself, until it is touched.
+    /// Follows the support of the tissue, or the tissue itself, until it is touched.
     fn choose_frame(&mut self, tissue: &Motion, energy: &Energy, held: [Option<f64>; 3], is_first: bool) {
         let is_untouched = tissue.impulse == Vec3::zeros();
         if is_first || is_untouched {
@@ -188,7 +191,7 @@ mod tests {
     use super::*;
     use crate::step::{BodyEnergy, PairLedger};
 
-    /// Of a tissue, the second body, and a projectile, the first one.
+    /// A measure with the tissue as the second body and, optionally, a projectile as the first.
     fn measure(has_projectile: bool) -> AbsorbedEnergy {
         let side = |body: usize| Side { bodies: vec![body], ..Side::default() };
         AbsorbedEnergy::of([side(1), if has_projectile { side(0) } else { Side::default() }])
@@ -253,8 +256,8 @@ mod tests {
         assert_eq!(measure.projectile_loss, 1.5);
     }
 
-    /// 2 kg that fall under 10 m/s² and are held up by 20 N from 1 s to 2 s: for who falls along they are pushed to 10 m/s. So is
-    /// the 1 kg of the projectile stopped from 30 m/s to 10 m/s.
+    /// 2 kg falling under 10 m/s² and held up by 20 N from 1 s to 2 s: in the falling frame they are accelerated to 10
+    /// m/s. Likewise the 1 kg of the projectile is slowed from 30 m/s to 10 m/s.
     #[test]
     fn a_tissue_that_falls_absorbs_what_it_would_without_gravity() {
         let mut measure = measure(true);

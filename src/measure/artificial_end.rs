@@ -1,24 +1,24 @@
-//! Artificial ends of the model: where a limb was cut off, waves come back that the real limb would let pass.
+//! Artificial ends of the model: where a limb is truncated, waves are reflected that would pass in the real limb.
 
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{CUTS, Plan};
 use crate::scene::Scene;
 use crate::scene::document::{Generator, MeshDocument, Role};
 
-/// Ends of the tissue that are not there in reality, and how fast waves run to them.
+/// Truncated ends of the tissue, and the speed of waves towards them.
 ///
-/// Known for limb segments from the generator; a mesh from a file does not say which of its faces are cuts.
+/// Known for limb segments from the generator; a mesh from a file does not mark its faces as cuts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArtificialEnds {
     /// Reference positions of the nodes at the ends [m].
     nodes: Vec<Vec3>,
-    /// Largest speed of dilatational waves at rest in the body, √((K + 4/3 G)/ρ) [m/s]. Stretched fibres are faster, along
-    /// them.
+    /// Largest speed of dilatational waves in the undeformed body, √((K + 4/3 G)/ρ) [m/s]. Along stretched fibres waves
+    /// are faster.
     wave_speed: f64,
 }
 
 impl ArtificialEnds {
-    /// Of the scene's tissue; `None` when none is known.
+    /// Ends of the scene's tissue; `None` if none is known.
     pub fn of(scene: &Scene, plan: &Plan) -> Option<Self> {
         let (mut nodes, mut wave_speed) = (Vec::new(), 0.0f64);
         for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
@@ -35,7 +35,7 @@ impl ArtificialEnds {
         (!nodes.is_empty() && wave_speed > 0.0).then_some(Self { nodes, wave_speed })
     }
 
-    /// The earliest time [s] at which a wave that began at `place` [m] at time `start` [s] is back there.
+    /// Earliest time [s] at which a wave that left `place` [m] at time `start` [s] can have returned there.
     pub fn earliest_return(&self, place: Vec3, start: f64) -> f64 {
         let nearest = self.nodes.iter().map(|x| (x - place).norm()).fold(f64::INFINITY, f64::min);
         start + 2.0 * nearest / self.wave_speed

@@ -4,17 +4,18 @@ use super::impulse_history::{ImpulseHistory, PeakForce};
 use crate::mechanics::tensor::Vec3;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Frequency of the filter's design over its class [-] (SAE J211-1, appendix C): two passes then have −3 dB at class / 0.6.
+/// Design frequency of the filter over its class [-] (SAE J211-1, appendix C): two passes then have −3 dB at class /
+/// 0.6.
 const DESIGN: f64 = 2.0775;
 /// Cut-off frequency over the class, at −3 dB [-].
 const CUT_OFF: f64 = 1.0 / 0.6;
-/// Samples in a period of the design frequency; the standard asks for about five.
+/// Samples per period of the design frequency; the standard requires about five.
 const SAMPLES: f64 = 40.0;
-/// Time before and after the contact in which the filter comes to rest, in periods of the design frequency: e^(−2π·4/√2) is 2e-8.
+/// Time before and after the contact for the filter to decay, in periods of the design frequency: e^(−2π·4/√2) is 2e-8.
 const REST: f64 = 4.0;
 
-/// The two-pole Butterworth filter of a class in Hz for samples T seconds apart, once forward and once backward in time, so that
-/// nothing is delayed (SAE J211-1, appendix C; ISO 6487):
+/// Two-pole Butterworth filter of a class in Hz for samples T seconds apart, applied forward and backward in time, so
+/// that there is no phase delay (SAE J211-1, appendix C; ISO 6487):
 ///
 /// `Y(t) = a0 X(t) + a1 X(t−1) + a2 X(t−2) + b1 Y(t−1) + b2 Y(t−2)`, at rest before the first sample.
 pub fn filter(values: &mut [Vec3], class: f64, T: f64) {
@@ -34,7 +35,7 @@ pub fn filter(values: &mut [Vec3], class: f64, T: f64) {
     pass(&mut values.iter_mut().rev());
 }
 
-/// The filtered force of a pair, (time [s], force [N]), of what its impulse at a time is, from its first contact to its last.
+/// Filtered force of a pair, (time [s], force [N]), from its impulse at a time, between its first and last contact.
 pub fn filtered_force(impulse_at: impl Fn(f64) -> Vec3, span: [f64; 2], class: f64) -> Vec<(f64, Vec3)> {
     let T = 1.0 / (SAMPLES * DESIGN * class);
     let rest = REST / (DESIGN * class);
@@ -48,7 +49,8 @@ pub fn filtered_force(impulse_at: impl Fn(f64) -> Vec3, span: [f64; 2], class: f
     forces.into_iter().enumerate().map(|(i, force)| (edge(i) + 0.5 * T, force)).collect()
 }
 
-/// The largest filtered force of a history. Its patch is the mean over half a period of the cut-off about it.
+/// Peak of the filtered force of a history. Its patch is the mean over half a period of the cut-off frequency around
+/// it.
 pub fn filtered_peak(history: &ImpulseHistory, class: f64) -> PeakForce {
     let (Some(first), Some(last)) = (history.samples().first(), history.samples().last()) else {
         return PeakForce::default();
@@ -86,8 +88,8 @@ mod tests {
         }
     }
 
-    /// Two passes of the continuous filter answer to a blow with the transform of |H|² = 1/(1 + (Ω/ω)⁴), which is
-    /// `r(t) = ω/(2√2) e^(−ω|t|/√2) (cos + sin)(ω|t|/√2)`; a step is its integral.
+    /// Two passes of the continuous filter have the impulse response with the transform |H|² = 1/(1 + (Ω/ω)⁴), which is
+    /// `r(t) = ω/(2√2) e^(−ω|t|/√2) (cos + sin)(ω|t|/√2)`; the step response is its integral.
     #[test]
     fn a_step_passes_as_by_the_continuous_filter() {
         let (class, T) = (100.0, 1e-6);
@@ -95,7 +97,7 @@ mod tests {
         let n: usize = 60_000;
         let mut values: Vec<Vec3> =
             (0..n).map(|i| if i < n / 2 { Vec3::zeros() } else { Vec3::x() }).collect();
-        // The step goes on to the end, where the backward pass starts at rest: only the front is looked at.
+        // The step continues to the end, where the backward pass starts at rest: only the front is compared.
         filter(&mut values, class, T);
         let r = |t: f64| {
             let x = w * t.abs() / SQRT_2;
@@ -112,7 +114,7 @@ mod tests {
 
     #[test]
     fn an_impulse_keeps_its_size() {
-        // 2 N s within a microsecond: the filter's response to a blow is r(0) = ω/(2√2) times it.
+        // 2 N s within a microsecond: r(0) = ω/(2√2) times that, from the impulse response of the filter.
         let class = 1000.0;
         let impulse = |t: f64| Vec3::z() * (2.0 * (t / 1e-6).clamp(0.0, 1.0));
         let forces = filtered_force(impulse, [0.0, 1e-6], class);

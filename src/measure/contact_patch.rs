@@ -1,7 +1,7 @@
-//! The contact patch: area, axes and pressure of the nodes that are pressed.
+//! The contact patch: area, axes and pressure of the nodes in contact.
 //!
-//! It is that of the slave, the finer surface, within what its master has to offer: the faces of a mesh around the nodes that take part,
-//! or the shadow of a rigid body. So the patch of a flat end is that end at most.
+//! The patch is that of the slave, the finer surface, bounded by what its master can cover: the faces of a mesh around
+//! the participating nodes, or the projection of a rigid body. The patch of a flat end is therefore at most that end.
 
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
@@ -10,23 +10,24 @@ use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::step::Frame;
 
-/// The patch of one pair at one time.
+/// The contact patch of one pair at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPatch {
-    /// Sum of the current tributary areas of the slave nodes with r_n > 0, of what a rigid master covers of them [m²]. A contact between
-    /// nodes is one node's worth: it counts with its weights. At most the area of the master's faces around the nodes that take part.
+    /// Sum of the current tributary areas of the slave nodes with r_n > 0, as far as a rigid master covers them [m²]. A
+    /// contact between nodes counts as one node in total, by its weights. At most the area of the master's faces around
+    /// the participating nodes.
     pub area: f64,
-    /// Long and short axis: 4 √(eigenvalue of the area-weighted second moment) [m]. That is the full axis of a uniformly
-    /// covered ellipse; a ring or a rectangle would have longer ones than its own width, which is the most. A single node has no extent and
-    /// gives 0.
+    /// Long and short axis: 4 √(eigenvalue of the area-weighted second moment) [m]. This is the full axis of a
+    /// uniformly covered ellipse; for a ring or a rectangle it would exceed the width, to which it is limited. A single
+    /// node has no extent and gives 0.
     pub axes: [f64; 2],
     /// Number of slave nodes with r_n > 0.
     pub nodes: u32,
-    /// Nodes across the short axis, about: 1 + extent / mean spacing, rounded [-].
+    /// Approximate number of nodes across the short axis: 1 + extent / mean spacing, rounded [-].
     pub nodes_across: u32,
-    /// Largest nodal pressure r_n / (h̄ · tributary area), whether that is covered or not [Pa].
+    /// Largest nodal pressure r_n / (h̄ · full tributary area), covered or not [Pa].
     pub peak_pressure: f64,
-    /// Area-weighted centre [m].
+    /// Area-weighted centre of the patch [m].
     pub centre: Vec3,
 }
 
@@ -44,7 +45,7 @@ impl Default for ContactPatch {
 }
 
 impl ContactPatch {
-    /// The patch of the slave within that of the master, whichever is smaller.
+    /// The smaller of the slave patch and the master patch.
     #[must_use]
     pub fn within(self, master: &Self) -> Self {
         if self.area <= master.area || master.area == 0.0 {
@@ -54,62 +55,61 @@ impl ContactPatch {
     }
 }
 
-/// Which faces of a slave surface each of its nodes belongs to, found once per run, with the memory of an evaluation.
+/// Incidence of nodes and faces of a slave surface, found once per run, with work arrays of the evaluation.
 #[derive(Clone, Debug)]
 pub struct PatchGeometry {
-    /// The body of the surface.
+    /// Index of the body that owns the surface.
     body: usize,
-    /// How many elements were gone when the faces were listed.
+    /// Number of eroded elements when the faces were listed.
     gone: usize,
-    /// Whether it is the master of the contacts: then a node that takes part does so as a whole.
+    /// Whether it is the master of the contacts: its participating nodes then count in full.
     is_master: bool,
-    /// The master, if it is rigid: its body and its shape.
+    /// Body index and shape of the master, if it is rigid.
     rigid_master: Option<(usize, Shape)>,
-    /// The faces, global nodes.
+    /// Faces by their global nodes.
     faces: Vec<[u32; 4]>,
     /// Sorted nodes of the surface.
     nodes: Vec<u32>,
     /// Faces of `nodes[i]`: `incident[start[i]..start[i + 1]]`.
     start: Vec<u32>,
     incident: Vec<u32>,
-    /// Shape of each face, and the evaluation that it is of.
+    /// Shape of each face, with the evaluation it belongs to.
     shapes: Vec<(u64, FaceShape)>,
     evaluation: u64,
     pressed: Vec<Pressed>,
-    /// Of each node: the evaluation that it was last pressed in, and its place in `pressed`.
+    /// For each node the last evaluation in which it was pressed, and its place in `pressed`.
     places: Vec<(u64, u32)>,
     pressed_faces: Vec<u32>,
 }
 
-/// What of a surface may be pressed at all.
+/// Limit of the part of a surface that can be pressed at all.
 enum Limit {
-    /// All that is turned to the contact.
+    /// All faces oriented towards the contact.
     None,
-    /// What lies in the shadow of a rigid master.
+    /// The part in the projection of a rigid master.
     Shadow(Shadow),
-    /// Faces that are turned to the contact as a whole, by its unit normal.
+    /// Faces oriented towards the contact as a whole, given by its unit normal.
     Front(Vec3),
 }
 
-/// One pressed node.
+/// A node in contact.
 #[derive(Clone, Copy, Debug)]
 struct Pressed {
-    /// Position [m].
     position: Vec3,
-    /// Tributary area that a rigid master covers, and all of it [m²].
+    /// Tributary area covered by a rigid master, and in full [m²].
     tributary: [f64; 2],
-    /// Weight of its contacts, 1 for one at the node itself.
+    /// Sum of the weights of its contacts; 1 for a contact at the node itself.
     weight: f64,
     /// Force normal to the face [N].
     normal_force: f64,
 }
 
 impl Pressed {
-    /// What of the tributary area is pressed [m²].
+    /// Part of the tributary area in contact [m²].
     fn area(&self) -> f64 {
         self.tributary[0] * self.weight.clamp(0.0, 1.0)
     }
-    /// Pressure on the tributary area, whether covered or not [Pa].
+    /// Pressure on the full tributary area, covered or not [Pa].
     fn pressure(&self) -> f64 {
         let area = self.tributary[1] * self.weight.clamp(0.0, 1.0);
         if area > 0.0 { self.normal_force / area } else { 0.0 }
@@ -117,17 +117,18 @@ impl Pressed {
 }
 
 impl PatchGeometry {
-    /// Of a slave surface, the skin of a body; with body and shape of the master if that is rigid.
+    /// Geometry of a slave surface, the boundary of a body; with body and shape of the master if that is rigid.
     pub fn of_slave(body: usize, surface: &Surface, rigid_master: Option<(usize, Shape)>) -> Self {
         Self { rigid_master, ..Self::new(body, surface, false) }
     }
 
-    /// Of a master surface, the skin of another body.
+    /// Geometry of a master surface, the boundary of another body.
     pub fn of_master(body: usize, surface: &Surface) -> Self {
         Self::new(body, surface, true)
     }
 
     fn new(body: usize, surface: &Surface, is_master: bool) -> Self {
+        // Faces of each node, then flattened to one array.
         let nodes = surface.nodes.clone();
         let mut lists = vec![Vec::new(); nodes.len()];
         for (face, corners) in surface.faces.iter().enumerate() {
@@ -168,8 +169,8 @@ impl PatchGeometry {
         }
     }
 
-    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces that are turned to the contact, with `n` the normal
-    /// out of the other side; of what the limit leaves of them, and of all. Those faces are noted among the pressed ones.
+    /// Current tributary area of a node [m²]: ∫ N_a dA over its faces oriented towards the contact, with `n` the
+    /// outward normal of the other side; within the limit, and in full. Those faces are marked as pressed.
     fn tributary_area(
         &mut self,
         node: u32,
@@ -181,6 +182,7 @@ impl PatchGeometry {
         for i in self.faces_of(node) {
             let face = self.incident[i];
             let corners = &self.faces[face as usize];
+            // Shapes are evaluated once per evaluation.
             let (of, shape) = &mut self.shapes[face as usize];
             if *of != self.evaluation {
                 let whole = FaceShape::new(corners, position);
@@ -190,6 +192,7 @@ impl PatchGeometry {
                 };
                 (*of, *shape) = (self.evaluation, limited);
             }
+            // Faces oriented towards the contact contribute.
             let is_pressed = shape.is_turned(n)
                 && match limit {
                     Limit::Front(normal) => shape.is_in_front(normal),
@@ -205,6 +208,7 @@ impl PatchGeometry {
 
     /// The patch of pair `pair` in a frame.
     pub fn eval(&mut self, frame: &Frame, pair: u32) -> ContactPatch {
+        // Erosion exposes new faces.
         let (body, gone) = (self.body, frame.erosion.elements().len());
         if gone != self.gone {
             let skin = frame.plan.bodies[body].skin_after(frame.erosion);
@@ -214,12 +218,14 @@ impl PatchGeometry {
         self.evaluation += 1;
         self.pressed.clear();
         self.pressed_faces.clear();
+        // Resultant normal of the contacts in compression.
         let contacts = frame.contacts.iter().zip(frame.reactions);
         let contacts = contacts.map(|(contact, reaction)| (contact, reaction.impulse[0]));
         let pressing = || contacts.clone().filter(|(contact, p_n)| contact.pair == pair && *p_n > 0.0);
         let normal = pressing().fold(Vec3::zeros(), |sum, (contact, p_n)| sum + contact.frame[0] * p_n);
         let sign = if self.is_master { -1.0 } else { 1.0 };
         let limit = normal.try_normalize(0.0).map_or(Limit::None, |normal| self.limit(frame, normal * sign));
+        // Contributions of each contact to its nodes.
         for (contact, p_n) in pressing() {
             let normal = contact.frame[0] * sign;
             for (node, share) in contact.stencil.side(self.is_master) {
@@ -238,7 +244,7 @@ impl PatchGeometry {
         patch_of(&self.pressed, spacing)
     }
 
-    /// What may be pressed at all by contacts with this unit normal as a whole.
+    /// The region that contacts with this resultant unit normal can press.
     fn limit(&self, frame: &Frame, normal: Vec3) -> Limit {
         if self.is_master {
             return Limit::Front(normal);
@@ -250,8 +256,8 @@ impl PatchGeometry {
         })
     }
 
-    /// Adds a contact to a node, with its weight there and its force [N] along the normal `n`. The node counts once, with its share of
-    /// the areas of those that follow it.
+    /// Adds a contact to a node, with its weight there and its force [N] along the normal `n`. The node counts once,
+    /// with its fraction of the areas of the nodes that follow it.
     fn press(
         &mut self,
         node: u32,
@@ -280,7 +286,7 @@ impl PatchGeometry {
         self.pressed.push(Pressed { position: position(node), tributary, weight, normal_force });
     }
 
-    /// Mean edge of the pressed faces [m].
+    /// Mean edge length of the pressed faces [m].
     fn spacing(&mut self) -> f64 {
         self.pressed_faces.sort_unstable();
         self.pressed_faces.dedup();
@@ -290,21 +296,23 @@ impl PatchGeometry {
     }
 }
 
-/// Area, axes and pressure of the pressed nodes; `spacing` is the mean edge of their faces [m].
+/// Area, axes and pressure of the pressed nodes; `spacing` is the mean edge length of their faces [m].
 fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     let area: f64 = pressed.iter().map(Pressed::area).sum();
     if area <= 0.0 {
         return ContactPatch { nodes: pressed.len() as u32, ..ContactPatch::default() };
     }
+    // Second moment of area about the centre.
     let centre = pressed.iter().fold(Vec3::zeros(), |sum, p| sum + p.position * p.area()) / area;
     let moment = pressed.iter().fold(Mat3::zeros(), |sum, p| {
         let d = p.position - centre;
         sum + d * d.transpose() * (p.area() / area)
     });
-    // The patch is nearly flat: the smallest of the three eigenvalues is its warp, the other two are its axes.
+    // The patch is nearly flat: the smallest of the three eigenvalues measures its warping, the other two its axes.
     let eigen = moment.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    // Extent along an axis, which limits the axes of the equivalent ellipse.
     let extent = |i: usize| {
         let axis: Vec3 = eigen.eigenvectors.column(order[i]).into();
         let along = pressed.iter().map(|p| (p.position - centre).dot(&axis));
@@ -324,7 +332,7 @@ fn patch_of(pressed: &[Pressed], spacing: f64) -> ContactPatch {
     }
 }
 
-/// To the nearest whole number.
+/// Rounds to the nearest integer.
 #[allow(clippy::cast_sign_loss)] // never negative
 fn rounded(count: f64) -> u32 {
     count.round() as u32

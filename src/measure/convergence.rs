@@ -1,61 +1,61 @@
-//! What a sequence of meshes converges to, how fast, and how sure that is (Roache 1994; Celik et al. 2008).
+//! Limit and order of convergence of a sequence of meshes, and their uncertainty (Roache 1994; Celik et al. 2008).
 
 use serde::Serialize;
 
-/// Ratio of element sizes, and of steps, from one run to the next finer one.
+/// Ratio of element sizes, and of time steps, from one run to the next finer one.
 pub const REFINEMENT: f64 = 2.0;
-/// The order of convergence that is assumed where none is observed: impacts are of first order.
+/// Assumed order of convergence if none is observed: impacts converge at first order.
 const ASSUMED_ORDER: f64 = 1.0;
-/// Factor of safety on an error whose order is assumed (Roache 1994).
+/// Factor of safety on an error of assumed order (Roache 1994).
 const SAFETY_ASSUMED: f64 = 3.0;
-/// Orders that are believed: below, the sequence hardly converges; above, two of its members are close by chance.
+/// Credible observed orders: below, the sequence hardly converges; above, two of its members are close by chance.
 const BELIEVED: std::ops::RangeInclusive<f64> = 0.5..=2.5;
-/// Roache's factor of safety where an order was observed.
+/// Factor of safety on an error of observed order (Roache 1994).
 const SAFETY_OBSERVED: f64 = 1.25;
 /// Orders that a sequence of meshes is fitted with [-]: that of impacts, and lower ones where values approach their limit slower.
 const FITTED_ORDERS: [f64; 3] = [1.0, 0.75, 0.5];
 
-/// Values that differ by less than this share are equal: the sums that they are made of are not known better [-].
+/// Relative difference below which two values are equal: their underlying sums are no more accurate [-].
 const ROUNDING: f64 = 1e-9;
 
-/// What errors are measured against.
+/// Reference value against which errors are measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Reference {
-    /// Known otherwise.
+    /// Exact solution, known from elsewhere.
     Exact {
-        /// The value.
+        /// Exact value of the quantity.
         value: f64,
     },
-    /// The limit of the meshes (Richardson).
+    /// Limit of the meshes (Richardson extrapolation).
     Extrapolated {
-        /// The value.
+        /// Extrapolated value for vanishing element size.
         value: f64,
         /// Observed order of convergence.
         order: f64,
         /// Uncertainty of the value: the grid convergence index of the finest mesh.
         uncertainty: f64,
     },
-    /// The finest mesh itself, since the sequence allows no extrapolation.
+    /// The finest mesh itself, if the sequence allows no extrapolation.
     Finest {
-        /// The value.
+        /// Value on the finest mesh.
         value: f64,
         /// Uncertainty: three times the largest difference of the last meshes, at an assumed first order.
         uncertainty: f64,
-        /// Why nothing was extrapolated.
+        /// Why no extrapolation was possible.
         reason: String,
     },
-    /// Nothing to compare with.
+    /// No reference: nothing to compare with.
     Unknown {
-        /// The value of the only mesh.
+        /// Value on the only mesh.
         value: f64,
-        /// Why there is nothing.
+        /// Why there is no reference.
         reason: String,
     },
 }
 
 impl Reference {
-    /// The value.
+    /// The reference value, whichever kind it is.
     pub fn value(&self) -> f64 {
         match self {
             Self::Exact { value }
@@ -68,7 +68,7 @@ impl Reference {
     pub fn is_known(&self) -> bool {
         !matches!(self, Self::Unknown { .. })
     }
-    /// How far it may be off.
+    /// Uncertainty of the reference; infinite if unknown.
     pub fn uncertainty(&self) -> f64 {
         match self {
             Self::Exact { .. } => 0.0,
@@ -78,20 +78,20 @@ impl Reference {
     }
 }
 
-/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the ratio of
-/// their element sizes.
+/// Error of the finer of two values at an assumed first order, with a factor of safety of three; `refinement` is the
+/// ratio of their element sizes.
 pub fn assumed_error(coarse: f64, fine: f64, refinement: f64) -> f64 {
     SAFETY_ASSUMED * (fine - coarse).abs() / (refinement.powf(ASSUMED_ORDER) - 1.0)
 }
 
-/// Error of a run with `own` steps, from two others that differ in nothing but their numbers of steps, at an assumed first order
-/// and with a factor of safety of three. Infinite when their steps are as many.
+/// Time-step error of a run with `own` steps, from two others that differ only in their numbers of steps, at an assumed
+/// first order with a factor of safety of three. Infinite if both have the same number of steps.
 pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f64, f64)) -> f64 {
     let step = |count: u64| (1.0 / count as f64).powf(ASSUMED_ORDER);
     SAFETY_ASSUMED * (better - value).abs() * step(own) / (step(few) - step(many)).abs()
 }
 
-/// Uncertainty of the last of at least three values on meshes of the sizes h, from coarse to fine: `(h, value)`.
+/// Uncertainty of the last of at least three values on meshes of sizes h, from coarse to fine: `(h, value)`.
 ///
 /// A curve φ₀ + a hᵖ is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130), with the
 /// order p of [`FITTED_ORDERS`] that leaves the least scatter. Where the scatter is below the mean difference of successive values,
@@ -145,7 +145,7 @@ impl Fit {
     }
 }
 
-/// The reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
+/// Reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
 pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     let finest = *values.last()?;
     let unknown = |uncertainty: f64, reason: &str| {
@@ -181,7 +181,7 @@ pub fn are_equal(a: f64, b: f64) -> bool {
     (a - b).abs() <= ROUNDING * a.abs().max(b.abs())
 }
 
-/// Observed order of three values, each mesh finer by [`REFINEMENT`]; not a number where they do not converge monotonely.
+/// Observed order of three values, each mesh finer by [`REFINEMENT`]; NaN unless they converge monotonically.
 pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
     ((middle - coarse) / (fine - middle)).ln() / REFINEMENT.ln()
 }
@@ -201,7 +201,7 @@ mod tests {
         for p in [0.7, 1.0, 2.0] {
             let Some(Reference::Extrapolated { value, order, uncertainty }) = extrapolate(&sequence(p))
             else {
-                panic!("order {p} is not believed")
+                panic!("order {p} is not credible")
             };
             assert!((value - 2.0).abs() < 1e-12 && (order - p).abs() < 1e-12, "{value} {order}");
             assert!(uncertainty > (sequence(p)[3] - 2.0).abs(), "{uncertainty}");
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn errors_of_steps_are_those_of_the_run_itself() {
-        // value = 2 + 1/steps: a run of 400 steps is off by 1/400, from two of 100 and 200.
+        // value = 2 + 1/steps: a run of 400 steps has an error of 1/400, estimated from runs of 100 and 200.
         let error = |own| assumed_step_error(own, (100, 200), (2.01, 2.005));
         assert!((error(400) - 3.0 / 400.0).abs() < 1e-12 && (error(100) - 3.0 / 100.0).abs() < 1e-12);
     }

@@ -5,32 +5,32 @@ use crate::plan::Plan;
 use crate::step::Frame;
 use std::collections::BTreeSet;
 
-/// The largest displacement of a node of the tissue's skin from where the scene puts it; of a tissue that nothing holds, from where the
-/// rigid motion of its skin takes it, which is no deflection.
+/// Largest displacement of a node of the tissue's skin from its initial position in the scene; for an unsupported
+/// tissue, from the rigid motion of its skin, which is no deflection.
 #[derive(Clone, Debug, Default)]
 pub struct Deflection {
     /// Sorted nodes of the skin.
     nodes: Vec<u32>,
-    /// How many elements were gone when the nodes were listed: what is loose is not deflected.
+    /// Number of eroded elements when the nodes were listed: detached fragments do not count.
     gone: usize,
-    /// Whether a node of the tissue is held along an axis, or moved as the scene says.
+    /// Whether a node of the tissue is fixed along an axis, or has a prescribed motion.
     is_held: bool,
     /// Largest ‖u‖ so far [m].
     pub largest: f64,
-    /// When [s].
+    /// Time of the largest ‖u‖ [s].
     pub time: f64,
     /// Reference position of that node [m].
     pub position: Vec3,
     /// Largest product of the largest deflection at a time and its rate, d ḋ, so far [m²/s].
     pub largest_rate: f64,
-    /// When [s].
+    /// Time of that product [s].
     pub largest_rate_time: f64,
     /// Time [s] and largest ‖u‖ [m] of the latest step.
     latest: Option<(f64, f64)>,
 }
 
 impl Deflection {
-    /// Of the plan's tissue skin.
+    /// Deflection of the plan's tissue skin.
     pub fn new(plan: &Plan) -> Self {
         let mut nodes: Vec<u32> = plan.measures.tissue_skin.iter().flatten().copied().collect();
         nodes.sort_unstable();
@@ -44,8 +44,9 @@ impl Deflection {
         Self { nodes, is_held, ..Self::default() }
     }
 
-    /// Takes in one step.
+    /// Accumulates the displacements of one step.
     pub fn accumulate(&mut self, frame: &Frame) {
+        // Nodes without intact elements are dropped.
         let gone = frame.erosion.elements().len();
         if gone != self.gone {
             self.gone = gone;
@@ -55,11 +56,12 @@ impl Deflection {
         }
         let mut now = 0.0_f64;
         let start = |node: u32| frame.plan.initial_u.get(node as usize).copied().unwrap_or_default();
-        // From where it was at the start: a body that starts turned or stretched is not deflected yet.
+        // Relative to the start: a body that starts rotated or stretched is not deflected yet.
         let places = |&node: &u32| {
             let X = frame.plan.X[node as usize];
             [X + start(node), X + frame.u[node as usize]]
         };
+        // Largest displacement, relative to the fitted rigid motion of unsupported bodies.
         let has_moved = self.nodes.iter().map(places).any(|[from, to]| from != to);
         let rigid = (has_moved && !self.is_held).then(|| RigidMotion::fitted(self.nodes.iter().map(places)));
         for node in &self.nodes {
@@ -84,7 +86,7 @@ impl Deflection {
     }
 }
 
-/// A motion that changes no distance.
+/// A motion that preserves all distances.
 struct RigidMotion {
     rotation: Mat3,
     /// Centres before and after [m].
@@ -92,8 +94,8 @@ struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// The one that takes points closest to where they are, by the sum of squares (Kabsch): with `A = Σ (x − x̄)(X − X̄)ᵀ = U S Vᵀ`,
-    /// `R = U diag(1, 1, det U det V) Vᵀ`.
+    /// The rigid motion that fits the current positions best in the least-squares sense (Kabsch): with `A = Σ (x −
+    /// x̄)(X − X̄)ᵀ = U S Vᵀ`, `R = U diag(1, 1, det U det V) Vᵀ`.
     fn fitted(places: impl Iterator<Item = [Vec3; 2]> + Clone) -> Self {
         let count = places.clone().count().max(1) as f64;
         let centres =
@@ -104,11 +106,11 @@ impl RigidMotion {
         let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else {
             return Self { rotation: Mat3::identity(), centres };
         };
-        // Singular values come in falling order: the least certain axis gives way to a reflection.
+        // Singular values are in descending order: the least certain axis absorbs a reflection.
         let sign = (u.determinant() * v_t.determinant()).signum();
         Self { rotation: u * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * v_t, centres }
     }
-    /// Where it takes a point [m].
+    /// Image of a point [m].
     fn apply(&self, from: &Vec3) -> Vec3 {
         self.centres[1] + self.rotation * (from - self.centres[0])
     }

@@ -1,4 +1,4 @@
-//! Von Mises stress by depth below the skin: the largest of each layer of depth, over the field times.
+//! Von Mises stress by depth below the skin: the maximum in each layer of depth, over the field times.
 
 use crate::mechanics::element::POINTS;
 use crate::mesh::distance::DepthField;
@@ -8,22 +8,22 @@ use crate::step::{Frame, Recorder, RecorderError};
 
 /// Accumulates over the quadrature points of the tissue.
 pub struct DepthProfile {
-    /// Where the layers begin [m], ascending; the last one has no lower end.
+    /// Upper bounds of the layers [m], ascending; the last one is unbounded below.
     from: Vec<f64>,
     /// Largest von Mises stress of each layer so far [Pa].
     pub peaks: Vec<f64>,
     /// Distance to the skin; `None` before the start and without a skin.
     skin: Option<DepthField>,
-    /// The tissue's bodies.
+    /// Indices of the tissue bodies.
     bodies: Vec<usize>,
-    /// Depth of the quadrature points, 8 a slot [m]; NaN until somebody needs it.
+    /// Depth of the quadrature points, 8 per slot [m]; NaN until evaluated.
     depth: Vec<f64>,
-    /// The largest of them so far [m].
+    /// Largest depth evaluated so far [m].
     deepest: f64,
 }
 
-/// Depth of the deepest quadrature point of the tissue below the skin [m], or of any that is at least `enough` deep; `None` without
-/// tissue or skin.
+/// Depth of the deepest quadrature point of the tissue below the skin [m], or of any at least `enough` deep; `None`
+/// without tissue or skin.
 pub fn deepest_point(plan: &Plan, enough: f64) -> Option<f64> {
     let skin = DepthField::new(&plan.measures.tissue_skin, &plan.X).ok()?;
     let bodies = tissue(plan);
@@ -42,24 +42,25 @@ pub fn deepest_point(plan: &Plan, enough: f64) -> Option<f64> {
     deepest
 }
 
-/// The tissue's bodies.
+/// Indices of the tissue bodies.
 fn tissue(plan: &Plan) -> Vec<usize> {
     (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == Role::Tissue).collect()
 }
 
 impl DepthProfile {
-    /// Of layers that begin at these depths [m], ascending. What lies above the first is not looked at.
+    /// A profile of layers that begin at these depths [m], ascending. Points above the first are ignored.
     pub fn new(from: Vec<f64>) -> Self {
         let peaks = vec![0.0; from.len()];
         Self { peaks, from, skin: None, bodies: Vec::new(), depth: Vec::new(), deepest: f64::NEG_INFINITY }
     }
 
-    /// Largest von Mises stress from the depth of each layer on [Pa], as far as the tissue goes; empty without tissue or skin.
+    /// Largest von Mises stress below the top of each layer [Pa], as deep as the tissue extends; empty without tissue
+    /// or skin.
     pub fn peaks_from_each(&self) -> Vec<f64> {
         (0..self.from.len()).filter_map(|layer| self.peak_from(layer)).collect()
     }
 
-    /// Largest von Mises stress from the depth of a layer on [Pa]; `None` where no point of the tissue lies that deep.
+    /// Largest von Mises stress below the top of a layer [Pa]; `None` if no point of the tissue lies that deep.
     pub fn peak_from(&self, layer: usize) -> Option<f64> {
         self.skin.as_ref().filter(|_| self.from.get(layer).is_some_and(|from| *from <= self.deepest))?;
         Some(self.peaks.get(layer..)?.iter().copied().fold(0.0, f64::max))
@@ -90,7 +91,7 @@ impl Recorder for DepthProfile {
                             *depth = skin.depth(&block.point_position(slot, q, &frame.plan.X));
                             self.deepest = self.deepest.max(*depth);
                         }
-                        // The layer that begins last before it; none above the first.
+                        // The deepest layer that begins above the point; none if the point is above the first.
                         let layers = self.from.partition_point(|from| from <= depth);
                         if let Some(layer) = layers.checked_sub(1) {
                             self.peaks[layer] = self.peaks[layer].max(points.von_mises[q][lane]);

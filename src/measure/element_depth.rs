@@ -1,14 +1,14 @@
-//! How deep the tissue's quadrature points and elements lie below its skin, each found when somebody needs it.
+//! Depth of the tissue's quadrature points and elements below its skin, evaluated on demand.
 
 use crate::mechanics::element::POINTS;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellPoints;
 use crate::mesh::distance::DepthField;
 
-/// Points whose depths differ by less than this share of their element's extent lie in one level.
+/// Points whose depths differ by less than this fraction of their element's extent are on one level.
 const ONE_LEVEL: f64 = 0.1;
 
-/// Where an element is, in the reference configuration [m].
+/// Position of an element in the reference configuration [m].
 pub struct Place<'a> {
     /// Position of a quadrature point.
     pub point: &'a dyn Fn(usize) -> Vec3,
@@ -16,22 +16,22 @@ pub struct Place<'a> {
     pub nodes: &'a dyn Fn() -> CellPoints,
 }
 
-/// Reference depths, remembered.
+/// Reference depths, cached on first use.
 pub struct ElementDepths {
     skin: DepthField,
-    /// Of the quadrature points, [`POINTS`] a slot [m]; NaN until somebody needs it.
+    /// Depths of the quadrature points, [`POINTS`] per slot [m]; NaN until evaluated.
     points: Vec<f64>,
-    /// Least and largest of the nodes of each slot's element [m]; NaN until somebody needs it.
+    /// Smallest and largest nodal depth of each slot's element [m]; NaN until evaluated.
     edges: Vec<[f64; 2]>,
 }
 
 impl ElementDepths {
-    /// Below a skin, of so many slots of elements.
+    /// An empty cache below a skin, for a number of element slots.
     pub fn new(skin: DepthField, slots: usize) -> Self {
         Self { skin, points: vec![f64::NAN; POINTS * slots], edges: vec![[f64::NAN; 2]; slots] }
     }
 
-    /// Of a quadrature point of the element in a slot [m].
+    /// Depth of a quadrature point of the element in a slot [m].
     pub fn point(&mut self, slot: usize, q: usize, place: &Place) -> f64 {
         let known = &mut self.points[POINTS * slot + q];
         if known.is_nan() {
@@ -40,7 +40,7 @@ impl ElementDepths {
         *known
     }
 
-    /// Of the nodes of the element in a slot, the least and the largest [m].
+    /// Smallest and largest nodal depth of the element in a slot [m].
     pub fn edges(&mut self, slot: usize, place: &Place) -> [f64; 2] {
         let known = &mut self.edges[slot];
         if known[0].is_nan() {
@@ -51,8 +51,8 @@ impl ElementDepths {
         *known
     }
 
-    /// From a quadrature point of that element at a depth [m] down to the next one [m]: in the element, or, of its lowest points,
-    /// in a neighbour of the same size.
+    /// Distance from a quadrature point of that element at a depth [m] to the next one below [m]: in the element, or,
+    /// for its lowest points, in a neighbour of the same size.
     pub fn gap_below(&mut self, slot: usize, depth: f64, place: &Place) -> f64 {
         let [top, bottom] = self.edges(slot, place);
         let same_level = depth + ONE_LEVEL * (bottom - top);

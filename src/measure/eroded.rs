@@ -1,31 +1,31 @@
-//! What was given up: elements beyond what their parts bear, part by part.
+//! Eroded elements: those deformed beyond the limits of their parts, part by part.
 
 use crate::step::Frame;
 use std::collections::BTreeMap;
 
-/// What of one part is gone.
+/// Eroded elements of one part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErodedPart {
-    /// Number of elements.
+    /// Number of eroded elements.
     pub elements: usize,
-    /// Their volume at rest [m³].
+    /// Their reference volume [m³].
     pub volume: f64,
     /// Their mass, which stays with the nodes [kg].
     pub mass: f64,
-    /// When the first one went [s].
+    /// Time of the first erosion [s].
     pub since: f64,
 }
 
-/// What is gone so far.
+/// Eroded elements so far.
 #[derive(Clone, Debug, Default)]
 pub struct Eroded {
-    /// By body and part.
+    /// Entries by body and part index.
     pub parts: BTreeMap<(usize, u32), ErodedPart>,
     known: usize,
 }
 
 impl Eroded {
-    /// Takes in a frame.
+    /// Accumulates the elements eroded up to a frame.
     pub fn accumulate(&mut self, frame: &Frame) {
         let gone = frame.erosion.elements().len();
         if gone == self.known {

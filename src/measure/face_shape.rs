@@ -1,12 +1,12 @@
-//! One face of the contact patch: its area vector, and what it gives to its corners.
+//! One face of the contact patch: its area vector, and its contributions to its corners.
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::Vec3;
 
-/// Least cosine between a face's outward normal and the direction of the contact, for the face to press: 60°.
+/// Minimum cosine between a face's outward normal and the direction of the contact for the face to be in contact: 60°.
 const TURNED: f64 = 0.5;
 
-/// The same between the face of a master and the direction of the whole contact: 80°.
+/// Minimum cosine between the face of a master and the direction of the whole contact: 80°.
 const NOT_BESIDE: f64 = 0.17;
 
 /// Corners without the repetition that marks a triangle.
@@ -17,21 +17,21 @@ pub(super) fn distinct(face: &[u32; 4]) -> &[u32] {
 /// Corners of the bilinear quadrilateral.
 const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// Places along each side of a face at which it is asked whether a shadow covers it.
+/// Sampling points along each side of a face for its coverage by a projection.
 const SAMPLES: usize = 8;
-/// So many times more where the shape is smaller than the face.
+/// Largest factor of refinement of that sampling if the shape is smaller than the face.
 const FINEST: f64 = 8.0;
 
-/// What a rigid body covers for who looks along the normal of the contact.
+/// Projection of a rigid body along the normal of the contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shadow {
-    /// Its shape.
+    /// Shape of the rigid body.
     pub shape: Shape,
-    /// Where it is.
+    /// Position and orientation of the rigid body.
     pub pose: Pose,
-    /// The unit normal.
+    /// Unit normal of the contact.
     pub normal: Vec3,
-    /// The same in its axes.
+    /// Unit normal in the axes of the body.
     pub direction: Vec3,
 }
 
@@ -41,21 +41,21 @@ impl Shadow {
     }
 }
 
-/// What one face gives to its corners.
+/// Area of one face and its contributions to its corners.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FaceShape {
-    /// Area vector, out of the face [m²].
+    /// Outward area vector [m²].
     normal: Vec3,
-    /// Its norm [m²].
+    /// Norm of the area vector [m²].
     area: f64,
-    /// ∫ N_a dA for each corner over what of it is covered [m²].
+    /// ∫ N_a dA for each corner over the covered part [m²].
     shares: [f64; 4],
-    /// The same over all of it [m²].
+    /// ∫ N_a dA for each corner over the whole face [m²].
     whole: [f64; 4],
 }
 
 impl FaceShape {
-    /// From its corners (global nodes) and where they are [m].
+    /// The face with these corners (global nodes) at their positions [m].
     pub fn new(face: &[u32; 4], position: &impl Fn(u32) -> Vec3) -> Self {
         let x = face.map(position);
         // Half the cross product of the diagonals is the area vector of a quadrilateral, and of a triangle (c = d).
@@ -69,13 +69,14 @@ impl FaceShape {
         Self { normal, area: normal.norm(), shares, whole: shares }
     }
 
-    /// What a shadow, which is convex, covers of it; of a face beyond its rim as it is seen along the normal, since the rest of it may hang down.
+    /// The part covered by a projection, which is convex; for a face beyond its rim as seen along the normal, since the
+    /// rest may slope away.
     pub fn clipped(self, face: &[u32; 4], position: &impl Fn(u32) -> Vec3, shadow: &Shadow) -> Self {
         let x = face.map(position);
         if x.iter().all(|x| shadow.covers(x)) {
             return self;
         }
-        // A shape much smaller than the face must not lie between the places.
+        // A shape much smaller than the face must not fall between the sampling points.
         let finer = (self.whole().sqrt() / shadow.shape.size()).ceil().clamp(1.0, FINEST);
         #[allow(clippy::cast_sign_loss)] // at least 1
         let samples = SAMPLES * finer as usize;
@@ -91,31 +92,31 @@ impl FaceShape {
         Self { shares, ..self }
     }
 
-    /// Whether its outward normal opposes `n` by at least [`TURNED`]. At the rim of a flat end the sides of the body are not
-    /// turned to the contact, and press on nothing.
+    /// Whether the outward normal opposes `n` by at least [`TURNED`]. At the rim of a flat end the lateral faces do not
+    /// face the contact, and transmit no pressure.
     pub fn is_turned(&self, n: &Vec3) -> bool {
         -n.dot(&self.normal) > TURNED * self.area
     }
 
-    /// Whether it is not beside a contact that presses along `n` as a whole: at the rim of a flat end, where the directions of single contacts
-    /// are oblique, the sides are turned to these.
+    /// Whether the face is in front of a contact with resultant normal `n`, not beside it: at the rim of a flat end,
+    /// single contacts have oblique directions, which the lateral faces oppose.
     pub fn is_in_front(&self, n: &Vec3) -> bool {
         -n.dot(&self.normal) > NOT_BESIDE * self.area
     }
 
-    /// ∫ N_a dA for one corner over what of the face is covered, and over all of it [m²].
+    /// ∫ N_a dA for one corner over the covered part, and over the whole face [m²].
     pub fn tributary_shares(&self, corner: usize) -> [f64; 2] {
         [self.shares[corner], self.whole[corner]]
     }
 
-    /// ∫ dA over all of it [m²].
+    /// ∫ dA over the whole face [m²].
     pub fn whole(&self) -> f64 {
         self.whole.iter().sum()
     }
 }
 
-/// ∫ N_a dA of a bilinear quadrilateral with the corners `x` [m], by places in the unit square −1…1; `measure` is what a place [m] with
-/// its area vector [m²] counts.
+/// ∫ N_a dA of a bilinear quadrilateral with the corners `x` [m], sampled in the unit square −1…1; `measure` weights a
+/// sampling point [m] with its area vector [m²].
 fn shares_of(
     x: &[Vec3; 4],
     places: impl Iterator<Item = [f64; 2]>,

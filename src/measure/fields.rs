@@ -6,10 +6,11 @@ use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
 
-/// Nodal and element fields of the whole model at one time. A field that nobody asked for is empty.
+/// Nodal and element fields of the whole model at one time. A field that was not requested is empty.
 ///
-/// Nodal values are the lumped L2 projection: averages over the quadrature points of the elements around node a, weighted by
-/// reference volume times N_a. They smear what jumps between materials; [`Fields::element_cauchy`] does not.
+/// Nodal values are the lumped L2 projection: averages over the quadrature points of the elements around node a,
+/// weighted by reference volume times N_a. They smear jumps across material interfaces; [`Fields::element_cauchy`] does
+/// not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fields {
     /// Von Mises stress at the nodes [Pa].
@@ -20,18 +21,19 @@ pub struct Fields {
     pub principal_strain: Vec<f64>,
     /// Volume-weighted mean Cauchy stress of each element, xx, yy, zz, xy, yz, xz [Pa].
     pub element_cauchy: Vec<[f64; 6]>,
-    /// Volume around each node, and of each element [m³]; empty where no such field is asked for.
+    /// Volume around each node, and of each element [m³]; empty if no such field is requested.
     nodal_volume: Vec<f64>,
     element_volume: Vec<f64>,
-    /// Every element, by its nodes (global numbers).
+    /// All elements, by their global nodes.
     cells: Cells,
     /// N_a at each quadrature point.
     shape: [[f64; 8]; POINTS],
 }
 
 impl Fields {
-    /// Room for the stress and strain fields that the plan asks for; `None` when it asks for none.
+    /// Allocates the stress and strain fields that the plan requests; `None` if it requests none.
     pub fn new(plan: &Plan) -> Option<Self> {
+        // Requested fields only.
         let asked = |field| plan.fields.contains(&field);
         let room = |field, n: usize| vec![0.0; if asked(field) { n } else { 0 }];
         let nodes = plan.node_count();
@@ -56,6 +58,7 @@ impl Fields {
             shape: shape_at_points(),
             ..fields
         };
+        // Reference volumes are the weights of the averages.
         for block in &plan.blocks {
             for (slot, element) in block.elements.iter().enumerate() {
                 fields.add_volume(*element, &block.point_volumes(slot));
@@ -79,12 +82,12 @@ impl Fields {
         }
     }
 
-    /// Whether any nodal field is asked for.
+    /// Whether any nodal field is requested.
     fn is_nodal(&self) -> bool {
         !(self.von_mises.is_empty() && self.pressure.is_empty() && self.principal_strain.is_empty())
     }
 
-    /// Back to zero, which is what elements hold that have not moved.
+    /// Resets to zero, the value of elements that have not moved.
     pub fn clear(&mut self) {
         for field in [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain] {
             field.fill(0.0);
@@ -92,7 +95,7 @@ impl Fields {
         self.element_cauchy.fill([0.0; 6]);
     }
 
-    /// Adds the quadrature points of a batch of elements (global numbers, in the order of its lanes).
+    /// Accumulates the quadrature points of a batch of elements (global numbers, in the order of its lanes).
     pub fn accumulate(&mut self, elements: &[u32], points: &PointBatch) {
         if !self.element_cauchy.is_empty() {
             for (lane, &element) in elements.iter().enumerate() {
@@ -120,7 +123,7 @@ impl Fields {
         }
     }
 
-    /// Turns the sums into averages.
+    /// Divides the sums by their volumes.
     pub fn average(&mut self) {
         for field in [&mut self.von_mises, &mut self.pressure, &mut self.principal_strain] {
             divide(field, &self.nodal_volume);

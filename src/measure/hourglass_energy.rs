@@ -1,25 +1,25 @@
-//! How much of the strain energy is in the stabilisation (hourglass modes of one-point elements, crushed corners of others): what the
-//! mesh does not resolve.
+//! Fraction of the strain energy in the stabilisation (hourglass modes of one-point elements, crushed corners of
+//! others): deformation that the mesh does not resolve.
 
 use crate::step::Energy;
 
-/// Share above which it is warned about, as is the custom of the field.
+/// Fraction above which a warning is issued, the customary limit.
 pub const HOURGLASS_WARNING: f64 = 0.05;
 
-/// A body whose strain energy never exceeds this share of the energy scale is as good as at rest.
+/// A body whose strain energy never exceeds this fraction of the energy scale counts as being at rest.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Peaks so far. Peaks, because a share at one time says nothing while a body is nearly at rest.
+/// Peaks so far, because a fraction at one time is meaningless while a body is nearly at rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HourglassEnergy {
     /// Largest energy of the stabilisation and largest strain energy of each body [J].
     peaks: Vec<[f64; 2]>,
-    /// Strain energy below which a body is as good as at rest [J].
+    /// Strain energy below which a body counts as being at rest [J].
     floor: f64,
 }
 
 impl HourglassEnergy {
-    /// Takes in the ledger of one step; `rounding` is what rounding alone may stir up [J].
+    /// Accumulates the ledger of one step; `rounding` is the energy that rounding alone may produce [J].
     pub fn accumulate(&mut self, energy: &Energy, rounding: f64) {
         self.floor = rounding.max(NEGLIGIBLE * energy.scale_j);
         self.peaks.resize(energy.bodies.len(), [0.0; 2]);
@@ -28,14 +28,14 @@ impl HourglassEnergy {
         }
     }
 
-    /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 where it hardly strains.
+    /// Peak energy of the stabilisation over peak strain energy of each body [-]; 0 if it hardly strains.
     pub fn shares(&self) -> impl Iterator<Item = f64> {
         let share =
             |[hourglass, strain]: &[f64; 2]| if *strain > self.floor { hourglass / strain } else { 0.0 };
         self.peaks.iter().map(share)
     }
 
-    /// The largest share of all bodies [-].
+    /// Largest fraction over all bodies [-].
     pub fn largest_share(&self) -> f64 {
         self.shares().fold(0.0, f64::max)
     }
@@ -57,7 +57,7 @@ mod tests {
         };
         let mut measure = HourglassEnergy::default();
         assert_eq!(measure.largest_share(), 0.0);
-        // What rounding stirs up is no share of anything.
+        // Energies at the level of rounding do not count.
         measure.accumulate(&energy([[0.0, 0.0], [1e-20, 2e-20]]), 1e-19);
         assert_eq!(measure.largest_share(), 0.0);
         measure.accumulate(&energy([[0.0, 3.0], [0.5, 8.0]]), 1e-19);

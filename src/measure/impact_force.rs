@@ -1,4 +1,4 @@
-//! Impact force of a contact pair: from its impulse over time, so that the number converges with the step.
+//! Impact force of a contact pair, taken from its impulse over time so that it converges with the time step.
 
 use super::channel_class::filtered_peak;
 use super::contact_patch::ContactPatch;
@@ -7,21 +7,21 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::ForceAverage;
 use crate::step::Frame;
 
-/// The share of a contact's duration that its force is averaged over where nothing else is asked for [-].
+/// Default averaging window as a fraction of the contact duration [-].
 pub const SHARE_OF_CONTACT: f64 = 1.0 / 50.0;
-/// The fewest steps that it is then averaged over.
+/// Minimum length of that window in steps.
 pub const FEWEST_STEPS: f64 = 10.0;
 
-/// What a pair does at one time.
+/// State of a pair at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairSample {
-    /// Time [s].
+    /// Time of the sample [s].
     pub time: f64,
     /// Impulse on the slave so far [N s].
     pub impulse: Vec3,
     /// Force on the slave in this step, impulse / h̄ [N]: recorded, but not a converged quantity.
     pub force: Vec3,
-    /// The patch.
+    /// Contact patch at this time.
     pub patch: ContactPatch,
 }
 
@@ -29,28 +29,28 @@ pub struct PairSample {
 #[derive(Clone, Debug)]
 pub struct ImpactForce {
     average: ForceAverage,
-    /// The window, where the scene gives one.
+    /// Sliding window, if the scene specifies its length.
     sliding: Option<SlidingWindow>,
-    /// The history, where the window is chosen at the end.
+    /// Impulse history, if the window is chosen at the end.
     history: ImpulseHistory,
     now: PairSample,
     sums: ImpulseSample,
     /// Largest force of a single step, with its time [N, s].
     pub peak_step: (f64, f64),
-    /// Largest patch so far.
+    /// Patch of largest area so far.
     pub largest_patch: ContactPatch,
     /// First and last time with r_n > 0 [s].
     pub contact_span: Option<[f64; 2]>,
-    /// Time with r_n > 0, summed over the steps that begin so [s].
+    /// Accumulated length of the steps that begin with r_n > 0 [s].
     pub contact_time: f64,
-    /// Number of those steps, and of all.
+    /// Number of steps with contact, and of all steps.
     steps: [u64; 2],
-    /// Where the first contact was [m].
+    /// Location of the first contact [m].
     pub first_contact: Option<Vec3>,
 }
 
 impl ImpactForce {
-    /// Not started.
+    /// An empty accumulator with this kind of averaging.
     pub fn new(average: ForceAverage) -> Self {
         let sliding = match average {
             ForceAverage::Window(window) => Some(SlidingWindow::new(window)),
@@ -71,17 +71,17 @@ impl ImpactForce {
         }
     }
 
-    /// The latest sample.
+    /// Latest sample of the pair.
     pub fn now(&self) -> PairSample {
         self.now
     }
 
-    /// Whether the pair was pressed at the latest sample.
+    /// Whether the pair was in contact at the latest sample.
     pub fn is_touching(&self) -> bool {
         self.now.patch.nodes > 0
     }
 
-    /// Takes in one step.
+    /// Accumulates the sample of one step.
     pub fn accumulate(&mut self, sample: PairSample) {
         let before = self.now;
         self.steps[1] += 1;
@@ -109,7 +109,7 @@ impl ImpactForce {
         self.now = sample;
     }
 
-    /// Mean step with contact [s]; before it ends one, of all.
+    /// Mean step with contact [s]; before the first such step has ended, the mean of all steps.
     pub fn mean_step(&self) -> f64 {
         match self.steps {
             [0, 0] => 0.0,
@@ -129,12 +129,12 @@ impl ImpactForce {
         }
     }
 
-    /// How it is asked for.
+    /// Averaging requested by the scene.
     pub fn average(&self) -> ForceAverage {
         self.average
     }
 
-    /// The largest force so far, averaged as the scene asks.
+    /// Peak force so far, averaged as the scene requests.
     pub fn peak(&self) -> PeakForce {
         match (self.average, &self.sliding) {
             (_, Some(sliding)) => sliding.peak(),
@@ -146,12 +146,13 @@ impl ImpactForce {
         }
     }
 
-    /// What the force over another window would come from; `None` where it is not averaged over a window that depends on the run.
+    /// Impulse history from which the force over another window can be evaluated; `None` unless the window depends on
+    /// the run.
     pub fn history(&self) -> Option<&ImpulseHistory> {
         (self.average == ForceAverage::OfContact).then_some(&self.history)
     }
 
-    /// How the force was averaged, in words.
+    /// How the force was averaged, as text.
     pub fn words(&self, seconds: impl Fn(f64) -> String) -> String {
         match (self.average, self.window()) {
             (ForceAverage::Filter(filter), _) => format!("filtered by SAE J211 {}", filter.name()),
@@ -184,12 +185,12 @@ mod tests {
     use super::*;
     use crate::scene::document::ForceFilter;
 
-    /// Feeds a force F(t) with exact impulse I(t) = ∫F.
+    /// Accumulates a force F(t) with exact impulse I(t) = ∫F, averaged over a window.
     fn feed(window: f64, step: f64, end: f64, impulse: impl Fn(f64) -> f64) -> ImpactForce {
         feed_to(ForceAverage::Window(window), step, end, impulse)
     }
 
-    /// The same, averaged as asked.
+    /// Accumulates a force F(t) with exact impulse I(t) = ∫F, averaged as requested.
     fn feed_to(average: ForceAverage, step: f64, end: f64, impulse: impl Fn(f64) -> f64) -> ImpactForce {
         let mut measure = ImpactForce::new(average);
         let steps = (end / step).round() as u32;
@@ -207,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_plateau_has_its_own_force() {
-        // 7 N from 1 to 3 s.
+        // A force of 7 N from 1 to 3 s.
         let measure = feed(0.5, 0.01, 5.0, |t| 7.0 * (t.clamp(1.0, 3.0) - 1.0));
         assert!((measure.peak().force - 7.0).abs() < 1e-12);
         assert!(measure.peak().time >= 1.2 && measure.peak().time <= 2.8);
@@ -231,7 +232,8 @@ mod tests {
 
     #[test]
     fn a_window_of_no_whole_number_of_steps_is_found_all_the_same() {
-        // 1 N from 1.0 to 1.6 s, in steps of 0.4 s: the best window of 0.6 s begins at a sample, and none that ends at one is as good.
+        // 1 N from 1.0 to 1.6 s, in steps of 0.4 s: the best window of 0.6 s begins at a sample, and no window ending
+        // at one is as good.
         let measure = feed(0.6, 0.4, 4.0, |t| t.clamp(1.2, 1.8) - 1.2);
         let sampled = |t: f64| {
             let n = (t / 0.4).floor();
@@ -249,18 +251,19 @@ mod tests {
     fn a_window_is_a_fiftieth_of_the_contact_and_ten_steps_at_least() {
         use std::f64::consts::PI;
         let impulse = |t: f64| (1.0 - (PI * t.clamp(0.0, 1.0)).cos()) / PI;
-        // Contact of 1 s: 20 ms, over which the mean at the peak is sin(0.01 π)/(0.01 π). Then nothing, which changes nothing.
+        // Contact of 1 s: a window of 20 ms, over which the mean at the peak is sin(0.01 π)/(0.01 π). Idle time
+        // afterwards changes nothing.
         for end in [1.5, 9.0] {
             let fine = feed_to(ForceAverage::OfContact, 1e-4, end, impulse);
             assert!((fine.window().unwrap() - 0.02).abs() < 1e-5, "{:?}", fine.window());
             let exact = (0.01 * PI).sin() / (0.01 * PI);
             assert!((fine.peak().force - exact).abs() < 1e-6 && (fine.peak().time - 0.5).abs() < 1e-3);
         }
-        // Steps of 10 ms: ten of them.
+        // Steps of 10 ms: the window is ten of them.
         let coarse = feed_to(ForceAverage::OfContact, 0.01, 1.5, impulse);
         assert!((coarse.window().unwrap() - 0.1).abs() < 1e-12);
         assert!(coarse.words(|s| format!("{s:.1} s")).contains("0.1 s, 10 steps"));
-        // So far: half of the contact, half of the window.
+        // Half-way: half of the contact, hence half of the window.
         let half = feed_to(ForceAverage::OfContact, 1e-4, 0.5, impulse);
         assert!((half.window().unwrap() - 0.01).abs() < 1e-5);
     }
@@ -268,7 +271,7 @@ mod tests {
     #[test]
     fn a_long_history_is_thinned_without_losing_impulse() {
         use std::f64::consts::PI;
-        // 200 000 steps of contact: kept are some ten thousand, and the force over a fiftieth is the same.
+        // 200 000 steps of contact: some ten thousand samples are kept, and the force over a fiftieth is unchanged.
         let impulse = |t: f64| (1.0 - (PI * t.clamp(0.0, 1.0)).cos()) / PI;
         let measure = feed_to(ForceAverage::OfContact, 5e-6, 1.0, impulse);
         let kept = measure.history().unwrap().samples();
@@ -281,7 +284,8 @@ mod tests {
 
     #[test]
     fn a_class_filters_the_force() {
-        // 100 N for 50 ms: CFC 1000 passes the plateau; 2 N s in 0.1 ms by CFC 60: the filter's own answer to a blow.
+        // 100 N for 50 ms: CFC 1000 passes the plateau; 2 N s in 0.1 ms through CFC 60: the impulse response of the
+        // filter.
         let plateau = |t: f64| 100.0 * (t - 0.01).clamp(0.0, 0.05);
         let wide = feed_to(ForceAverage::Filter(ForceFilter::Cfc1000), 1e-4, 0.1, plateau);
         assert!((wide.peak().force / 100.0 - 1.0).abs() < 0.1, "{}", wide.peak().force);

@@ -1,19 +1,19 @@
-//! The impulse of a contact pair over time, kept compactly, and the largest mean force over a window of it.
+//! Compact history of the impulse of a contact pair, and the largest mean force over a window of it.
 
 use super::contact_patch::ContactPatch;
 use crate::mechanics::tensor::Vec3;
 use std::collections::VecDeque;
 
-/// Most samples that a history keeps; when it is full, every second one goes.
+/// Maximum number of samples in a history; when it is full, every second one is dropped.
 const MOST_SAMPLES: usize = 16_384;
 
-/// The fewest samples that a history of a longer run has.
+/// Minimum number of samples in the history of a longer run.
 pub const FEWEST_SAMPLES: usize = MOST_SAMPLES / 2;
 
-/// What is known of a pair at one time: all of it sums over the time before, so that differences are means.
+/// Running integrals of a pair up to one time; their differences give means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImpulseSample {
-    /// Time [s].
+    /// Time of the sample [s].
     pub time: f64,
     /// Impulse on the slave so far [N s].
     pub impulse: Vec3,
@@ -22,7 +22,7 @@ pub struct ImpulseSample {
 }
 
 impl ImpulseSample {
-    /// The next one, at which the patch went from `before` to `after`.
+    /// The next sample, with the patch changing from `before` to `after`.
     #[must_use]
     pub fn next(&self, time: f64, impulse: Vec3, before: &ContactPatch, after: &ContactPatch) -> Self {
         let of = |p: &ContactPatch| {
@@ -34,7 +34,7 @@ impl ImpulseSample {
         Self { time, impulse, patch }
     }
 
-    /// Between two, in proportion to the time [s]; before the first there was nothing.
+    /// Linear interpolation between two samples at a time [s]; zero before the first.
     fn between(a: &Self, b: &Self, time: f64) -> Self {
         let share = if b.time > a.time { ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0) } else { 0.0 };
         Self {
@@ -57,10 +57,10 @@ impl ImpulseSample {
     }
 }
 
-/// A patch, its mean over a window.
+/// Contact patch averaged over a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanPatch {
-    /// Area [m²].
+    /// Mean area of the patch [m²].
     pub area: f64,
     /// Long and short axis [m].
     pub axes: [f64; 2],
@@ -68,44 +68,45 @@ pub struct MeanPatch {
     pub nodes_across: u32,
 }
 
-/// The largest force.
+/// Peak force of a pair, averaged or filtered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PeakForce {
-    /// Of a window |ΔI| / τ, or as filtered [N].
+    /// Mean force of the window |ΔI| / τ, or filtered force [N].
     pub force: f64,
-    /// Middle of the window, or when the filtered force is largest [s].
+    /// Middle of the window, or time of the largest filtered force [s].
     pub time: f64,
-    /// The mean patch in the window.
+    /// Mean patch in the window.
     pub patch: MeanPatch,
-    /// What the place of the window among the steps does to the force [N]: nothing where steps are short, or the window a whole
-    /// number of them.
+    /// Effect of the position of the window relative to the steps on the force [N]: none if steps are short, or the
+    /// window spans an integer number of them.
     pub placing: f64,
 }
 
-/// A window that slides along the samples, and the largest mean force in it. Its memory is bounded by the samples of one window.
+/// A window sliding along the samples, and the largest mean force in it. Its memory is bounded by the samples of one
+/// window.
 #[derive(Clone, Debug)]
 pub struct SlidingWindow {
-    /// τ > 0 [s].
+    /// Length τ > 0 [s].
     window: f64,
-    /// Samples of the last window, and one before it.
+    /// Samples in the current window, and one before it.
     samples: VecDeque<ImpulseSample>,
     peak: PeakForce,
-    /// The largest force of the windows that begin at a sample, and of those that end at one [N].
+    /// Largest force of the windows beginning at a sample, and of those ending at one [N].
     largest: [f64; 2],
 }
 
 impl SlidingWindow {
-    /// Of this length τ > 0 [s].
+    /// A window of length τ > 0 [s].
     pub fn new(window: f64) -> Self {
         Self { window, samples: VecDeque::new(), peak: PeakForce::default(), largest: [0.0; 2] }
     }
 
-    /// Its length τ [s].
+    /// Length τ of the window [s].
     pub fn length(&self) -> f64 {
         self.window
     }
 
-    /// The largest mean force so far.
+    /// Largest mean force so far.
     pub fn peak(&self) -> PeakForce {
         PeakForce { placing: (self.largest[0] - self.largest[1]).abs(), ..self.peak }
     }
@@ -114,7 +115,7 @@ impl SlidingWindow {
     pub fn accumulate(&mut self, sample: ImpulseSample) {
         let before = self.samples.back().copied().unwrap_or(sample);
         self.samples.push_back(sample);
-        // The impulse is linear between samples, so the largest change is over a window that begins or ends at one.
+        // The impulse is linear between samples, so it changes most over a window that begins or ends at a sample.
         let begin = sample.time - self.window;
         let first = self.samples.partition_point(|s| s.time <= before.time - self.window);
         for i in first..self.samples.partition_point(|s| s.time <= begin) {
@@ -127,7 +128,7 @@ impl SlidingWindow {
         self.compare(&self.at(begin), &sample, 1);
     }
 
-    /// Compares the mean force of a window with the peak; `end` is which end of it is at a sample.
+    /// Compares the mean force of a window with the peak; `end` says which of its ends is at a sample.
     fn compare(&mut self, from: &ImpulseSample, to: &ImpulseSample, end: usize) {
         let force = (to.impulse - from.impulse).norm() / self.window;
         self.largest[end] = self.largest[end].max(force);
@@ -137,7 +138,7 @@ impl SlidingWindow {
         }
     }
 
-    /// At a time of the window [s]; before the first sample there was nothing.
+    /// Sample interpolated at a time of the window [s]; zero before the first sample.
     fn at(&self, time: f64) -> ImpulseSample {
         match (self.samples.front(), self.samples.get(1)) {
             (Some(a), Some(b)) if a.time <= time => ImpulseSample::between(a, b, time),
@@ -147,16 +148,16 @@ impl SlidingWindow {
     }
 }
 
-/// The samples of a pair from its first contact on. What is between two of them is linear, so each mean over whole samples is exact;
-/// while nothing is pressed nothing is kept.
+/// Samples of a pair from its first contact on. Interpolation between them is linear, so means over whole samples are
+/// exact; nothing is kept while there is no contact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpulseHistory {
-    /// The latest while nothing has been pressed.
+    /// Latest sample before the first contact.
     before: ImpulseSample,
     samples: Vec<ImpulseSample>,
-    /// Steps with contact from one kept sample to the next.
+    /// Steps with contact between successive kept samples.
     stride: u32,
-    /// Steps since the last one that is kept.
+    /// Steps since the last kept sample.
     since: u32,
 }
 
@@ -167,7 +168,7 @@ impl Default for ImpulseHistory {
 }
 
 impl ImpulseHistory {
-    /// Takes in the next step. The memory is taken at the first contact, once.
+    /// Accumulates the next step. Memory is allocated once, at the first contact.
     pub fn accumulate(&mut self, sample: ImpulseSample) {
         if self.samples.is_empty() {
             if sample.impulse == Vec3::zeros() {
@@ -185,7 +186,7 @@ impl ImpulseHistory {
             return;
         }
         match self.samples.last_mut() {
-            // The last one is always the latest; it stays when its turn has come.
+            // The last entry is always the latest sample; it becomes permanent once a full stride has passed.
             Some(last) if self.since > 0 && self.since < self.stride => *last = sample,
             _ => {
                 self.since = 0;
@@ -198,7 +199,7 @@ impl ImpulseHistory {
         }
     }
 
-    /// Drops every second sample but the last.
+    /// Drops every second sample except the last.
     fn thin(&mut self) {
         let last = self.samples.len() - 1;
         let mut index = 0;
@@ -214,19 +215,19 @@ impl ImpulseHistory {
         &self.samples
     }
 
-    /// The largest mean force over a window τ > 0 [s].
+    /// Largest mean force over a window τ > 0 [s].
     pub fn peak_over(&self, window: f64) -> PeakForce {
         let mut sliding = SlidingWindow::new(window);
         self.samples.iter().for_each(|sample| sliding.accumulate(*sample));
         sliding.peak()
     }
 
-    /// Mean patch from one time to another [s].
+    /// Mean patch between two times [s].
     pub fn mean_patch(&self, from: f64, to: f64) -> MeanPatch {
         self.at(from).mean_patch(&self.at(to))
     }
 
-    /// At a time [s]; before the first sample there was nothing, after the last it is the last.
+    /// Sample interpolated at a time [s]; zero before the first sample, constant after the last.
     pub fn at(&self, time: f64) -> ImpulseSample {
         let after = self.samples.partition_point(|s| s.time <= time);
         match (after.checked_sub(1).map(|i| &self.samples[i]), self.samples.get(after)) {

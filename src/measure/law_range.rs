@@ -1,4 +1,4 @@
-//! Whether the laws stay within the deformations that they are good for, part by part, at the look times.
+//! Checks, part by part and at the field times, whether the laws stay within the deformations for which they are valid.
 
 use crate::mechanics::element::POINTS;
 use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
@@ -8,11 +8,11 @@ use crate::plan::Plan;
 use crate::step::Frame;
 use std::ops::Range;
 
-/// A sum over points, and the largest that it has been.
+/// A sum over points, and its maximum over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Largest {
     now: f64,
-    /// So far.
+    /// Largest value of the sum so far.
     pub largest: f64,
 }
 
@@ -22,12 +22,11 @@ impl Largest {
     }
 }
 
-/// Reference volume outside of a range, and since when.
+/// Reference volume outside of a range, and when it first was.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outside {
-    /// Volume outside [m³].
     volume: Largest,
-    /// The first field time with any [s].
+    /// First field time with any volume outside [s].
     pub since: Option<f64>,
 }
 
@@ -40,28 +39,28 @@ impl Outside {
     }
 }
 
-/// One part of a body.
+/// Range of deformation of one part of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartRange {
     /// Name of the body.
     pub body: String,
     /// Name of the part.
     pub part: String,
-    /// The range of its law.
+    /// Range of validity of its law.
     pub validity: Validity,
     /// Its reference volume [m³].
     pub volume: f64,
-    /// Beyond what the law is fitted to.
+    /// Volume beyond the fitted range of the law.
     pub left: Outside,
-    /// Beyond the law's limit.
+    /// Volume beyond the limit of the law.
     pub beyond: Outside,
     /// Least and largest principal stretch so far [-].
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
-    /// Strain energy beyond the law's limit, the largest at any look so far [J].
+    /// Strain energy beyond the limit of the law, maximum over the field times so far [J].
     pub energy_beyond: Largest,
-    /// Whether one-point elements of it have turned over.
+    /// Whether any of its one-point elements has inverted.
     pub has_turned_over: bool,
     /// Index of the body in [`LawRanges`].
     in_body: usize,
@@ -75,25 +74,25 @@ struct BodyRange {
 }
 
 impl PartRange {
-    /// The largest share of its volume that was outside.
+    /// Largest fraction of the part's volume that was outside.
     pub fn share(&self, outside: &Outside) -> f64 {
         if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
     }
 }
 
-/// All parts of all bodies.
+/// Ranges of deformation of all parts of all bodies.
 #[derive(Clone, Debug, Default)]
 pub struct LawRanges {
-    /// The parts.
+    /// All parts, body by body.
     pub parts: Vec<PartRange>,
-    /// The bodies that they are parts of.
+    /// The bodies that own them.
     bodies: Vec<BodyRange>,
-    /// Index of the part of each slot of the plan; padding has none that matters.
+    /// Part index of each slot of the plan; irrelevant for padding.
     part_of: Vec<u32>,
 }
 
 impl LawRanges {
-    /// Not started.
+    /// Empty ranges for the parts of a plan.
     pub fn new(plan: &Plan) -> Self {
         let bodies = vec![BodyRange::default(); plan.bodies.len()];
         let mut ranges = Self { parts: Vec::new(), bodies, part_of: vec![0; plan.slot_count()] };
@@ -128,7 +127,7 @@ impl LawRanges {
         ranges
     }
 
-    /// Begins a sweep over all points.
+    /// Begins a pass over all points.
     pub fn begin(&mut self) {
         for part in &mut self.parts {
             (part.left.volume.now, part.beyond.volume.now, part.energy_beyond.now) = (0.0, 0.0, 0.0);
@@ -138,7 +137,7 @@ impl LawRanges {
         }
     }
 
-    /// Takes in the quadrature points of a batch of elements, with their slots among all.
+    /// Accumulates the quadrature points of a batch of elements, with their slots among all slots.
     pub fn accumulate(&mut self, slots: Range<usize>, points: &PointBatch) {
         for (lane, slot) in slots.enumerate() {
             let part = &mut self.parts[self.part_of[slot] as usize];
@@ -165,7 +164,7 @@ impl LawRanges {
         }
     }
 
-    /// A sweep over all points of a frame, at a look time.
+    /// Evaluates all points of a frame at a field time.
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
@@ -177,7 +176,8 @@ impl LawRanges {
         self.end(frame);
     }
 
-    /// One-point elements look at their middle alone: those that have turned over at a point of the 2×2×2 rule are beyond any limit.
+    /// One-point elements are evaluated at their centre only: those inverted at a point of the 2×2×2 rule count as
+    /// beyond any limit.
     fn add_turned_over(&mut self, frame: &Frame) {
         let is_reduced = |block: &&ElementBlock| block.parameters.formulation == Formulation::Reduced;
         for block in frame.plan.blocks.iter().filter(is_reduced) {
@@ -202,7 +202,7 @@ impl LawRanges {
         }
     }
 
-    /// Ends the sweep over the points of a frame.
+    /// Ends the pass over the points of a frame.
     pub fn end(&mut self, frame: &Frame) {
         self.add_turned_over(frame);
         let time = frame.time;
@@ -217,7 +217,7 @@ impl LawRanges {
         }
     }
 
-    /// The part with most strain energy beyond its limit, if any is; one that has turned over before all others.
+    /// The part with most strain energy beyond the limit of its law, if any; a part with inverted elements comes first.
     pub fn worst(&self) -> Option<&PartRange> {
         let beyond = self.parts.iter().filter(|part| part.beyond.since.is_some());
         beyond.max_by(|a, b| {
@@ -226,8 +226,8 @@ impl LawRanges {
         })
     }
 
-    /// The largest share of a body's strain energy, at its peak, that was beyond the limits of the laws [-]; 1 where elements have
-    /// turned over, whose energy says nothing.
+    /// Largest fraction of a body's peak strain energy that was beyond the limits of the laws [-]; 1 if elements have
+    /// inverted, since their energy is meaningless.
     pub fn share_beyond(&self) -> f64 {
         if self.parts.iter().any(|part| part.has_turned_over) {
             return 1.0;

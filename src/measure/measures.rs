@@ -1,4 +1,4 @@
-//! All measures of a run together.
+//! All measures of a run.
 
 use super::absorbed_energy::AbsorbedEnergy;
 use super::artificial_end::ArtificialEnds;
@@ -19,75 +19,75 @@ use crate::step::{Energy, Frame};
 /// Everything measured so far.
 #[derive(Default)]
 pub struct Measures {
-    /// One for each contact pair of the plan.
+    /// One entry for each contact pair of the plan.
     pub pairs: Vec<PairMeasures>,
-    /// The tissue's energy; `None` without tissue.
+    /// Absorbed energy; `None` without tissue.
     pub absorbed: Option<AbsorbedEnergy>,
-    /// The tissue's stresses; `None` without tissue.
+    /// Stresses and strains of the tissue; `None` without tissue.
     pub stress: Option<StressDepth>,
-    /// The stabilisation's share in the strain energy.
+    /// Fraction of the strain energy in the stabilisation.
     pub hourglass: HourglassEnergy,
-    /// How far the laws were stretched.
+    /// Deformation of each part compared with the range of its law.
     pub laws: LawRanges,
-    /// How fast waves run in the tissue; `None` where nothing follows of it.
+    /// Wave speed in the tissue; `None` if it allows no conclusion.
     wave_speed: Option<WaveSpeed>,
-    /// The skin's deflection.
+    /// Deflection of the tissue's skin.
     pub deflection: Deflection,
-    /// What was given up.
+    /// Eroded elements by part.
     pub eroded: Eroded,
-    /// What lies inside what.
+    /// Interpenetration of bodies at the field times.
     pub penetration: Penetration,
-    /// Fields at the latest field time; `None` when the plan asks for none.
+    /// Fields at the latest field time; `None` if the plan requests none.
     pub fields: Option<Fields>,
-    /// The ledger at the latest step.
+    /// Energy ledger at the latest step.
     pub energy: Energy,
     /// Largest error of the balance so far [-].
     pub largest_balance_error: f64,
-    /// Time and number of the latest step.
+    /// Time of the latest step [s].
     pub time: f64,
-    /// Steps so far.
+    /// Number of steps so far.
     pub step: u64,
-    /// Ends of the model that send waves back; `None` when none is known.
+    /// Artificial ends of the model, which reflect waves; `None` if none is known.
     pub artificial_ends: Option<ArtificialEnds>,
-    /// What validation warned of.
+    /// Warnings from the validation of the scene.
     pub scene_warnings: Vec<String>,
-    /// Where the numbers' error bars come from.
+    /// Source of the error bars.
     pub error_bars: ErrorBars,
-    /// How exact they were asked to be.
+    /// Requested accuracy, if any.
     pub accuracy: Option<AskedAccuracy>,
 }
 
 impl Measures {
-    /// Not started.
+    /// Empty measures of a run that has not started.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Warns when a wave may have come back from such an end.
+    /// Enables the warning that a wave may have returned from an artificial end.
     #[must_use]
     pub fn with_artificial_ends(self, artificial_ends: Option<ArtificialEnds>) -> Self {
         Self { artificial_ends, ..self }
     }
 
-    /// Says in the summary too what validation warned of.
+    /// Repeats the warnings of validation in the summary.
     #[must_use]
     pub fn with_scene_warnings(self, scene_warnings: Vec<String>) -> Self {
         Self { scene_warnings, ..self }
     }
 
-    /// Gives the numbers error bars, and an accuracy that they shall have.
+    /// Sets the source of the error bars, and the accuracy requested of the numbers.
     #[must_use]
     pub fn with_error_bars(self, error_bars: ErrorBars, accuracy: Option<AskedAccuracy>) -> Self {
         Self { error_bars, accuracy, ..self }
     }
 
-    /// The pairs in which the tissue is struck: by the projectiles, where there are any, however it rests on others.
+    /// Pairs in which the tissue is struck: by the projectiles if there are any, regardless of what supports it.
     pub fn strikes(&self) -> impl Iterator<Item = &PairMeasures> {
         let any_projectile = self.pairs.iter().any(|pair| pair.on_tissue && pair.of_projectile);
         self.pairs.iter().filter(move |pair| pair.on_tissue && (pair.of_projectile || !any_projectile))
     }
 
-    /// Takes in a frame's stresses.
+    /// Accumulates the point stresses of a frame.
     fn accumulate_points(&mut self, frame: &Frame) {
         let reach = self.wave_speed.as_ref().map(|speed| speed.reach(&self.pairs, frame));
         let (stress, fields, laws) = (&mut self.stress, &mut self.fields, &mut self.laws);
@@ -98,6 +98,7 @@ impl Measures {
         if let Some(fields) = fields {
             fields.clear();
         }
+        // One pass over the moved elements serves all three measures.
         for block in &frame.plan.blocks {
             block.for_each_moved_batch(frame.points(), &mut |slots, points| {
                 let among_all = block.first_slot + slots.start..block.first_slot + slots.end;
@@ -126,10 +127,10 @@ impl Measures {
         }
     }
 
-    /// Before the first step.
+    /// Prepares all measures before the first step.
     ///
     /// # Errors
-    /// When the tissue's skin has no depth below it.
+    /// If the tissue's skin does not define a depth.
     pub fn start(&mut self, plan: &Plan) -> Result<(), MeshError> {
         *self = Self {
             pairs: pairs_of(plan),
@@ -148,7 +149,7 @@ impl Measures {
         Ok(())
     }
 
-    /// Takes in the frame of a step.
+    /// Accumulates the frame of a step.
     pub fn accumulate(&mut self, frame: &Frame) {
         let time = frame.time;
         for (index, pair) in self.pairs.iter_mut().enumerate() {

@@ -1,10 +1,10 @@
-//! Measures that ride along a run: impact force, contact patch, depth of significant stress, absorbed energy, and the
-//! summary made of them.
+//! Measures evaluated during a run: impact force, contact patch, depth of significant stress, absorbed energy, and the
+//! summary composed of them.
 //!
-//! A [`MeasuringRecorder`] takes every frame of a run into its [`Measures`], once, and hands it on to the [`Sink`]s as a
-//! [`MeasuredFrame`]; a run without one is not measured, and pays nothing. What needs stresses at quadrature points (depth of
-//! significant stress, peak values, nodal fields) is evaluated at the field times only, because the stepper does not keep
-//! stresses; everything else at every step.
+//! A [`MeasuringRecorder`] accumulates every frame of a run in its [`Measures`], once, and passes it to the [`Sink`]s
+//! as a [`MeasuredFrame`]; a run without one is not measured, at no cost. What needs stresses at quadrature points
+//! (depth of significant stress, peak values, nodal fields) is evaluated at the field times only, because the stepper
+//! does not store stresses; everything else at every step.
 
 pub mod absorbed_energy;
 pub mod artificial_end;

@@ -1,4 +1,4 @@
-//! What is measured of one contact pair: its forces and its patch.
+//! Measures of one contact pair: its forces and its patch.
 
 use super::contact_patch::{ContactPatch, PatchGeometry};
 use super::impact_force::{ImpactForce, PairSample, resultant_force};
@@ -9,36 +9,36 @@ use crate::plan::{ContactPlan, Plan};
 use crate::scene::document::Role;
 use crate::step::Frame;
 
-/// One contact pair.
+/// Forces and patch of one contact pair.
 pub struct PairMeasures {
     /// Name of the pair.
     pub name: String,
     /// Names of slave and master.
     pub between: [String; 2],
-    /// Whether one of them is the tissue, and the other is not.
+    /// Whether exactly one of them is the tissue.
     pub on_tissue: bool,
     /// Whether the other one is the projectile.
     pub of_projectile: bool,
-    /// Which of `between` the impulse is told for: the tissue, or else the slave. Which side is the slave depends on the mesh,
-    /// so a sign by the slave would change with refinement.
+    /// Index into `between` of the body for which the impulse is reported: the tissue, or else the slave. The choice of
+    /// slave depends on the mesh, so a sign by the slave would change with refinement.
     pub told_for: usize,
     /// Whether both sides are rigid: they touch in points, without a patch.
     pub is_of_points: bool,
-    /// Forces.
+    /// Force measures of the pair.
     pub force: ImpactForce,
-    /// Where it first touched the tissue, and how far its patch has spread; `None` before.
+    /// Where it first touched the tissue, and the extent of its patch so far; `None` before.
     pub source: Option<Source>,
-    /// Velocity of the frame of its tissue [m/s].
+    /// Velocity of the reference frame of its tissue [m/s].
     tissue_flight: Vec3,
-    /// How fast its two sides fly at each other [m/s].
+    /// Approach speed of its two sides [m/s].
     pub approach: f64,
     geometry: PatchGeometry,
-    /// Of a master that is the mesh of another body.
+    /// Patch geometry of the master, if that is the mesh of another body.
     master: Option<PatchGeometry>,
 }
 
 impl PairMeasures {
-    /// Whether both sides are the same.
+    /// Whether both sides are the same body.
     pub fn is_of_itself(&self) -> bool {
         self.between[0] == self.between[1]
     }
@@ -48,7 +48,7 @@ impl PairMeasures {
         self.master.as_mut().map_or(patch, |master| patch.within(&master.eval(frame, index)))
     }
 
-    /// Takes in a frame; `index` is the number of the pair in its plan.
+    /// Accumulates a frame; `index` is the number of the pair in its plan.
     pub(super) fn accumulate(&mut self, frame: &Frame, index: usize) {
         let time = frame.time;
         let sample = PairSample {
@@ -65,38 +65,38 @@ impl PairMeasures {
     }
 }
 
-/// Where a pair first touched the tissue, in its reference configuration, and how far from there its patch has been [m].
+/// Reference position of a pair's first contact with the tissue, and how far its patch has extended from there [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Source {
-    /// Place [m].
+    /// Reference position of the first contact [m].
     pub place: Vec3,
-    /// How far [m].
+    /// Extent of the patch from there [m].
     pub spread: f64,
 }
 
 impl Source {
-    /// Takes in a patch: its centre in the reference configuration, and half its long axis [m].
+    /// Accumulates a patch: its centre in the reference configuration, and half its long axis [m].
     pub fn widen(this: &mut Option<Self>, centre: Vec3, radius: f64) {
         let source = this.get_or_insert(Self { place: centre, spread: 0.0 });
         source.spread = source.spread.max((centre - source.place).norm() + radius);
     }
 }
 
-/// A master that is a rigid body, with its shape.
+/// Body index and shape of a rigid master.
 fn rigid_shape(plan: &Plan, master: Option<usize>) -> Option<(usize, Shape)> {
     let body = master?;
     let index = plan.bodies[body].rigid?;
     Some((body, plan.rigid.as_ref()?.bodies[index].shape))
 }
 
-/// The faces of a master that is the mesh of another body.
+/// Faces of a master that is the mesh of another body.
 fn master_faces(contact: &ContactPlan, pair: &ContactPair) -> Option<PatchGeometry> {
     let Master::Surface(master) = pair.master else { return None };
     let is_other = master != pair.slave;
     is_other.then(|| PatchGeometry::of_master(contact.surface_body[master], &contact.surfaces[master]))
 }
 
-/// The pairs of a plan.
+/// Empty measures for the pairs of a plan.
 pub(super) fn pairs_of(plan: &Plan) -> Vec<PairMeasures> {
     let Some(contact) = &plan.contact else { return Vec::new() };
     let tissue = |body: usize| plan.bodies[body].role == Role::Tissue;

@@ -1,10 +1,11 @@
-//! How far the two sides of each pair lie inside each other: by the elements, not by the list of contacts.
+//! Interpenetration of the two sides of each pair, measured on the elements rather than on the list of contacts.
 //!
-//! A point is inside a mesh where one of its elements holds it ([`Locator`]), inside a rigid body where the signed distance of its
-//! shape is negative, inside a plane where it is behind it. Its depth is the distance to the nearest face of the skin. Looked at:
-//! the nodes of both skins (of a rigid body points of its surface), for the depth; the Gauss points of the elements (of a rigid body
-//! a lattice), for the volume, so that of two edges which cross between their nodes the volume tells. A node is inside its own body
-//! where the skin winds around the place just outside of it ([`nodes_inside`]).
+//! A point is inside a mesh if one of its elements contains it ([`Locator`]), inside a rigid body if the signed
+//! distance of its shape is negative, and inside a plane if it lies behind it. Its depth is the distance to the nearest
+//! boundary face. Depth is evaluated at the boundary nodes of both sides (for a rigid body, at points of its surface),
+//! volume at the Gauss points of the elements (for a rigid body, on a lattice), so that edges crossing between their
+//! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
+//! outside of it ([`nodes_inside`]).
 
 use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::contact::winding::nodes_inside;
@@ -19,63 +20,64 @@ use crate::step::Frame;
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
-/// Depth inside another body over the size of a face above which the numbers of a run are withheld [-].
+/// Penetration depth over face size above which the results of a run are withheld [-].
 pub const DEPTH_LIMIT: f64 = 0.1;
-/// Volume that two bodies share over that of the smaller one above which they are [-].
+/// Overlapping volume over the volume of the smaller body above which the results are withheld [-].
 pub const OVERLAP_LIMIT: f64 = 0.01;
-/// What to do where either went too far.
-pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run before; in an implicit run shorten the \
+/// Remedy for a penetration or overlap beyond its limit.
+pub const TOO_DEEP: &str = "Lower the speed, refine the coarser of the two surfaces, or end the run earlier; in an implicit run shorten the \
                             steps (`integrator.step_s`). Where soft bodies crush each other to folds no mesh keeps them apart.";
-/// Cosine between the normals of a node and a face of its own body below which the face is another part of the skin, through which
-/// the node came in: at the bottom of a crease whose sides cross it those sides stand at right angles to its normal.
+/// Cosine between the normals of a node and of a face of its own body below which the face belongs to another part of
+/// the boundary, through which the node entered: at the bottom of a self-intersecting crease the sides stand at right
+/// angles to its normal.
 const ALONGSIDE: f64 = 0.5;
-/// Points of the lattice in a rigid body along each axis.
+/// Lattice points along each axis of a rigid body.
 const LATTICE: i32 = 12;
 
 /// The deepest penetration and the largest overlap at the field times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Penetration {
-    /// The depth that is the largest share of a face so far.
+    /// Depth with the largest fraction of a face size so far.
     pub deepest: Depth,
-    /// The overlap that is the largest share of a body so far.
+    /// Overlap with the largest fraction of a body volume so far.
     pub largest: Overlap,
 }
 
-/// How deep a point lies inside.
+/// Depth of a point inside another body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Depth {
-    /// Depth [m].
+    /// Depth of the point below the surface [m].
     pub depth: f64,
-    /// The same over the size (√ of the area) of the nearest face; of a rigid body over the mean size of the other side's faces
-    /// (between rigid bodies and planes over its smallest thickness) [-].
+    /// Depth over the size (√area) of the nearest face; for a rigid body over the mean face size of the other side
+    /// (between rigid bodies and planes over the smallest thickness) [-].
     pub share: f64,
-    /// Of which bodies.
+    /// Names of the bodies involved.
     pub between: String,
-    /// When [s].
+    /// Time of the maximum [s].
     pub time: f64,
 }
 
-/// How much of a volume belongs to two.
+/// A volume occupied by two bodies at once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overlap {
-    /// Volume [m³].
+    /// Volume occupied by both bodies [m³].
     pub volume: f64,
-    /// The same over the volume of the smaller body [-].
+    /// Overlapping volume over the volume of the smaller body [-].
     pub share: f64,
-    /// Of which bodies.
+    /// Names of the bodies involved.
     pub between: String,
-    /// When [s].
+    /// Time of the maximum [s].
     pub time: f64,
 }
 
-/// One side of a pair at a time.
+/// One side of a pair at one time.
 enum Side<'a> {
     Mesh(Mesh<'a>),
     Rigid(Shape, Pose),
     Plane(Vec3, Vec3),
 }
 
-/// A body of elements where it is, without those that are gone.
+/// A deformable body in its current configuration, without eroded elements.
 struct Mesh<'a> {
     cells: Cow<'a, Cells>,
     skin: Cow<'a, Surface>,
@@ -83,7 +85,7 @@ struct Mesh<'a> {
     bounds: [Vec3; 2],
 }
 
-/// What is found of one pair: depth and its share, volume.
+/// Result for one pair: depth with its fraction of a face, and volume.
 #[derive(Clone, Copy, Default)]
 struct Found {
     depth: f64,
@@ -92,9 +94,10 @@ struct Found {
 }
 
 impl Penetration {
-    /// Takes in what a frame shows; it is at a field time, when all displacements are known.
-    /// `touched`: whether anything has touched so far in a pair; what has not touched itself has not entered itself.
+    /// Accumulates a frame at a field time, when all displacements are known. `touched`: whether a pair has been in
+    /// contact so far; a body that has not touched itself cannot have entered itself.
     pub fn accumulate(&mut self, frame: &Frame, touched: impl Fn(usize) -> bool) {
+        // Current positions.
         let plan = frame.plan;
         let mut x = plan.X.clone();
         for (index, body) in plan.bodies.iter().enumerate() {
@@ -102,10 +105,11 @@ impl Penetration {
                 x[node as usize] = frame.position_in(index, node);
             }
         }
-        // Broken positions end the run, which says so.
+        // Non-finite positions end the run with a failure of their own.
         if !x.iter().all(|x| x.iter().all(|c| c.is_finite())) {
             return;
         }
+        // Each pair once; with itself only after contact.
         let sides: Vec<Side> = (0..plan.bodies.len()).map(|body| Side::of_body(frame, body, &x)).collect();
         let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().zip(&contact.pair_bodies));
         for (index, (pair, &(slave, master))) in pairs.enumerate() {
@@ -129,7 +133,7 @@ impl Penetration {
         }
     }
 
-    /// What went beyond its limit.
+    /// Describes what exceeded its limit.
     pub fn excess(&self) -> Option<String> {
         let Self { deepest, largest } = self;
         let said = |share: f64, of: &str, between: &str, time: f64, limit: f64| {
@@ -156,8 +160,9 @@ impl Penetration {
     }
 }
 
-/// Points of either side inside the other.
+/// Points of either side that lie inside the other.
 fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
+    // Bodies with disjoint bounding boxes do not overlap.
     let mut found = Found::default();
     let ([a_low, a_high], [b_low, b_high]) = (a.bounds(), b.bounds());
     let common = [a_low.sup(&b_low), a_high.inf(&b_high)];
@@ -175,13 +180,14 @@ fn look<'a>(a: &Side<'a>, b: &Side<'a>) -> Found {
             }
             Side::Rigid(..) | Side::Plane(..) => of.height(point) < 0.0,
         };
+        // Depth from the surface points.
         points_of.for_each_surface_point(&common, |point| {
             if holds(point) {
                 let (depth, of_face) = of.depth_at(point);
                 found.deepen(depth, of_face.unwrap_or(size));
             }
         });
-        // Both count the same volume, each as finely as its own points.
+        // Both sides sample the same volume, each at the resolution of its own points.
         let mut volume = 0.0;
         points_of.for_each_volume_point(&common, |point, weight| {
             volume += if holds(point) { weight() } else { 0.0 };
@@ -230,7 +236,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Distance of a point from a rigid body or a plane, negative inside [m]; of a mesh elements tell.
+    /// Signed distance of a point from a rigid body or a plane, negative inside [m]; meshes use their elements instead.
     fn height(&self, point: &Vec3) -> f64 {
         match self {
             Self::Mesh(_) => f64::INFINITY,
@@ -239,7 +245,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// How deep a point inside lies [m], with the size of the nearest face of a mesh [m].
+    /// Depth of a point inside [m], and the size of the nearest face of a mesh [m].
     fn depth_at(&self, point: &Vec3) -> (f64, Option<f64>) {
         let Self::Mesh(mesh) = self else { return (-self.height(point), None) };
         match mesh.depth_below_skin(point, |_| true) {
@@ -248,7 +254,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// The box around what the points of another side must be in to be inside [m].
+    /// Bounding box outside which no point of another side can be inside [m].
     fn bounds(&self) -> [Vec3; 2] {
         match self {
             Self::Mesh(mesh) => mesh.bounds,
@@ -287,7 +293,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// Points within a box with the volumes that they stand for [m³], asked for where they matter.
+    /// Visits the points within a box with the volumes they represent [m³], evaluated on demand.
     fn for_each_volume_point(&self, near: &[Vec3; 2], mut take: impl FnMut(&Vec3, &dyn Fn() -> f64)) {
         let [low, high] = near;
         match self {
@@ -314,7 +320,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Half of the edges of the box around a shape, in its axes [m].
+/// Half-extents of the bounding box of a shape, in its own axes [m].
 fn half_extents(shape: &Shape) -> Vec3 {
     match *shape {
         Shape::Ball { radius } => Vec3::repeat(radius),
@@ -337,7 +343,7 @@ impl<'a> Mesh<'a> {
         Self { cells, skin, x, bounds }
     }
 
-    /// What finds the elements that come into a box.
+    /// Locator of the elements that intersect a box.
     fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'_> {
         Locator::within(place, &self.cells, self.x)
     }
@@ -346,7 +352,7 @@ impl<'a> Mesh<'a> {
         self.cells.iter().map(|cell| cell.kind.volume_m3(&cell.points(self.x))).sum()
     }
 
-    /// Distance [m] to the nearest face of those taken, and its size [m].
+    /// Distance [m] to the nearest accepted face, and the size of that face [m].
     fn depth_below_skin(&self, point: &Vec3, takes: impl Fn(&[u32; 4]) -> bool) -> Option<(f64, f64)> {
         let mut best: Option<(f64, f64)> = None;
         for face in self.skin.faces.iter().filter(|face| takes(face)) {
@@ -363,7 +369,7 @@ impl<'a> Mesh<'a> {
         best
     }
 
-    /// Calls `take` with each element, its quadrature points within a box, and their volumes [m³].
+    /// Calls `take` for each element with its quadrature points within a box, and their volumes [m³].
     fn for_each_volume_point(
         &self,
         [low, high]: &[Vec3; 2],
@@ -388,9 +394,9 @@ impl<'a> Mesh<'a> {
         }
     }
 
-    /// Nodes of the skin inside the body and in elements that are no neighbours of their own ones, with their distance to the nearest
-    /// face that is no continuation of their own; the volume only where there are such. By the skin and by the elements: a crumpled skin
-    /// alone, and folded elements alone, are no penetration.
+    /// Boundary nodes inside the body and inside elements not adjacent to their own, with the distance to the nearest
+    /// face that does not continue their own; the volume only if there are such nodes. Both criteria must hold: a
+    /// crumpled boundary alone, or folded elements alone, are no penetration.
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
         let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
@@ -398,6 +404,7 @@ impl<'a> Mesh<'a> {
         let mut around = Vec::new();
         let elements = OnceCell::new();
         let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
+        // Depth of the boundary nodes inside the body.
         for (node, normal) in nodes_inside(&self.skin, self.x) {
             around.clear();
             let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
@@ -414,10 +421,11 @@ impl<'a> Mesh<'a> {
                 found.deepen(depth, size);
             }
         }
+        // Overlapping volume, only if a node is inside.
         if found.depth > 0.0 {
             self.for_each_volume_point(&self.bounds, |element, point, weight| {
                 if locator().element_at(point, |e| is_apart(cells.nodes(element), cells.nodes(e))).is_some() {
-                    // Each of the two counts it.
+                    // Each of the two elements counts the shared volume.
                     found.volume += 0.5 * weight();
                 }
             });
@@ -436,7 +444,7 @@ mod tests {
     use serde_json::json;
     use std::f64::consts::PI;
 
-    /// Two blocks of 2×2×2 elements, of 1 m, one on the other.
+    /// Two blocks of 2×2×2 elements and 1 m edges, one on top of the other.
     fn blocks() -> Plan {
         let block = |name: &str, low: f64| {
             json!({
@@ -458,14 +466,15 @@ mod tests {
         for (depth, volume) in [(-0.01, 0.0), (0.0, 0.0), (0.25, 0.25)] {
             let mut x = plan.X.clone();
             for node in plan.bodies[1].nodes.clone() {
-                // Aside, so that no node lies on an edge of the other block.
+                // Offset, so that no node lies on an edge of the other block.
                 x[node as usize] += Vec3::new(0.1, 0.2, -depth);
             }
             let [a, b] = [0, 1].map(|body| Side::Mesh(Mesh::new(&plan.bodies[body], Erosion::none(), &x)));
             let found = look(&a, &b);
             assert!((found.depth - f64::max(depth, 0.0)).abs() < 1e-12, "{depth}: {}", found.depth);
             assert!((found.share - 2.0 * f64::max(depth, 0.0)).abs() < 1e-12);
-            // Gauss points stand for an eighth of an element: here they tell the overlap along z exactly, across to 15 %.
+            // A Gauss point represents an eighth of an element: the overlap is exact along z, and within 15 %
+            // laterally.
             assert!((found.volume - volume * 0.9 * 0.8).abs() <= 0.15 * volume, "{depth}: {}", found.volume);
         }
     }

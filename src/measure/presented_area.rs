@@ -1,4 +1,4 @@
-//! The area that a projectile presents in the direction of its flight, and the energy that it brings.
+//! Area presented by a projectile in its direction of flight, and its energy.
 
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
@@ -6,17 +6,17 @@ use crate::plan::Plan;
 use crate::scene::document::Role;
 use std::f64::consts::PI;
 
-/// What a projectile brings to the tissue.
+/// Kinetic energy and presented area of the projectile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Onslaught {
-    /// ½ m v², v its speed of flight relative to the tissue [J].
+    /// ½ m v², with v the speed of flight relative to the tissue [J].
     pub kinetic_energy: f64,
-    /// Area of its outline seen along that velocity [m²]; of its convex hull.
+    /// Area of the convex hull of its outline, seen along that velocity [m²].
     pub presented_area: f64,
 }
 
 impl Onslaught {
-    /// Of the one projectile of a plan on its one body of tissue; `None` where there is none or more than one, or nothing flies.
+    /// For a plan with exactly one projectile and one body of tissue; `None` otherwise, or if nothing moves.
     pub fn new(plan: &Plan) -> Option<Self> {
         let one = |role: Role| {
             let mut found = (0..plan.bodies.len()).filter(|&b| plan.bodies[b].role == role);
@@ -41,13 +41,13 @@ impl Onslaught {
         self.kinetic_energy / self.presented_area
     }
 
-    /// Diameter of the disc of that area [m].
+    /// Diameter of a disc of that area [m].
     pub fn diameter(&self) -> f64 {
         2.0 * (self.presented_area / PI).sqrt()
     }
 }
 
-/// Shadow of a shape along a unit direction in its own axes [m²].
+/// Projected area of a shape along a unit direction in its own axes [m²].
 fn shape_area(shape: &Shape, direction: &Vec3) -> f64 {
     let along = direction.y.abs();
     let across = (1.0 - along * along).max(0.0).sqrt();
@@ -64,7 +64,7 @@ fn shape_area(shape: &Shape, direction: &Vec3) -> f64 {
     }
 }
 
-/// Area of the convex hull of the shadow of some nodes along a unit direction [m²]: the monotone chain of Andrew (1979).
+/// Area of the convex hull of nodes projected along a unit direction [m²]: the monotone chain of Andrew (1979).
 fn hull_area(nodes: &[u32], X: &[Vec3], direction: &Vec3) -> f64 {
     let axis = if direction.x.abs() < 0.5 { Vec3::x() } else { Vec3::y() };
     let e1 = direction.cross(&axis).normalize();
@@ -99,7 +99,7 @@ mod tests {
     fn shadows_of_shapes() {
         let cube = Shape::Box { half: Vec3::repeat(0.5) };
         assert!((shape_area(&cube, &Vec3::z()) - 1.0).abs() < 1e-12);
-        // A hexagon: √3.
+        // A regular hexagon of area √3.
         assert!((shape_area(&cube, &Vec3::repeat(1.0).normalize()) - 3.0_f64.sqrt()).abs() < 1e-12);
         let corners: Vec<Vec3> = (0..8)
             .map(|i| Vec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2 & 1)))

@@ -1,21 +1,21 @@
-//! Frames with what the measures say of them, made once, and the sinks that see them.
+//! Frames with their measures, evaluated once, and the sinks that receive them.
 
 use super::measures::Measures;
 use super::summary::Summary;
 use crate::plan::Plan;
 use crate::step::{Frame, Outcome, Recorder, RecorderError};
 
-/// A frame that has been measured.
+/// A frame with its measures.
 #[derive(Clone, Copy)]
 pub struct MeasuredFrame<'a> {
-    /// The frame.
+    /// The frame of the step.
     pub frame: &'a Frame<'a>,
-    /// What is measured up to it: forces, patches, energies; stresses and fields as of the latest field time.
+    /// Measures up to this frame: forces, patches, energies; stresses and fields as of the latest field time.
     pub measures: &'a Measures,
 }
 
 impl MeasuredFrame<'_> {
-    /// The summary of the run up to here.
+    /// Summary of the run up to this frame.
     pub fn summary(&self) -> Summary {
         Summary::compose(self.measures, self.frame.plan, None)
     }
@@ -24,34 +24,34 @@ impl MeasuredFrame<'_> {
 /// A measured run that has ended.
 #[derive(Clone, Copy)]
 pub struct MeasuredEnd<'a> {
-    /// The plan.
+    /// Plan of the run.
     pub plan: &'a Plan,
-    /// What has been measured.
+    /// Measures of the whole run.
     pub measures: &'a Measures,
-    /// How the run ended.
+    /// Outcome of the run.
     pub outcome: &'a Outcome,
-    /// The summary of the run.
+    /// Final summary of the run.
     pub summary: &'a Summary,
 }
 
-/// What measured frames go to: a file, memory, a progress bar. It may work on another thread than the steps.
+/// A destination of measured frames: a file, memory, a progress bar. It may run on another thread than the steps.
 pub trait Sink: Send {
-    /// Before the first step.
+    /// Called before the first step.
     ///
     /// # Errors
-    /// When the sink cannot be opened.
+    /// If the sink cannot be opened.
     fn start(&mut self, _plan: &Plan) -> Result<(), RecorderError> {
         Ok(())
     }
-    /// At every step, also those that are not due: the sink keeps the plan's cadence.
+    /// Called at every step, whether a frame is due or not: the sink follows the plan's cadence.
     ///
     /// # Errors
-    /// When the sink cannot be written; the run then ends as failed.
+    /// If the sink cannot be written; the run then ends as failed.
     fn record(&mut self, measured: &MeasuredFrame) -> Result<(), RecorderError>;
-    /// After the last step, however the run ended, also when this or another sink has failed before.
+    /// Called after the last step, however the run ended, even if this or another sink has failed before.
     ///
     /// # Errors
-    /// When the sink cannot be closed.
+    /// If the sink cannot be closed.
     fn finish(&mut self, _end: &MeasuredEnd) -> Result<(), RecorderError> {
         Ok(())
     }
@@ -59,33 +59,33 @@ pub trait Sink: Send {
     fn discard(&mut self) {}
 }
 
-/// A recorder that measures each frame once and hands it to any number of sinks, in their order.
+/// A recorder that measures each frame once and passes it to any number of sinks, in their order.
 ///
-/// A sink that fails keeps no other one from the frame; the run is told of the first failure.
+/// The failure of a sink does not keep the frame from the others; the run receives the first failure.
 pub struct MeasuringRecorder<'a> {
     measures: Measures,
     sinks: Vec<&'a mut dyn Sink>,
 }
 
 impl<'a> MeasuringRecorder<'a> {
-    /// With the measures of a run that has not begun, and no sink.
+    /// A recorder with the measures of a run that has not begun, and no sink.
     pub fn new(measures: Measures) -> Self {
         Self { measures, sinks: Vec::new() }
     }
 
-    /// With one more sink.
+    /// Adds a sink, which receives each frame after those before it.
     #[must_use]
     pub fn with(mut self, sink: &'a mut dyn Sink) -> Self {
         self.sinks.push(sink);
         self
     }
 
-    /// What has been measured.
+    /// All measures of the run so far.
     pub fn measures(&self) -> &Measures {
         &self.measures
     }
 
-    /// The summary of a run that ended so.
+    /// Summary of a run with this outcome.
     pub fn summary(&self, plan: &Plan, outcome: &Outcome) -> Summary {
         Summary::compose(&self.measures, plan, Some(outcome))
     }
@@ -110,7 +110,7 @@ impl Recorder for MeasuringRecorder<'_> {
     }
 }
 
-/// The first failure. Every sink is asked, those after one that fails too.
+/// The first failure. Every sink is called, including those after a failed one.
 fn first_failure(results: impl Iterator<Item = Result<(), RecorderError>>) -> Result<(), RecorderError> {
     let mut first = Ok(());
     for result in results {

@@ -1,7 +1,8 @@
-//! Depth of significant stress in the tissue, and the peaks of stress, strain and energy density at its quadrature points.
+//! Depth of significant stress in the tissue, and the peaks of stress, strain and energy density at its quadrature
+//! points.
 //!
-//! Evaluated at the field times and at the end, not at every step: a peak between two field times is not seen, so ask for
-//! field times that are close enough to each other.
+//! Evaluated at the field times and at the end, not at every step: peaks between two field times are missed, so choose
+//! the field times closely enough.
 
 use super::element_depth::{ElementDepths, Place};
 use super::wave_reach::WaveReach;
@@ -14,36 +15,37 @@ use crate::plan::Plan;
 use crate::scene::document::Role;
 use std::ops::Range;
 
-/// What exceeds one threshold.
+/// Depth and volume in which one threshold is exceeded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exceedance {
     /// Threshold of the von Mises stress [Pa].
     pub threshold: f64,
     /// Largest reference distance to the skin of a quadrature point above the threshold, at any field time so far [m].
     pub depth: f64,
-    /// From there to the next deeper point, which is not above [m]: what the depth is known to.
+    /// Distance from there to the next deeper point, which is below the threshold [m]: the resolution of the depth.
     pub depth_gap: f64,
-    /// When it was reached [s].
+    /// Time at which that depth was reached [s].
     pub depth_time: f64,
     /// Reference volume above the threshold at the latest field time [m³].
     pub volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
-    /// Largest volume that one of the points above stands for, at any field time so far [m³].
+    /// Largest volume represented by one of the points above the threshold, at any field time so far [m³].
     pub largest_point: f64,
-    /// Volume above the threshold where no wave can have been at the latest field time [m³]: of the mesh, and counted nowhere else.
+    /// Volume above the threshold that no wave can have reached at the latest field time [m³]: a mesh artefact,
+    /// excluded everywhere else.
     numerical: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_numerical: f64,
-    /// When that was, and how far a wave can have come then [s, m].
+    /// Time of that volume, and how far a wave can have travelled by then [s, m].
     pub numerical_at: (f64, f64),
-    /// Which ends of the tissue its elements lie at, bit by bit, see [`StressDepth::ends`].
+    /// Bit set of the ends of the tissue adjacent to its elements, see [`StressDepth::ends`].
     pub reached: u32,
-    /// The same part by part, in the order of [`StressDepth::parts`].
+    /// The same for each part, in the order of [`StressDepth::parts`].
     pub layers: Vec<Layer>,
 }
 
-/// What of one part exceeds a threshold.
+/// Depth and volume of one part in which a threshold is exceeded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
     /// Least and largest reference depth of its elements with points above the threshold, at any field time so far [m].
@@ -61,13 +63,13 @@ impl Layer {
 /// The volume in which a measure exceeds a threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dose {
-    /// The threshold, in the unit of the measure.
+    /// Threshold, in the unit of the measure.
     pub threshold: f64,
     /// Reference volume above it at the latest field time [m³].
     volume: f64,
     /// Largest such volume at any field time so far [m³].
     pub largest_volume: f64,
-    /// Largest volume that one of the points above stands for, at any field time so far [m³].
+    /// Largest volume represented by one of the points above the threshold, at any field time so far [m³].
     pub largest_point: f64,
 }
 
@@ -77,14 +79,14 @@ impl Dose {
     }
 }
 
-/// A largest value, where and when.
+/// A maximum with its place and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// The value; what it was at rest until something exceeds it.
+    /// Maximum so far; the value at rest until something exceeds it.
     pub value: f64,
     /// Reference position of the point [m].
     pub position: Vec3,
-    /// Time [s].
+    /// Time of the maximum [s].
     pub time: f64,
 }
 
@@ -95,7 +97,7 @@ impl Default for Peak {
 }
 
 impl Peak {
-    /// Takes the value if it is larger.
+    /// Replaces the maximum if the value is larger.
     fn raise(&mut self, value: f64, position: impl Fn() -> Vec3, time: f64) {
         if value > self.value {
             *self = Self { value, position: position(), time };
@@ -103,23 +105,23 @@ impl Peak {
     }
 }
 
-/// Accumulates over the quadrature points of the tissue.
+/// Accumulates the stress measures over the quadrature points of the tissue.
 pub struct StressDepth {
-    /// Distances to the skin; without a skin there is no depth.
+    /// Distances to the skin; `None` without a skin, which leaves depth undefined.
     depths: Option<ElementDepths>,
-    /// The tissue's bodies.
+    /// Indices of the tissue bodies.
     bodies: Vec<usize>,
-    /// The latest field time [s].
+    /// Latest field time [s].
     pub time: f64,
-    /// Where waves can be in this sweep; `None` where that is not known.
+    /// Region that waves can have reached at this field time; `None` if unknown.
     reach: Option<WaveReach>,
-    /// Names of the tissue's ends, 32 at most.
+    /// Names of the tissue's ends, at most 32.
     pub ends: Vec<String>,
-    /// For each slot the ends that its element lies at, bit by bit; empty when there is none.
+    /// For each slot the bit set of the ends adjacent to its element; empty if the tissue has no ends.
     at_ends: Vec<u32>,
     /// Names of the tissue's parts.
     pub parts: Vec<String>,
-    /// For each slot the index of its part; empty when there is none.
+    /// For each slot the index of its part; empty if the tissue has no parts.
     part_of: Vec<u32>,
     /// Doses of strain energy density [J/m³].
     pub energy_doses: Vec<Dose>,
@@ -127,7 +129,7 @@ pub struct StressDepth {
     pub strain_doses: Vec<Dose>,
     /// Number of field times so far.
     pub samples: u32,
-    /// One for each threshold, ascending.
+    /// One entry for each threshold, ascending.
     pub exceedances: Vec<Exceedance>,
     /// Largest von Mises stress [Pa].
     pub von_mises: Peak,
@@ -164,7 +166,7 @@ impl StressDepth {
         }))
     }
 
-    /// From its parts.
+    /// Assembles the measure from its components.
     fn of(skin: Option<DepthField>, bodies: Vec<usize>, slots: usize, thresholds: &[f64]) -> Self {
         let exceedances =
             thresholds.iter().map(|&threshold| Exceedance { threshold, ..Exceedance::default() });
@@ -187,18 +189,18 @@ impl StressDepth {
         }
     }
 
-    /// Names of the ends of the tissue that what is above a threshold lies at.
+    /// Names of the tissue ends adjacent to the region above a threshold.
     pub fn reached(&self, exceedance: &Exceedance) -> Vec<String> {
         let named = self.ends.iter().enumerate().take(32);
         named.filter(|(bit, _)| exceedance.reached >> bit & 1 == 1).map(|(_, name)| name.clone()).collect()
     }
 
-    /// Whether depth can be told.
+    /// Whether the tissue has a skin, so that depth is defined.
     pub fn has_skin(&self) -> bool {
         self.depths.is_some()
     }
 
-    /// Begins a sweep over all points at a time [s] at which waves can be so far, if that is known.
+    /// Begins a pass over all points at a time [s], given the region that waves can have reached, if known.
     pub fn begin(&mut self, time: f64, reach: Option<WaveReach>) {
         (self.time, self.reach) = (time, reach);
         self.samples += 1;
@@ -209,8 +211,8 @@ impl StressDepth {
         self.energy_doses.iter_mut().chain(&mut self.strain_doses).for_each(|dose| dose.volume = 0.0);
     }
 
-    /// Takes in the quadrature points of a batch of elements of a body, with their slots among all slots, and
-    /// where they are: `position(lane, index in the element)` and `nodes(lane)`. Elements that have not moved need not be told of.
+    /// Accumulates the quadrature points of a batch of elements of a body, with their slots among all slots and their
+    /// places: `position(lane, index in the element)` and `nodes(lane)`. Elements that have not moved may be omitted.
     pub fn accumulate(
         &mut self,
         body: usize,
@@ -228,17 +230,19 @@ impl StressDepth {
                 let [stress, strain, psi, volume] =
                     [&points.von_mises, &points.principal_strain, &points.psi, &points.volume]
                         .map(|field| field[q][lane]);
-                // Most points raise no peak and pass no threshold: where they are need not be known.
+                // Most points raise no peak and exceed no threshold: their positions are not needed.
                 if !self.tells_anything(stress, strain, psi) {
                     continue;
                 }
                 let X = position(lane, q);
+                // Stress beyond the reach of waves is counted separately.
                 if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt()))
                 {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);
                     continue;
                 }
+                // Peaks, thresholds and doses.
                 self.von_mises.raise(stress, || X, self.time);
                 self.principal_strain.raise(strain, || X, self.time);
                 self.energy_density.raise(psi, || X, self.time);
@@ -251,7 +255,7 @@ impl StressDepth {
         }
     }
 
-    /// Whether a point is above a threshold or a peak.
+    /// Whether a point exceeds a threshold or a peak.
     fn tells_anything(&self, stress: f64, strain: f64, psi: f64) -> bool {
         let above = |value: f64, peak: &Peak, doses: &[Dose]| {
             value > peak.value || doses.first().is_some_and(|lowest| value > lowest.threshold)
@@ -262,7 +266,7 @@ impl StressDepth {
             || above(psi, &self.energy_density, &self.energy_doses)
     }
 
-    /// Takes in one point above the lowest threshold.
+    /// Accumulates one point above the lowest threshold.
     fn accumulate_exceedance(
         &mut self,
         (stress, volume): (f64, f64),
@@ -290,7 +294,7 @@ impl StressDepth {
         }
     }
 
-    /// Ends the sweep.
+    /// Ends the pass and updates the maxima.
     pub fn end(&mut self) {
         for exceedance in &mut self.exceedances {
             exceedance.largest_volume = exceedance.largest_volume.max(exceedance.volume);
@@ -316,7 +320,7 @@ fn accumulate_dose(doses: &mut [Dose], value: f64, volume: f64) {
     }
 }
 
-/// For each slot of a plan the ends of the tissue that its element has nodes at, bit by bit.
+/// For each slot of a plan the bit set of the tissue ends at which its element has nodes.
 fn at_ends(plan: &Plan) -> Vec<u32> {
     let mut of_node = vec![0u32; plan.node_count()];
     for (bit, end) in plan.measures.tissue_ends.iter().enumerate().take(32) {
@@ -333,8 +337,8 @@ fn at_ends(plan: &Plan) -> Vec<u32> {
     at_ends
 }
 
-/// Names of the parts of some bodies, each once, and for each slot of the plan the index of its part (0 in other bodies, which
-/// nobody asks for).
+/// Unique part names of some bodies, and for each slot of the plan the index of its part (0 in other bodies, where it
+/// is unused).
 fn parts_of(plan: &Plan, bodies: &[usize]) -> (Vec<String>, Vec<u32>) {
     let mut names: Vec<String> = Vec::new();
     let mut part_of = vec![0; plan.slot_count()];
@@ -357,7 +361,7 @@ fn parts_of(plan: &Plan, bodies: &[usize]) -> (Vec<String>, Vec<u32>) {
 mod tests {
     use super::*;
 
-    /// An element in a slot of its own, all of whose points lie at the height z and have one stress.
+    /// An element in a slot of its own, all of whose points lie at height z and have the same stress.
     fn feed(measure: &mut StressDepth, body: usize, slot: usize, (z, stress): (f64, f64)) {
         let mut points = PointBatch::default();
         for q in 0..POINTS {
@@ -386,7 +390,8 @@ mod tests {
         let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
         assert!((low.depth - 0.3).abs() < 1e-12 && low.depth_time == 1.0);
         assert!((high.depth - 0.1).abs() < 1e-12);
-        // Elements from 0.05 above to 0.05 below their points: the next point is in a neighbour, as far again.
+        // Elements from 0.05 above to 0.05 below their points: the next point is in a neighbour, at the same distance
+        // again.
         assert!((low.depth_gap - 0.1).abs() < 1e-12 && (high.depth_gap - 0.1).abs() < 1e-12);
         assert_eq!((low.volume, low.largest_volume, high.volume, high.largest_volume), (2.0, 4.0, 0.0, 2.0));
         assert_eq!((low.largest_point, high.largest_point), (0.25, 0.25));
@@ -421,10 +426,11 @@ mod tests {
         );
         measure.end();
         let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];
-        // Above 5 only the upper points are, above 1 the lower ones too: from there it is as far to a neighbour's.
+        // Above 5 only the upper points, above 1 the lower ones too: from there the next point is as far away, in a
+        // neighbour.
         assert!((high.depth - upper).abs() < 1e-12 && (high.depth_gap - (lower - upper)).abs() < 1e-12);
         assert!((low.depth - lower).abs() < 1e-12 && (low.depth_gap - 2.0 * upper).abs() < 1e-12);
-        // Layers are told by the edges of their elements.
+        // Layer bounds are the edges of their elements.
         assert!(high.layers[0].depth.iter().zip([0.0, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
@@ -435,7 +441,7 @@ mod tests {
         Source::widen(&mut source, Vec3::new(0.5, 0.5, 0.0), 0.3);
         let mut measure = StressDepth::of(None, vec![0], 2, &[1.0]);
         measure.at_ends = vec![0, 1];
-        // Elements of 2 m³, so 1.26 m: within 0.3 m and that there is stress, beyond it is the mesh's.
+        // Elements of 2 m³, hence 1.26 m: stress within 0.3 m plus that is physical, stress beyond is a mesh artefact.
         measure.begin(1.0, source.map(WaveReach::of));
         feed(&mut measure, 0, 0, (-1.5, 2.0));
         feed(&mut measure, 0, 1, (-1.7, 3.0));
@@ -443,7 +449,7 @@ mod tests {
         let found = &measure.exceedances[0];
         assert_eq!((found.largest_volume, found.largest_numerical, found.reached), (2.0, 2.0, 0));
         assert_eq!((measure.von_mises.value, found.numerical_at), (2.0, (1.0, 0.3)));
-        // Without a known wave all counts, and what lies at an end says so.
+        // Without a known wave all points count, and regions at an end are reported as such.
         measure.begin(2.0, None);
         feed(&mut measure, 0, 1, (-1.7, 3.0));
         measure.end();

@@ -1,44 +1,45 @@
-//! How far a wave from the contact can have come into the tissue: stress beyond is the mesh's, not the tissue's.
+//! How far a wave from the contact can have travelled into the tissue: stress beyond is a mesh artefact.
 //!
-//! Each step carries something one element further, whatever the element's size, so that long elements are stressed long before
-//! any wave can be there.
+//! Each step propagates information by one element, whatever the element's size, so long elements are stressed long
+//! before any wave can arrive.
 
 use super::pair::PairMeasures;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::Frame;
 
-/// Where waves can be at one time.
+/// The region that waves can have reached at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaveReach {
-    /// Reference place of the first contact of each pair with the tissue, and how far a wave from there can have come [m].
+    /// Reference position of the first contact of each pair with the tissue, and how far a wave can have travelled from
+    /// there [m].
     sources: Vec<(Vec3, f64)>,
 }
 
 impl WaveReach {
-    /// Around one place that has not sent anything further yet.
+    /// The vicinity of one source, before any wave has left it.
     #[cfg(test)]
     pub fn of(source: super::pair::Source) -> Self {
         Self { sources: vec![(source.place, source.spread)] }
     }
 
-    /// Whether a point at `X` [m] of an element of that size [m] can have been reached.
+    /// Whether a wave can have reached a point at `X` [m] in an element of that size [m].
     pub fn holds(&self, X: &Vec3, size: f64) -> bool {
         self.sources.iter().any(|(from, reach)| (X - from).norm() <= reach + size)
     }
 
-    /// How far waves can have come, at most [m].
+    /// Largest distance that waves can have travelled [m].
     pub fn farthest(&self) -> f64 {
         self.sources.iter().map(|(_, reach)| *reach).fold(0.0, f64::max)
     }
 }
 
-/// The speed at which waves run in the tissue, at most.
+/// Upper bound of the wave speed in the tissue [m/s].
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaveSpeed(f64);
 
 impl WaveSpeed {
-    /// `None` where something else than contact may deform the tissue, and in runs without mass, which have no waves.
+    /// `None` if loads other than contact can deform the tissue, and in quasi-static runs, which have no waves.
     pub fn new(plan: &Plan) -> Option<Self> {
         let is_tissue = |body: usize| plan.bodies[body].role == crate::scene::document::Role::Tissue;
         let blocks = plan.blocks.iter().filter(|block| is_tissue(block.body));
@@ -46,11 +47,12 @@ impl WaveSpeed {
         (plan.measures.moved_by_contact_alone && !plan.is_static() && speed > 0.0).then_some(Self(speed))
     }
 
-    /// Where waves can be in a frame. From its first contact on a pair sends them from the whole of its patch; a step is one more,
-    /// because contact begins within it.
+    /// The region that waves can have reached in a frame. From its first contact on, a pair emits waves from its whole
+    /// patch; one step is added because contact begins within it.
     ///
-    /// A wave that crushes what it runs into is faster than one at rest: a plane shock runs at about c + s u, u the speed of the
-    /// matter behind it and s < 1 for the volumetric laws here. The speed of the impact bounds s u.
+    /// A wave that compresses the material ahead travels faster than the small-amplitude wave: a plane shock runs at
+    /// about c + s u, with u the speed of the material behind it and s < 1 for the volumetric laws here. The impact
+    /// speed bounds s u.
     pub fn reach(&self, pairs: &[PairMeasures], frame: &Frame) -> WaveReach {
         let of = |pair: &PairMeasures| {
             let ([first, _], source) =

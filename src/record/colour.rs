@@ -1,7 +1,7 @@
-//! Colours of the skin: viridis over a range that is fixed for the whole run.
+//! Surface colours: viridis over a range that is fixed for the whole run.
 //!
-//! A range that followed the data would make two frames, or two runs, look alike that are not. It must be known before the
-//! first step, so it is chosen from the plan, see [`range`].
+//! A range that followed the data would make different frames, or different runs, look alike. It must be known before
+//! the first step, and is therefore chosen from the plan, see [`range`].
 
 use super::proto::foxglove::Color;
 use crate::mechanics::force::PointInput;
@@ -30,7 +30,7 @@ const VIRIDIS: [[f64; 3]; 17] = [
     [0.9932, 0.9062, 0.1439],
 ];
 
-/// The colour of a value between 0 and `top`; beyond the ends it is that of the end.
+/// Colour of a value between 0 and `top`, clamped at the ends.
 #[allow(clippy::cast_sign_loss)] // s is clamped
 pub fn viridis(value: f64, top: f64) -> Color {
     let last = VIRIDIS.len() - 1;
@@ -42,11 +42,11 @@ pub fn viridis(value: f64, top: f64) -> Color {
     Color { r, g, b, a: 1.0 }
 }
 
-/// Top of the colour range of von Mises stress for a run [Pa]; the bottom is 0.
+/// Upper end of the colour range of von Mises stress for a run [Pa]; the lower end is 0.
 ///
-/// With a tissue it is the highest of the thresholds of significant stress: what is saturated is beyond all of them. Without
-/// one it is the largest of what can be told beforehand: the plane-wave pressure `Δv Z₁ Z₂ / (Z₁ + Z₂)` of the impact
-/// (impedance Z = ρ c), the largest stress at the start, and the weight `ρ g H` of a body; rounded up to 1, 2 or 5 × 10ⁿ.
+/// With a tissue it is the highest threshold of significant stress: saturated regions exceed all of them. Otherwise it
+/// is the largest a-priori estimate: the plane-wave pressure `Δv Z₁ Z₂ / (Z₁ + Z₂)` of the impact (impedance Z = ρ c),
+/// the largest initial stress, and the weight `ρ g H` of a body; rounded up to 1, 2 or 5 × 10ⁿ.
 pub fn range(plan: &Plan) -> f64 {
     let has_tissue = plan.bodies.iter().any(|b| b.role == Role::Tissue);
     match plan.measures.stress_thresholds.last() {
@@ -102,7 +102,7 @@ fn weight(plan: &Plan) -> f64 {
     plan.blocks.iter().map(column).fold(0.0, f64::max)
 }
 
-/// The smallest of 1, 2, 5 × 10ⁿ that is not below; 1 for 0 and for what is not finite.
+/// The smallest of 1, 2, 5 × 10ⁿ that is not less than the value; 1 for 0 and for non-finite values.
 fn nice_above(value: f64) -> f64 {
     if !(value > 0.0 && value.is_finite()) {
         return 1.0;

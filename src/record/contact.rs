@@ -1,4 +1,4 @@
-//! `/contact/forces`: what the contact pairs do.
+//! `/contact/forces`: forces of the contact pairs.
 
 use super::packed;
 use super::proto::contuse::{ContactForces, PackedArray, PairForces};
@@ -7,9 +7,9 @@ use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::tensor::Vec3;
 use crate::step::Frame;
 
-/// Topic.
+/// Topic of the contact forces.
 pub const TOPIC: &str = "/contact/forces";
-/// Schema.
+/// Schema of the contact forces.
 pub const SCHEMA: &str = "contuse.v1.ContactForces";
 
 /// A contact sticks when its tangential reaction is this far inside the cone, relative to μ r_n.
@@ -17,7 +17,7 @@ const STICK_MARGIN: f64 = 1e-9;
 const STICK: u8 = 1;
 const SLIP: u8 = 2;
 
-/// The message of a frame that the measures have taken in.
+/// The message of a measured frame.
 pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
     let pairs = measures.pairs.iter().enumerate().map(|(index, pair)| {
         let now = pair.force.now();
@@ -41,7 +41,7 @@ pub fn message(frame: &Frame, measures: &Measures) -> ContactForces {
     ContactForces { time_s: frame.time, step: frame.step, pairs: pairs.collect() }
 }
 
-/// The arrays of the pair's contacts with r_n > 0; all of length 0 when nothing touches.
+/// Arrays of the pair's contacts with r_n > 0; all empty if nothing touches.
 fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     let Some(contact) = &frame.plan.contact else { return Vec::new() };
     let first_node = frame.plan.bodies[contact.pair_bodies[pair as usize].0].nodes.start;
@@ -64,7 +64,7 @@ fn active_contacts(frame: &Frame, pair: u32) -> Vec<PackedArray> {
     ]
 }
 
-/// Stick inside the cone, slip on it; without friction everything slips.
+/// Stick inside the cone, slip on it; frictionless contacts always slip.
 fn status(reaction: &Reaction, mu: f64) -> u8 {
     let [r_n, r_1, r_2] = reaction.impulse;
     if r_1.hypot(r_2) < mu * r_n * (1.0 - STICK_MARGIN) { STICK } else { SLIP }

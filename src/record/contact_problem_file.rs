@@ -12,24 +12,24 @@ use base64::alphabet::URL_SAFE;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::{Map, Value, json};
 
-/// The order of the rows.
+/// Order of the rows.
 const FRAME: &str = "per contact (n,t1,t2): index 3*c is normal";
-/// What to do about a file that is not read, unless there is more to say.
+/// Default remedy for a file that cannot be read.
 const REMEDY: &str = "write it as docs/contact-solvers.md says under \"Problems of one's own\"";
 
 /// A contact problem with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedContactProblem {
-    /// Its name.
+    /// Name of the problem.
     pub name: String,
-    /// The problem.
+    /// The problem in the form W, q, μ.
     pub problem: ContactProblem,
 }
 
-/// Reads one file; `place` is put before every pointer.
+/// Reads one file; `place` is prepended to every pointer.
 ///
 /// # Errors
-/// All that is wrong with it, with the place.
+/// All errors in the file, with their locations.
 pub fn read_contact_problem(bytes: &[u8], place: &str) -> Result<NamedContactProblem, Problems> {
     let root = Pointer::from_text(place);
     let document: Value = serde_json::from_slice(bytes)
@@ -40,7 +40,7 @@ pub fn read_contact_problem(bytes: &[u8], place: &str) -> Result<NamedContactPro
     Reader { members: &members, root, problems: Vec::new() }.read()
 }
 
-/// Collects problems while it reads.
+/// Collects problems while reading.
 struct Reader<'a> {
     members: &'a Map<String, Value>,
     root: Pointer,
@@ -53,6 +53,7 @@ impl Reader<'_> {
         if name.is_none() {
             self.tell("missing", &self.root.key("name"), "A problem has a name.");
         }
+        // Vectors μ and q, and the optional declarations.
         let mu = self.numbers(self.members.get("mu"), &self.root.key("mu"));
         let q = self.numbers(self.members.get("q"), &self.root.key("q"));
         let contacts = mu.as_ref().map_or(0, Vec::len);
@@ -70,6 +71,7 @@ impl Reader<'_> {
         if self.members.get("dim").is_some_and(|dim| dim.as_u64() != Some(3)) {
             self.tell("unsupported", &self.root.key("dim"), "Only problems in three dimensions are solved.");
         }
+        // Assemble the problem if nothing is wrong.
         let W = self.operator(contacts);
         if let (Some(name), Some(mu), Some(q), Some(W), true) = (name, mu, q, W, self.problems.is_empty()) {
             match ContactProblem::new(W, q, mu) {
@@ -82,7 +84,7 @@ impl Reader<'_> {
         Err(Problems(self.problems.into_iter().map(told).collect()))
     }
 
-    /// A word that may be left out, and else must be one of these or begin with it.
+    /// Checks an optional word, which must be one of these or begin with it.
     fn expect_word(&mut self, found: Option<&Value>, words: &[&str], pointer: &Pointer) {
         let Some(found) = found else { return };
         if !found.as_str().is_some_and(|text| words.iter().any(|word| text.starts_with(word))) {
@@ -95,7 +97,7 @@ impl Reader<'_> {
         self.problems.push(Problem::error(code, pointer, message));
     }
 
-    /// A list of finite numbers.
+    /// Reads a list of finite numbers.
     fn numbers(&mut self, value: Option<&Value>, pointer: &Pointer) -> Option<Vec<f64>> {
         let Some(Value::Array(items)) = value else {
             self.tell("type", pointer, "This must be a list of numbers.");
@@ -176,7 +178,7 @@ impl Reader<'_> {
         Delassus::from_blocks(contacts, entries).ok()
     }
 
-    /// A list of whole numbers below `end`.
+    /// Reads a list of indices below `end`.
     fn indices(&mut self, value: Option<&Value>, end: usize, pointer: &Pointer) -> Option<Vec<usize>> {
         let Some(Value::Array(items)) = value else {
             self.tell("type", pointer, "This must be a list of indices.");
@@ -200,6 +202,7 @@ impl Reader<'_> {
             self.tell("value", &pointer.key("b64"), "This is no URL-safe base64.");
             return None;
         };
+        // Decode the packed numbers.
         let packed: Vec<f64> = match W.get("dtype").and_then(Value::as_str) {
             Some("f8" | "<f8") => {
                 bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
@@ -220,6 +223,7 @@ impl Reader<'_> {
             self.tell("length", &pointer.key("b64"), lengths);
             return None;
         }
+        // Expand the upper triangle to a full symmetric matrix.
         let mut values = vec![0.0; n * n];
         let mut packed = packed.into_iter();
         for i in 0..n {
@@ -232,7 +236,7 @@ impl Reader<'_> {
     }
 }
 
-/// The document of a problem, W by its non-zero values; μ = ∞ cannot be written.
+/// Document of a problem, with W by its nonzero values; μ = ∞ cannot be represented.
 pub fn contact_problem_document(named: &NamedContactProblem, source: &str) -> Value {
     let problem = &named.problem;
     let n = 3 * problem.contacts();

@@ -1,7 +1,7 @@
-//! A recorder of the contact problems that a run meets, one JSON file each.
+//! A recorder that saves the contact problems of a run, one JSON file each.
 //!
-//! Every [`EVERY_STEPS`]-th step with contacts is kept, from the first on, and no more than [`MOST_FILES`] in all.
-//! A scene in which a pair has μ = ∞ is left out: JSON has no such number. The settling of a scene has no frames.
+//! Every [`EVERY_STEPS`]-th step with contacts is saved, starting with the first, and at most [`MOST_FILES`] in all. A
+//! scene with μ = ∞ in a pair is omitted, since JSON has no such number. Dynamic relaxation has no frames.
 
 use super::contact_problem_file::{NamedContactProblem, contact_problem_document};
 use crate::mechanics::contact::step_problem::step_problem;
@@ -11,9 +11,9 @@ use crate::plan::Plan;
 use crate::step::{Frame, Recorder, RecorderError};
 use std::path::PathBuf;
 
-/// Steps with contacts from one file to the next.
+/// Number of steps with contacts from one file to the next.
 pub const EVERY_STEPS: u64 = 20;
-/// Files of one run.
+/// Maximum number of files per run.
 pub const MOST_FILES: usize = 200;
 
 /// Writes the contact problems of a run to a folder.
@@ -29,7 +29,7 @@ pub struct ContactProblemRecorder {
 }
 
 impl ContactProblemRecorder {
-    /// Into a folder, which is made; files are named after the scene and the step.
+    /// A recorder into a folder, which is created; files are named after the scene and the step.
     pub fn new(folder: PathBuf, scene: &str) -> Self {
         let plain = |c: char| if c.is_alphanumeric() || "_-".contains(c) { c } else { '_' };
         Self {
@@ -42,7 +42,7 @@ impl ContactProblemRecorder {
         }
     }
 
-    /// Files written so far.
+    /// Number of files written so far.
     pub fn files(&self) -> usize {
         self.files
     }

@@ -4,12 +4,12 @@ use super::proto::contuse::{BodyEnergy, Energy, PairEnergy};
 use crate::measure::Measures;
 use crate::plan::Plan;
 
-/// Topic.
+/// Topic of the energy ledger.
 pub const TOPIC: &str = "/energy";
-/// Schema.
+/// Schema of the energy ledger.
 pub const SCHEMA: &str = "contuse.v1.Energy";
 
-/// The message of the latest step that the measures have taken in.
+/// The message of the latest measured step.
 pub fn message(plan: &Plan, measures: &Measures) -> Energy {
     let ledger = &measures.energy;
     let bodies = plan.bodies.iter().zip(&ledger.bodies).map(|(body, e)| BodyEnergy {

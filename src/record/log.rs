@@ -1,13 +1,13 @@
-//! `/log`: what a person should read, as `foxglove.Log`.
+//! `/log`: messages for the user, as `foxglove.Log`.
 
 use super::proto::foxglove::{Level, Log, timestamp};
 
-/// Topic.
+/// Topic of the log.
 pub const TOPIC: &str = "/log";
-/// Schema.
+/// Schema of the log.
 pub const SCHEMA: &str = "foxglove.Log";
 
-/// A line at a simulated time [s].
+/// A log line at a simulated time [s].
 pub fn message(time: f64, level: Level, text: &str) -> Log {
     Log {
         timestamp: Some(timestamp(time)),

@@ -2,12 +2,12 @@
 //!
 //! | topic | when |
 //! |---|---|
-//! | `/reference/{body}` | once; of a rigid body there is none |
+//! | `/reference/{body}` | once; not for rigid bodies |
 //! | `/contact/forces`, `/energy`, `/pose/{body}` of a rigid body | every `every_steps` steps, and at the field times |
-//! | `/stress/{body}`, `/mesh/{body}`, `/points/{body}` | at the field times, when any field is asked for; of a rigid body `/mesh` |
-//! | `/summary`, `/log` | at the field times and at the end; as there is something to say |
+//! | `/stress/{body}`, `/mesh/{body}`, `/points/{body}` | at the field times, if any field is requested; for a rigid body `/mesh` |
+//! | `/summary`, `/log` | at the field times and at the end; whenever there is a message |
 //!
-//! Its numbers are those of the measured frames, as are those of the summary.
+//! The numbers are those of the measured frames, as in the summary.
 
 use super::metadata::{ENDING_METADATA, RUN_METADATA, RecordingInfo, ending_metadata, run_metadata};
 use super::proto::foxglove::Level;
@@ -20,11 +20,11 @@ use crate::plan::{Plan, PlanBody};
 use crate::step::{Ending, Outcome, RecorderError};
 use std::path::{Path, PathBuf};
 
-/// A chunk is closed at a field time when this much is waiting [bytes], so that a crash or a look at a running job costs
-/// little, and small runs do not fall into crumbs.
+/// Minimum size at which a chunk is closed at a field time [bytes], so that little is lost in a crash or missing from a
+/// snapshot, and small runs are not split into tiny chunks.
 const FLUSH_BYTES: usize = 64 * 1024;
 
-/// Channels of one body that deforms.
+/// Channels of one deformable body.
 struct BodyChannels {
     body: usize,
     stress: u16,
@@ -37,11 +37,11 @@ struct BodyChannels {
 struct RigidChannels {
     body: usize,
     pose: u16,
-    /// With its skin; when any field is asked for.
+    /// Boundary surface and its channel, if any field is requested.
     mesh: Option<(u16, scene_update::RigidSkin)>,
 }
 
-/// The open file and what is known of it.
+/// The open file and the state of the recording.
 struct Open {
     writer: RecordingWriter,
     contact: Option<u16>,
@@ -66,7 +66,7 @@ pub struct McapRecorder {
 }
 
 impl McapRecorder {
-    /// To `path`; nothing is written before the run starts.
+    /// A recorder to `path`; nothing is written before the run starts.
     pub fn new(path: &Path, info: RecordingInfo) -> Self {
         Self { path: path.to_owned(), info, open: None }
     }
@@ -75,10 +75,11 @@ impl McapRecorder {
         let scale = TimeScale::for_run(plan.end_time);
         let mut writer = RecordingWriter::create(&self.path, scale)?;
         let colour_top = colour::range(plan);
-        // Before the first chunk: what a killed run leaves still says what it was.
+        // Before the first chunk, so that the recording of a killed run identifies its origin.
         writer.write_metadata(RUN_METADATA, run_metadata(&self.info, plan, scale, colour_top)?)?;
         writer.attach("scene.json", &self.info.document_json)?;
         writer.attach("plan_report.json", &serde_json::to_vec_pretty(&plan.report)?)?;
+        // Channels of the global topics.
         let contact = if plan.contact.is_some() {
             Some(writer.add_channel(contact::TOPIC, contact::SCHEMA)?)
         } else {
@@ -87,6 +88,7 @@ impl McapRecorder {
         let energy = writer.add_channel(energy::TOPIC, energy::SCHEMA)?;
         let summary = writer.add_channel(summary::TOPIC, summary::SCHEMA)?;
         let log = writer.add_channel(log::TOPIC, log::SCHEMA)?;
+        // Channels and reference meshes of the bodies.
         let names = topic_names(&plan.bodies);
         let (mut bodies, mut rigid) = (Vec::new(), Vec::new());
         for (body, name) in names.iter().enumerate() {
@@ -112,7 +114,7 @@ impl McapRecorder {
         let start =
             format!("{}: {} elements, {} nodes", plan.name, plan.element_count(), plan.mesh_node_count());
         writer.write(log, 0.0, &log::message(0.0, Level::Info, &start))?;
-        // From here on a crash leaves a recording that says what it was.
+        // From here on the recording of a crashed run identifies its origin.
         writer.flush_if(0)?;
         Ok(Open {
             writer,
@@ -133,6 +135,7 @@ impl McapRecorder {
         let MeasuredFrame { frame, measures } = *measured;
         let time = frame.time;
         open.latest = (time, frame.step);
+        // Frames are due every so many steps and at the field times.
         let is_due = open.frames.is_multiple_of(u64::from(frame.plan.every_steps.max(1)));
         open.frames += 1;
         open.is_latest_written = is_due || frame.is_field_time;
@@ -157,6 +160,7 @@ impl McapRecorder {
         if !frame.is_field_time {
             return Ok(());
         }
+        // Fields and the summary at field times only.
         let fields = measures.fields.as_ref();
         for channels in &open.bodies {
             let body = channels.body;
@@ -169,7 +173,7 @@ impl McapRecorder {
         open.writer.flush_if(FLUSH_BYTES)
     }
 
-    /// Writes what belongs at the end, and closes.
+    /// Writes the final messages and records, and closes the file.
     fn close(mut open: Open, end: &MeasuredEnd) -> Result<(), RecordError> {
         let MeasuredEnd { plan, measures, outcome, summary } = *end;
         let (time, step) = open.latest;
@@ -194,7 +198,7 @@ impl McapRecorder {
     }
 }
 
-/// How the run ended, for the log.
+/// Log message on how the run ended.
 fn last_words(outcome: &Outcome) -> (Level, String) {
     match &outcome.ending {
         Ending::Finished => {
@@ -207,7 +211,7 @@ fn last_words(outcome: &Outcome) -> (Level, String) {
     }
 }
 
-/// Channels of the rigid body `index`, number `body` of all.
+/// Adds the channels of the rigid body `index`, number `body` among all.
 fn add_rigid_channels(
     writer: &mut RecordingWriter,
     plan: &Plan,
@@ -224,7 +228,7 @@ fn add_rigid_channels(
     Ok(RigidChannels { body, pose, mesh })
 }
 
-/// Names of the bodies as parts of topics: letters, digits, `_`, `-`, `.`; numbered where two would be the same.
+/// Names of the bodies in topics: letters, digits, `_`, `-`, `.`; numbered if two would be the same.
 fn topic_names(bodies: &[PlanBody]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
@@ -248,7 +252,7 @@ impl Sink for McapRecorder {
     }
 
     fn finish(&mut self, end: &MeasuredEnd) -> Result<(), RecorderError> {
-        // Taken before anything can fail: a file that cannot be written is not tried again when this is dropped.
+        // Taken before anything can fail, so that a file that cannot be written is not retried on drop.
         let open = self.open.take().ok_or(RecordError::NotOpen)?;
         Ok(Self::close(open, end)?)
     }
@@ -261,7 +265,7 @@ impl Sink for McapRecorder {
 }
 
 impl Drop for McapRecorder {
-    /// As a last resort (a panic on the way): closes the file, marked incomplete.
+    /// Last resort after a panic: closes the file, marked as incomplete.
     fn drop(&mut self) {
         let Some(mut open) = self.open.take() else { return };
         let (time, step) = open.latest;

@@ -5,14 +5,14 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::step::{Energy, Outcome, RecorderError};
 
-/// One step.
+/// Sums of one step.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Time [s].
+    /// Time of the step [s].
     pub time: f64,
-    /// Step.
+    /// Number of the step.
     pub step: u64,
-    /// The ledger.
+    /// Energy ledger of the step.
     pub energy: Energy,
     /// Resultant force on the slave of each pair in this step [N].
     pub forces: Vec<Vec3>,
@@ -20,25 +20,25 @@ pub struct Sample {
     pub active_contacts: usize,
 }
 
-/// One field time.
+/// Motion at one field time.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Time [s].
+    /// Field time of the snapshot [s].
     pub time: f64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,
-    /// Mean of the velocities of the half steps around, relative to the bodies' flight [m/s], nodes × 3.
+    /// Mean velocity of the adjacent half steps, relative to the bodies' flight [m/s], nodes × 3.
     pub v: Vec<Vec3>,
 }
 
-/// Keeps every step's sums (at the plan's cadence) and the motion at the field times.
+/// Stores every step's sums (at the plan's cadence) and the motion at the field times.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryRecorder {
-    /// Every `every_steps` steps, and at the field times.
+    /// Samples of every `every_steps` steps, and of the field times.
     pub samples: Vec<Sample>,
-    /// At the field times.
+    /// Snapshots of the field times.
     pub snapshots: Vec<Snapshot>,
-    /// The end.
+    /// Outcome of the run, once it has ended.
     pub outcome: Option<Outcome>,
     frames: u64,
 }

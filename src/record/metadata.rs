@@ -1,4 +1,4 @@
-//! What a recording says of its run: where it comes from, how it was computed, how it ended.
+//! Metadata of a recording: origin, numerical settings, and ending of its run.
 
 use super::RecordError;
 use super::writer::TimeScale;
@@ -15,10 +15,10 @@ pub const RUN_METADATA: &str = "contuse.run";
 /// Name of the metadata record about its end.
 pub const ENDING_METADATA: &str = "contuse.ending";
 
-/// What a recording says of its origin.
+/// Origin of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct RecordingInfo {
-    /// The scene document as it came, for the attachment.
+    /// The scene document as received, for the attachment.
     pub document_json: Vec<u8>,
     /// SHA-256 of the scene and its meshes.
     pub scene_hash: String,
@@ -27,7 +27,7 @@ pub struct RecordingInfo {
 }
 
 impl RecordingInfo {
-    /// Of a run of a scene, whose document came as `document_json`.
+    /// Origin of the run of a scene, with the received `document_json`.
     pub fn of(scene: &Scene, document_json: &[u8]) -> Self {
         let bodies = scene.document.bodies.iter().zip(&scene.bodies).filter(|(_, body)| body.rigid.is_none());
         Self {
@@ -40,11 +40,11 @@ impl RecordingInfo {
     }
 }
 
-/// SHA-256 of a mesh as it was placed: node positions, elements, parts.
+/// SHA-256 of a placed mesh: node positions, elements, parts.
 fn mesh_hash(mesh: &Mesh) -> String {
     let mut hash = Sha256::new();
     mesh.nodes.iter().flat_map(|x| x.iter()).for_each(|x| hash.update(x.to_le_bytes()));
-    // Hexahedra alone are known by their nodes, as they were when there was nothing else.
+    // Pure hexahedral meshes are hashed by their nodes alone, as before other cells existed.
     if mesh.cells.hexes().is_none() {
         mesh.cells.iter().for_each(|cell| hash.update([cell.kind.table().vtk.number]));
     }
@@ -53,7 +53,7 @@ fn mesh_hash(mesh: &Mesh) -> String {
     hexadecimal(&hash.finalize())
 }
 
-/// The metadata record about the run; colours go from 0 to `top` [Pa].
+/// The metadata record about the run; colours range from 0 to `top` [Pa].
 pub(super) fn run_metadata(
     info: &RecordingInfo,
     plan: &Plan,

@@ -1,8 +1,10 @@
 //! Recorders: MCAP files, memory.
 //!
 //! [`mcap`] writes the recording that readers open: one file per topic makes its messages ([`contact`], [`energy`],
-//! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), [`proto`] is their contract, and
-//! [`reader`] reads one back, however damaged, and [`salvage`] makes a readable file of what a killed writer left. [`contact_problems`] keeps the contact problems of a run. [`on_own_thread`] keeps any recorder out of the way of the steps.
+//! [`stress`], [`scene_update`], [`point_cloud`], [`pose`], [`reference`], [`log`], [`summary`]), and [`proto`] is
+//! their contract. [`reader`] reads a recording, however damaged, and [`salvage`] repairs what a killed writer left.
+//! [`contact_problems`] saves the contact problems of a run. [`on_own_thread`] runs any recorder without delaying the
+//! steps.
 
 pub mod colour;
 pub mod contact;
@@ -41,27 +43,27 @@ use std::path::PathBuf;
 /// Why a recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file system said no.
+    /// Error of the file system.
     #[error("{path}: {source}", path = path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What it said.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// Another run has the file open for its recording.
     #[error("{path} is being written by another run: name another file", path = path.display())]
     InUse {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// The MCAP writer or reader said no.
+    /// Error of the MCAP writer or reader.
     #[error(transparent)]
     Mcap(#[from] ::mcap::McapError),
     /// A document could not be serialised.
     #[error(transparent)]
     Json(#[from] serde_json::Error),
-    /// The schemas that the program carries are not what it expects: a fault of the build.
+    /// The embedded schemas are not those that the program expects: a defect of the build.
     #[error("the schema {0} is missing from the descriptors")]
     MissingSchema(String),
     /// The recorder was used before it was started, or after it was finished.

@@ -1,8 +1,8 @@
-//! A recorder on a thread of its own, so that the steps do not wait for it.
+//! Runs a recorder on a separate thread, so that the steps do not wait for it.
 //!
-//! Frames are copied into a fixed number of copies that go round: to the thread, and back when they are recorded. So the
-//! queue is bounded, a run that is ahead of its recorder waits, no frame is dropped, and nothing is allocated once the
-//! copies have grown. The recorder sees the same frames in the same order as beside the steps.
+//! Frames are copied into a fixed number of recycled buffers, which go to the thread and return once recorded. The
+//! queue is therefore bounded, a run that is ahead of its recorder waits, no frame is dropped, and nothing is allocated
+//! once the copies have grown. The recorder receives the same frames in the same order as on the stepping thread.
 
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -10,30 +10,30 @@ use crate::step::{FieldCopy, Frame, FrameCopy, Outcome, Recorder, RecorderError}
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::Builder;
 
-/// Copies that go round: how many steps the run may be ahead of its recorder.
+/// Number of recycled copies: how many steps the run may be ahead of its recorder.
 const COPIES: usize = 16;
-/// Memory for fields that goes round, each as large as the state: how many field times the run may be ahead.
+/// Number of recycled field buffers, each as large as the state: how many field times the run may be ahead.
 const FIELDS: usize = 2;
 
-/// What the thread is asked for.
+/// Orders to the thread.
 enum Order {
     Start,
     Record(Box<FrameCopy>),
     Finish(Box<Outcome>),
 }
 
-/// What it answers to each order; the copy comes back.
+/// Reply to each order, returning the copy.
 struct Done {
     result: Result<(), RecorderError>,
     copy: Option<Box<FrameCopy>>,
 }
 
-/// Calls `run` with a recorder that hands everything on to `recorder` on a thread of its own, which ends with the call.
+/// Calls `run` with a recorder that forwards to `recorder` on a separate thread, which ends with the call.
 ///
-/// What `recorder` cannot record is told with one of the next frames, or at the end.
+/// Errors of `recorder` are reported with one of the next frames, or at the end.
 ///
 /// # Panics
-/// With the panic of `recorder`, if it did.
+/// If `recorder` panicked, with its panic.
 pub fn on_own_thread<T>(
     plan: &Plan,
     recorder: &mut (dyn Recorder + Send),
@@ -41,7 +41,7 @@ pub fn on_own_thread<T>(
 ) -> T {
     std::thread::scope(|scope| {
         let (orders, received) = sync_channel(COPIES);
-        // Room for every answer, so that the thread never waits for the run: only the run waits, for a copy.
+        // Capacity for every reply, so that the thread never waits for the run: only the run waits, for a copy.
         let (answers, done) = sync_channel(COPIES + 1);
         let thread = Builder::new()
             .name("recorder".into())
@@ -54,7 +54,7 @@ pub fn on_own_thread<T>(
         };
         let result = run(&mut handle);
         drop(handle);
-        // A thread that the system did not give has dropped its ends of the channels: the run has failed for that.
+        // If the system provided no thread, its channels are closed, and the run has failed for that reason.
         if let Ok(Err(panic)) = thread.map(std::thread::ScopedJoinHandle::join) {
             std::panic::resume_unwind(panic);
         }
@@ -62,7 +62,7 @@ pub fn on_own_thread<T>(
     })
 }
 
-/// The thread: does what it is asked for until the handle is dropped. After a failure frames are taken and left.
+/// The thread: executes orders until the handle is dropped. After a failure frames are accepted and discarded.
 fn serve(plan: &Plan, recorder: &mut dyn Recorder, orders: &Receiver<Order>, answers: &SyncSender<Done>) {
     let (mut u, mut has_failed) = (vec![Vec3::zeros(); plan.node_count()], false);
     for order in orders {
@@ -79,12 +79,12 @@ fn serve(plan: &Plan, recorder: &mut dyn Recorder, orders: &Receiver<Order>, ans
     }
 }
 
-/// The recorder that the run sees.
+/// The recorder seen by the run.
 #[allow(clippy::vec_box)] // they travel through the queues as they are
 struct Handle {
     orders: SyncSender<Order>,
     done: Receiver<Done>,
-    /// Copies that are not on their way.
+    /// Copies available for the next frames.
     copies: Vec<Box<FrameCopy>>,
     fields: Vec<Box<FieldCopy>>,
 }
@@ -94,7 +94,7 @@ impl Handle {
         self.orders.send(order).map_err(|_| gone())
     }
 
-    /// Waits until everything ordered so far is done; the first failure of it.
+    /// Waits until all orders are completed; returns the first failure among them.
     fn wait_for_all(&mut self) -> Result<(), RecorderError> {
         let mut result = Ok(());
         loop {
@@ -116,7 +116,7 @@ impl Handle {
         done.result
     }
 
-    /// A copy to fill, with memory for the fields if asked for; waits for one if all are on their way.
+    /// A copy to fill, with memory for the fields if requested; waits for one if all are in use.
     #[allow(clippy::type_complexity)] // a pair of what the caller asked for
     fn free_copy(
         &mut self,
@@ -137,9 +137,9 @@ impl Handle {
     }
 }
 
-/// The thread has ended before its time; the panic that ended it is passed on when the run has ended.
+/// The thread has ended early; the panic that ended it is propagated when the run has ended.
 fn gone() -> RecorderError {
-    RecorderError("the thread of the recording is not there".into())
+    RecorderError("the recording thread has ended".into())
 }
 
 impl Recorder for Handle {

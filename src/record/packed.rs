@@ -1,6 +1,6 @@
 //! Arrays of numbers packed as little-endian bytes.
 //!
-//! `bytes` encode several times faster than `repeated double`, and readers take them as one block.
+//! `bytes` encode several times faster than `repeated double`, and readers access them as one block.
 
 use super::proto::contuse::PackedArray;
 use crate::mechanics::tensor::Vec3;
@@ -15,7 +15,7 @@ pub fn vectors(name: &str, unit: &str, values: impl IntoIterator<Item = Vec3>) -
     f32s(name, unit, values.into_iter().map(|v| [v.x, v.y, v.z]))
 }
 
-/// Packs entries of N numbers as f32. The precision is that of a picture, 7 digits; sums and energies go as doubles.
+/// Packs entries of N numbers as f32, with the 7 digits needed for display; sums and energies are stored as doubles.
 pub fn f32s<const N: usize>(
     name: &str,
     unit: &str,

@@ -1,25 +1,25 @@
-//! Opening the file that a recording is written to: one writer at a time, and never through a link.
+//! Opens the file of a recording: one writer at a time, and never through a link.
 
 use super::RecordError;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
 
-/// Opens `path` empty and locked for as long as the file is open. What a killed run left there is written over.
+/// Opens `path` empty, locked as long as the file is open. The remains of a killed run are overwritten.
 ///
 /// # Errors
-/// When another run is writing it, when it is a symbolic link, and when the file system says no.
+/// If another run is writing it, if it is a symbolic link, or if the file system refuses.
 pub(super) fn open_exclusively(path: &Path) -> Result<File, RecordError> {
     let at = |source| RecordError::File { path: path.to_owned(), source };
     loop {
-        // Emptied only when it is ours.
+        // Truncated only once it is locked.
         let file = options().open(path).map_err(at)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(RecordError::InUse { path: path.to_owned() }),
             Err(TryLockError::Error(source)) => return Err(at(source)),
         }
-        // Another run may have finished, and given the file its final name, between opening and locking.
+        // Another run may have finished and renamed the file between opening and locking.
         if is_still_named(&file, path).map_err(at)? {
             file.set_len(0).map_err(at)?;
             return Ok(file);
@@ -69,7 +69,7 @@ mod tests {
         assert!(matches!(open_exclusively(&path), Err(RecordError::InUse { .. })));
         assert_eq!(std::fs::read(&path).unwrap(), b"first");
         drop(first);
-        // What a killed run left is written over.
+        // The remains of a killed run are overwritten.
         drop(open_exclusively(&path).unwrap());
         assert_eq!(std::fs::read(&path).unwrap(), b"");
     }

@@ -1,4 +1,4 @@
-//! `/points/{body}`: the nodes with their fields, true numbers in a `foxglove.PointCloud`.
+//! `/points/{body}`: the nodes with unscaled field values in a `foxglove.PointCloud`.
 
 use super::proto::foxglove::{NumericType, PackedElementField, PointCloud, Pose, timestamp};
 use super::scene_update::FRAME_ID;
@@ -6,9 +6,9 @@ use super::stress::{nodal_scalars, nodal_vectors};
 use crate::measure::fields::Fields;
 use crate::step::Frame;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/points/";
-/// Schema.
+/// Schema of the point cloud.
 pub const SCHEMA: &str = "foxglove.PointCloud";
 
 /// The message of one body at a field time: x, y, z, the nodal scalars, and the norms of the nodal vectors, as f32.
@@ -16,6 +16,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
     let nodes = &frame.plan.bodies[body].nodes;
     let scalars = nodal_scalars(fields, nodes);
     let vectors = nodal_vectors(frame, body);
+    // Layout of a point: coordinates, scalars, norms of the vectors.
     let names = ["x", "y", "z"]
         .into_iter()
         .chain(scalars.iter().map(|(name, ..)| *name))
@@ -28,6 +29,7 @@ pub fn message(frame: &Frame, body: usize, fields: Option<&Fields>) -> PointClou
             r#type: NumericType::Float32.into(),
         })
         .collect();
+    // Interleaved data of all nodes.
     let mut data = Vec::with_capacity(4 * fields.len() * nodes.len());
     let mut put = |value: f64| data.extend((value as f32).to_le_bytes());
     for (i, node) in nodes.clone().enumerate() {

@@ -1,4 +1,4 @@
-//! `/pose/{body}`: where a rigid body is.
+//! `/pose/{body}`: position and orientation of a rigid body.
 
 use super::proto::contuse::RigidPose;
 use super::proto::foxglove::{Pose, Quaternion};
@@ -6,12 +6,12 @@ use super::reference::role_name;
 use crate::mechanics::rigid;
 use crate::step::Frame;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/pose/";
-/// Schema.
+/// Schema of the pose.
 pub const SCHEMA: &str = "contuse.v1.RigidPose";
 
-/// The message of one body; `None` for one that deforms.
+/// The message of one body; `None` for a deformable one.
 pub fn message(frame: &Frame, body: usize) -> Option<RigidPose> {
     let Pose { position, orientation } = on_the_wire(&frame.pose(body)?);
     let plan_body = &frame.plan.bodies[body];
@@ -25,7 +25,7 @@ pub fn message(frame: &Frame, body: usize) -> Option<RigidPose> {
     })
 }
 
-/// A pose as Foxglove writes it.
+/// Converts a pose to Foxglove's message.
 pub(super) fn on_the_wire(pose: &rigid::Pose) -> Pose {
     let q = pose.orientation.coords;
     Pose {

@@ -1,7 +1,7 @@
-//! Reading a recording record by record, however damaged it is.
+//! Reads a recording record by record, however damaged it is.
 //!
-//! A torn or mutated file claims lengths that it does not have. Nothing is allocated by such a claim: the file is read in pieces,
-//! and a chunk that says it unpacks to more than `LARGEST_UNPACKED` is the end of what is good.
+//! A truncated or corrupted file declares lengths that it does not have. Nothing is allocated on such a declaration:
+//! the file is read in pieces, and a chunk that declares more than `LARGEST_UNPACKED` ends the readable part.
 
 use super::RecordError;
 use ::mcap::records::{Record, op};
@@ -11,19 +11,19 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Most that one record or one chunk may unpack to [bytes], unless the file itself is larger. Chunks are closed at
-/// a few megabytes; one message of the largest mesh is less than this.
+/// Maximum unpacked size of a record or chunk [bytes], unless the file itself is larger. Chunks are closed at a few
+/// megabytes; one message of the largest mesh is smaller than this.
 const LARGEST_UNPACKED: usize = 256 << 20;
 
-/// What is read of the file at a time [bytes].
+/// Bytes read from the file at a time.
 const PIECE: usize = 256 << 10;
 
-/// Hands every whole record of a file to `take`, those inside chunks too; a chunk whose checksum is wrong is not begun.
-/// Returns why the file broke off, nothing when it is whole to its end; it also breaks off at a record that `take` refuses as one
-/// of no MCAP file.
+/// Passes every complete record of a file to `take`, including those inside chunks, but none of a chunk with a wrong
+/// checksum. Returns why reading stopped early, or nothing if the file is complete; it also stops at a record that `take`
+/// rejects as invalid MCAP.
 ///
 /// # Errors
-/// When the file cannot be read, and what else `take` says.
+/// If the file cannot be read, and other errors of `take`.
 pub fn for_each_record(
     path: &Path,
     take: impl FnMut(Record) -> Result<(), RecordError>,
@@ -32,7 +32,7 @@ pub fn for_each_record(
     for_each_record_of(input, path, take)
 }
 
-/// As [`for_each_record`], of what is not a file and called `name` in errors.
+/// As [`for_each_record`], for a source other than a file, called `name` in errors.
 ///
 /// # Errors
 /// As [`for_each_record`].
@@ -42,6 +42,7 @@ pub fn for_each_record_of(
     mut take: impl FnMut(Record) -> Result<(), RecordError>,
 ) -> Result<Option<McapError>, RecordError> {
     let at = |source| RecordError::File { path: name.to_owned(), source };
+    // The length of the file bounds every declared length.
     let length = input.seek(SeekFrom::End(0)).map_err(at)?;
     input.rewind().map_err(at)?;
     let length = usize::try_from(length).unwrap_or(usize::MAX);
@@ -58,7 +59,7 @@ pub fn for_each_record_of(
             Ok(LinearReadEvent::Record { data, opcode }) => match parse(opcode, data) {
                 Ok(record) => match take(record) {
                     Ok(()) => {}
-                    // It contradicts what came before.
+                    // The record contradicts earlier ones.
                     Err(RecordError::Mcap(error)) if !matches!(error, McapError::Io(_)) => {
                         return Ok(Some(error));
                     }
@@ -72,7 +73,7 @@ pub fn for_each_record_of(
     Ok(None)
 }
 
-/// A record of its bytes. The parser slices an attachment by lengths that may overlap: such a one is refused before.
+/// Parses a record. The parser slices an attachment by lengths that may overlap, so these are checked before.
 fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     if opcode == op::ATTACHMENT && !has_room_for_attachment(body) {
         return Err(McapError::UnexpectedEof);
@@ -80,8 +81,8 @@ fn parse(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
     parse_record(opcode, body)
 }
 
-/// Whether the fields of an attachment fit into its record: two times, name and media type with their lengths, the length of
-/// the data, and at the end a checksum.
+/// Whether the fields of an attachment fit into its record: two times, name and media type with their lengths, the
+/// length of the data, and a final checksum.
 fn has_room_for_attachment(body: &[u8]) -> bool {
     let after_text = |from: usize| {
         let length = body.get(from..from + 4)?.try_into().ok().map(u32::from_le_bytes)?;

@@ -1,4 +1,4 @@
-//! `/reference/{body}`: the mesh at rest, so that a recording can be read, cut and converted without anything beside it.
+//! `/reference/{body}`: the undeformed mesh, which makes the recording self-contained.
 
 use super::packed;
 use super::proto::contuse::ReferenceMesh;
@@ -6,19 +6,19 @@ use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::Role;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/reference/";
 /// Schema of a mesh of hexahedra.
 const SCHEMA: &str = "contuse.v1.ReferenceMesh";
 /// Schema of a mesh with other cells.
 const MIXED_SCHEMA: &str = "contuse.v1.MixedReferenceMesh";
 
-/// The schema that a message keeps to.
+/// Schema of a message.
 pub fn schema(message: &ReferenceMesh) -> &'static str {
     if message.hexes.is_some() { SCHEMA } else { MIXED_SCHEMA }
 }
 
-/// The name of a role.
+/// Name of a role.
 pub(super) fn role_name(role: Role) -> &'static str {
     match role {
         Role::Projectile => "projectile",
@@ -49,7 +49,7 @@ pub fn message(plan: &Plan, body: usize) -> ReferenceMesh {
     message
 }
 
-/// Puts in the cells, whose nodes are counted from the body's `first`.
+/// Adds the cells, with node numbers relative to the body's `first`.
 fn put_cells(cells: &Cells, first: u32, message: &mut ReferenceMesh) {
     if let Some(hexes) = cells.hexes() {
         let local = hexes.iter().map(|hex| hex.map(|node| node - first));

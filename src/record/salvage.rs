@@ -1,7 +1,7 @@
-//! Makes a readable file of a recording that is not finished: after a crash, or while the run goes on.
+//! Makes a readable file from an unfinished recording: after a crash, or during the run.
 //!
-//! A chunk stands in the file only when it is whole, so everything up to the last whole record is good. It is copied to a new
-//! file with its own index and summary section, marked incomplete.
+//! Chunks are written only when complete, so everything up to the last complete record is valid. It is copied to a new
+//! file with its own index and summary section, marked as incomplete.
 
 use super::RecordError;
 use super::metadata::{ENDING_METADATA, ending_metadata};
@@ -14,22 +14,22 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// What was saved.
+/// Contents of a salvaged recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Salvaged {
-    /// Messages.
+    /// Number of messages in the file.
     pub messages: u64,
-    /// Simulated time of the last of them [s].
+    /// Simulated time of the last message [s].
     pub time_s: f64,
 }
 
-/// After a crash: makes `path` from `<path>.partial`, marked incomplete, and removes the partial file.
+/// After a crash: creates `path` from `<path>.partial`, marked as incomplete, and removes the partial file.
 ///
 /// # Errors
-/// When the partial file is not there or is no MCAP file, or the new one cannot be written.
+/// If the partial file is missing or is no MCAP file, or the new one cannot be written.
 pub fn reindex_incomplete(path: &Path) -> Result<Salvaged, RecordError> {
     let partial = partial_path(path);
-    // The copy has a partial name of its own until it is whole: a crash here can be followed by another attempt.
+    // The copy has a partial name of its own until complete, so that a crash here can be followed by another attempt.
     let copy = path.with_extension("salvaged");
     let why = "the process that wrote it was killed";
     let salvaged = copy_whole_records(&partial, &copy, "worker_lost", why)?;
@@ -42,15 +42,15 @@ pub fn reindex_incomplete(path: &Path) -> Result<Salvaged, RecordError> {
     Ok(salvaged)
 }
 
-/// While a run goes on: writes what its recording `path` has so far to `target`, a whole file of its own.
+/// During a run: writes the contents so far of its recording `path` to `target`, as a complete file.
 ///
 /// # Errors
-/// When the run has no partial file (not begun, or finished), or the snapshot cannot be written.
+/// If the run has no partial file (not begun, or finished), or the snapshot cannot be written.
 pub fn snapshot(path: &Path, target: &Path) -> Result<Salvaged, RecordError> {
-    copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run that goes on")
+    copy_whole_records(&partial_path(path), target, "running", "a snapshot of a run in progress")
 }
 
-/// Copies every whole record of `source` to `target`; leaves nothing behind when that fails.
+/// Copies every complete record of `source` to `target`; leaves no file behind on failure.
 fn copy_whole_records(
     source: &Path,
     target: &Path,
@@ -58,7 +58,7 @@ fn copy_whole_records(
     why: &str,
 ) -> Result<Salvaged, RecordError> {
     copy_records(source, target, ending, why).inspect_err(|_| {
-        // It may not even have been created; the first error is the one to tell.
+        // It may not even have been created; the first error is reported.
         let _ = std::fs::remove_file(partial_path(target));
     })
 }
@@ -68,7 +68,7 @@ fn copy_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result
     let output =
         BufWriter::new(File::create(&partial).map_err(|source| RecordError::File { path: partial, source })?);
     let mut copy = Copy { writer: write_options().create(output)?, salvaged: Salvaged::default() };
-    // Where the file breaks off is the end of what is good; one that does not begin as a recording has nothing of it.
+    // The valid part ends where reading stops; a file without the header of a recording has none.
     let mut has_begun = false;
     let broken_off = for_each_record(source, |record| {
         has_begun = true;
@@ -87,14 +87,13 @@ fn copy_records(source: &Path, target: &Path, ending: &str, why: &str) -> Result
     Ok(copy.salvaged)
 }
 
-/// The file that is made.
 struct Copy {
     writer: Writer<BufWriter<File>>,
     salvaged: Salvaged,
 }
 
 impl Copy {
-    /// Takes over one record; what belongs to the old file's index is left behind.
+    /// Copies one record, except those of the old file's index.
     fn take(&mut self, record: Record) -> Result<(), RecordError> {
         match record {
             Record::Schema { header, data } => {
@@ -121,7 +120,7 @@ impl Copy {
                 media_type: header.media_type,
                 data: Cow::Borrowed(&data),
             })?,
-            // A run that was killed after its last words has them already; ours would contradict them.
+            // A run killed after its final record has one already; another would contradict it.
             Record::Metadata(metadata) if metadata.name != ENDING_METADATA => {
                 self.writer.write_metadata(&metadata)?;
             }

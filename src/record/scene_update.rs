@@ -1,4 +1,4 @@
-//! `/mesh/{body}`: the skin as a coloured triangle mesh, a `foxglove.SceneUpdate`.
+//! `/mesh/{body}`: the boundary surface as a coloured triangle mesh, a `foxglove.SceneUpdate`.
 
 use super::colour::viridis;
 use super::pose::on_the_wire;
@@ -10,16 +10,16 @@ use crate::mechanics::contact::Surface;
 use crate::mechanics::rigid::{Shape, triangulated};
 use crate::step::Frame;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/mesh/";
-/// Schema.
+/// Schema of the surface mesh.
 pub const SCHEMA: &str = "foxglove.SceneUpdate";
-/// The one frame of reference.
+/// Name of the only frame of reference.
 pub const FRAME_ID: &str = "world";
-/// Colour where von Mises stress was not asked for.
+/// Colour if von Mises stress was not requested.
 const PLAIN: Color = Color { r: 0.7, g: 0.7, b: 0.72, a: 1.0 };
 
-/// Vertex indices of the triangles of a surface, two a quadrilateral; vertex i is node `surface.nodes[i]`.
+/// Vertex indices of the triangles of a surface, two per quadrilateral; vertex i is node `surface.nodes[i]`.
 pub fn triangles(surface: &Surface) -> Vec<u32> {
     let vertex = |node: u32| surface.nodes.binary_search(&node).map_or(0, |i| i as u32);
     let mut indices = Vec::with_capacity(6 * surface.faces.len());
@@ -33,21 +33,21 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
     indices
 }
 
-/// The skin of a rigid body, in its axes.
+/// Triangulated surface of a rigid body, in its axes.
 pub struct RigidSkin {
     points: Vec<Point3>,
     indices: Vec<u32>,
 }
 
 impl RigidSkin {
-    /// Of a shape.
+    /// Triangulates a rigid shape in its own axes.
     pub fn new(shape: &Shape) -> Self {
         let (points, triangles) = triangulated(shape);
         Self { points: points.into_iter().map(Into::into).collect(), indices: triangles.concat() }
     }
 }
 
-/// The message of a rigid body at a field time; `None` for one that deforms.
+/// The message of a rigid body at a field time; `None` for a deformable one.
 pub fn rigid_message(frame: &Frame, body: usize, skin: &RigidSkin) -> Option<SceneUpdate> {
     let mesh = TriangleListPrimitive {
         pose: Some(on_the_wire(&frame.pose(body)?)),
@@ -59,8 +59,8 @@ pub fn rigid_message(frame: &Frame, body: usize, skin: &RigidSkin) -> Option<Sce
     Some(update(frame, body, vec![pair("time_s", frame.time.to_string())], mesh))
 }
 
-/// The message of one body at a field time; `indices` are its [`triangles`], colours go from 0 to `top` [Pa] of von Mises
-/// stress.
+/// The message of one body at a field time; `indices` are its [`triangles`], colours range from 0 to `top` [Pa] of von
+/// Mises stress.
 pub fn message(
     frame: &Frame,
     body: usize,

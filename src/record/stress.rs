@@ -7,15 +7,15 @@ use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use crate::step::Frame;
 
-/// Topic, before the body's name.
+/// Topic prefix, followed by the body's name.
 pub const TOPIC: &str = "/stress/";
-/// Schema.
+/// Schema of the fields.
 pub const SCHEMA: &str = "contuse.v1.Stress";
 
 /// A scalar field of the nodes of one body: name, unit, values.
 pub type NodalScalar<'a> = (&'static str, &'static str, &'a [f64]);
 
-/// The nodal scalars that were asked for, of one body.
+/// The requested nodal scalars of one body.
 pub fn nodal_scalars<'a>(fields: Option<&'a Fields>, nodes: &std::ops::Range<u32>) -> Vec<NodalScalar<'a>> {
     let Some(fields) = fields else { return Vec::new() };
     let range = nodes.start as usize..nodes.end as usize;
@@ -29,7 +29,7 @@ pub fn nodal_scalars<'a>(fields: Option<&'a Fields>, nodes: &std::ops::Range<u32
     .collect()
 }
 
-/// The nodal vectors that were asked for, of one body: name, unit, values.
+/// The requested nodal vectors of one body: name, unit, values.
 pub fn nodal_vectors(frame: &Frame, body: usize) -> Vec<(&'static str, &'static str, Vec<Vec3>)> {
     let body = &frame.plan.bodies[body];
     let range = body.nodes.start as usize..body.nodes.end as usize;
@@ -38,7 +38,7 @@ pub fn nodal_vectors(frame: &Frame, body: usize) -> Vec<(&'static str, &'static 
         vectors.push(("displacement_m", "m", frame.u[range.clone()].to_vec()));
     }
     if frame.plan.fields.contains(&FieldName::Velocity) {
-        // At t_n: the mean of the half steps around it, with the flight in.
+        // At t_n: the mean of the adjacent half steps, including the flight velocity.
         let halves = frame.v[range.clone()].iter().zip(&frame.v_after[range]);
         let velocity = halves.map(|(before, after)| (before + after) * 0.5 + body.flight_velocity);
         vectors.push(("velocity_m_per_s", "m/s", velocity.collect()));

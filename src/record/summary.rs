@@ -5,15 +5,15 @@ use super::proto::contuse::{DepthAbove, NumberError, Summary as Message};
 use crate::measure::Summary;
 use crate::measure::summary::{ErrorEstimate, Quantity, Shown};
 
-/// Topic.
+/// Topic of the summary.
 pub const TOPIC: &str = "/summary";
-/// Schema.
+/// Schema of the summary.
 pub const SCHEMA: &str = "contuse.v1.Summary";
 
 /// The message of a summary; `time` [s] and `step` are those of the latest frame.
 ///
 /// # Errors
-/// When the summary cannot be serialised.
+/// If the summary cannot be serialised.
 pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, RecordError> {
     let mut message = Message {
         time_s: time,
@@ -24,8 +24,9 @@ pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, Recor
         json: serde_json::to_string(summary)?,
         ..Message::default()
     };
-    // A run that failed a gate gives no plain number, here neither.
+    // A run that failed a gate has no plain numbers here either.
     let Shown::Results(results) = &summary.results else { return Ok(message) };
+    // Headline contact.
     if let Some(impact) = results.headline.impact.and_then(|index| results.impacts.get(index)) {
         message.peak_force_n = impact.peak_force_n.value;
         message.impulse_n_s = impact.impulse_n_s.value;
@@ -34,6 +35,7 @@ pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, Recor
         message.impulse_error = error(&impact.impulse_n_s, 1.0);
         message.patch_area_error = error(&impact.patch_area_mm2, 1e-6);
     }
+    // Tissue.
     if let Some(tissue) = &results.tissue {
         message.absorbed_energy_j = tissue.absorbed_energy_j.value;
         message.absorbed_energy_error = error(&tissue.absorbed_energy_j, 1.0);
@@ -52,7 +54,7 @@ pub fn message(summary: &Summary, time: f64, step: u64) -> Result<Message, Recor
     Ok(message)
 }
 
-/// The error of a number of the summary, times a factor; `None` where it was not estimated.
+/// Error of a number of the summary, times a factor; `None` if not estimated.
 fn error(quantity: &Quantity, factor: f64) -> Option<NumberError> {
     match &quantity.error {
         ErrorEstimate::Estimated(e) => {

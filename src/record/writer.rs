@@ -1,4 +1,4 @@
-//! The file beneath a recording: `.partial` until it is whole, chunks, times, metadata and attachments.
+//! The underlying file of a recording: `.partial` until complete, chunks, times, metadata and attachments.
 
 use super::RecordError;
 use super::partial_file::open_exclusively;
@@ -14,33 +14,34 @@ use std::path::{Path, PathBuf};
 /// Target size of a chunk before compression [bytes].
 const CHUNK_SIZE: u64 = 4 * 1024 * 1024;
 
-/// Level of zstd. The fast levels are the negative ones, which the option, made for the others, passes on as they are. On
-/// recordings of impacts, most of which are floats that hardly compress, −2 takes half the time of 1 for 6 % more bytes.
+/// Compression level of zstd. The fast levels are negative; the option, meant for the others, passes them on. On
+/// recordings of impacts, which are mostly floats that hardly compress, −2 takes half the time of 1 for 6 % more bytes.
 const COMPRESSION_LEVEL: i32 = -2;
 
-/// The name that a recording has while it is written: `run.mcap` is `run.mcap.partial`.
+/// Name of a recording while it is written: `run.mcap` is `run.mcap.partial`.
 pub fn partial_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".partial");
     PathBuf::from(name)
 }
 
-/// How simulated time becomes the time that players play: `log_time = time × 10ⁿ`, so that the run lasts 1 to 10 s.
+/// Scale from simulated time to playback time: `log_time = time × 10ⁿ`, such that the run lasts 1 to 10 s.
 ///
-/// Players cannot play a run of a millisecond: their slowest speed is a hundredth and they read ahead by a tenth of a second.
+/// Players cannot play a run of a millisecond: their slowest speed is a hundredth and they read ahead by a tenth of a
+/// second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeScale {
-    /// 10ⁿ.
+    /// Factor 10ⁿ from simulated to log time.
     pub factor: f64,
 }
 
 impl TimeScale {
-    /// For a run of `end_time` [s].
+    /// Scale for a run of `end_time` [s].
     pub fn for_run(end_time: f64) -> Self {
         if !(end_time > 0.0 && end_time.is_finite()) {
             return Self { factor: 1.0 };
         }
-        // log10 may be off by a rounding at powers of ten.
+        // log10 may have a rounding error at powers of ten.
         let mut exponent = -end_time.log10().floor() as i32;
         if end_time * 10f64.powi(exponent) < 1.0 - 1e-9 {
             exponent += 1;
@@ -56,23 +57,23 @@ impl TimeScale {
     }
 }
 
-/// Whole nanoseconds of a time [s]; before the start it is 0.
+/// Nanoseconds of a time [s], rounded; 0 before the start.
 #[allow(clippy::cast_sign_loss)] // never negative
 fn nanoseconds(time: f64) -> u64 {
     (time.max(0.0) * 1e9).round() as u64
 }
 
-/// Options of every file that Contuse writes.
+/// Write options of every recording.
 pub(super) fn write_options() -> WriteOptions {
     WriteOptions::new()
         .library(concat!("contuse ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Zstd))
         .compression_level(COMPRESSION_LEVEL.cast_unsigned())
-        // Threads of the job are for the job; and the bytes stay the same.
+        // The threads of the job are reserved for the job; the bytes do not depend on it.
         .compression_threads(0)
         .chunk_size(Some(CHUNK_SIZE))
-        // A chunk goes to the file when it is whole, never with a length to be filled in later: what a killed process leaves
-        // can be read up to its last chunk.
+        // Chunks are written when complete, never with a length to be filled in later, so that the file of a killed
+        // process is readable up to its last chunk.
         .disable_seeking(true)
 }
 
@@ -81,7 +82,7 @@ pub(super) struct RecordingWriter {
     writer: Writer<BufWriter<File>>,
     path: PathBuf,
     scale: TimeScale,
-    /// Schemas of the file by name.
+    /// Registered schemas by name.
     schemas: BTreeMap<String, u16>,
     sequences: BTreeMap<u16, u32>,
     last_log_time: Option<u64>,
@@ -89,7 +90,7 @@ pub(super) struct RecordingWriter {
 }
 
 impl RecordingWriter {
-    /// Creates `<path>.partial`, for itself alone.
+    /// Creates `<path>.partial`, locked for exclusive access.
     pub fn create(path: &Path, scale: TimeScale) -> Result<Self, RecordError> {
         let file = open_exclusively(&partial_path(path))?;
         let writer = write_options().create(BufWriter::new(file))?;
@@ -116,8 +117,8 @@ impl RecordingWriter {
         Ok(self.writer.add_channel(schema, topic, "protobuf", &BTreeMap::new())?)
     }
 
-    /// Writes a message at a simulated time [s]. Log times of a file are strictly increasing: messages of one step follow
-    /// each other by a nanosecond.
+    /// Writes a message at a simulated time [s]. Log times of a file are strictly increasing: messages of one step
+    /// follow each other by a nanosecond.
     pub fn write(
         &mut self,
         channel: u16,
@@ -137,7 +138,7 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Closes the chunk and hands everything to the operating system, when at least `bytes` are waiting.
+    /// Closes the chunk and flushes to the operating system if at least `bytes` are pending.
     pub fn flush_if(&mut self, bytes: usize) -> Result<(), RecordError> {
         if self.pending_bytes >= bytes {
             self.pending_bytes = 0;
@@ -155,7 +156,7 @@ impl RecordingWriter {
         Ok(self.writer.write_metadata(&Metadata { name: name.into(), metadata })?)
     }
 
-    /// Attaches a JSON document. Its times are those of the run, not of the clock, so that equal runs give equal files.
+    /// Attaches a JSON document. Its times are simulated, not wall-clock times, so that equal runs give equal files.
     pub fn attach(&mut self, name: &str, json: &[u8]) -> Result<(), RecordError> {
         Ok(self.writer.attach(&Attachment {
             log_time: self.last_log_time.unwrap_or(0),
@@ -166,7 +167,7 @@ impl RecordingWriter {
         })?)
     }
 
-    /// Writes the summary section, makes the file durable and gives it its name.
+    /// Writes the summary section, makes the file durable and renames it to its final name.
     pub fn finish(mut self) -> Result<(), RecordError> {
         self.writer.finish()?;
         seal(self.writer.into_inner(), &self.path)
@@ -192,7 +193,7 @@ pub(super) fn seal(file: BufWriter<File>, path: &Path) -> Result<(), RecordError
     let file = file.into_inner().map_err(|e| at(&partial)(e.into_error()))?;
     file.sync_all().map_err(at(&partial))?;
     std::fs::rename(&partial, path).map_err(at(path))?;
-    // The new name is durable when the folder is.
+    // The rename is durable once the folder is synchronised.
     #[cfg(unix)]
     {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -1,4 +1,4 @@
-//! What the service may use, and where it listens. Every limit has a default; nothing is unlimited.
+//! Limits and addresses of the service. Every limit has a default; nothing is unlimited.
 
 use crate::scene::Budget;
 use sha2::{Digest, Sha256};
@@ -6,40 +6,40 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Everything that can be set about the service.
+/// Configuration of the service.
 #[derive(Clone, Debug)]
 pub struct ServiceConfig {
-    /// Address to listen on; port 0 takes a free one.
+    /// Address to listen on; port 0 selects a free one.
     pub listen: SocketAddr,
     /// Folder of the job store, the meshes and the recordings.
     pub data: PathBuf,
-    /// Jobs that run at the same time.
+    /// Number of jobs running at the same time.
     pub workers: usize,
-    /// Threads of each run.
+    /// Number of threads for each run.
     pub threads_per_job: usize,
-    /// Cases of a what-if question that run at the same time.
+    /// Number of cases of a what-if question running at the same time.
     pub threads_per_what_if: usize,
-    /// Jobs that may wait at the same time.
+    /// Maximum number of waiting jobs.
     pub max_queued: u64,
-    /// Connections at the same time; more wait in the listen queue of the system.
+    /// Maximum number of simultaneous connections; more wait in the listen queue of the system.
     pub max_connections: usize,
-    /// How long a client may take for the headers of a request, and for its JSON body.
+    /// Time allowed to a client for the headers of a request, and for its JSON body.
     pub request_timeout: Duration,
-    /// How long a client may take to upload a mesh.
+    /// Time allowed to a client for the upload of a mesh.
     pub upload_timeout: Duration,
-    /// Wall-clock time that a job may run.
+    /// Wall-clock limit of a job.
     pub deadline: Duration,
-    /// How long running jobs and open answers may go on after a request to shut down.
+    /// Grace period of running jobs and open responses after a request to shut down.
     pub grace: Duration,
-    /// How often a job is taken up before it counts as the one that kills its worker.
+    /// Number of attempts after which a job counts as the cause of losing its worker.
     pub max_attempts: u32,
-    /// What a scene may ask for; also the largest document and the largest mesh.
+    /// Limits of a scene; also the largest document and the largest mesh.
     pub budget: Budget,
-    /// Who may use the service; everybody when empty.
+    /// Tokens that grant access; open to everyone if empty.
     pub tokens: Tokens,
-    /// Origins of web pages that may change things; pages of any origin may read when this is empty.
+    /// Origins of web pages that may change things; if empty, pages of any origin may read.
     pub cors_origins: Vec<String>,
-    /// Silence on an event stream after which a comment is sent.
+    /// Idle time of an event stream after which a comment is sent.
     pub heartbeat: Duration,
 }
 
@@ -66,40 +66,40 @@ impl Default for ServiceConfig {
     }
 }
 
-/// Bearer tokens, each with the name of its owner. Only their digests are kept.
+/// Bearer tokens with the names of their owners. Only their digests are stored.
 #[derive(Clone, Debug, Default)]
 pub struct Tokens {
     entries: Vec<(String, [u8; 32])>,
 }
 
-/// Why a list of tokens was refused.
+/// Why a list of tokens was rejected.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokensError {
     /// A line that is not `name token`.
     #[error("line {line}: expected `name token`")]
     Malformed {
-        /// The line, from 1.
+        /// Line number, from 1.
         line: usize,
     },
-    /// A token that can be guessed.
+    /// A token short enough to be guessed.
     #[error("line {line}: a token must have at least 16 characters")]
     TooShort {
-        /// The line, from 1.
+        /// Line number, from 1.
         line: usize,
     },
-    /// A name or a token that came before.
+    /// A repeated name or token.
     #[error("line {line}: this name or token came before")]
     Repeated {
-        /// The line, from 1.
+        /// Line number, from 1.
         line: usize,
     },
 }
 
 impl Tokens {
-    /// Reads `name token`, one a line; empty lines and lines that begin with `#` say nothing.
+    /// Parses `name token`, one per line; empty lines and lines that begin with `#` are ignored.
     ///
     /// # Errors
-    /// A line of another form, a token below 16 characters, or a name or token that came before.
+    /// A malformed line, a token below 16 characters, or a repeated name or token.
     pub fn parse(text: &str) -> Result<Self, TokensError> {
         let mut entries: Vec<(String, [u8; 32])> = Vec::new();
         for (index, line) in text.lines().enumerate() {
@@ -124,12 +124,12 @@ impl Tokens {
         Ok(Self { entries })
     }
 
-    /// Whether anybody may use the service.
+    /// Whether access is open to everyone.
     pub fn is_open(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// The owner of a token. The time taken depends neither on how much of a token is right nor on which one it is.
+    /// The owner of a token. The time taken depends neither on how much of a token is correct nor on which one it is.
     pub fn owner(&self, token: &str) -> Option<&str> {
         let presented: [u8; 32] = Sha256::digest(token.as_bytes()).into();
         let mut found = None;

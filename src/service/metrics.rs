@@ -1,6 +1,6 @@
 //! Counters in the text format of Prometheus (version 0.0.4).
 //!
-//! A few atomics of our own and no process-wide registry: two services in one process (as in tests) do not mix.
+//! A few local atomics without a process-wide registry: two services in one process (as in tests) do not mix.
 
 use super::jobs::JobState;
 use std::collections::BTreeMap;
@@ -9,46 +9,46 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Upper bounds of the buckets of run times [s].
+/// Upper bounds of the histogram buckets of run times [s].
 const RUN_BOUNDS_S: [f64; 8] = [0.1, 1.0, 5.0, 15.0, 60.0, 300.0, 1800.0, 7200.0];
-/// Upper bounds of the buckets of HTTP answers [s].
+/// Upper bounds of the histogram buckets of response times [s].
 const HTTP_BOUNDS_S: [f64; 7] = [0.001, 0.005, 0.025, 0.1, 0.5, 2.5, 10.0];
 
-/// The counters of a service.
+/// Counters of a service.
 #[derive(Debug, Default)]
 pub struct Metrics {
     run_seconds: Histogram<8>,
     http_seconds: Histogram<7>,
     panics: AtomicU64,
     ended: [AtomicU64; 5],
-    /// Answers by method, route and status.
+    /// Responses by method, route and status.
     answers: Mutex<BTreeMap<(String, String, u16), u64>>,
 }
 
 impl Metrics {
-    /// A run ended, however.
+    /// Counts an ended run, whatever its outcome.
     pub fn run_ended(&self, duration: Duration) {
         self.run_seconds.observe(duration, &RUN_BOUNDS_S);
     }
 
-    /// A run panicked.
+    /// Counts a run that panicked.
     pub fn run_panicked(&self) {
         self.panics.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// A job reached a final state.
+    /// Counts a job that reached a final state.
     pub fn job_ended(&self, state: JobState) {
         self.ended[state as usize].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// A request was answered. `route` is the template, not the path, so that ids make no series of their own.
+    /// Counts a response. `route` is the template, not the path, so that ids do not create separate series.
     pub fn answered(&self, method: &str, route: &str, status: u16, duration: Duration) {
         self.http_seconds.observe(duration, &HTTP_BOUNDS_S);
         let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
         *answers.entry((method.to_owned(), route.to_owned(), status)).or_default() += 1;
     }
 
-    /// All of it as text. `jobs` is the number of jobs in each state at the moment.
+    /// All counters as text. `jobs` is the current number of jobs in each state.
     pub fn render(&self, jobs: &[(JobState, u64)]) -> String {
         let mut out = String::new();
         head(&mut out, "contuse_jobs", "gauge", "Jobs kept, by state.");

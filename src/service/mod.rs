@@ -1,12 +1,13 @@
-//! The service: jobs that survive, over HTTP.
+//! The service: durable jobs over HTTP.
 //!
-//! [`Service::start`] opens the data folder (taking over what the process before it left), starts the workers and
-//! listens; [`Service::run_until`] answers until it is told to stop. The order of the end: no new connection and no new
-//! job, event streams end, running jobs get their grace and then go back to the queue, answers finish, the store closes.
+//! [`Service::start`] opens the data folder (recovering jobs of the previous process), starts the workers and listens;
+//! [`Service::run_until`] answers until it is stopped. Shutdown proceeds in this order: no new connections and jobs,
+//! event streams end, running jobs get a grace period and then return to the queue, open responses finish, the store
+//! closes.
 //!
-//! - [`jobs`]: what can be asked of jobs, without HTTP.
-//! - [`http`]: the calls; `http/problem.rs` is the only place that knows status codes.
-//! - [`shelves`]: what recordings, meshes, snapshots and results are called in the [store of blobs](crate::blobs).
+//! - [`jobs`]: operations on jobs, without HTTP.
+//! - [`http`]: the calls; `http/problem.rs` is the only file that assigns error statuses.
+//! - [`shelves`]: names of recordings, meshes, snapshots and results in the [store of blobs](crate::blobs).
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
 
 pub mod config;
@@ -35,7 +36,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::net::TcpListener;
 
-/// Scenes and meshes judged at the same time for each worker; each may hold a mesh in memory.
+/// Simultaneous validations of scenes and meshes per worker; each may hold a mesh in memory.
 const JUDGES_PER_WORKER: usize = 2;
 
 /// Why the service did not start.
@@ -44,12 +45,12 @@ pub enum ServiceError {
     /// The data folder or the store could not be used.
     #[error(transparent)]
     Jobs(#[from] JobsError),
-    /// The address could not be listened on.
+    /// The address is not available.
     #[error("cannot listen on {address}: {source}")]
     Listen {
-        /// The address.
+        /// Address in the configuration.
         address: SocketAddr,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The workers could not be started.
@@ -57,10 +58,10 @@ pub enum ServiceError {
     Workers(std::io::Error),
 }
 
-/// How long runs may take to stop when they were told to; a step that takes longer is given up.
+/// Time allowed to runs for stopping; a step that takes longer is abandoned.
 const LAST_CALL: Duration = Duration::from_secs(5);
 
-/// A service that listens.
+/// A service that is listening on its address.
 pub struct Service {
     app: Arc<App>,
     listener: TcpListener,
@@ -72,7 +73,7 @@ impl Service {
     /// Opens the data folder, starts the workers and listens.
     ///
     /// # Errors
-    /// When the folder is in use or cannot be used, or when the address cannot be listened on.
+    /// If the folder is in use or cannot be used, or if the address is not available.
     pub async fn start(config: ServiceConfig, engine: Arc<dyn Engine>) -> Result<Self, ServiceError> {
         let config = Arc::new(config);
         let listen = |source| ServiceError::Listen { address: config.listen, source };
@@ -92,12 +93,13 @@ impl Service {
         Ok(Self { app, listener, address, workers })
     }
 
-    /// The address that it listens on.
+    /// The actual address it listens on.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Answers until `stop` is done, then shuts down in order. When `hurry` is done too, running jobs get no more grace.
+    /// Answers until `stop` completes, then shuts down in order. Once `hurry` completes, running jobs get no more
+    /// grace.
     pub async fn run_until(self, stop: impl Future<Output = ()>, hurry: impl Future<Output = ()>) {
         let Self { app, listener, workers, .. } = self;
         let (queue, config) = (Arc::clone(&app.queue), Arc::clone(&app.config));
@@ -105,10 +107,11 @@ impl Service {
             tokio::spawn(server::serve(listener, http::router(app), Arc::clone(&config), queue.closing()));
         stop.await;
         tracing::info!("shutting down");
+        // Let running jobs finish within the grace period.
         queue.close();
         let joined = tokio::task::spawn_blocking(move || {
             for worker in workers {
-                // A worker that panicked outside a run has said so on standard error.
+                // A worker that panicked outside a run has reported it on standard error.
                 let _ = worker.join();
             }
         });
@@ -118,11 +121,12 @@ impl Service {
             () = tokio::time::sleep(config.grace) => false,
             () = hurry => false,
         };
+        // Requeue what is still running.
         if !is_early {
             tracing::info!("putting running jobs back into the queue");
             queue.interrupt_all();
             if tokio::time::timeout(LAST_CALL, joined).await.is_err() {
-                // Its row says "running": the next start puts it back.
+                // Its row says "running": the next start requeues it.
                 tracing::warn!("a run did not stop in time and is left behind");
             }
         }

@@ -1,6 +1,6 @@
 //! The listener: accepts connections within limits, and lets them finish when the service shuts down.
 //!
-//! `axum::serve` sets no limit on slow headers, on their size, on clients that do not read or on the number of
+//! `axum::serve` sets no limits on slow headers, on their size, on clients that do not read or on the number of
 //! connections; this does.
 
 use super::config::ServiceConfig;
@@ -15,14 +15,14 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, watch};
 
-/// Header fields of a request.
+/// Maximum number of header fields in a request.
 const MAX_HEADERS: usize = 64;
-/// Bytes of the head of a request.
+/// Maximum size of the head of a request in bytes.
 const MAX_HEAD_BYTES: usize = 32 << 10;
-/// How long the service waits when it cannot accept (too many open files).
+/// Pause after a failure to accept a connection (too many open files).
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// Answers requests until `closing` turns true, then until every connection has had its answer or `grace` is over.
+/// Answers requests until `closing` becomes true, then until every connection has been answered or `grace` is over.
 pub async fn serve(
     listener: TcpListener,
     app: Router,
@@ -31,6 +31,7 @@ pub async fn serve(
 ) {
     let connections = Arc::new(Semaphore::new(config.max_connections));
     let graceful = GracefulShutdown::new();
+    // One task per connection, within the limits.
     loop {
         let stream = tokio::select! {
             accepted = accept(&listener, &connections) => accepted,
@@ -52,7 +53,7 @@ pub async fn serve(
             drop(permit);
         });
     }
-    // Nobody can connect from here on.
+    // No new connections from here on.
     drop(listener);
     if tokio::time::timeout(config.grace, graceful.shutdown()).await.is_err() {
         tracing::warn!("some connections did not end in time");
@@ -67,7 +68,7 @@ async fn accept(
     let permit = Arc::clone(connections).acquire_owned().await.ok()?;
     match listener.accept().await {
         Ok((stream, _)) => {
-            // Events are small and should not wait for company.
+            // Events are small and must not be delayed.
             let _ = stream.set_nodelay(true);
             Some((stream, permit))
         }

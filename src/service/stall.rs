@@ -1,4 +1,4 @@
-//! Connections whose client does not read: given up after a while, so that stalled downloads do not use up all of them.
+//! Timeouts for clients that do not read, so that stalled downloads do not exhaust the connections.
 
 use std::io;
 use std::pin::Pin;
@@ -7,22 +7,22 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep, sleep};
 
-/// A stream whose writes fail when the other side takes nothing for `patience`.
+/// A stream whose writes fail if the other side accepts nothing for `patience`.
 pub struct Impatient<S> {
     stream: S,
     patience: Duration,
-    /// Runs while a write waits.
+    /// Timer of a pending write.
     limit: Pin<Box<Sleep>>,
     is_waiting: bool,
 }
 
 impl<S> Impatient<S> {
-    /// Gives up on writes to `stream` that wait longer than `patience`.
+    /// Limits the waiting time of writes to `stream` to `patience`.
     pub fn new(stream: S, patience: Duration) -> Self {
         Self { stream, patience, limit: Box::pin(sleep(patience)), is_waiting: false }
     }
 
-    /// The outcome of a write, or an error when it has waited too long.
+    /// The outcome of a write, or an error if it has waited too long.
     fn limited<T>(&mut self, cx: &mut Context<'_>, outcome: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if outcome.is_ready() {
             self.is_waiting = false;

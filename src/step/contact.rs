@@ -1,4 +1,4 @@
-//! Contact inside a step: detection, the bi-potential law on the end-of-step gap, projection.
+//! Contact in a step: detection, the bi-potential law on the end-of-step gap, projection.
 
 use super::failure::FailureCause;
 use super::integrator::Phase;
@@ -22,23 +22,23 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan, RigidPlan};
 use std::borrow::Cow;
 
-/// Sweeps of Gauss–Seidel before it is said not to converge.
+/// Gauss–Seidel sweeps after which the solver counts as not converging.
 const MOST_SWEEPS: usize = 2000;
-/// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and warned about.
+/// Scaled residual above which a step fails; between the scene's tolerance and this it is counted and raises a warning.
 const LARGEST_RESIDUAL: f64 = 1e-4;
-/// Contacts of which W costs no more than sweeps that take their time.
+/// Number of contacts up to which forming W costs no more than slow sweeps.
 const FEW: usize = 100;
-/// Sweeps over so few before Newton's method goes on from where they are, and the most iterations that it has.
+/// Sweeps over so few contacts before Newton's method takes over, and its maximum number of iterations.
 const FEW_SWEEPS: usize = 200;
 const NEWTON_STEPS: usize = 60;
 
-/// Shifts of a projection for each contact that there is room for: slave and master nodes in a few passes.
+/// Capacity for projection shifts per contact: slave and master nodes in a few passes.
 pub(super) const SHIFTS: usize = 8;
 
-/// Detector and buffers of the contact solve; derived from the plan and the positions, so no part of the state.
+/// Detector and work arrays of the contact solve; derived from the plan and the positions, so not part of the state.
 pub(super) struct ContactStep<'p> {
     plan: &'p ContactPlan,
-    /// Those of the plan, as erosion has left them.
+    /// Contact surfaces of the plan, as left by erosion.
     surfaces: Cow<'p, [Surface]>,
     detector: Detector,
     guard: Guard,
@@ -51,18 +51,18 @@ pub(super) struct ContactStep<'p> {
     reactions: Vec<Reaction>,
     workspace: Workspace,
     moved: Vec<(u32, Vec3)>,
-    /// When a pair has a rigid side.
+    /// Contact with rigid bodies, if a pair has a rigid side.
     rigid: Option<RigidContact<'p>>,
-    /// Solves that ended above the scene's tolerance: how many, and the largest residual.
+    /// Solves that ended above the scene's tolerance: their number, and the largest residual.
     pub unconverged: (u64, f64),
 }
 
-/// What is wrong with the numbers of a step where they make no contact problem.
+/// Failure cause and message for a step whose numbers define no contact problem.
 pub(super) fn no_problem(error: ProblemError) -> (FailureCause, String) {
     (FailureCause::NotFinite, format!("There is no contact problem: {error}."))
 }
 
-/// What contact needs where a side is a rigid body.
+/// Detection and projection for pairs with a rigid side.
 struct RigidContact<'p> {
     plan: &'p RigidPlan,
     detector: RigidDetector,
@@ -84,7 +84,7 @@ impl<'p> RigidContact<'p> {
     }
 }
 
-/// What finds contacts of meshes with each other and with planes.
+/// Detectors of contacts between meshes and with planes.
 fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detector, Guard) {
     let pairs = &contact.pairs[..contact.mesh_pairs];
     let detector = Detector::new(surfaces, pairs, &plan.X).with(contact.discretisation);
@@ -95,7 +95,7 @@ fn detectors(plan: &Plan, contact: &ContactPlan, surfaces: &[Surface]) -> (Detec
 
 impl<'p> ContactStep<'p> {
     pub fn new(plan: &'p Plan, contact: &'p ContactPlan) -> Self {
-        // Room for every slave node at once: pages that nothing touches cost nothing.
+        // Capacity for every slave node at once: untouched pages cost nothing.
         let most = contact.most_contacts();
         let drift: Vec<Vec3> = (0..contact.pairs.len()).map(|p| drift(plan, contact, p)).collect();
         let surfaces = Cow::Borrowed(&contact.surfaces[..]);
@@ -123,12 +123,12 @@ impl<'p> ContactStep<'p> {
         }
     }
 
-    /// The surfaces as they are.
+    /// Contact surfaces as left by erosion.
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
 
-    /// From now on these elements are gone: what they have laid bare may be touched.
+    /// Accounts for eroded elements: the surfaces they expose become contact surfaces.
     pub fn lay_bare(&mut self, plan: &'p Plan, erosion: &Erosion) {
         let of_body = |body: &usize| plan.bodies[*body].skin_after(erosion).into_owned();
         self.surfaces = self.plan.surface_body.iter().map(of_body).collect();
@@ -136,8 +136,8 @@ impl<'p> ContactStep<'p> {
         self.rigid = RigidContact::new(plan, self.plan, &self.surfaces);
     }
 
-    /// Finds the contacts that may close within the step and changes `v` from v* to v₊; with the bodies' flight
-    /// velocities where they fly, with full stick while settling.
+    /// Finds the contacts that may close within the step and changes `v` from v* to v₊; including the bodies' flight
+    /// velocities in flight, with full stick during dynamic relaxation.
     pub fn solve(
         &mut self,
         plan: &Plan,
@@ -156,7 +156,7 @@ impl<'p> ContactStep<'p> {
         self.solve_as_problem(method, None, masses, h, phase, v)
     }
 
-    /// Gauss–Seidel, and Newton where its sweeps do not lead on.
+    /// Gauss–Seidel, and Newton's method if its sweeps do not converge.
     fn solve_by_sweeps(
         &mut self,
         masses: (&[Vec3], &RigidSides),
@@ -164,6 +164,7 @@ impl<'p> ContactStep<'p> {
         phase: Phase,
         v: &mut [Vec3],
     ) -> Result<(), (FailureCause, String)> {
+        // Small sets of contacts get few sweeps, since Newton's method is cheap for them.
         let has_mesh = |c: &Contact| masses.1.of_pair(c.pair)[0].is_none();
         let is_few = self.contacts.len() <= FEW && self.contacts.iter().all(has_mesh) && !phase.sticks();
         let max_sweeps = if is_few { FEW_SWEEPS } else { MOST_SWEEPS };
@@ -183,8 +184,8 @@ impl<'p> ContactStep<'p> {
         if report.converged {
             return Ok(());
         }
-        // Friction at several places that share their nodes may make sweeps go round for ever: Newton solves it. Where they have come
-        // near, and its steps do not lead on, the best iterate will do.
+        // With friction at several contacts that share nodes, sweeps may cycle for ever: Newton's method solves it. If
+        // the sweeps came close, and Newton's method fails, the best iterate is accepted.
         let is_near = report.residual <= LARGEST_RESIDUAL;
         if (is_few || !is_near) && !phase.sticks() {
             take_off(&self.contacts, &self.reactions, masses, h, v);
@@ -194,7 +195,7 @@ impl<'p> ContactStep<'p> {
         self.accept([report.residual, report.residual_of_free], Some(report.sweeps))
     }
 
-    /// By a solver of the library, from the present reactions, which are not in `v`.
+    /// Solves with a solver of the library, starting from the present reactions, which are not in `v`.
     fn solve_as_problem(
         &mut self,
         method: Method,
@@ -216,8 +217,8 @@ impl<'p> ContactStep<'p> {
         report.map_or(Ok(()), |report| self.accept_report(&report))
     }
 
-    /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
-    /// [m/s]; `phase` as in [`ContactStep::solve`]. They act on nodes that follow nobody.
+    /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities
+    /// `v` [m/s]; `phase` as in [`ContactStep::solve`]. They act on independent nodes.
     pub fn detect(
         &mut self,
         plan: &Plan,
@@ -240,7 +241,7 @@ impl<'p> ContactStep<'p> {
         Ok(())
     }
 
-    /// The contacts of the surfaces as they are.
+    /// Finds the contacts of the current surfaces.
     fn find(
         &mut self,
         plan: &Plan,
@@ -250,17 +251,20 @@ impl<'p> ContactStep<'p> {
         phase: Phase,
         v: &[Vec3],
     ) -> Result<(), (FailureCause, String)> {
+        // Positions at the end of the step with the present velocities.
         let drift = if phase.flies() { &self.drift } else { &self.still };
-        // Contact looks at the skins only.
+        // Contact depends on boundary nodes only.
         for (surface, &body) in self.surfaces.iter().zip(&self.plan.surface_body) {
             let flight = if phase.flies() { plan.bodies[body].flight_velocity } else { Vec3::zeros() };
             for node in surface.nodes.iter().map(|&node| node as usize) {
                 self.x_end[node] = x[node] + (v[node] + flight) * h;
             }
         }
+        // Contacts between meshes and with planes.
         let stopped = |e| (FailureCause::NotFinite, format!("Contact detection stopped: {e}."));
         self.detector.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
         self.guard.detect(x, &self.x_end, drift, &mut self.contacts).map_err(stopped)?;
+        // Contacts of rigid bodies, from their poses at the end of the step.
         let (Some(contact), Some(rigid)) = (&mut self.rigid, rigid) else { return Ok(()) };
         let poses = rigid.work().sides.poses;
         let of_end = |((body, pose), of): ((&RigidBody, &Pose), &usize)| {
@@ -277,7 +281,7 @@ impl<'p> ContactStep<'p> {
         contact.detector.detect(&motion, drift, &mut self.contacts).map_err(stopped)
     }
 
-    /// As [`Self::accept`], of a solver of the library.
+    /// Applies [`Self::accept`] to the report of a library solver.
     pub fn accept_report(&mut self, report: &SolveReport) -> Result<(), (FailureCause, String)> {
         if report.converged {
             return Ok(());
@@ -285,25 +289,25 @@ impl<'p> ContactStep<'p> {
         self.accept([report.error_scaled, report.error_of_free], None)
     }
 
-    /// Whether a residual above the scene's tolerance is still small enough, by itself and against the velocities that contact must
-    /// stop; then it is counted. `sweeps` that led to it, where they were counted.
+    /// Whether a residual above the scene's tolerance is still acceptable, in absolute terms and relative to the
+    /// velocities that contact must stop; if so, it is counted. `sweeps` is their number, if known.
     fn accept(
         &mut self,
         [residual, of_free]: [f64; 2],
         sweeps: Option<usize>,
     ) -> Result<(), (FailureCause, String)> {
         if residual <= LARGEST_RESIDUAL && of_free > LARGEST_OF_FREE {
-            // Where there is no solution, reactions grow until they hide what is missed.
+            // If there is no solution, reactions grow until they mask the residual.
             let message = format!(
-                "No reactions of the {} contacts stop what they must: {of_free:.2e} of the velocities is left (limit \
-                 {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot give way, or jammed by friction.",
+                "No reactions of the {} contacts satisfy the contact law: {of_free:.2e} of the approach velocities remain (limit \
+                 {LARGEST_OF_FREE:.0e}). Bodies are squeezed between parts that cannot yield, or jammed by friction.",
                 self.contacts.len()
             );
             return Err((FailureCause::ContactJammed, message));
         }
         if residual <= LARGEST_RESIDUAL {
-            // Friction has no unique or even no stable solution in some knots of contacts; the best iterate obeys the law to
-            // more digits than the mesh resolves. It is counted, and the user is told.
+            // Some clusters of frictional contacts have no unique or even no stable solution; the best iterate
+            // satisfies the law to more digits than the mesh resolves. It is counted, and the user is warned.
             self.unconverged = (self.unconverged.0 + 1, self.unconverged.1.max(residual));
             return Ok(());
         }
@@ -316,17 +320,17 @@ impl<'p> ContactStep<'p> {
         Err((if is_number { FailureCause::ContactNotConverged } else { FailureCause::NotFinite }, message))
     }
 
-    /// Contacts and the room for their reactions.
+    /// Contacts and the buffer for their reactions.
     pub fn problem(&mut self) -> (&mut Vec<Contact>, &mut Vec<Reaction>) {
         (&mut self.contacts, &mut self.reactions)
     }
 
-    /// Friction of a contact [-], infinite while settling.
+    /// Friction coefficient of a contact [-], infinite during dynamic relaxation.
     pub fn friction(&self, contact: &Contact, phase: Phase) -> f64 {
         contact.law(if phase.sticks() { &self.stuck } else { &self.laws }).mu()
     }
 
-    /// Unknowns of each of the contacts: one where none of them rubs.
+    /// Unknowns per contact: one if all are frictionless.
     pub fn unknowns(&self, phase: Phase) -> usize {
         let laws = if phase.sticks() { &self.stuck } else { &self.laws };
         let rubs = self.contacts.iter().any(|c| laws[c.pair as usize].unknowns() > 1);
@@ -338,7 +342,7 @@ impl<'p> ContactStep<'p> {
         self.plan.tolerance
     }
 
-    /// The solver of the library that the scene names.
+    /// Library solver named by the scene.
     pub fn named_solver(&self) -> Option<Method> {
         self.plan.solver
     }
@@ -347,8 +351,8 @@ impl<'p> ContactStep<'p> {
         (&self.contacts, &self.reactions)
     }
 
-    /// Moves what is left inside back out, in a step of a `share` of the usual one [-]: (node, shift), a node possibly more than once.
-    /// Rigid bodies are turned too, in `poses`.
+    /// Projects out the remaining penetration, in a step of a `share` of the usual one [-]: (node, shift), possibly
+    /// several per node. Rigid bodies are rotated too, in `poses`.
     pub fn project(&mut self, plan: &Plan, x: &mut [Vec3], poses: &mut [Pose], share: f64) -> &[(u32, Vec3)] {
         let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);

@@ -1,4 +1,4 @@
-//! Elements that are given up on the way, see [`Erosion`](crate::mechanics::force::Erosion).
+//! Erosion of elements during a run, see [`Erosion`](crate::mechanics::force::Erosion).
 
 use super::contact::ContactStep;
 use super::ledger::Ledger;
@@ -8,9 +8,10 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
 
-/// Gives up the elements that the sweep at t_n has found beyond what their parts bear, before the step `h` [s] to t_{n+1} with the
-/// velocities `v_after` [m/s], nodes × 3. They still pushed in that step, by their forces at t_n alone: so what goes with them is their
-/// strain energy at t_n and the work `½ h fᵀ v₊` of these. What was in branches of Prony series no longer counts as relaxed later.
+/// Erodes the elements that the force evaluation at t_n has found beyond the limits of their parts, before the step `h`
+/// [s] to t_{n+1} with the velocities `v_after` [m/s], nodes × 3. Their forces at t_n still act in that step: the
+/// energy removed with them is their strain energy at t_n plus the work `½ h fᵀ v₊` of these forces. Energy in branches
+/// of Prony series no longer counts as relaxed later.
 pub(super) fn erode(
     plan: &Plan,
     (forces, threads): (&mut ElementForces, &Threads),
@@ -24,6 +25,7 @@ pub(super) fn erode(
     if eroding.is_empty() {
         return;
     }
+    // Power of the internal forces at the nodes concerned, before erosion.
     let corners = |element: u32| {
         let body = &plan.bodies[plan.body_of_element(element)];
         body.cells.nodes((element - body.elements.start) as usize)
@@ -36,14 +38,16 @@ pub(super) fn erode(
     };
     let before: Vec<f64> = nodes.iter().map(|node| power(forces, *node)).collect();
 
+    // Remove the elements and book their energies.
     let erosion = Arc::make_mut(&mut state.erosion);
     for element in &eroding {
         erosion.add(element, &plan.blocks);
         ledger.eroded[element.body] += element.energy;
         ledger.viscous[element.body] -= element.in_branches;
     }
-    // Again without them: their history is as if they had never moved.
+    // Reset without them: their history is as if they had never moved.
     erosion.forget(&plan.blocks, &mut state.history);
+    // Internal forces without the eroded elements, and the work by which they differ.
     forces.take_out(erosion);
     let input = state.sweep_input();
     forces.sweep(threads, &plan.blocks, &input);
@@ -53,7 +57,7 @@ pub(super) fn erode(
     }
 }
 
-/// Has forces and contact follow the state; `gone` is how many elements they know to be gone.
+/// Updates forces and contact to the state; `gone` is the number of eroded elements accounted for.
 pub(super) fn follow<'p>(
     plan: &'p Plan,
     state: &State,

@@ -7,8 +7,9 @@
 //! u_{n+1} = u_n + h₊ v₊
 //! ```
 //!
-//! The constraint is on the *end-of-step* gap with the end velocity, so nothing penetrates and nothing is activated late
-//! (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same formula.
+//! The constraint acts on the *end-of-step* gap with the end velocity, so nothing penetrates and no contact is
+//! activated late (Stewart & Trinkle 1996). With h₋ = 0 the first half step, `v_½ = v_0 + (h/2) a_0`, is the same
+//! formula.
 
 use super::contact::ContactStep;
 use super::erosion::{erode, follow};
@@ -29,58 +30,59 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Explicit, Plan};
 
-/// Largest growth of the step from one to the next: the half-step scheme is accurate for slowly varying steps.
+/// Largest ratio of successive steps: the half-step scheme is accurate for slowly varying steps.
 const LARGEST_GROWTH: f64 = 1.1;
-/// Share of the largest strain increment that is left to the step in which a pair touches for the first time: bulk viscosity, and the
-/// bound that it puts on the step, know a rate of strain only afterwards.
+/// Reduction of the largest strain increment in the step in which a pair first touches: bulk viscosity, and its bound
+/// on the step, respond to the strain rate only afterwards.
 const FIRST_TOUCH: f64 = 0.2;
-/// A step this much smaller than the stable step at the start is a collapse.
+/// Ratio to the initial critical time step below which the step has collapsed.
 const COLLAPSE: f64 = 1e-6;
 
-/// A step may be longer than asked by this share, so that rounding does not cost a whole step.
+/// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
-/// Steps a plan. Holds the buffers of a step, so that a step allocates nothing; they carry nothing from step to step.
+/// Advances a plan explicitly. Holds the work arrays of a step, so that a step allocates nothing; they carry nothing
+/// between steps.
 pub(super) struct ExplicitStepper<'p> {
     plan: &'p Plan,
     options: Explicit,
     threads: Threads,
     forces: ElementForces,
     activity: Activity,
-    /// How many elements are known to be gone.
+    /// Number of eroded elements accounted for.
     gone: usize,
-    /// Whether quiet elements have been put to sleep.
+    /// Whether elements at rest have been made inactive.
     has_slept: bool,
-    /// Elements of the last sweep.
+    /// Number of elements evaluated last.
     swept: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
-    /// What of it is in the branches of Prony series [J].
+    /// Part of it in the branches of Prony series [J].
     branches: Vec<f64>,
-    /// History of the elements as recorders see it; empty where nothing relaxes.
+    /// History of the elements for recorders; empty if no material relaxes.
     history: Vec<Vec<Row>>,
-    /// Dissipated by bulk viscosity in the step to t_n, a body [J].
+    /// Energy dissipated by bulk viscosity in the step to t_n, by body [J].
     viscous: Vec<f64>,
-    /// Sums with both halves of the work at t_n; they become the state's when it advances.
+    /// Sums with both halves of the work at t_n; moved to the state on advancing.
     ledger: Ledger,
     /// The balance at t_n, after [`Stepper::balance`].
     energy: Energy,
     motion: Motion,
     f_int: Vec<Vec3>,
-    /// What of it is viscous [N]; empty where no part is.
+    /// Viscous part of it [N]; empty if no part is viscous.
     f_viscous: Vec<Vec3>,
-    /// Forces of loads at t_n [N]; empty where the plan has none.
+    /// Forces of loads at t_n [N]; empty if the plan has none.
     f_ext: Vec<Vec3>,
     /// Impulses on prescribed nodes [N s].
     prescribed: Vec<f64>,
-    /// Impulses of the contacts on the nodes [N s]; empty where nothing is prescribed.
+    /// Impulses of the contacts on the nodes [N s]; empty if nothing is prescribed.
     touched: Vec<Vec3>,
     x: Vec<Vec3>,
     /// v₊, relative to the flight [m/s].
     v_after: Vec<Vec3>,
     contact: Option<ContactStep<'p>>,
     rigid: Option<RigidStep<'p>>,
-    /// h₊ [s].
+    /// Next step h₊ [s].
     step: f64,
     /// Extremes of the run so far.
     extremes: Extremes,
@@ -123,25 +125,27 @@ impl<'p> ExplicitStepper<'p> {
 }
 
 impl Stepper for ExplicitStepper<'_> {
-    /// Everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the next time
-    /// that must be hit), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
-    /// run with the same bits.
+    /// Computes everything at t_n up to the velocity v₊: internal forces, step size (at most `longest`, to reach the
+    /// next time that must be met exactly), contact. The state is unchanged until [`Stepper::advance`], so that a copy
+    /// of it restarts the run with the same bits.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
+        // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
         let (stable, stiffest) = self.sweep(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
-        // A step that was cut to hit a time says nothing of the elements, nor does the growth from it.
+        // A step shortened to meet a time is no sign of collapse, nor is the growth from it.
         self.check_collapse(state, self.longest_stable(stable), || stiffest)?;
         let mut target = self.choose_step(state, stable);
         loop {
-            // Equal steps to the time that must be hit; at that time itself, the last step again.
+            // Equal steps to the time that must be met; at that time itself, the last step again.
             let count = (longest / target - ROUNDING).ceil().max(1.0);
             self.step = if longest > 0.0 { longest / count } else { target };
             self.accelerate(state, phase);
             self.solve_contact(state, phase)?;
             self.wake();
+            // Shorten the step if the strain increment or a rotation would be too large.
             let share = if self.touches_anew(state) { FIRST_TOUCH } else { 1.0 };
             let strain_limit = share * self.options.largest_strain_increment;
             let rate = self.forces.largest_stretch_rate(
@@ -163,6 +167,7 @@ impl Stepper for ExplicitStepper<'_> {
             target = self.step * (0.9 / excess).max(0.1);
             self.check_collapse(state, target, || fastest_stretched(self.plan, &state.u, &self.v_after))?;
         }
+        // Free rotation of rigid bodies, and the reactions of prescribed motion.
         if let Some(rigid) = &mut self.rigid {
             rigid.turn(state, &self.v_after, 1.0, self.step)?;
         }
@@ -183,7 +188,7 @@ impl Stepper for ExplicitStepper<'_> {
         ledger.add_projection(self.plan, &state.projected, &self.f_int);
         let work = self.work(state);
         if state.last_step == 0.0 {
-            // At the start nothing has been done yet, and the velocity is known at t_0 itself.
+            // At the start no work has been done, and the velocity is known at t_0 itself.
             let start = work.at_the_start();
             motion.eval(&self.threads, &start);
             ledger.balance(&start, &motion, &mut energy);
@@ -199,12 +204,14 @@ impl Stepper for ExplicitStepper<'_> {
         (self.ledger, self.motion, self.energy) = (ledger, motion, energy);
     }
 
-    /// Moves to t_{n+1}, and projects what linearisation left inside back out.
+    /// Advances to t_{n+1}, and projects out the penetration left by linearisation.
     fn advance(&mut self, state: &mut State, phase: Phase) {
+        // Erode elements at t_n, before the displacement update.
         if let Phase::Running = phase {
             let forces = (&mut self.forces, &self.threads);
             erode(self.plan, forces, (state, &mut self.ledger), (self.step, &self.v_after));
         }
+        // Displacement update of the active nodes.
         let (h, activity) = (self.step, &self.activity);
         let arrays = (&mut state.u[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, u, v_after| {
@@ -213,21 +220,23 @@ impl Stepper for ExplicitStepper<'_> {
             }
         });
         self.plan.assembly.followers().follow(&mut state.u);
-        // Nodes that are not stepped have zero in both.
+        // Nodes without integration have zero in both.
         std::mem::swap(&mut state.v, &mut self.v_after);
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
         self.forces.swap_history(&mut state.history);
-        // While settling nobody keeps books.
+        // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
+        // Advance the clock and the rigid bodies.
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
         if let Some(rigid) = &self.rigid {
             rigid.advance(state);
         }
+        // Position projection, with its work and the nodes it activates.
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
             state.projected.clear();
@@ -307,7 +316,8 @@ impl ExplicitStepper<'_> {
         }
     }
 
-    /// Internal forces; returns the stable step and the element that it comes from. Fails where an element is inverted or a fibre overstretched.
+    /// Evaluates internal forces; returns the critical time step and the element that determines it. Fails if an
+    /// element is inverted or a fibre overstretched.
     fn sweep(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
@@ -334,7 +344,7 @@ impl ExplicitStepper<'_> {
         Ok(stable)
     }
 
-    /// After the first sweep, which covers everything, what is at rest sleeps until something reaches it.
+    /// Deactivates elements at rest, after the first evaluation, which covers all elements.
     fn put_to_sleep(&mut self, state: &State) {
         if self.plan.skip_quiet_elements && !self.has_slept {
             let Plan { blocks, assembly, .. } = self.plan;
@@ -343,7 +353,7 @@ impl ExplicitStepper<'_> {
         }
     }
 
-    /// Wakes what the forces and the contacts of this step have reached.
+    /// Activates the elements reached by the forces and the contacts of this step.
     fn wake(&mut self) {
         let Plan { blocks, assembly, .. } = self.plan;
         let Self { activity, forces, v_after, contact, .. } = self;
@@ -354,7 +364,7 @@ impl ExplicitStepper<'_> {
         activity.wake_nodes(forces, blocks, assembly, moving);
     }
 
-    /// Absolute positions x_n of the skins that may touch: nobody else asks.
+    /// Absolute positions x_n of the contact surfaces, the only ones needed.
     fn place(&mut self, state: &State, phase: Phase) {
         let surfaces = self.contact.as_ref().map_or(&[][..], ContactStep::surfaces);
         place_skins(self.plan, surfaces, (state, phase), &mut self.x);
@@ -363,7 +373,7 @@ impl ExplicitStepper<'_> {
         }
     }
 
-    /// The share of the stable step that may be taken, and no more than the scene allows [s].
+    /// Admissible fraction of the critical time step, within the maximum of the scene [s].
     fn longest_stable(&self, stable: f64) -> f64 {
         (self.options.safety * stable).min(self.options.max_step)
     }
@@ -390,7 +400,7 @@ impl ExplicitStepper<'_> {
         let softened = element.and_then(|e| lost_ellipticity(self.plan, &state.u, e));
         let cause = softened.as_ref().map_or(FailureCause::StepCollapsed, |_| FailureCause::EllipticityLost);
         let message = format!(
-            "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the stable step at the start): elements are being \
+            "The step fell to {step:.3e} s, below {limit:.3e} s (10⁻⁶ of the initial critical time step): elements are being \
              crushed or stretched without bound.{}",
             softened.unwrap_or_default()
         );
@@ -398,16 +408,18 @@ impl ExplicitStepper<'_> {
         Err(Failure { element, ..Failure::new(state, cause, message) })
     }
 
-    /// f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; while settling with the damping −α M v taken at the mean
-    /// velocity.
+    /// Evaluates f_int, the sum of the elastic and viscous element forces, and v* = v₋ + h̄ M⁻¹ f; during dynamic
+    /// relaxation with the damping −α M v at the mean velocity.
     fn accelerate(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
         let Self { plan, forces, activity, f_ext, f_viscous, .. } = self;
+        // Viscous forces at the moving nodes.
         let gravity = loads::gravity(plan, phase.load_time(state.time));
         let damping = 0.5 * phase.damping() * mean_step;
         for node in activity.stepped(0..f_viscous.len() as u32) {
             f_viscous[node] = forces.viscous_at_node(&plan.assembly, node);
         }
+        // Contact-free velocity of the active nodes.
         let arrays = (&mut self.f_int[..], &mut self.v_after[..]);
         self.threads.for_each_run(Activity::NODES, arrays, |run, f_int, v_after| {
             if !activity.active()[run] {
@@ -427,6 +439,7 @@ impl ExplicitStepper<'_> {
                 *v_after = if damping > 0.0 { (v - state.v[node] * damping) / (1.0 + damping) } else { v };
             }
         });
+        // Prescribed components follow their displacement.
         let end = phase.load_time(state.time + self.step);
         for p in &plan.loads.prescribed {
             let node = p.node as usize;
@@ -439,7 +452,7 @@ impl ExplicitStepper<'_> {
         self.plan.assembly.followers().follow(&mut self.v_after);
     }
 
-    /// Impulses that the prescribed motion takes, the reactions of contacts known.
+    /// Evaluates the impulses required by prescribed motion, given the contact reactions.
     fn weigh_prescribed(&mut self, state: &State, phase: Phase) {
         let mean_step = self.mean_step(state);
         let Self { plan, f_int, f_ext, v_after, contact, rigid, prescribed, touched, .. } = self;
@@ -458,7 +471,7 @@ impl ExplicitStepper<'_> {
         );
     }
 
-    /// Whether a pair has reactions in this step that never had any.
+    /// Whether a pair has its first reactions in this step.
     fn touches_anew(&self, state: &State) -> bool {
         let (contacts, reactions) = self.contacts();
         let is_new = |pair: u32| state.ledger.pairs[pair as usize].impulse_n_s.iter().all(|p| *p == 0.0);

@@ -1,4 +1,4 @@
-//! Why a run went wrong, where, when, and what to do about it.
+//! Diagnosis of a failed run: cause, place, time, and remedy.
 
 use super::run::Interrupt;
 use super::state::State;
@@ -9,28 +9,28 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::{Deserialize, Serialize};
 
-/// Why a run or a job failed, as a code that programs can match.
+/// Why a run or a job failed, as a machine-readable code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailureCause))]
 #[serde(rename_all = "snake_case")]
 pub enum FailureCause {
-    /// The scene that was accepted is not valid any more (a mesh is gone, the engine changed).
+    /// The accepted scene is no longer valid (a mesh is missing, or the engine changed).
     InvalidScene,
     /// An element's Jacobian became zero or negative.
     ElementInverted,
-    /// The stable step fell below what can finish.
+    /// The critical time step became too small to finish.
     StepCollapsed,
-    /// The same where the law of the material softens: waves of some direction have no real speed there.
+    /// The critical time step collapsed because the material softens: waves of some direction have no real speed there.
     EllipticityLost,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
-    /// No reactions can stop what contact must stop: bodies are squeezed or wedged between parts that cannot give way.
+    /// No reactions can stop the contacting bodies: they are squeezed or wedged between parts that cannot yield.
     ContactJammed,
-    /// An implicit step did not converge, however short it was.
+    /// An implicit step did not converge at any admissible size.
     NewtonNotConverged,
-    /// Without mass: nothing balances what pushes a body.
+    /// In a quasi-static step, a load on an unsupported body is not balanced.
     NothingHolds,
-    /// The energy balance failed its gate.
+    /// The energy balance exceeded its gate.
     EnergyGate,
     /// The step is longer than a rigid body's rotation allows.
     StepTooLong,
@@ -40,9 +40,9 @@ pub enum FailureCause {
     NotFinite,
     /// The wall-clock budget ran out.
     Deadline,
-    /// The run took more steps, or recorded more, than it was estimated to and may.
+    /// The run took more steps, or recorded more, than its estimate allows.
     Budget,
-    /// The process that ran it was lost, more often than a job may lose one.
+    /// The worker process was lost more often than a job may lose one.
     WorkerLost,
     /// The recording could not be written.
     RecordingFailed,
@@ -50,7 +50,7 @@ pub enum FailureCause {
     Internal,
 }
 
-/// The element that a failure is about, in the words of the user.
+/// Location of the failed element in the model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = FailedElement))]
 pub struct ElementPlace {
@@ -60,47 +60,47 @@ pub struct ElementPlace {
     pub part: String,
     /// Index of the element in the body, from 0.
     pub element: u32,
-    /// Its centre at that time [m]; absent when that is not finite.
+    /// Its centre at that time [m]; absent if not finite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_m: Option<[f64; 3]>,
 }
 
-/// A diagnosis: never a panic, never a bare code.
+/// Diagnosis of a failed run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailure))]
 #[error("{message} {remedy}")]
 pub struct Failure {
-    /// The cause.
+    /// Machine-readable cause of the failure.
     pub cause: FailureCause,
     /// What happened, with values and limits, in a sentence.
     pub message: String,
-    /// What to do about it.
+    /// Suggested change of scene or settings.
     pub remedy: String,
-    /// Simulated time [s]; absent where no run had begun, or the time is not finite.
+    /// Simulated time [s]; absent if no run had begun, or the time is not finite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
-    /// Step.
+    /// Number of the failed step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<u64>,
-    /// Where, when it is about an element.
+    /// Failed element, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<ElementPlace>,
 }
 
 impl Failure {
-    /// Of no run: with the remedy of its cause, no time and no place.
+    /// A failure outside a run: with the remedy of its cause, but no time and no place.
     pub fn of_no_run(cause: FailureCause, message: impl Into<String>) -> Self {
         let (message, remedy) = (message.into(), cause.remedy().into());
         Self { cause, message, remedy, time_s: None, step: None, element: None }
     }
 
-    /// At the time of `state`, with the remedy of its cause and no place.
+    /// A failure at the time of `state`, with the remedy of its cause and no place.
     pub(super) fn new(state: &State, cause: FailureCause, message: String) -> Self {
         let time_s = Some(state.time).filter(|time| time.is_finite());
         Self { time_s, step: Some(state.step), ..Self::of_no_run(cause, message) }
     }
 
-    /// That the time is over.
+    /// A run that exceeded its wall-clock budget.
     pub(super) fn deadline(plan: &Plan, state: &State) -> Self {
         let message = format!("The wall-clock budget ran out at t = {:.4e} s.", state.time);
         let failure = Self::new(state, FailureCause::Deadline, message);
@@ -111,31 +111,33 @@ impl Failure {
     }
 }
 
-/// What helps besides where cheaper runs come first.
+/// Additional remedy if cheaper runs come first.
 const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs before it (`--no-error-bars`, or \
     `solver.error_bars` = \"none\").";
 
 impl FailureCause {
-    /// The code as it is written.
+    /// The code as serialised.
     pub fn name(self) -> String {
         let written = serde_json::to_value(self).ok();
         written.and_then(|code| code.as_str().map(str::to_owned)).unwrap_or_else(|| "failed".into())
     }
 
-    /// What a user can do about it, in plain words.
+    /// Suggested remedy, in plain words.
     pub fn remedy(self) -> &'static str {
         match self {
-            Self::InvalidScene => "Send the scene to /v1/jobs/validate, which says more about every problem.",
+            Self::InvalidScene => {
+                "Send the scene to /v1/jobs/validate, which describes every problem in detail."
+            }
             Self::ElementInverted => {
                 "Try `formulation: \"reduced\"` for the named part, lower the speed, or end the run before this time."
             }
             Self::StepCollapsed => {
-                "Look at the named place for an element that is crushed or a fibre that stiffens; lower the speed, or try implicit \
+                "Look for a crushed element or a stiffening fibre at the reported location; lower the speed, or try implicit \
                  steps (`integrator.kind`)."
             }
             Self::EllipticityLost => {
-                "Lower the speed, or give the named part a law or parameters that were fitted at such stretches: no mesh and no step \
-                 makes this one go on."
+                "Lower the speed, or give the named part a law or parameters fitted at such stretches: refining \
+                 the mesh or the step does not help."
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
@@ -143,22 +145,22 @@ impl FailureCause {
             }
             Self::ContactNotConverged => {
                 "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies \
-                 that touch over many redundant nodes."
+                 in contact over many redundant nodes."
             }
             Self::ContactJammed => {
-                "Look for bodies that are squeezed between parts that cannot give way (prescribed, fixed, planes), and move these \
+                "Look for bodies that are squeezed between parts that cannot yield (prescribed, fixed, planes), and move these \
                  apart; if friction wedges them, lower it."
             }
             Self::NewtonNotConverged => {
-                "Lower `integrator.step_s` (a fifth is a good trial), of an implicit run raise its `theta` to 0.6, or refine the mesh \
-                 where it deforms most; a scene of shocks and waves belongs to the explicit integrator."
+                "Lower `integrator.step_s` (try a fifth), in an implicit run raise `theta` to 0.6, or refine the mesh \
+                 where it deforms most; for shocks and waves use the explicit integrator."
             }
             Self::NothingHolds => {
-                "Hold some of its nodes, give the contact friction or the body another that stops it, or step explicitly or implicitly: \
-                 with mass it simply accelerates."
+                "Fix some of its nodes, add friction or another body that supports it, or use explicit or implicit dynamics, \
+                 in which it accelerates."
             }
             Self::EnergyGate => {
-                "Lower `integrator.safety_factor` (0.5 is a good trial) or, of an implicit run, `integrator.step_s`, raise its `theta` \
+                "Lower `integrator.safety_factor` (try 0.5) or, in an implicit run, lower `integrator.step_s`, raise `theta` \
                  to 0.6 or set `energy_momentum`; or refine the mesh where the energy changes most."
             }
             Self::NotFinite => {
@@ -166,26 +168,28 @@ impl FailureCause {
             }
             Self::Deadline => "Allow more wall-clock time, coarsen the mesh, or shorten the run.",
             Self::Budget => {
-                "End the run before this time, record less, or enlarge the elements that set the step at the end; or run it where the \
-                 budget is larger."
+                "End the run before this time, record less, or enlarge the elements that limit the step at the end; or run it with a \
+                 larger budget."
             }
             Self::WorkerLost => {
-                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
+                "Check the memory of the machine and the log of the service; a smaller scene may succeed."
             }
-            Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
+            Self::Internal => {
+                "Try again with fewer threads; if the failure persists, keep the scene and report it."
+            }
             Self::RecordingFailed => {
-                "Free some disk space, record less (fewer fields, a larger interval), or record to a folder that may be written to."
+                "Free some disk space, record less (fewer fields, a larger interval), or record to a writable folder."
             }
         }
     }
 }
 
-/// Why a step has no end.
+/// Why a step could not be completed.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// It went wrong.
+    /// The step failed with a diagnosis.
     Failed(Failure),
-    /// Somebody asked for it, or the time is over; the state is that of the step before.
+    /// Interrupted by the user or the time limit; the state is that of the step before.
     Interrupted(Interrupt),
 }
 
@@ -195,7 +199,7 @@ impl From<Failure> for Stop {
     }
 }
 
-/// Looks at the extremes of a block for elements that are beyond the law.
+/// Checks the extremes of a block for elements that violate their law.
 pub(super) fn check_block(
     plan: &Plan,
     block: &ElementBlock,
@@ -207,12 +211,14 @@ pub(super) fn check_block(
         let place = element.map(|e| place_element(plan, state, e));
         Failure { element: place, ..Failure::new(state, cause, message) }
     };
+    // Inverted elements.
     let (j, slot) = totals.smallest_j;
     if j <= -1.0 {
         let message =
             format!("An element inverted: its Jacobian fell to J = {:.4} (limit: above 0).", 1.0 + j);
         return Err(diagnose(FailureCause::ElementInverted, slot, message));
     }
+    // Overstretched fibres and exponential laws.
     let (exponent, slot) = totals.fibre_exponent;
     if exponent > FIBRE_EXPONENT_LIMIT {
         let law = block.parameters.material;
@@ -223,6 +229,7 @@ pub(super) fn check_block(
         );
         return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
     }
+    // Non-finite stresses or strains.
     let (stable, slot) = totals.stable_step;
     if !(j.is_finite() && stable.is_finite() && totals.strain.is_finite()) {
         return Err(diagnose(
@@ -234,7 +241,7 @@ pub(super) fn check_block(
     Ok(())
 }
 
-/// The element that is being stretched or crushed fastest along an edge or a diagonal.
+/// The element that is stretched or crushed fastest along an edge or a diagonal.
 pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
     let rate = |hex: &[u32]| {
         let along = |(a, b): (usize, usize)| {
@@ -249,20 +256,21 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 
-/// Whether the material of an element, where the step has collapsed, has waves of a real speed in every direction, in words if not.
+/// Describes the loss of ellipticity in an element whose step collapsed; `None` if waves of every direction have a real
+/// speed.
 pub(super) fn lost_ellipticity(plan: &Plan, u: &[Vec3], element: u32) -> Option<String> {
     let slot = |block: &ElementBlock| block.elements.iter().position(|e| *e == element);
     let found = plan.blocks.iter().find_map(|block| slot(block).map(|slot| (block, slot)));
     let least = found.and_then(|(block, slot)| block.least_acoustic_eigenvalue(slot, u))?;
     (least < 0.0).then(|| {
         format!(
-            " The material of the element has lost ellipticity (least eigenvalue of its acoustic tensor {least:.3e} Pa): there its law \
-             softens, and the deformation localises."
+            " The material of the element has lost ellipticity (smallest eigenvalue of its acoustic tensor {least:.3e} Pa): its law \
+             softens there, and the deformation localises."
         )
     })
 }
 
-/// An element in the words of the user.
+/// Location of an element in the model.
 pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> ElementPlace {
     let b = plan.body_of_element(element);
     let body = &plan.bodies[b];

@@ -1,4 +1,4 @@
-//! Frames that outlive their step, for a recorder on another thread: copies into memory that is used again and again.
+//! Frames that outlive their step, for a recorder on another thread: copies into reusable memory.
 
 use super::frame::Frame;
 use super::ledger::Energy;
@@ -11,14 +11,15 @@ use crate::plan::Plan;
 use crate::scene::document::FieldName;
 use std::sync::Arc;
 
-/// A frame by value. What only field times need is in a part of its own, so that a queue of copies stays small: between
-/// them the displacement is kept at the nodes of the skins only, which a large mesh has few of.
+/// A frame by value. Data needed only at field times is stored separately, so that a queue of copies stays small:
+/// between them the displacement is kept at boundary nodes only, a small part of a large mesh.
 #[derive(Clone, Debug, Default)]
 pub struct FrameCopy {
     time: f64,
     step: u64,
     mean_step: f64,
-    /// Displacement of the nodes of the skins, or of all where elements may erode [m], body after body; empty at a look time.
+    /// Displacement of the boundary nodes, or of all nodes if elements may erode [m], body after body; empty at a look
+    /// time.
     skin_u: Vec<Vec3>,
     is_field_time: bool,
     field: Option<Box<FieldCopy>>,
@@ -29,20 +30,21 @@ pub struct FrameCopy {
     energy: Energy,
 }
 
-/// What a copy has of all nodes, when all is looked at.
+/// Data of all nodes, at look times.
 #[derive(Clone, Debug, Default)]
 pub struct FieldCopy {
     /// Displacement [m], nodes × 3.
     u: Vec<Vec3>,
-    /// Velocities of the half steps before and after [m/s], nodes × 3; empty when neither the plan asks for them nor a part is viscous.
+    /// Velocities of the half steps before and after [m/s], nodes × 3; empty if neither the plan requests them nor a
+    /// part is viscous.
     v: Vec<Vec3>,
     v_after: Vec<Vec3>,
-    /// History of the elements, chunk by chunk; empty where nothing relaxes.
+    /// History of the elements, chunk by chunk; empty if no material relaxes.
     history: Vec<Vec<Row>>,
 }
 
 impl FrameCopy {
-    /// With room for any frame of a plan, its fields apart.
+    /// Allocates memory for any frame of a plan, without its fields.
     pub fn new(plan: &Plan) -> Self {
         let most = plan.most_contacts();
         Self {
@@ -55,7 +57,8 @@ impl FrameCopy {
         }
     }
 
-    /// Copies a frame into the memory at hand. `field` is the memory for the fields: `Some` when all is looked at and then only.
+    /// Copies a frame into the existing buffers. `field` is the memory for the fields: `Some` at look times and only
+    /// then.
     pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
         (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
         self.is_field_time = frame.is_field_time;
@@ -76,14 +79,15 @@ impl FrameCopy {
         self.energy.copy_from(frame.energy);
     }
 
-    /// The frame again. `u` [m], nodes × 3, is where the displacement is put together; it belongs to one run.
+    /// Reconstructs the frame. `u` [m], nodes × 3, receives the displacement; it belongs to one run.
     pub fn frame<'a>(&'a mut self, plan: &'a Plan, u: &'a mut Vec<Vec3>) -> Frame<'a> {
+        // Displacement: of all nodes at a look time, otherwise of the kept nodes.
         let (is_field_time, is_look_time) = (self.is_field_time, self.field.is_some());
         if let Some(field) = &mut self.field {
             std::mem::swap(u, &mut field.u);
         } else {
             if cfg!(debug_assertions) {
-                // Whoever reads what is not there must be seen in a test.
+                // Makes access to missing data visible in tests.
                 u.fill(Vec3::repeat(f64::NAN));
             }
             for (node, value) in nodes_to_keep(plan).zip(&self.skin_u) {
@@ -111,14 +115,14 @@ impl FrameCopy {
         }
     }
 
-    /// Gives the memory for the fields back.
+    /// Returns the memory for the fields.
     pub fn take_field(&mut self) -> Option<Box<FieldCopy>> {
         self.field.take()
     }
 }
 
 impl FieldCopy {
-    /// With room for the fields of a plan.
+    /// Allocates memory for the fields of a plan.
     pub fn new(plan: &Plan) -> Self {
         let room = |count| Vec::with_capacity(count);
         let velocities = if has_velocities(plan) { plan.node_count() } else { 0 };
@@ -141,7 +145,7 @@ impl FieldCopy {
     }
 }
 
-/// The nodes that are seen between the looks: those of the skins, and of bodies that erode those that may become such.
+/// The nodes needed between the look times: boundary nodes, and in bodies that erode all that may become such.
 fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
     plan.bodies.iter().flat_map(|body| {
         let (all, skin) =

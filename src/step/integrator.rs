@@ -1,4 +1,4 @@
-//! What the loop asks of an integrator, explicit or implicit.
+//! Interface between the loop and an integrator, explicit or implicit.
 
 use super::explicit::ExplicitStepper;
 use super::failure::Stop;
@@ -13,32 +13,32 @@ use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Integrator, LoadTime, Plan, Settle};
 
-/// Whether the clock has started.
+/// Phase of a run, before or after the start of the clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Phase {
-    /// Gravity and damping, full stick, no flight.
+    /// Dynamic relaxation: gravity and damping, full stick, no flight.
     Settling(Settle),
-    /// As settling, with the friction of the scene: what it cannot hold slips before the clock starts, so that nothing is thrown into
-    /// vibrations when it does.
+    /// End of dynamic relaxation, with the friction of the scene: contacts beyond the friction limit slip before the
+    /// clock starts, and do not excite vibrations when it does.
     Releasing(Settle),
     /// Quasi-static loading over a pseudo-time of 1 s, no flight.
     Preloading,
-    /// The run proper.
+    /// The transient analysis itself.
     Running,
 }
 
 impl Phase {
-    /// Whether the bodies fly.
+    /// Whether the bodies have their flight velocity.
     pub fn flies(self) -> bool {
         matches!(self, Self::Running)
     }
 
-    /// Whether nothing slips.
+    /// Whether contacts are at full stick.
     pub fn sticks(self) -> bool {
         matches!(self, Self::Settling(_))
     }
 
-    /// Mass-proportional damping [1/s].
+    /// Mass-proportional damping of the phase [1/s].
     pub fn damping(self) -> f64 {
         match self {
             Self::Settling(settle) | Self::Releasing(settle) => settle.damping,
@@ -46,7 +46,7 @@ impl Phase {
         }
     }
 
-    /// Where the loads are at a time [s], negative before the clock starts.
+    /// Load time at a time [s], negative before the clock starts.
     pub fn load_time(self, time: f64) -> LoadTime {
         match self {
             Self::Settling(_) | Self::Releasing(_) => LoadTime::Run(0.0),
@@ -63,12 +63,12 @@ pub(super) struct Extremes {
     pub smallest_j: f64,
     pub most_contacts: usize,
     pub balance_error: f64,
-    /// Elements swept, summed over the steps since the clock started.
+    /// Active elements, summed over the steps since the clock started.
     pub swept_elements: u64,
 }
 
 impl Extremes {
-    /// Of no step.
+    /// Extremes before the first step.
     pub const NONE: Self = Self {
         smallest_step: f64::INFINITY,
         smallest_j: f64::INFINITY,
@@ -78,17 +78,18 @@ impl Extremes {
     };
 }
 
-/// An integrator: holds the buffers of a step, and carries nothing from step to step that is not made again from the state.
+/// An integrator: holds the work arrays of a step, and carries nothing between steps that is not derived from the
+/// state.
 pub(super) trait Stepper {
-    /// Everything at t_n up to the end velocity: forces, step size (at most `longest`, to reach the next time that must be
-    /// hit; 0 at the last), contact. The state stays as it is until [`Stepper::advance`], so that a copy of it restarts the
-    /// run with the same bits.
+    /// Computes everything at t_n up to the end velocity: forces, step size (at most `longest`, to reach the next time
+    /// that must be met exactly; 0 at the last), contact. The state is unchanged until [`Stepper::advance`], so that a
+    /// copy of it restarts the run with the same bits.
     ///
-    /// `interrupt` is asked where a step takes long.
+    /// `interrupt` is called during long steps.
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop>;
     /// Balances the ledger at t_n, after [`Stepper::solve`].
     fn balance(&mut self, state: &State);
-    /// Moves to t_{n+1}, and projects what linearisation left inside back out.
+    /// Advances to t_{n+1}, and projects out the penetration left by linearisation.
     fn advance(&mut self, state: &mut State, phase: Phase);
     /// Contacts and reactions of the last [`Stepper::solve`].
     fn contacts(&self) -> (&[Contact], &[Reaction]);
@@ -100,21 +101,21 @@ pub(super) trait Stepper {
     fn energy(&self) -> &Energy;
     /// Extremes of the run so far.
     fn extremes(&self) -> &Extremes;
-    /// Contact solves that ended above the scene's tolerance: how many, and the largest residual.
+    /// Contact solves that ended above the scene's tolerance: their number, and the largest residual.
     fn unconverged(&self) -> (u64, f64);
-    /// Notes the history of the elements at t_n, after [`Stepper::solve`], where anything relaxes.
+    /// Stores the history of the elements at t_n, after [`Stepper::solve`], if any material relaxes.
     fn note_history(&mut self) {}
-    /// The history that was noted last, chunk by chunk.
+    /// The history stored last, chunk by chunk.
     fn history(&self) -> &[Vec<Row>] {
         &[]
     }
-    /// Sentences about the run that the user should read.
+    /// Warnings for the user.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
     }
 }
 
-/// What loads a plan before its clock starts, if anything does.
+/// The integrator of the preload, if there is one.
 pub(super) fn preloader<'p>(
     plan: &'p Plan,
     threads: Threads,

@@ -1,17 +1,18 @@
-//! The energy ledger: what was done to whom, and whether it adds up.
+//! The energy ledger: the work done on each body, and the energy balance.
 //!
 //! With velocities at half steps, `K_n = ½ v₋ᵀ M v₊` and the strain energy at t_n, the sum `K + U` of a linear body
-//! without contact is conserved exactly. Work of the forces that act at t_n (contact, gravity) is `h̄ fᵀ ½(v₋ + v₊)`: the
-//! part with v₋ belongs to the time before t_n, the part with v₊ to the time after. So at t_n half of it is counted.
+//! without contact is conserved exactly. The work of forces acting at t_n (contact, gravity) is `h̄ fᵀ ½(v₋ + v₊)`: the
+//! part with v₋ belongs to the time before t_n, the part with v₊ to the time after. At t_n half of it is therefore
+//! counted.
 //!
-//! Where the steps before and after t_n differ, forces act over h̄ = ½(h₋ + h₊), but strain energy is the work of internal ones over h₋ and
-//! h₊. The difference at t_n, `¼ (h₊ − h₋) f_intᵀ ½(v₋ + v₊)`, is counted with the kinetic energy: what is left of a change of the step is
-//! of second order, the change of the energy that equal steps conserve.
+//! If the steps before and after t_n differ, forces act over h̄ = ½(h₋ + h₊), but strain energy is the work of internal
+//! forces over h₋ and h₊. The difference at t_n, `¼ (h₊ − h₋) f_intᵀ ½(v₋ + v₊)`, is counted as kinetic energy: the
+//! remaining effect of a change of step is of second order, the change of the energy conserved with equal steps.
 //!
-//! Between the energy at t_0, `½ v_0ᵀ M v_0 + U_0`, and the sum that is conserved from t_1 on lies what the first half step
-//! leaves, `½ h̄ f_intᵀ (v_½ − v_0)`: nothing for bodies that start without strain, second order in the step for others. It
-//! is no error of the motion, which starts at the right place with the right velocity, but of measuring at t_n what lives at
-//! half steps; so it is booked, with the external work.
+//! The energy at t_0, `½ v_0ᵀ M v_0 + U_0`, differs from the sum conserved from t_1 on by the contribution of the first
+//! half step, `½ h̄ f_intᵀ (v_½ − v_0)`: zero for initially unstrained bodies, of second order in the step for others.
+//! It is no error of the motion, which starts from the exact position and velocity, but of evaluating at t_n quantities
+//! defined at half steps; it is therefore booked as external work.
 
 use super::motion::Motion;
 use super::rigid::RigidWork;
@@ -23,41 +24,43 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use serde::Serialize;
 
-/// A reaction this close to the cone of friction, as a share, is on it: its contact slides.
+/// Relative distance from the friction cone within which a reaction is on it: its contact slides.
 const SLIDING: f64 = 1e-9;
 
-/// Rounding of a kinetic energy, as a share of it, is far below this [-].
+/// Relative rounding error of a kinetic energy, with a wide margin [-].
 const ROUNDING: f64 = 1e-10;
-/// What the tolerances of the contact solver leave undone is far below this share of the energy that is there or was dissipated [-].
+/// Relative energy error left by the tolerances of the contact solver, of the energy present or dissipated, with a wide
+/// margin [-].
 const UNDONE: f64 = 1e-4;
 
 /// Running sums of work, part of the state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Dissipated by bulk and shear viscosity in each body [J].
+    /// Energy dissipated by bulk and shear viscosity in each body [J].
     pub viscous: Vec<f64>,
-    /// Strain energy that went with the elements of each body that were given up [J].
+    /// Strain energy removed with the eroded elements of each body [J].
     pub eroded: Vec<f64>,
-    /// Dissipated by the time integrator in each body [J]: implicit steps with θ > ½; below zero it was created. Of load
-    /// steps without mass, what the work by the forces at their ends misses of that along their way.
+    /// Energy dissipated by the time integrator in each body [J]: implicit steps with θ > ½; negative if created. For
+    /// quasi-static load steps, the difference between the work along the path and the work of the end forces.
     pub algorithmic: Vec<f64>,
-    /// Work of external forces (gravity, loads, prescribed motion) on each body, and what the first half step leaves [J].
+    /// Work of external forces (gravity, loads, prescribed motion) on each body, with the contribution of the first
+    /// half step [J].
     pub external: Vec<f64>,
     /// Work of the contact reactions on each body [J].
     pub contact_work: Vec<f64>,
-    /// Strain energy put in by the position projection in each body [J].
+    /// Strain energy introduced by the position projection in each body [J].
     pub projection: Vec<f64>,
-    /// One for each contact pair.
+    /// One entry for each contact pair.
     pub pairs: Vec<PairLedger>,
     /// Kinetic + strain energy at the start [J]; set by the first step.
     pub initial: Option<f64>,
-    /// Kinetic energy in the frame of the holder and strain energy [J]: what an impact could take.
+    /// Kinetic energy in the frame of the support, plus strain energy [J]: the energy available to an impact.
     pub at_hand: f64,
-    /// What rounding and tolerances may have stirred up of it so far [J].
+    /// Part of it that rounding and tolerances may have produced so far [J].
     pub stirred: f64,
-    /// Of it what was there at the start, or when a pair first touched: what the impact has to do with [J].
+    /// Available energy at the start, or when a pair first touched: the energy scale of the impact [J].
     pub available: f64,
-    /// Pairs that have touched.
+    /// Number of pairs that have touched.
     pub touched: usize,
     /// Largest total strain energy so far [J].
     pub peak_strain: f64,
@@ -68,12 +71,12 @@ pub struct Ledger {
 pub struct PairLedger {
     /// Impulse on the slave so far [N s], x, y, z.
     pub impulse_n_s: [f64; 3],
-    /// Dissipated by friction so far [J].
+    /// Energy dissipated by friction so far [J].
     pub friction_j: f64,
-    /// Numerical contact dissipation so far: what lumped contact nodes lose when they are caught [J].
+    /// Numerical contact dissipation so far: loss of lumped contact nodes at impact activation [J].
     pub numerical_j: f64,
-    /// What rigid bodies lose so far when they are stopped by a plane or by each other, which is their law of impact: they
-    /// do not rebound [J].
+    /// Energy lost so far by rigid bodies stopped by a plane or by each other, according to their impact law: they do
+    /// not rebound [J].
     pub impact_j: f64,
     /// Work on the slave's body so far [J].
     pub work_on_slave_j: f64,
@@ -81,28 +84,29 @@ pub struct PairLedger {
     pub work_on_master_j: f64,
 }
 
-/// Energy of one body at t_n.
+/// Energies and momenta of one body at t_n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyEnergy {
-    /// Kinetic, `½ v₋ᵀ M v₊` with the flight velocity in, and the rotation of a rigid body [J].
+    /// Kinetic energy, `½ v₋ᵀ M v₊` including the flight velocity, and the rotation of a rigid body [J].
     pub kinetic_j: f64,
-    /// Strain, ∫ψ dV, with that of the stabilisation of one-point elements and of the branches of Prony series [J].
+    /// Strain energy, ∫ψ dV, including that of the stabilisation of one-point elements and of Prony series branches
+    /// [J].
     pub strain_j: f64,
-    /// What of the strain energy is in the stabilisation [J]; 0 in formulations that need none.
+    /// Part of the strain energy in the stabilisation [J]; 0 in formulations that need none.
     pub hourglass_j: f64,
-    /// What of the strain energy is in the branches of Prony series [J].
+    /// Part of the strain energy in the branches of Prony series [J].
     pub branches_j: f64,
-    /// Dissipated by bulk and shear viscosity and by relaxation so far [J].
+    /// Energy dissipated by bulk and shear viscosity and by relaxation so far [J].
     pub viscous_j: f64,
-    /// Strain energy that went with eroded elements so far [J].
+    /// Strain energy removed with eroded elements so far [J].
     pub eroded_j: f64,
-    /// Dissipated by the time integrator so far, below zero where it created energy [J]; 0 in explicit runs.
+    /// Energy dissipated by the time integrator so far, negative if created [J]; 0 in explicit runs.
     pub algorithmic_j: f64,
-    /// Work of the contact reactions on it so far [J].
+    /// Work of the contact reactions on the body so far [J].
     pub contact_work_j: f64,
-    /// Work of external forces on it so far, and what the first half step leaves [J].
+    /// Work of external forces on the body so far, with the contribution of the first half step [J].
     pub external_work_j: f64,
-    /// Strain energy put in by position projection so far [J].
+    /// Strain energy introduced by the position projection so far [J].
     pub projection_j: f64,
     /// Linear momentum [kg m/s].
     pub momentum_kg_m_per_s: [f64; 3],
@@ -111,21 +115,23 @@ pub struct BodyEnergy {
 /// The ledger at t_n.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
-    /// One for each body.
+    /// One entry for each body.
     pub bodies: Vec<BodyEnergy>,
-    /// One for each contact pair.
+    /// One entry for each contact pair.
     pub pairs: Vec<PairLedger>,
-    /// Sum of kinetic and strain energy and of all dissipation: viscous, erosion, algorithmic, friction, impact, numerical contact [J].
+    /// Sum of kinetic and strain energy and of all dissipation: viscous, erosion, algorithmic, friction, impact,
+    /// numerical contact [J].
     pub total_j: f64,
     /// Kinetic and strain energy at the start [J].
     pub initial_total_j: f64,
     /// Work of external forces and of the position projection so far [J].
     pub external_work_j: f64,
-    /// What errors are measured against [J]: what the impact has to do with. The largest of K + strain at the start, the same when a
-    /// pair first touched, and the peak strain; not below what rounding stirs up. K is in the frame of whoever holds the bodies, or of
-    /// their common centre of mass: whoever flies along sees the same errors. A long fall or slide does not make it grow.
+    /// Energy scale of the impact, to which errors are related [J]: the maximum of K + strain at the start, K + strain
+    /// when a pair first touched, and the peak strain energy; at least the level of rounding. K refers to the frame of
+    /// the supports, or else of the common centre of mass, so errors do not depend on the observer. A long fall or
+    /// slide does not increase it.
     pub scale_j: f64,
-    /// The scale, or all that has been dissipated where that is more [J]: what losses that add up over time are measured against.
+    /// The scale, or the total dissipation if that is larger [J]: reference for losses that accumulate over time.
     pub turnover_j: f64,
     /// |total − initial − external| / scale [-].
     pub balance_error: f64,
@@ -136,25 +142,25 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Zero, with room for the bodies and pairs of a plan.
+    /// A zero ledger with capacity for the bodies and pairs of a plan.
     pub fn with_capacity(plan: &Plan) -> Self {
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
         let (bodies, pairs) = (Vec::with_capacity(plan.bodies.len()), Vec::with_capacity(pairs));
         Self { bodies, pairs, ..Self::default() }
     }
-    /// A copy of `other` into the memory at hand.
+    /// Copies `other` into the existing buffers.
     pub fn copy_from(&mut self, other: &Self) {
         let (mut bodies, mut pairs) = (std::mem::take(&mut self.bodies), std::mem::take(&mut self.pairs));
         bodies.clone_from(&other.bodies);
         pairs.clone_from(&other.pairs);
         *self = Self { bodies, pairs, ..*other };
     }
-    /// Kinetic + strain energy of a body, and what was dissipated in it: by viscosity, erosion and the time integrator [J].
+    /// Kinetic + strain energy of a body, plus its dissipation by viscosity, erosion and the time integrator [J].
     pub fn of_body(&self, body: usize) -> f64 {
         let b = &self.bodies[body];
         b.kinetic_j + b.strain_j + b.viscous_j + b.eroded_j + b.algorithmic_j
     }
-    /// Dissipated by the time integrator in all bodies [J].
+    /// Energy dissipated by the time integrator in all bodies [J].
     pub fn algorithmic_j(&self) -> f64 {
         self.bodies.iter().map(|b| b.algorithmic_j).sum()
     }
@@ -162,29 +168,29 @@ impl Energy {
     pub fn numerical_contact_j(&self) -> f64 {
         self.pairs.iter().map(|p| p.numerical_j).sum()
     }
-    /// What rigid bodies lost by their impacts, all pairs [J].
+    /// Energy lost by impacts of rigid bodies, all pairs [J].
     pub fn impact_j(&self) -> f64 {
         self.pairs.iter().map(|p| p.impact_j).sum()
     }
 }
 
-/// What happened around t_n: everything that the ledger reads of a step.
+/// Everything that the ledger needs of the step around t_n.
 #[derive(Clone, Copy)]
 pub(super) struct StepWork<'a> {
     pub plan: &'a Plan,
     pub state: &'a State,
     pub v_after: &'a [Vec3],
-    /// h̄ [s].
+    /// Mean step h̄ [s].
     pub mean_step: f64,
-    /// h₊ − h₋ [s]; 0 where velocities are known at t_n itself.
+    /// h₊ − h₋ [s]; 0 if velocities are known at t_n itself.
     pub step_change: f64,
-    /// Internal forces at t_n [N], nodes × 3; not looked at where the step does not change.
+    /// Internal forces at t_n [N], nodes × 3; not used if the step size does not change.
     pub f_int: &'a [Vec3],
     pub contacts: &'a [Contact],
     pub reactions: &'a [Reaction],
-    /// Whether this is a load step without mass: what the end's reactions do on the way to it is no loss of contact.
+    /// Whether this is a quasi-static load step: work of the end reactions along it is no contact loss.
     pub is_static: bool,
-    /// Gravity as it acts in the step [m/s²].
+    /// Effective gravity in the step [m/s²].
     pub gravity: Vec3,
     /// Forces of loads in the step [N], nodes × 3; empty when there are none.
     pub f_ext: &'a [Vec3],
@@ -192,22 +198,22 @@ pub(super) struct StepWork<'a> {
     pub prescribed: &'a [f64],
     /// Strain energy of each body at t_n [J].
     pub strain: &'a [f64],
-    /// What of it is in the stabilisation [J].
+    /// Part of it in the stabilisation [J].
     pub hourglass: &'a [f64],
-    /// What of it is in the branches of Prony series [J]; empty where there are none.
+    /// Part of it in the branches of Prony series [J]; empty if there are none.
     pub branches: &'a [f64],
-    /// Which nodes move at all, relative to their bodies' flight.
+    /// Nodes that move relative to their bodies' flight.
     pub activity: &'a Activity,
-    /// The rigid bodies, if there are any.
+    /// Rigid bodies, if there are any.
     pub rigid: Option<RigidWork<'a>>,
 }
 
 impl StepWork<'_> {
-    /// Strain energy of a body that is in the branches of Prony series [J].
+    /// Part of a body's strain energy in the branches of Prony series [J].
     fn branches_of(&self, body: usize) -> f64 {
         self.branches.get(body).copied().unwrap_or_default()
     }
-    /// As seen before anything has been done: with the velocities at the start on both sides of it.
+    /// The same before any work is done: the initial velocities stand on both sides.
     pub fn at_the_start(&self) -> Self {
         Self { v_after: &self.state.v, step_change: 0.0, ..*self }
     }
@@ -216,14 +222,14 @@ impl StepWork<'_> {
 /// Which half of the work at t_n is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Half {
-    /// With v₋: before t_n.
+    /// The half with v₋, before t_n.
     Before,
-    /// With v₊: after t_n.
+    /// The half with v₊, after t_n.
     After,
 }
 
 impl Ledger {
-    /// All zero.
+    /// A zero ledger for the bodies and pairs of a plan.
     pub fn new(plan: &Plan) -> Self {
         let bodies = plan.bodies.len();
         let pairs = plan.contact.as_ref().map_or(0, |c| c.pairs.len());
@@ -239,7 +245,7 @@ impl Ledger {
         }
     }
 
-    /// A copy of `other` into the memory at hand.
+    /// Copies `other` into the existing buffers.
     pub(super) fn copy_from(&mut self, other: &Self) {
         let Self {
             viscous,
@@ -281,7 +287,7 @@ impl Ledger {
         }
     }
 
-    /// Work of gravity, of loads, and of whoever moves the prescribed nodes.
+    /// Adds the work of gravity, of loads, and of prescribed motion.
     fn add_external(&mut self, work: &StepWork, v: &[Vec3]) {
         let has_forces = !work.f_ext.is_empty();
         if work.plan.gravity.is_none() && !has_forces && work.prescribed.is_empty() {
@@ -290,7 +296,7 @@ impl Ledger {
         for (b, body) in work.plan.bodies.iter().enumerate() {
             let mut power = 0.0;
             for node in body.nodes.start as usize..body.nodes.end as usize {
-                // Held axes do not move: their velocity, flight included, is zero.
+                // Fixed components do not move: their velocity, flight included, is zero.
                 let velocity = v[node] + body.flight_velocity;
                 power += work.plan.mass[node] * work.gravity.dot(&velocity);
                 if has_forces {
@@ -305,7 +311,8 @@ impl Ledger {
         }
     }
 
-    /// What the first half step leaves between the energy at t_0 and the conserved sum, from the internal forces [N].
+    /// Adds the contribution of the first half step, the difference of the energy at t_0 and the conserved sum, from
+    /// the internal forces [N].
     pub(super) fn add_first_half_step(&mut self, work: &StepWork, f_int: &[Vec3]) {
         for (b, body) in work.plan.bodies.iter().enumerate() {
             let nodes = body.nodes.start as usize..body.nodes.end as usize;
@@ -314,8 +321,8 @@ impl Ledger {
         }
     }
 
-    /// The work of the forces of viscosity and memory in the step to t_n: the mean of its forces [N] at both ends, those at t_n in `now` (nodes × 3, empty
-    /// without viscosity), times the way, shifts included.
+    /// Adds the work of viscous and memory forces in the step to t_n: the mean of the forces [N] at both ends, those at
+    /// t_n in `now` (nodes × 3, empty without viscosity), times the displacement, shifts included.
     pub(super) fn add_viscous(&mut self, plan: &Plan, state: &State, activity: &Activity, now: &[Vec3]) {
         if now.is_empty() {
             return;
@@ -330,18 +337,18 @@ impl Ledger {
         }
     }
 
-    /// Half of the strain energy that shifts of nodes put in, by the internal forces [N] at one end of the step.
+    /// Adds half of the strain energy introduced by nodal shifts, from the internal forces [N] at one end of the step.
     ///
     /// With the forces at both ends the balance of a linear body is exact: the step's strain energy is the mean of both
-    /// times the whole displacement, of which the velocity knows nothing of the shift.
+    /// times the total displacement, while the velocity does not include the shift.
     pub(super) fn add_projection(&mut self, plan: &Plan, shifts: &[(u32, Vec3)], f_int: &[Vec3]) {
         for (node, du) in shifts {
             self.projection[plan.body_of_node(*node)] += 0.5 * f_int[*node as usize].dot(du);
         }
     }
 
-    /// `sign` times the strain energy of the bodies [J], as it is on one side of a projection of positions: taken off before,
-    /// added after, it leaves what the projection put in.
+    /// Adds `sign` times the strain energy of the bodies [J] on one side of a position projection: subtracted before
+    /// and added after, the sum is the energy introduced by the projection.
     pub(super) fn add_strain_of_projection(&mut self, strain: &[f64], sign: f64) {
         for (sum, strain) in self.projection.iter_mut().zip(strain) {
             *sum += sign * strain;
@@ -360,6 +367,7 @@ impl Ledger {
         if p_n == 0.0 && p_1 == 0.0 && p_2 == 0.0 {
             return;
         }
+        // Velocities of both sides at the contact point, with flight and rotation.
         let [n, t1, t2] = &contact.frame;
         let impulse = n * p_n + t1 * p_1 + t2 * p_2;
         let (slave_body, master_body) = plan.pair_bodies[contact.pair as usize];
@@ -375,11 +383,13 @@ impl Ledger {
         let slave_v =
             |v: &[Vec3]| weighted(stencil.slave(), |n| v[n as usize]) + flight(Some(slave_body)) + turning[0];
 
+        // Work on both sides and friction dissipation, half of each.
         let on_slave = 0.5 * impulse.dot(&slave_v(v));
         let on_master = if master_body.is_some() { -0.5 * impulse.dot(&master_v(v)) } else { 0.0 };
-        // A contact that slides dissipates by its mean slip, as its work is by the mean velocity: by the end velocity alone
-        // every change of the slip velocity would be miscounted, and show up as numerical dissipation of either sign.
-        // What a contact that sticks at the end takes from the slip before is numerical: the catch of a lumped node.
+        // A sliding contact dissipates by its mean slip, consistent with its work by the mean velocity: with the end
+        // velocity alone every change of the slip velocity would be miscounted as numerical dissipation of either sign.
+        // The energy that a contact sticking at the end takes from the slip before is numerical: impact activation of a
+        // lumped node.
         let slides = p_1.hypot(p_2) >= plan.pairs[contact.pair as usize].law.mu() * p_n * (1.0 - SLIDING);
         let friction = if slides {
             let slip = slave_v(v) - if master_body.is_some() { master_v(v) } else { Vec3::zeros() };
@@ -388,6 +398,7 @@ impl Ledger {
             0.0
         };
 
+        // Book the contributions of bodies and pair.
         self.contact_work[slave_body] += on_slave;
         if let Some(b) = master_body {
             self.contact_work[b] += on_master;
@@ -399,6 +410,7 @@ impl Ledger {
         pair.work_on_slave_j += on_slave;
         pair.work_on_master_j += on_master;
         pair.friction_j += friction;
+        // What is lost beyond friction is an impact of rigid bodies, an error of a load step, or numerical dissipation.
         let lost = -(on_slave + on_master + friction);
         if has_rigid_side && work.rigid.is_some_and(|r| r.plan.has_no_mesh(plan, contact.pair as usize)) {
             pair.impact_j += lost;
@@ -409,13 +421,13 @@ impl Ledger {
         }
     }
 
-    /// The ledger at t_n, into `energy`: call between the two halves.
+    /// Writes the ledger at t_n to `energy`; to be called between the two halves.
     pub(super) fn balance(&mut self, work: &StepWork, motion: &Motion, energy: &mut Energy) {
         energy.bodies.clear();
         energy.pairs.clone_from(&self.pairs);
         let (mut momentum, mut angular) = (Vec3::zeros(), Vec3::zeros());
         for (b, body) in work.plan.bodies.iter().enumerate() {
-            // The body as a whole in flight, and what its nodes do besides.
+            // Flight of the body as a whole, and motion of its nodes relative to it.
             let (flight, sums) = (body.flight_velocity, motion.of_body(b));
             let own = flight * body.mass + sums.momentum;
             momentum += own;
@@ -446,7 +458,6 @@ impl Ledger {
         self.close(work, energy);
     }
 
-    /// All that has been dissipated [J].
     fn dissipated(&self) -> f64 {
         let pairs =
             self.pairs.iter().map(|p| p.friction_j + p.numerical_j.abs() + p.impact_j.abs()).sum::<f64>();
@@ -454,19 +465,19 @@ impl Ledger {
         self.viscous.iter().chain(&self.eroded).sum::<f64>() + pairs + algorithmic
     }
 
-    /// [`Energy::scale_j`].
+    /// Energy scale, see [`Energy::scale_j`].
     pub fn scale(&self, plan: &Plan) -> f64 {
         let stirred = self.stirred.max(UNDONE * self.dissipated()).max(plan.rounding_energy);
         self.available.max(self.peak_strain).max(stirred)
     }
 
-    /// [`Energy::turnover_j`].
+    /// Energy scale or total dissipation, see [`Energy::turnover_j`].
     pub fn turnover(&self, plan: &Plan) -> f64 {
         self.scale(plan).max(self.dissipated())
     }
 
-    /// Notes what is there for an impact [J], and when a pair has first touched, what was there a step ago; `kinetic` energy by whoever
-    /// looks [J].
+    /// Updates the energy available to an impact [J], and at the first touch of a pair, that of the previous step;
+    /// `kinetic` is the kinetic energy in the frame of the support [J].
     fn note_at_hand(&mut self, at_hand: f64, kinetic: f64) {
         let has_touched = |pair: &&PairLedger| pair.impulse_n_s.iter().any(|p| *p != 0.0);
         let touched = self.pairs.iter().filter(has_touched).count();
@@ -480,7 +491,7 @@ impl Ledger {
         self.stirred = self.stirred.max(UNDONE * at_hand).max(ROUNDING * kinetic);
     }
 
-    /// Totals and the error of the balance.
+    /// Evaluates the totals and the error of the balance.
     fn close(&mut self, work: &StepWork, energy: &mut Energy) {
         let strain: f64 = work.strain.iter().sum();
         let kinetic: f64 = energy.bodies.iter().map(|b| b.kinetic_j).sum();
@@ -501,12 +512,12 @@ impl Ledger {
     }
 }
 
-/// Law of each pair while settling: nothing slips.
+/// Contact laws during dynamic relaxation: full stick.
 pub(super) fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
     vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
 }
 
-/// What of the kinetic energy the motion of the frame makes in which the holder rests, or else the common centre of mass [J].
+/// Part of the kinetic energy due to the motion of the supports' frame, or else of the common centre of mass [J].
 fn common_motion(work: &StepWork, energy: &Energy) -> f64 {
     let mass: f64 = work.plan.bodies.iter().map(|body| body.mass).sum();
     let held = work.plan.holder.velocity(&work.plan.loads, work.state.time);

@@ -1,4 +1,4 @@
-//! The loads of a step: external forces at the nodes, their stiffness, and where prescribed nodes are to be.
+//! The loads of a step: external nodal forces, their stiffness, and prescribed displacements.
 
 use crate::mechanics::contact::compliance::add_impulse;
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
@@ -17,8 +17,8 @@ pub(super) fn gravity(plan: &Plan, time: LoadTime) -> Vec3 {
     }
 }
 
-/// Forces of pressures and tractions at the nodes [N], at displacements `u` [m]; weight and contact are not among them. Leaves
-/// `forces` as it is where the plan has none.
+/// Nodal forces of pressures and tractions [N] at displacements `u` [m], without weight and contact. Leaves `forces`
+/// unchanged if the plan has none.
 pub(super) fn eval_forces(plan: &Plan, u: &[Vec3], time: LoadTime, forces: &mut [Vec3]) {
     if !plan.loads.has_forces() {
         return;
@@ -46,7 +46,7 @@ pub(super) fn pressures(plan: &Plan, time: LoadTime) -> Vec<f64> {
     plan.loads.pressures.iter().map(|load| load.pressure * time.factor(&load.ramp)).collect()
 }
 
-/// Adds `factor` times the symmetric part of what the pressures [Pa] add to the stiffness at displacements `u` [m].
+/// Adds `factor` times the symmetric part of the load stiffness of the pressures [Pa] at displacements `u` [m].
 pub(super) fn add_stiffness(
     plan: &Plan,
     u: &[Vec3],
@@ -67,9 +67,9 @@ pub(super) fn add_stiffness(
     }
 }
 
-/// Impulses on the prescribed components in an explicit step [N s], `m Δv` less those of the forces and of the contacts, which
-/// are summed up in `touched`. `v` [m/s] before and after, `forces` internal and of loads [N], the latter empty where there are
-/// none, with gravity [m/s²] and the time over which they act [s].
+/// Impulses on the prescribed components in an explicit step [N s], `m Δv` minus those of the forces and of the
+/// contacts, which are summed in `touched`. `v` [m/s] before and after, `forces` internal and of loads [N], the latter
+/// empty if there are none, with gravity [m/s²] and the time over which they act [s].
 pub(super) fn weigh_prescribed(
     plan: &Plan,
     [before, after]: [&[Vec3]; 2],

@@ -1,4 +1,4 @@
-//! What the nodes' motion adds up to: kinetic energy and momenta of each body.
+//! Kinetic energy and momenta of each body, summed over its nodes.
 
 use super::ledger::StepWork;
 use crate::mechanics::force::{Activity, Threads};
@@ -6,7 +6,7 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::ops::Range;
 
-/// Nodes that are summed by one thread: the sums are the same for any number of threads.
+/// Nodes summed by one thread: the sums are the same for any number of threads.
 const NODES: u32 = 32 * Activity::NODES as u32;
 
 /// Sums over nodes, in the frame of their body's flight.
@@ -22,7 +22,7 @@ pub(super) struct MotionSums {
     pub angular: Vec3,
 }
 
-/// Some nodes of a body.
+/// A range of nodes of a body.
 #[derive(Debug)]
 struct Run {
     body: usize,
@@ -30,14 +30,14 @@ struct Run {
     sums: MotionSums,
 }
 
-/// The sums of all bodies.
+/// Motion sums of all bodies.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
     runs: Vec<Run>,
 }
 
 impl Motion {
-    /// Room for the sums of a plan.
+    /// Allocates the sums of a plan.
     pub fn new(plan: &Plan) -> Self {
         let of_body = |(body, Range { start, end }): (usize, Range<u32>)| {
             (start / NODES..end.div_ceil(NODES)).map(move |run| Run {
@@ -50,12 +50,12 @@ impl Motion {
         Self { runs: bodies.flat_map(of_body).collect() }
     }
 
-    /// Sums up what moves.
+    /// Sums over all active nodes.
     pub fn eval(&mut self, threads: &Threads, work: &StepWork) {
         threads.for_each(&mut self.runs, |run| run.sums = sums(work, run.body, run.nodes.clone()));
     }
 
-    /// The sums of a body.
+    /// The sums of one body.
     pub fn of_body(&self, body: usize) -> MotionSums {
         let runs = self.runs.iter().filter(|run| run.body == body);
         runs.fold(MotionSums::default(), |sum, run| MotionSums {
@@ -67,7 +67,7 @@ impl Motion {
     }
 }
 
-/// Nodes that rest in their body's frame add nothing, and are left out without a difference.
+/// Nodes at rest in their body's frame contribute nothing, and are skipped without affecting the result.
 fn sums(work: &StepWork, body: usize, nodes: Range<u32>) -> MotionSums {
     let flown = work.plan.bodies[body].flight_velocity * work.state.time.max(0.0);
     let mut sums = MotionSums::default();

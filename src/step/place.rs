@@ -1,4 +1,4 @@
-//! Where the surfaces that may touch are.
+//! Positions of the contact surfaces.
 
 use super::integrator::Phase;
 use super::state::State;
@@ -6,7 +6,7 @@ use crate::mechanics::contact::Surface;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{ContactPlan, Plan};
 
-/// Absolute positions x_n [m] of the surfaces that may touch, those of the contact plan as they are, into `x`.
+/// Absolute positions x_n [m] of the current contact surfaces, into `x`.
 pub(super) fn place_skins(
     plan: &Plan,
     surfaces: &[Surface],
@@ -23,7 +23,7 @@ pub(super) fn place_skins(
     }
 }
 
-/// The two bodies of a pair: the drift of a contact.
+/// Relative flight velocity of the two bodies of a pair.
 pub(super) fn drift(plan: &Plan, contact: &ContactPlan, pair: usize) -> Vec3 {
     let (slave, master) = contact.pair_bodies[pair];
     plan.bodies[slave].flight_velocity - master.map_or(Vec3::zeros(), |b| plan.bodies[b].flight_velocity)

@@ -1,4 +1,4 @@
-//! The loop.
+//! The time loop of a run.
 
 use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
@@ -9,49 +9,50 @@ use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Integrator, Plan, Settle};
 
-/// Numerical contact dissipation may not be negative beyond this share of the energy scale: that would be creation.
+/// Largest negative numerical contact dissipation over the energy scale: beyond it contact creates energy.
 const LARGEST_CONTACT_CREATION: f64 = 1e-3;
-/// Share of the settling time, at its end, that has the friction of the scene [-].
+/// Final fraction of the relaxation time that has the friction of the scene [-].
 const RELEASING: f64 = 1.0 / 3.0;
-/// Above this share of the energy scale, what is dissipated numerically is warned about: by contact, by the time integrator.
+/// Fraction of the energy scale above which numerical dissipation raises a warning, by contact or by the time
+/// integrator.
 const NOTABLE_LOSS: f64 = 0.02;
 
-/// Why a run is asked to stop before its end.
+/// Why a run is requested to stop before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupt {
-    /// Somebody stopped it.
+    /// Cancelled by the user.
     Cancel,
     /// The wall-clock budget ran out.
     Deadline,
-    /// It has taken as many steps as it may.
+    /// The budget of steps is spent.
     Steps {
-        /// How many that are.
+        /// Largest admissible number of steps.
         most: u64,
     },
-    /// Its recording has as many bytes as it may have.
+    /// The budget of recorded bytes is spent.
     RecordingBytes {
-        /// How many that are.
+        /// Largest admissible number of recorded bytes.
         most: u64,
     },
 }
 
-/// Asks whether to stop.
+/// Callback that tells whether to stop.
 pub type Ask<'a> = &'a (dyn Fn() -> Option<Interrupt> + Sync);
 
-/// How to run, apart from what.
+/// How to run a plan.
 pub struct RunOptions<'a> {
-    /// Worker threads of this run; the bits are the same for any number.
+    /// Worker threads of this run; the bits of the result do not depend on it.
     pub threads: usize,
-    /// Asked before every step, and between the iterations of an implicit one.
+    /// Called before every step, and between the iterations of an implicit one.
     pub interrupt: Ask<'a>,
 }
 
-/// Runs a plan to its end, or to the diagnosis of why not. Recorders are started, fed and finished on every path.
+/// Runs a plan to its end, or to a diagnosed failure. Recorders are started, fed and finished on every path.
 pub fn run(plan: &Plan, options: &RunOptions, recorders: &mut [&mut dyn Recorder]) -> (Outcome, State) {
     run_from(plan, State::new(plan), options, recorders)
 }
 
-/// As [`run`], from a state: a restart gives the same bits as a run that was never stopped.
+/// As [`run`], starting from a state: a restart gives the same bits as an uninterrupted run.
 pub fn run_from(
     plan: &Plan,
     mut state: State,
@@ -106,7 +107,7 @@ fn finish(
     (outcome, state)
 }
 
-/// Settles if asked, then steps to the end.
+/// Relaxes or preloads the plan if requested, then steps to the end.
 fn drive(
     plan: &Plan,
     stepper: &mut dyn Stepper,
@@ -115,6 +116,7 @@ fn drive(
     recorders: &mut [&mut dyn Recorder],
     warnings: &mut Vec<String>,
 ) -> Result<Ending, Failure> {
+    // Dynamic relaxation and preload precede the first step.
     if let (Some(settle), 0) = (plan.settle, state.step)
         && let Some(interrupt) = settle_down(plan, stepper, state, settle, options)?
     {
@@ -127,6 +129,7 @@ fn drive(
     }
     let mut last_look = f64::NEG_INFINITY;
     loop {
+        // Solve the step at t_n and check its energy balance.
         let interrupt = (options.interrupt)();
         let target = next_target(plan, state.time);
         let at_end = state.time >= plan.end_time;
@@ -136,6 +139,7 @@ fn drive(
         }
         stepper.balance(state);
         let verdict = gate(plan, state, stepper.energy());
+        // Complete frames are due at field times and look times.
         let is_field_time =
             plan.field_times.contains(&state.time) || at_end || interrupt.is_some() || verdict.is_err();
         // The first step in each of the equal parts of the run.
@@ -166,6 +170,7 @@ fn drive(
         for recorder in recorders.iter_mut() {
             recorder.record(&frame).map_err(|e| recording_failed(state, &e))?;
         }
+        // A failed gate or an interruption ends the run after its frame is recorded.
         verdict?;
         if at_end {
             return Ok(Ending::Finished);
@@ -178,7 +183,7 @@ fn drive(
     }
 }
 
-/// Solves a step; why it was interrupted, if it was.
+/// Solves a step; returns the reason if it was interrupted.
 fn solve(
     stepper: &mut dyn Stepper,
     state: &State,
@@ -193,8 +198,8 @@ fn solve(
     }
 }
 
-/// Gravity, damping and full stick, in the end with the friction of the scene, until the settling time is over; then the clock starts at rest.
-/// A body with a velocity waits where the scene puts it.
+/// Dynamic relaxation: gravity and damping at full stick, finally with the friction of the scene, until the relaxation
+/// time is over; then the clock starts at rest. Bodies with an initial velocity stay in their initial position.
 fn settle_down(
     plan: &Plan,
     stepper: &mut dyn Stepper,
@@ -202,6 +207,7 @@ fn settle_down(
     settle: Settle,
     options: &RunOptions,
 ) -> Result<Option<Interrupt>, Failure> {
+    // Bodies in flight are held in their initial positions.
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -settle.duration;
     let flying = plan.bodies.iter().filter(|body| body.flight_velocity != Vec3::zeros());
@@ -226,7 +232,7 @@ fn settle_down(
     Ok(None)
 }
 
-/// Loads grow to what they are at the start of the run, quasi-statically; then the clock starts at rest.
+/// Quasi-static preload: increases the loads to their values at the start of the run; then the clock starts at rest.
 fn preload(
     plan: &Plan,
     state: &mut State,
@@ -240,7 +246,7 @@ fn preload(
     let released_v = std::mem::replace(&mut state.v, vec![Vec3::zeros(); plan.node_count()]);
     state.time = -1.0;
     let mut is_last = false;
-    // The last load step is for what linearisation left of gaps: the loads stay what they are.
+    // The final load step, at constant loads, removes the gaps left by linearisation.
     while !is_last {
         if let Some(interrupt) = (options.interrupt)() {
             return Ok(Some(interrupt));
@@ -258,7 +264,8 @@ fn preload(
     Ok(None)
 }
 
-/// The state at the start of the clock: what has been settled or loaded stays, and the bodies get their velocities.
+/// State at the start of the clock: deformation from relaxation or preload is kept, and the bodies receive their
+/// velocities.
 fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
     *state = State {
         u: std::mem::take(&mut state.u),
@@ -268,12 +275,12 @@ fn start_clock(plan: &Plan, state: &mut State, released_v: Vec<Vec3>) {
     };
 }
 
-/// The next time that must be hit, or `None` at the end.
+/// Next time that must be met exactly; `None` at the end.
 fn next_target(plan: &Plan, time: f64) -> Option<f64> {
     plan.field_times.iter().copied().find(|t| *t > time)
 }
 
-/// Puts the clock onto the target when rounding left it beside.
+/// Sets the clock to the target if they differ by rounding.
 fn snap(state: &mut State, target: Option<f64>) {
     if let Some(target) = target
         && (target - state.time).abs() <= 1e-6 * state.last_step
@@ -282,7 +289,7 @@ fn snap(state: &mut State, target: Option<f64>) {
     }
 }
 
-/// The energy gate: the balance, and that contact created nothing.
+/// Energy gate: the balance, and no energy created by contact.
 fn gate(plan: &Plan, state: &State, energy: &Energy) -> Result<(), Failure> {
     let limit = plan.energy_gate;
     let numerical = energy.numerical_contact_j().min(energy.impact_j());
@@ -332,7 +339,7 @@ fn interrupted(interrupt: Interrupt, plan: &Plan, state: &State) -> Result<Endin
 }
 
 fn recording_failed(state: &State, error: &RecorderError) -> Failure {
-    // With what lies behind it: that the disk is full is known to the operating system only.
+    // Includes the underlying errors: only the operating system knows that the disk is full.
     let mut message = error.to_string();
     let mut source = std::error::Error::source(error);
     while let Some(reason) = source {
@@ -358,6 +365,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         most_contacts: 0,
         warnings: Vec::new(),
     };
+    // Extremes of the run.
     if let Some(stepper) = stepper {
         let extremes = stepper.extremes();
         outcome.smallest_step_s =
@@ -375,13 +383,14 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
             ));
         }
     }
+    // Warnings of the stepper and of large numerical losses.
     outcome.warnings.extend(stepper.iter().flat_map(|stepper| stepper.warnings()));
     let lost: f64 = state.ledger.pairs.iter().map(|p| p.numerical_j).sum();
     let scale = state.ledger.turnover(plan);
     if lost > NOTABLE_LOSS * scale && scale > 0.0 {
         let remedy = match plan.integrator {
-            Integrator::Explicit(_) => "a finer mesh at the contact lowers it",
-            Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact lower it",
+            Integrator::Explicit(_) => "a finer mesh at the contact reduces it",
+            Integrator::Implicit(_) => "shorter steps and a finer mesh at the contact reduce it",
         };
         outcome.warnings.push(format!(
             "Numerical contact dissipation is {:.1} % of the energy scale: {remedy}.",
@@ -392,7 +401,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
     if !plan.is_static() && missed > NOTABLE_LOSS * scale && scale > 0.0 {
         outcome.warnings.push(format!(
             "The time integrator dissipated {:.1} % of the energy scale, which counts as dissipated by the bodies: shorter steps, \
-             `integrator.theta` nearer to 0.5 or `integrator.energy_momentum` lower it.",
+             `integrator.theta` closer to 0.5 or `integrator.energy_momentum` reduce it.",
             100.0 * missed / scale
         ));
     }

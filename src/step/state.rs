@@ -13,14 +13,14 @@ use std::sync::Arc;
 /// The state at time t_n. A restart or a replay is a clone of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// Time t_n [s]; negative while settling.
+    /// Time t_n [s]; negative during dynamic relaxation.
     pub time: f64,
-    /// Number of steps done.
+    /// Number of steps completed.
     pub step: u64,
     /// Displacement u_n in each body's own inertial frame [m], nodes × 3: x = X + V_b max(t, 0) + u.
     pub u: Vec<Vec3>,
-    /// Velocity relative to the body's flight [m/s], nodes × 3: v₋ of the last half step in explicit runs, v_n in implicit ones;
-    /// of the spin of a rigid body [rad/s], in its axes.
+    /// Velocity relative to the body's flight [m/s], nodes × 3: v₋ of the last half step in explicit runs, v_n in
+    /// implicit ones; for the spin of a rigid body [rad/s], in its axes.
     pub v: Vec<Vec3>,
     /// Orientation of each rigid body at t_n.
     pub orientations: Vec<Rotation>,
@@ -28,37 +28,37 @@ pub struct State {
     pub last_step: f64,
     /// History of the elements at t_{n−1}, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
     pub history: Vec<Vec<Row>>,
-    /// Elements that are gone.
+    /// Elements eroded so far.
     pub erosion: Arc<Erosion>,
-    /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty where no part is viscous.
+    /// Forces of shear viscosity at t_{n−1} [N], nodes × 3; empty if no part is viscous.
     pub viscous_force: Vec<Vec3>,
-    /// Shifts [m] of nodes that were projected out of the other side on arriving at t_n; half of their work is booked, by
-    /// the forces before, the other half is to be by the forces at t_n.
+    /// Shifts [m] of nodes projected out of the other side at t_n; half of their work has been booked with the previous
+    /// forces, the other half is due with the forces at t_n.
     pub projected: Vec<(u32, Vec3)>,
-    /// What has been done to whom up to t_n, without the work of the forces that act at t_n.
+    /// Energy ledger up to t_n, without the work of the forces that act at t_n.
     pub ledger: Ledger,
-    /// What an implicit run carries from step to step.
+    /// Data that an implicit run carries between steps.
     pub implicit: ImplicitMemory,
 }
 
-/// What an implicit run carries from step to step besides the motion, so that a copy of the state restarts it with the same
-/// bits.
+/// Data that an implicit run carries between steps besides the motion, so that a copy of the state restarts it with the
+/// same bits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImplicitMemory {
-    /// Step that is aimed at [s]; 0 at the start, for that of the scene.
+    /// Target step size [s]; 0 at the start, for that of the scene.
     pub target_step: f64,
-    /// Where the matrix was taken that the last step was solved with, when there was one.
+    /// Linearisation point of the matrix used in the last step, if there was one.
     pub tangent: Option<Tangent>,
-    /// Without mass: what holds the bodies at t_n.
+    /// In quasi-static steps, the contacts that support the bodies at t_n.
     pub held: Held,
 }
 
-/// The contacts that hold bodies at rest.
+/// The contacts that support bodies at rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
     /// Contacts of the load step that ended here.
     pub contacts: Vec<Contact>,
-    /// Their reactions.
+    /// Reactions of these contacts.
     pub reactions: Vec<Reaction>,
     /// Time over which these act [s]; 0 at the start.
     pub step: f64,
@@ -71,7 +71,7 @@ pub struct Tangent {
     pub number: u64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,
-    /// Step h [s].
+    /// Step size h of the matrix [s].
     pub step: f64,
     /// The pressures on faces [Pa].
     pub pressures: Vec<f64>,
@@ -80,7 +80,7 @@ pub struct Tangent {
 }
 
 impl State {
-    /// The state at the start of a plan (before settling, if it settles).
+    /// The initial state of a plan (before dynamic relaxation, if there is any).
     pub fn new(plan: &Plan) -> Self {
         let nodes = plan.node_count();
         // x + 0 makes +0 of −0: what is at rest has one bit pattern.
@@ -107,7 +107,7 @@ impl State {
         }
     }
 
-    /// What a sweep at t_n reads of it.
+    /// Input of the internal force evaluation at t_n.
     pub(super) fn sweep_input(&self) -> SweepInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
         SweepInput { u: &self.u, inverse_step, history: &self.history }

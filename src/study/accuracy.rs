@@ -1,8 +1,8 @@
-//! A scene on finer and finer meshes, until its numbers are as exact as was asked for or the time is over.
+//! Runs a scene on successively finer meshes until its numbers are as accurate as requested or the time is over.
 //!
-//! Each run is one level; the two before it give its error bars, so nothing is run for the error bars alone but a run with smaller steps
-//! and one with a looser contact solver on the coarsest of the three. Generated meshes get √2 times the numbers of elements from one level
-//! to the next; where a mesh is from a file, every element of the scene is split into eight.
+//! Each run is one level; the two before it give its error bars, so the only additional runs are one with smaller steps
+//! and one with a looser contact tolerance on the coarsest of the three. Generated meshes get √2 times the numbers of
+//! elements from one level to the next; meshes from a file have every element split into eight.
 
 use super::error_bars::{relative_size, step_and_contact};
 use super::progress::{Phase, Progress};
@@ -20,18 +20,18 @@ use std::f64::consts::SQRT_2;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// The first mesh has so many elements at least, if the scene's own has [-].
+/// Minimum number of elements of the first mesh, if the scene's own has as many [-].
 const FEWEST_ELEMENTS: f64 = 300.0;
-/// Coarser meshes that the error bars of one come from, where there are as many.
+/// Number of coarser meshes for the error bars, if there are as many.
 const LEVELS_USED: usize = 2;
-/// The coarsest mesh that is tried, in levels below the scene's own.
+/// Coarsest mesh, in levels below the scene's own.
 const LEVELS_BELOW: i32 = 4;
-/// Time of a run by the size of its elements, h⁻⁴: elements and steps.
+/// Order of the run time in 1/h: elements and steps.
 const ORDER_OF_TIME: i32 = 4;
-/// What a prediction of time is multiplied by: contact, and steps that strain shortens, grow a little faster.
+/// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
-/// The meshes that a scene is run on.
+/// The sequence of meshes of a scene.
 struct Meshes<'a> {
     scene: &'a Scene,
     variants: Variants<'a>,
@@ -39,7 +39,6 @@ struct Meshes<'a> {
     ratio: f64,
 }
 
-/// A level that was run.
 struct Done {
     level: i32,
     scene: Scene,
@@ -50,7 +49,7 @@ struct Done {
 /// that the sinks hold.
 ///
 /// # Errors
-/// As of a single run.
+/// As for a single run.
 pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<RunResult, RunError> {
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
     let clock =
@@ -118,6 +117,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         if has_stopped || clock.is_over_after(growth * seconds) {
             return Ok(result);
         }
+        // Continue on the next mesh; a finished level serves later error bars.
         let Ok(next) = meshes.scene_of(level + 1) else { return Ok(result) };
         if result.outcome.ending == Ending::Finished {
             let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);
@@ -198,12 +198,13 @@ impl Meshes<'_> {
             .unwrap_or_else(|| (0, self.scene.clone()))
     }
 
-    /// Numbers of elements of a level in units of the scene's own [-].
+    /// Numbers of elements of a level relative to the scene's own [-].
     fn factor(&self, level: i32) -> f64 {
         self.ratio.powi(level)
     }
 
-    /// The scene of a level, that of the document at 0, or why there is none: its mesh cannot be made, or is beyond what may be run.
+    /// Scene of a level (0 for the document itself), or the reason why there is none: its mesh cannot be made, or
+    /// exceeds the budget.
     fn scene_of(&self, level: i32) -> Result<Scene, String> {
         if level == 0 {
             return Ok(self.scene.clone());
@@ -224,7 +225,7 @@ impl Meshes<'_> {
         Ok(scene)
     }
 
-    /// Element size of a level that was run in units of that of a finer one [-].
+    /// Element size of a completed level relative to that of a finer one [-].
     fn size(&self, coarse: &Done, fine: &Scene, level: i32) -> f64 {
         if self.scene.document.has_mesh_file() {
             self.factor(level) / self.factor(coarse.level)
@@ -233,7 +234,7 @@ impl Meshes<'_> {
         }
     }
 
-    /// Error bars of a level, from those before.
+    /// Error bars of a level from the coarser ones.
     fn error_bars(&self, done: &[Done], mesh: &Scene, level: i32) -> ErrorBars {
         let used = &done[done.len().saturating_sub(LEVELS_USED)..];
         let Some(coarsest) = used.first() else {

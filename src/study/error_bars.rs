@@ -1,4 +1,4 @@
-//! A run with its error bars, and the cheaper runs that they come from.
+//! A run with its error bars, and the cheaper runs that these are estimated from.
 
 use super::setting::Setting;
 use super::single::{ending_name, is_stop};
@@ -16,7 +16,8 @@ const COARSER: [[f64; 2]; 2] = [[0.5, FRAC_1_SQRT_2], [FRAC_1_SQRT_2, 0.840_896_
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
 
-/// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
+/// Runs the requested cheaper runs, or explains why there are no error bars. Includes the stresses below each of
+/// `depths` [m].
 pub(super) fn error_bars(
     scene: &Scene,
     depths: &[f64],
@@ -29,10 +30,12 @@ pub(super) fn error_bars(
     }
     if document.has_mesh_file() {
         return ErrorBars::Unknown(
-            "a mesh from a file is not made coarser (`contuse study error` makes it finer, which takes longer)".into(),
+            "a mesh from a file cannot be coarsened (`contuse study error` refines it, which takes longer)"
+                .into(),
         );
     }
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
+    // One or two coarser meshes; step and contact tolerance vary on the coarsest.
     let runs = || {
         let coarser = |[coarse, between]: [f64; 2]| Ok((scene_of(&variants, coarse)?, between));
         let (mesh, between) =
@@ -71,18 +74,19 @@ fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
         .collect()
 }
 
-/// Element size of a coarser scene in units of a finer one's [-]: the mean of all directions, since numbers of elements are rounded.
+/// Element size of a coarser scene relative to a finer one [-]: the mean over all directions, since numbers of elements
+/// are rounded.
 pub(super) fn relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
     let ratios = ratios(fine, coarse);
     (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
 }
 
-/// The least of them: what two meshes alone may be believed to differ by.
+/// The smallest of these ratios: a safe estimate for two meshes.
 fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
     ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
 }
 
-/// The same scene with half of its steps at least, and with a looser contact solver.
+/// The same scene with at most half the time step, and with a looser contact tolerance.
 pub(super) fn step_and_contact(
     variants: &Variants,
     mesh: &Scene,
@@ -90,7 +94,7 @@ pub(super) fn step_and_contact(
     depths: &[f64],
 ) -> Result<[Cheaper; 2], String> {
     let (mut small_steps, mut loose) = (mesh.clone(), mesh.clone());
-    // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
+    // Half of the actual steps, whatever limited them: stability, strain, or field times.
     small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
     loose.document.contact.tolerance *= LOOSER;
     Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
@@ -104,7 +108,7 @@ fn scene_of(variants: &Variants, mesh_factor: f64) -> Result<Scene, String> {
         .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))
 }
 
-/// A run on a coarser mesh; it must come to its end.
+/// A run on a coarser mesh; it must finish.
 fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
     let mut profile = DepthProfile::new(depths.to_vec());
     let result = variants

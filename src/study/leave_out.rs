@@ -1,8 +1,8 @@
-//! What leaving out saves, and that it changes nothing: a scene as it is compiled, then with each thing put back, then with
-//! all of them.
+//! Savings of omitted computations, and proof that they change nothing: a scene as compiled, then with each item put
+//! back, then with all of them.
 //!
-//! Whatever a plan leaves out adds exact zeros, or is never looked at, so putting it back must leave every bit of the
-//! motion, of the impulses and of the energies ([`Theory::Bitwise`]); a run that does not is a fault of the program.
+//! Whatever a plan omits adds exact zeros, or is never read, so putting it back must preserve every bit of the motion,
+//! the impulses and the energies ([`Theory::Bitwise`]); a run that does not is a defect of the program.
 
 use super::run::run_scene;
 use super::single::{RunError, RunRequest, RunResult, ending_name};
@@ -16,23 +16,23 @@ use std::path::Path;
 
 /// What to study, and how.
 pub struct LeaveOutRequest<'a> {
-    /// The scene; what it keeps itself is kept in every run.
+    /// Scene to run; anything it keeps itself is kept in every run.
     pub scene: &'a Scene,
-    /// Its document as it came, for the recordings.
+    /// Its document as received, for the recordings.
     pub document_json: &'a [u8],
-    /// Runs of each kind, taken in turns so that a machine that changes its speed changes it for all; their median counts.
+    /// Runs of each kind, interleaved so that changes of the machine's speed affect all alike; their median counts.
     pub repeat: u32,
     /// Worker threads of each run.
     pub threads: usize,
-    /// Where to record each run, over the one before; `None` to record nothing.
+    /// Path of the recording, overwritten by each run; `None` to record nothing.
     pub recording: Option<&'a Path>,
-    /// Asked before every step.
+    /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Told before each run: its number from 0, of how many, and what it puts back.
+    /// Called before each run with its index, the number of runs, and what it puts back.
     pub progress: &'a mut dyn FnMut(usize, usize, &[Keep]),
 }
 
-/// The table.
+/// Results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeaveOutStudy {
     /// Name of the scene.
@@ -43,58 +43,58 @@ pub struct LeaveOutStudy {
     pub threads: usize,
     /// Elements of the scene.
     pub elements: usize,
-    /// Whether every run finished and agreed as theory says.
+    /// Whether every run finished and agreed with the theory.
     pub holds: bool,
-    /// The first is the scene as it is compiled; then each thing put back alone; then all together, if there are several.
+    /// First the scene as compiled, then each item put back alone, then all together if there are several.
     pub rows: Vec<LeaveOutRow>,
 }
 
 /// Runs of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LeaveOutRow {
-    /// What was put back.
+    /// Items put back in these runs.
     pub put_back: Vec<Keep>,
-    /// How the runs ended: `finished`, `cancelled` or the cause of the failure.
+    /// Ending of the runs: `finished`, `cancelled` or the cause of the failure.
     pub ending: String,
-    /// Steps of a run.
+    /// Steps of each run.
     pub steps: u64,
-    /// Elements swept, summed over the steps.
+    /// Active elements, summed over the steps.
     pub element_steps: u64,
     /// Median wall time [s], compiling, measuring and recording included.
     pub wall_s: f64,
-    /// Median processor time [s]; null where the system does not tell.
+    /// Median processor time [s]; null if the system does not provide it.
     pub cpu_s: Option<f64>,
-    /// Bytes of a run, about, by the plan.
+    /// Approximate memory of a run, estimated by the plan.
     pub memory_bytes: u64,
     /// Bytes of the recording; null when nothing was recorded.
     pub recording_bytes: Option<u64>,
     /// Difference of the results from those of the first row.
     pub difference: Difference,
-    /// What theory says of it.
+    /// Difference allowed by the theory.
     pub theory: Theory,
-    /// Whether it finished and agrees as theory says.
+    /// Whether it finished and agrees with the theory.
     pub holds: bool,
 }
 
-/// How results may differ.
+/// Admissible difference of the results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Theory {
-    /// Not at all: every bit is the same (the sign of a zero apart).
+    /// None: every bit is the same (except the sign of a zero).
     Bitwise,
 }
 
-/// How far results are apart.
+/// Observed difference of the results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Difference {
     /// Every bit of displacement, velocity, impulses and energies is the same.
     Bitwise,
-    /// They are not the same.
+    /// The results differ, if only by rounding.
     Rounding {
         /// Largest difference over the largest value of the same quantity [-].
         largest_relative: f64,
-        /// The quantity.
+        /// Quantity with that difference.
         quantity: String,
     },
 }
@@ -102,9 +102,10 @@ pub enum Difference {
 /// Runs the study.
 ///
 /// # Errors
-/// When the scene cannot be compiled.
+/// If the scene cannot be compiled.
 pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, RunError> {
     let repeat = request.repeat.max(1) as usize;
+    // The first run determines the items; then one kind per item, and all together.
     let mut kinds: Vec<Kind> = vec![Kind::new(Vec::new())];
     kinds[0].run(request)?;
     let switches = kinds[0].switches();
@@ -117,7 +118,7 @@ pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, R
         for (i, kind) in kinds.iter_mut().enumerate() {
             (request.progress)(done, count, &kind.put_back);
             done += 1;
-            // The first run of all has told what there is to put back.
+            // The very first run has determined what there is to put back.
             if (round, i) != (0, 0) {
                 kind.run(request)?;
             }
@@ -134,7 +135,7 @@ pub fn study_leave_out(request: &mut LeaveOutRequest) -> Result<LeaveOutStudy, R
     })
 }
 
-/// Runs of one kind, so far.
+/// Completed runs of one kind.
 struct Kind {
     put_back: Vec<Keep>,
     wall_s: Vec<f64>,
@@ -151,7 +152,7 @@ impl Kind {
     fn run(&mut self, request: &LeaveOutRequest) -> Result<(), RunError> {
         let mut scene = request.scene.clone();
         scene.put_back(&self.put_back);
-        // Error bars would be the same, and their time is not what is studied.
+        // Error bars would be the same, and their cost is not the subject.
         scene.document.solver.error_bars = ErrorBarsDocument::None;
         let recorder_to = |path| McapRecorder::new(path, RecordingInfo::of(&scene, request.document_json));
         let mut recorder = request.recording.map(recorder_to);
@@ -170,7 +171,7 @@ impl Kind {
         Ok(())
     }
 
-    /// What its plan left out and could put back.
+    /// Items that its plan omitted and could put back.
     fn switches(&self) -> Vec<Keep> {
         let left_out = self.latest.iter().flat_map(|result| &result.plan_report.left_out);
         let mut switches: Vec<Keep> = left_out.filter_map(|l| l.switch).collect();
@@ -179,7 +180,7 @@ impl Kind {
         switches
     }
 
-    /// The row of the table, compared with the runs of `base`; `None` before the first run.
+    /// Row of the table, compared with the runs of `base`; `None` before the first run.
     fn row(&self, base: &Self) -> Option<LeaveOutRow> {
         let (result, expected) = (self.latest.as_ref()?, base.latest.as_ref()?);
         let difference = compare(expected, result);
@@ -209,7 +210,7 @@ fn median(values: &[f64]) -> Option<f64> {
     Some(if sorted.len().is_multiple_of(2) { 0.5 * (sorted[middle - 1] + upper) } else { upper })
 }
 
-/// The largest difference of all that a run ends with.
+/// Largest difference over all final quantities.
 fn compare(expected: &RunResult, got: &RunResult) -> Difference {
     let (expected, got) = (quantities(expected), quantities(got));
     let mut largest = Difference::Bitwise;
@@ -222,9 +223,9 @@ fn compare(expected: &RunResult, got: &RunResult) -> Difference {
     largest
 }
 
-/// Largest |a − b| over the largest |a|; infinite where they are not even as many; `None` when every bit is the same.
+/// Largest |a − b| over the largest |a|; infinite if their lengths differ; `None` if every bit is the same.
 fn relative_difference(a: &[f64], b: &[f64]) -> Option<f64> {
-    // Adding +0 takes the sign off zeros and leaves all other bits.
+    // Adding +0 removes the sign of zeros and preserves all other bits.
     let bits = |x: &f64| (x + 0.0).to_bits();
     if a.iter().map(bits).eq(b.iter().map(bits)) {
         return None;
@@ -234,18 +235,18 @@ fn relative_difference(a: &[f64], b: &[f64]) -> Option<f64> {
     }
     let size = a.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
-    // A NaN against a number is as far apart as can be.
+    // A NaN against a number counts as an infinite difference.
     Some(
         apart.fold(0.0, |most, d| if d.is_nan() { f64::INFINITY } else { d.max(most) })
             / size.max(f64::MIN_POSITIVE),
     )
 }
 
-/// What is compared, by name: the final state and its ledger, and the energies.
+/// Compared quantities by name: the final state with its ledger, and the energies.
 fn quantities(result: &RunResult) -> [(&'static str, Vec<f64>); 6] {
     let (state, energy) = (&result.state, &result.energy);
     let vectors = |values: &[crate::mechanics::tensor::Vec3]| values.iter().flatten().copied().collect();
-    // Pairs that a plan left out are those that never touch: a pair of zeros more or less is no difference.
+    // Pairs omitted by a plan never touch: a pair of zeros makes no difference.
     let touched = || state.ledger.pairs.iter().filter(|p| p.impulse_n_s.iter().any(|i| *i != 0.0));
     let impulses = touched().flat_map(|p| p.impulse_n_s).collect();
     let of_pair =

@@ -1,4 +1,4 @@
-//! Studies: from the one run of a scene to many.
+//! Studies: from a single run of a scene to many.
 
 mod accuracy;
 pub mod coverage;

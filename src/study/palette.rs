@@ -1,8 +1,8 @@
-//! Colours of the lines in plots.
+//! Line colours of plots.
 
 use plotters::style::RGBColor;
 
-/// Colours that stay apart for all kinds of colour vision (Okabe & Ito), in this order.
+/// Colours distinguishable with all kinds of colour vision (Okabe & Ito), in this order.
 pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

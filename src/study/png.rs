@@ -1,21 +1,21 @@
-//! Pictures as PNG: the SVG that was drawn, rendered by resvg with a typeface that the program carries, so that labels look the
-//! same on every machine, with fonts or without.
+//! Pictures as PNG: the SVG rendered by resvg with an embedded typeface, so that labels look the same on every machine,
+//! whatever its fonts.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 use std::sync::Arc;
 
-/// DejaVu Sans, its letters, digits and signs of western and Greek writing and of mathematics; its licence lies beside it.
+/// DejaVu Sans: letters, digits and signs of Western and Greek scripts and of mathematics; its licence lies beside it.
 const TYPEFACE: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 const FAMILY: &str = "DejaVu Sans";
 
-/// Pixels of the PNG for each of the SVG.
+/// Pixels of the PNG per unit of the SVG.
 const SCALE: f32 = 2.0;
 
-/// A picture as PNG, twice as many pixels wide and high as the SVG says.
+/// Renders a picture as PNG, at twice the size of the SVG in pixels.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn png(svg: &str) -> Result<Vec<u8>, String> {
     let mut fonts = Database::new();
     fonts.load_font_data(TYPEFACE.to_vec());
@@ -49,7 +49,7 @@ mod tests {
         let (width, blank) = dark("");
         assert_eq!((width, blank), (600, 0));
         assert!(dark("contact patch [mm²]").1 > 1000);
-        // Every sign that labels use is in the typeface: a missing one would be a box, and all boxes alike.
+        // Every sign used in labels is in the typeface: a missing one would be a box, and all boxes are alike.
         let signs = ["²", "³", "µ", "·", "×", "τ", "θ", "ξ", "σ", "±", "−", "≤", "⁻", "…", "–"];
         let inks = signs.map(|sign| dark(sign).1);
         assert!(inks.iter().all(|ink| *ink > 0), "{inks:?}");

@@ -1,25 +1,25 @@
-//! How far a run has come: alone, or as a job.
+//! Progress of a run, alone or as a job.
 
 use serde::{Deserialize, Serialize};
 
-/// What a job does at the moment.
+/// Current phase of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// It waits for a worker.
+    /// Waiting for a worker.
     Waiting,
-    /// Meshes are made or read, the scene is compiled.
+    /// Meshes are generated or read, and the scene is compiled.
     Loading,
-    /// Cheaper runs of the scene give the error bars.
+    /// Cheaper runs of the scene for the error bars.
     EstimatingErrors,
-    /// It settles before the clock starts.
+    /// Dynamic relaxation before the clock starts.
     Settling,
-    /// It steps through time.
+    /// Time stepping of the run itself.
     Stepping,
     /// The recording is closed and its digest computed.
     Closing,
-    /// Nothing any more.
+    /// The job has ended.
     Done,
 }
 
@@ -34,7 +34,7 @@ impl Phase {
         Self::Done,
     ];
 
-    /// The name on the wire and in the store.
+    /// Name in documents and in the store.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
@@ -47,36 +47,36 @@ impl Phase {
         }
     }
 
-    /// The phase of a name.
+    /// The phase with a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.as_str() == name)
     }
 }
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// What it does.
+    /// Current phase of the run.
     pub phase: Phase,
-    /// Share of the run that is done, 0 … 1.
+    /// Completed fraction of the run, 0 … 1.
     pub progress: f64,
-    /// Steps done.
+    /// Number of steps completed.
     pub step: u64,
-    /// Steps expected in all.
+    /// Expected total number of steps.
     pub expected_steps: Option<u64>,
-    /// Simulated time reached [s]; negative while settling.
+    /// Simulated time reached [s]; negative during dynamic relaxation.
     pub simulated_time_s: f64,
     /// Expected time to the end on the wall clock [s].
     pub eta_s: Option<f64>,
 }
 
 impl Progress {
-    /// A run that has only begun something.
+    /// A run that has just entered a phase.
     pub fn beginning(phase: Phase) -> Self {
         Self::at(phase, 0.0, 0, 0.0)
     }
 
-    /// A run that has come so far; what is expected of the rest, others may say.
+    /// A run at this point; the estimates of the remainder are left to others.
     pub fn at(phase: Phase, progress: f64, step: u64, simulated_time_s: f64) -> Self {
         Self { phase, progress, step, expected_steps: None, simulated_time_s, eta_s: None }
     }

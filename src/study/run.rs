@@ -1,13 +1,13 @@
-//! The run of a scene that people ask for: with its error bars, or to an accuracy.
+//! A requested run of a scene: with its error bars, or to an accuracy.
 
 use super::accuracy::run_to;
 use super::error_bars::error_bars;
 use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
 
-/// Runs a scene, with the error bars that it asks for, or to the accuracy.
+/// Runs a scene with the requested error bars, or to the requested accuracy.
 ///
 /// # Errors
-/// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
+/// If the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let scene = request.scene;
     if let Some(asked) = &scene.document.accuracy {

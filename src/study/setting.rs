@@ -1,46 +1,46 @@
-//! A setting of the numerics: what a study changes in a scene without changing its question.
+//! A numerical setting: what a study may change in a scene without changing the physical problem.
 
 use crate::scene::document::{
     ContactSolver, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
 };
 use serde::Serialize;
 
-/// Implicit steps that were cut to less than one of so many parts, on average, are named [-].
+/// Ratio of requested to mean implicit step from which the mean is named [-].
 const NAMED_CUT: f64 = 2.0;
 
-/// How a scene is computed, relative to its document.
+/// Numerical setting relative to the document.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Setting {
-    /// Mesh: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
+    /// Mesh level: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
     pub mesh_level: i32,
-    /// Numbers of elements of generated meshes are multiplied by this, and rounded.
+    /// Factor on the numbers of elements of generated meshes, rounded.
     #[serde(skip_serializing_if = "is_one")]
     pub mesh_factor: f64,
-    /// The mesh is that of the level below with every element split into eight on its facets: the nodes that are new are not on
-    /// the true surface.
+    /// Whether the mesh is that of the level below with every element split into eight on its facets: new nodes are not
+    /// on the true surface.
     #[serde(skip_serializing_if = "is_false")]
     pub on_facets: bool,
-    /// Element formulation of every part; `None` for what the document says.
+    /// Element formulation of every part; `None` for that of the document.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
-    /// The time step's safety factor is divided by this.
+    /// Divisor of the safety factor of the time step.
     pub step_divisor: f64,
-    /// Implicit steps of this length [s]; `None` for the document's own stepping.
+    /// Implicit steps of this length [s]; `None` for the document's own time integration.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub implicit_step_s: Option<f64>,
-    /// Tolerance of the contact solver; `None` for what the document says.
+    /// Tolerance of the contact solver; `None` for that of the document.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_tolerance: Option<f64>,
-    /// Solver of contact problems; `None` for what the document says.
+    /// Solver of contact problems; `None` for that of the document.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_solver: Option<ContactSolver>,
-    /// Share of the mass of skin nodes that is moved inwards; `None` for what the document says.
+    /// Fraction of the mass of boundary nodes moved inwards; `None` for that of the document.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_redistribution: Option<f64>,
 }
 
 impl Setting {
-    /// What the document says.
+    /// The setting of the document.
     pub const OWN: Self = Self {
         mesh_level: 0,
         mesh_factor: 1.0,
@@ -53,8 +53,8 @@ impl Setting {
         mass_redistribution: None,
     };
 
-    /// The scene computed like this, with the mesh that is to be split where one is; `None` where it cannot be: a mesh from a file
-    /// is not made coarser.
+    /// Scene with this setting, with the mesh to be split if there is one; `None` if impossible: a mesh from a file
+    /// cannot be coarsened.
     pub fn apply(&self, document: &SceneDocument) -> Option<SceneDocument> {
         let mut document = document.clone();
         // The study compares the runs themselves.
@@ -79,6 +79,7 @@ impl Setting {
         if let Some(step_s) = self.implicit_step_s {
             document.integrator = IntegratorDocument::implicit(step_s);
         }
+        // Time step, contact solver and mass.
         document.integrator.divide_step(self.step_divisor);
         if let Some(tolerance) = self.contact_tolerance {
             document.contact.tolerance = tolerance;
@@ -90,7 +91,7 @@ impl Setting {
         Some(document)
     }
 
-    /// The formulation's name for people, where it is not the scene's own.
+    /// Human-readable name of the formulation, if it is not the scene's own.
     pub fn formulation_name(&self) -> Option<&'static str> {
         self.formulation.map(|formulation| match formulation {
             Formulation::MeanDilatation => "mean dilatation",
@@ -99,13 +100,13 @@ impl Setting {
         })
     }
 
-    /// A name for people: "mesh +1, reduced, step / 2".
+    /// Human-readable name such as "mesh +1, reduced, step / 2".
     pub fn name(&self) -> String {
         self.named(|step| format!("implicit steps of {step:.1e} s"))
     }
 
-    /// The same of a run whose steps were so long on average [s]: steps are cut where contact or strain ask for it, and a run of much
-    /// shorter ones than its name says would say nothing of those.
+    /// The name for a run with this mean step [s]: steps are cut as required by contact or strain, and a run with much
+    /// shorter steps than its name says would be misleading.
     pub fn name_with_mean_step(&self, mean: f64) -> String {
         if self.implicit_step_s.is_none_or(|step| NAMED_CUT * mean >= step) {
             return self.name();
@@ -123,8 +124,7 @@ impl Setting {
             self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),
             self.contact_solver.map(|solver| format!("contact by {}", solver.name())),
-            self.mass_redistribution
-                .map(|share| format!("{:.0} % of the skin's mass inwards", 100.0 * share)),
+            self.mass_redistribution.map(|share| format!("{:.0} % of boundary mass inwards", 100.0 * share)),
         ];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
@@ -140,8 +140,8 @@ fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-/// `factor` times the numbers of elements. Meshes from files are split only, so by powers of two; what they were split into already
-/// may be left whole. `None` where it cannot be, or would change nothing.
+/// Multiplies the numbers of elements by `factor`. Meshes from files can only be split, so by powers of two; existing
+/// splits may be undone. `None` if impossible or without effect.
 fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
     if is_one(&factor) {
         return Some(());
@@ -171,7 +171,7 @@ fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
         let own = f64::from(*elements);
         let count = (own * factor).round().max(own.min(FEWEST_ACROSS));
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        // the bound is checked, and it is positive
+        // The bound is checked, and the count is positive.
         let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;
         has_changed |= *elements != count;
         *elements = count;

@@ -1,4 +1,4 @@
-//! One run of one scene: compile, step, measure, record. The command line and the service both come through here.
+//! One run of one scene: compile, step, measure, record. Used by the command line and the service.
 
 use super::progress::{Phase, Progress};
 use crate::measure::artificial_end::ArtificialEnds;
@@ -11,42 +11,42 @@ use crate::scene::Scene;
 use crate::step::{Ending, Energy, Interrupt, Outcome, Recorder, RecorderError, RunOptions, State, run};
 use std::time::{Duration, Instant};
 
-/// Progress is told at most this often.
+/// Minimum interval between progress reports.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What to run, and how.
 pub struct RunRequest<'a> {
-    /// The scene.
+    /// Loaded scene to run.
     pub scene: &'a Scene,
-    /// Where its measured frames go, such as recordings. If anywhere, they are measured on a thread of their own.
+    /// Sinks of its measured frames, such as recordings. If there are any, frames are measured on a separate thread.
     pub sinks: Vec<&'a mut dyn Sink>,
-    /// A recorder beside the steps, if any: it sees every frame whole.
+    /// Optional recorder on the stepping thread: it receives every complete frame.
     pub also: Option<&'a mut dyn Recorder>,
-    /// Worker threads; the results are the same for any number.
+    /// Worker threads; the results do not depend on it.
     pub threads: usize,
-    /// Asked before every step.
+    /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Told how far it is, every fiftieth of a second at most, and at the end.
+    /// Receives the progress at a minimum interval of a fiftieth of a second, and at the end.
     pub progress: &'a mut (dyn FnMut(Progress) + Send),
 }
 
-/// What came out. A run that failed with a diagnosis is a result, not an error.
+/// Result of a run. A run that failed with a diagnosis is a result, not an error.
 #[derive(Clone, Debug)]
 pub struct RunResult {
-    /// How it ended.
+    /// How the run ended.
     pub outcome: Outcome,
-    /// The clinical summary.
+    /// Clinical summary of the run.
     pub summary: Summary,
-    /// The state that it ended in.
+    /// Final state of the run.
     pub state: State,
-    /// The ledger at its last step.
+    /// Energy ledger at the last step.
     pub energy: Energy,
-    /// What the plan kept and left out.
+    /// What the plan kept and omitted.
     pub plan_report: PlanReport,
     /// Wall time, compiling included [s].
     pub wall_s: f64,
-    /// Processor time of the whole process meanwhile [s]; `None` where the system does not tell. Other runs in the same
-    /// process are in it.
+    /// Processor time of the whole process meanwhile [s], including other runs in it; `None` if the system does not
+    /// provide it.
     pub cpu_s: Option<f64>,
 }
 
@@ -58,16 +58,18 @@ pub enum RunError {
     Compile(#[from] CompileError),
 }
 
-/// Runs a scene, with the error bars that `error_bars` finds once it is known to compile, and the accuracy that is asked of them.
+/// Runs a scene, with the error bars that `error_bars` estimates once the scene is known to compile, and the accuracy
+/// requested of them.
 ///
 /// # Errors
-/// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
+/// If the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub(super) fn run_with_error_bars(
     request: RunRequest,
     accuracy: Option<AskedAccuracy>,
     error_bars: impl FnOnce(&RunRequest) -> ErrorBars,
 ) -> Result<RunResult, RunError> {
     let (wall, cpu) = (Instant::now(), process_cpu_s());
+    // Compile, and run the cheaper runs for the error bars.
     (request.progress)(Progress::beginning(Phase::Loading));
     let plan = compile(request.scene)?;
     (request.progress)(Progress::beginning(Phase::EstimatingErrors));
@@ -83,8 +85,9 @@ pub(super) fn run_with_error_bars(
     for sink in request.sinks {
         measuring = measuring.with(sink);
     }
-    // The last of the sinks: when it tells of the end, the recordings are closed.
+    // The last of the sinks: when it reports the end, the recordings are closed.
     let mut measuring = measuring.with(&mut teller);
+    // Run the steps, with the measures on a separate thread if anything is recorded.
     let options = RunOptions { threads: request.threads, interrupt: request.interrupt };
     let steps = |measuring: &mut dyn Recorder| {
         let mut recorders: Vec<&mut dyn Recorder> = vec![measuring];
@@ -105,14 +108,14 @@ pub(super) fn run_with_error_bars(
     })
 }
 
-/// What is measured in every run of a scene.
+/// Measures of a run of a scene.
 pub(super) fn measures_of(scene: &Scene, plan: &Plan) -> Measures {
     Measures::new()
         .with_artificial_ends(ArtificialEnds::of(scene, plan))
         .with_scene_warnings(scene.warnings.clone())
 }
 
-/// How a run ended, as it is written in tables and answers.
+/// Ending of a run as written in tables and answers.
 pub(super) fn ending_name(ending: &Ending) -> String {
     match ending {
         Ending::Finished => "finished".into(),
@@ -121,7 +124,7 @@ pub(super) fn ending_name(ending: &Ending) -> String {
     }
 }
 
-/// Whether a run ended because it was told to: then no other one needs to begin.
+/// Whether a run was stopped on request: then no other run should begin.
 pub(super) fn is_stop(ending: &str) -> bool {
     matches!(ending, "cancelled" | "deadline")
 }
@@ -140,7 +143,7 @@ pub fn process_cpu_s() -> Option<f64> {
     None
 }
 
-/// A sink that tells how far the run is.
+/// A sink that reports the progress of the run.
 struct Teller<'a> {
     tell: &'a mut (dyn FnMut(Progress) + Send),
     told: Option<Instant>,

@@ -1,4 +1,4 @@
-//! One run of a scene document with another setting of the numerics: what every study is made of.
+//! One run of a scene document with a different numerical setting: the building block of every study.
 
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
@@ -8,49 +8,49 @@ use crate::scene::document::{Generator, MeshDocument, SceneDocument};
 use crate::scene::{Budget, MeshSource, Problems, Scene, load_document, on_meshes_of};
 use crate::step::{Interrupt, Recorder};
 
-/// The scene, and what each of its runs may have.
+/// A scene and the resources of each of its runs.
 #[derive(Clone, Copy)]
 pub(super) struct Variants<'a> {
-    /// The scene.
+    /// Document of the scene.
     pub document: &'a SceneDocument,
-    /// Its meshes.
+    /// Source of its meshes.
     pub source: &'a dyn MeshSource,
-    /// What a run may cost.
+    /// Budget of a run.
     pub budget: &'a Budget,
     /// Threads of each run.
     pub threads: usize,
-    /// Asked before every step.
+    /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
 }
 
 /// Why a setting was not run.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum NotRun {
-    /// The setting has no mesh.
-    #[error("the mesh cannot be made so coarse, or there is none")]
+    /// The mesh cannot be coarsened that far, or there is none.
+    #[error("the mesh cannot be coarsened that far, or there is none")]
     NoSuchMesh,
-    /// Splitting on the facets is nothing else.
-    #[error("no generator of the scene knows a curved surface")]
+    /// Splitting on the facets makes no difference.
+    #[error("no generator of the scene has a curved surface")]
     NoCurvedSurface,
-    /// The scene with the setting is refused.
+    /// The scene with this setting is refused.
     #[error("{}", .0.first_error().map_or_else(|| .0.to_string(), ToString::to_string))]
     Refused(Problems),
-    /// Its meshes cannot be split.
+    /// The meshes cannot be split.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// It cannot be compiled.
+    /// The scene cannot be compiled.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
 impl Variants<'_> {
-    /// Runs the scene with a setting, and no step beyond `longest` [s]. A run that failed is a result.
+    /// Runs the scene with a setting and steps of at most `longest` [s]. A failed run is a result.
     pub fn run(&self, setting: &Setting, longest: Option<f64>) -> Result<RunResult, NotRun> {
         if setting.on_facets {
             if !self.document.bodies.iter().any(|body| body.mesh.as_ref().is_some_and(is_curved)) {
                 return Err(NotRun::NoCurvedSurface);
             }
-            // As many elements are judged by the budget.
+            // The budget applies to the same number of elements.
             self.scene(&Setting { on_facets: false, ..*setting }, longest, None)?;
         }
         let mut scene = self.scene(setting, longest, None)?;
@@ -60,7 +60,7 @@ impl Variants<'_> {
         self.run_scene(&scene, None)
     }
 
-    /// The scene with a setting, and no step beyond `longest` [s]; with the meshes of a scene that is `like` it, if it is.
+    /// Scene with a setting and steps of at most `longest` [s]; reuses the meshes of a scene `like` it, if given.
     pub fn scene(
         &self,
         setting: &Setting,
@@ -76,7 +76,7 @@ impl Variants<'_> {
             .map_err(NotRun::Refused)
     }
 
-    /// Runs a scene with a setting; `also` sees every frame.
+    /// Runs a scene with a setting; `also` receives every frame.
     pub fn run_scene(&self, scene: &Scene, also: Option<&mut dyn Recorder>) -> Result<RunResult, NotRun> {
         let request = RunRequest {
             scene,
@@ -86,12 +86,12 @@ impl Variants<'_> {
             progress: &mut |_| {},
             also: also.map(|recorder| recorder as &mut dyn Recorder),
         };
-        // Settings have none of their own: they are what error bars are made of.
+        // Settings have no error bars of their own: error bars are estimated from them.
         Ok(run_with_error_bars(request, None, |_| ErrorBars::NotAsked)?)
     }
 }
 
-/// Whether a mesh is made by a generator whose nodes lie on a surface that its facets are not.
+/// Whether a mesh is generated with nodes on a surface that differs from its facets.
 fn is_curved(mesh: &MeshDocument) -> bool {
     let is_flat =
         |generator: &Generator| matches!(generator, Generator::Block { .. } | Generator::LayeredBlock { .. });

@@ -70,7 +70,7 @@ fn failed_with_a_diagnosis() {
     assert!((tissue.looked_at_until_s - result.outcome.time_s).abs() < 1e-15);
     assert!(tissue.peaks.peak_von_mises_pa.is_some());
     let words = result.summary.plain_words.join("\n");
-    assert!(words.starts_with("The run failed") && words.contains("not of the whole impact"), "{words}");
+    assert!(words.starts_with("The run failed") && words.contains("not the whole impact"), "{words}");
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn what_skin_lays_bare_holds_the_ball() {
     assert_close(of_skin.volume_mm3, 18.0 * of_skin.elements as f64, 1e-9, "volume of the torn elements");
     assert_close(of_skin.mass_kg, 1e-6 * of_skin.volume_mm3, 1e-9, "mass of the torn elements");
     assert!(
-        said.warnings.iter().any(|words| words.contains("given up in skin (tissue)")),
+        said.warnings.iter().any(|words| words.contains("eroded in skin (tissue)")),
         "{:?}",
         said.warnings
     );

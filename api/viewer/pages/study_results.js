@@ -68,8 +68,8 @@ function limitRow(quantity, { kind, value, uncertainty, order, reason }) {
 
 function geometry(changes) {
   const rows = Object.entries(changes).map(([quantity, { change, change_by_surface: bySurface, error }]) => [quantityWords(quantity), ...[change, bySurface, error].map(percent)]);
-  const columns = ["number", "change from mesh 0 to mesh +1", "of it by the surface", "error of mesh 0 by its facets"];
-  return table("Geometry: what facets in place of the true surface do, second order assumed", columns, rows);
+  const columns = ["number", "change from mesh 0 to mesh +1", "due to the surface", "error of mesh 0 due to facets"];
+  return table("Geometry: effect of facets in place of the true surface, second order assumed", columns, rows);
 }
 
 function stabilityTables({ cells, physical, physical_finished: finished, wrong }) {
@@ -77,7 +77,7 @@ function stabilityTables({ cells, physical, physical_finished: finished, wrong }
     axis, value, steppingWords(stepping), html("span", { class: `badge ${VERDICTS[verdict] ?? ""}` }, verdict), reason ?? "", remedy ?? "",
   ]);
   return [
-    html("p", {}, `${cells.length} cells. Of ${physical} that could happen ${finished} finish within their gates; ${wrong} ended without a diagnosis.`),
+    html("p", {}, `${cells.length} cells. Of ${physical} physical ones ${finished} finish within their gates; ${wrong} ended without a diagnosis.`),
     table("Stiff and extreme cases", ["axis", "value", "stepping", "verdict", "reason", "remedy"], rows),
   ];
 }

@@ -1,4 +1,4 @@
-//! Areas and axes of patches that are known.
+//! Patches of known area and axes.
 
 use super::*;
 use crate::mechanics::rigid::Pose;
@@ -110,7 +110,7 @@ fn one_node_has_no_extent() {
 
 #[test]
 fn the_sides_of_a_flat_end_are_no_part_of_it() {
-    // The top of a cube and one of its sides, pressed at their edge in the direction between them.
+    // The top of a cube and one of its sides, pressed at their common edge along the bisector.
     let surface = Surface { nodes: (0..6).collect(), faces: vec![[0, 1, 2, 3], [1, 4, 5, 2]] };
     let position = |n: u32| {
         let [x, y, z] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, -1], [1, 1, -1]][n as usize];

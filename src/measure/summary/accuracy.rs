@@ -1,51 +1,51 @@
-//! Whether the numbers are as exact as was asked for.
+//! Comparison of the error bars with the requested accuracy.
 
 use super::quantity::{ErrorEstimate, Quantity};
 use super::results::Results;
 use crate::scene::document::AskedNumber;
 use serde::Serialize;
 
-/// What was asked for, and on which mesh the run is.
+/// Requested accuracy, and the mesh of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskedAccuracy {
-    /// Largest error bar, as a fraction of the number [-].
+    /// Largest admissible error bar, as a fraction of the number [-].
     pub relative: f64,
-    /// The numbers that it holds for.
+    /// Numbers to which it applies.
     pub of: Vec<AskedNumber>,
-    /// Numbers of elements in units of the scene's own [-].
+    /// Number of elements in each direction relative to the scene's own mesh [-].
     pub mesh_factor: f64,
-    /// What the next finer mesh would take, as expected before this one [s].
+    /// Expected run time on the next finer mesh [s].
     pub next_s: Option<f64>,
 }
 
-/// What of it was reached.
+/// Accuracy of a run compared with the request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Accuracy {
-    /// Whether every number was.
+    /// Whether every number is accurate enough.
     pub reached: bool,
-    /// Largest error bar that was asked for, as a fraction of the number [-].
+    /// Largest admissible error bar, as a fraction of the number [-].
     pub asked: f64,
-    /// The numbers, as far as the scene has them.
+    /// Accuracy of each requested number that the scene has.
     pub numbers: Vec<AccuracyOf>,
-    /// Numbers of elements of this mesh in units of the scene's own [-].
+    /// Number of elements in each direction relative to the scene's own mesh [-].
     pub mesh_factor: f64,
-    /// What the next finer mesh would take, with its error bars [s].
+    /// Expected run time on the next finer mesh, with its error bars [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub next_mesh_s: Option<f64>,
 }
 
-/// One number.
+/// Accuracy of one number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AccuracyOf {
-    /// Which.
+    /// The number in question.
     pub number: AskedNumber,
-    /// Its error bar as a fraction of it [-]; absent where there is none.
+    /// Error bar as a fraction of the number [-]; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
 }
 
 impl Accuracy {
-    /// Of the numbers with their error bars.
+    /// Compares the error bars of the results with the request.
     pub(super) fn of(asked: &AskedAccuracy, results: &Results) -> Self {
         let of = |number: AskedNumber| {
             let quantity = quantity(results, number)?;
@@ -69,7 +69,7 @@ impl Accuracy {
         }
     }
 
-    /// In a sentence.
+    /// The outcome in one sentence.
     pub fn words(&self) -> String {
         let percent = |of: &AccuracyOf| match of.relative {
             Some(relative) => format!("{} ± {:.1} %", of.number.name(), 100.0 * relative),
@@ -90,7 +90,7 @@ impl Accuracy {
     }
 }
 
-/// The number in the results; `None` where the scene has none.
+/// The requested number in the results; `None` if the scene has none.
 fn quantity(results: &Results, number: AskedNumber) -> Option<&Quantity> {
     let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
     let tissue = results.tissue.as_ref();

@@ -1,24 +1,25 @@
-//! Error bars: what a number may be off by, from cheaper runs of the same scene.
+//! Error bars: numerical errors of the results, estimated from cheaper runs of the same scene.
 //!
-//! One or more runs on coarser meshes; on the coarsest of them one with half the step, and one with a looser contact solver. The
-//! meshes against the run itself give the error of the mesh, the other two against the first those of step and
-//! solver. First order is assumed: of two meshes with a factor of safety, of more as the line through all of them, whose scatter widens the bar.
+//! One or more runs use coarser meshes; on the coarsest of them one run halves the time step, and one loosens the
+//! contact tolerance. The meshes compared with the run itself give the mesh error, the other two compared with the
+//! first give the errors of step and solver. First order is assumed: with two meshes a factor of safety is applied;
+//! with more, a line is fitted, whose scatter widens the bar.
 
 use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
 use super::listed::Listed;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
 
-/// What sums of many numbers are known to, as a share of them [-].
+/// Relative rounding error of sums of many numbers [-].
 const ROUNDING: f64 = 1e-12;
 
-/// Where error bars come from.
+/// Source of the error bars.
 #[derive(Clone, Debug, Default)]
 pub enum ErrorBars {
-    /// Nobody asked for any.
+    /// Error bars were not requested.
     #[default]
     NotAsked,
-    /// There are none, and why.
+    /// No error bars, with the reason.
     Unknown(String),
     /// Cheaper runs of the same scene.
     From(Box<CheaperRuns>),
@@ -27,7 +28,7 @@ pub enum ErrorBars {
 impl std::fmt::Display for ErrorBars {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
+            Self::NotAsked => f.write_str("not estimated: error bars were not requested"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
             Self::From(runs) => {
                 let sizes: Vec<String> =
@@ -48,24 +49,24 @@ impl std::fmt::Display for ErrorBars {
     }
 }
 
-/// A cheaper run.
+/// Results of one cheaper run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cheaper {
-    /// Its results.
+    /// Summary numbers of the run.
     results: Results,
-    /// Largest von Mises stress from each of the asked depths on [Pa], see [`CheaperRuns::error_below`].
+    /// Largest von Mises stress below each of the requested depths [Pa], see [`CheaperRuns::error_below`].
     von_mises_below_pa: Vec<f64>,
-    /// Its steps.
+    /// Number of its steps.
     pub steps: u64,
 }
 
 impl Cheaper {
-    /// Of what a run found, and the stresses below the depths that were asked for.
+    /// From the results of a run, and the stresses below the requested depths.
     pub fn new(results: &Results, von_mises_below_pa: Vec<f64>, steps: u64) -> Self {
         Self { results: results.clone(), von_mises_below_pa, steps }
     }
 
-    /// The numbers, in the order in which they are listed, with forces over the windows of `own` results.
+    /// The numbers in listing order, with forces over the windows of the `own` results.
     fn numbers(&self, own: &Results) -> Vec<f64> {
         let mut results = self.results.clone();
         for (impact, own) in results.impacts.iter_mut().zip(&own.impacts) {
@@ -74,7 +75,7 @@ impl Cheaper {
                 .into_iter()
                 .for_each(|w| impact.average_over(w));
         }
-        // A peak that only one of them has gets no error.
+        // A peak that only one of the runs has gets no error.
         if let (Some(tissue), Some(own)) = (&mut results.tissue, &mut own.tissue.clone()) {
             for (peak, own) in tissue.peaks.list_mut().into_iter().zip(own.peaks.list_mut()) {
                 let missing = own.take().map(|mut own| {
@@ -91,32 +92,32 @@ impl Cheaper {
 /// A run on a coarser mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Level {
-    /// Size of its elements, in units of the run's own [-]; the least where it is not the same everywhere.
+    /// Element size relative to that of the run itself [-]; the minimum if it varies.
     pub size: f64,
-    /// What came out.
+    /// Results on this mesh.
     pub run: Cheaper,
 }
 
-/// The cheaper runs.
+/// The cheaper runs that error bars are estimated from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheaperRuns {
-    /// On coarser meshes, the coarsest first; at least one.
+    /// Runs on coarser meshes, the coarsest first; at least one.
     pub levels: Vec<Level>,
-    /// On the coarsest mesh, with half the step.
+    /// Run on the coarsest mesh with half the time step.
     pub small_steps: Cheaper,
-    /// There, with a looser contact solver.
+    /// Run on the coarsest mesh with a looser contact tolerance.
     pub loose_contact: Cheaper,
 }
 
 /// Values of one number in the cheaper runs.
 struct Values<'a> {
-    /// In those of [`CheaperRuns::levels`].
+    /// Values in the runs of [`CheaperRuns::levels`].
     levels: &'a [f64],
     small_steps: f64,
     loose_contact: f64,
 }
 
-/// What the cheaper runs say of one number.
+/// Error contributions to one number, from the cheaper runs.
 struct Differences {
     mesh: f64,
     step: f64,
@@ -124,13 +125,13 @@ struct Differences {
 }
 
 impl CheaperRuns {
-    /// All of them.
+    /// All cheaper runs, in the order of their fields.
     fn all(&self) -> impl Iterator<Item = &Cheaper> {
         self.levels.iter().map(|level| &level.run).chain([&self.small_steps, &self.loose_contact])
     }
 
-    /// Error of the largest von Mises stress from a depth on [Pa]: `own`, that of the asked depth of this index, in a run of
-    /// `own_steps` steps. `None` where it cannot be told.
+    /// Error of the largest von Mises stress below a depth [Pa]: `own` is that of the requested depth with this index,
+    /// in a run of `own_steps` steps. `None` if it is unknown.
     pub fn error_below(&self, index: usize, own: f64, own_steps: u64) -> Option<f64> {
         self.all().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
         let of = |run: &Cheaper| run.von_mises_below_pa[index];
@@ -145,19 +146,19 @@ impl CheaperRuns {
         total.is_finite().then_some(total)
     }
 
-    /// How far the cheaper runs are from a number of a run of so many steps; `None` without any.
+    /// Differences of the cheaper runs from a number of a run with that many steps; `None` without any.
     fn differences(&self, own: f64, own_steps: u64, values: &Values) -> Option<Differences> {
         let (coarsest, value) = (self.levels.first()?, *values.levels.first()?);
         let steps = (coarsest.run.steps, self.small_steps.steps);
         Some(Differences {
             mesh: self.mesh_error(own, values.levels),
             step: assumed_step_error(own_steps, steps, (value, values.small_steps)),
-            // The tolerance is loosened far more than twofold: the difference itself is the bound.
+            // The tolerance is loosened far more than twofold: the difference itself bounds the error.
             contact: (values.loose_contact - value).abs(),
         })
     }
 
-    /// Error of the mesh.
+    /// Mesh error by the rule for the number of meshes.
     fn mesh_error(&self, own: f64, values: &[f64]) -> f64 {
         if let ([level], [value]) = (&self.levels[..], values) {
             return assumed_error(*value, own, level.size);
@@ -170,7 +171,7 @@ impl CheaperRuns {
 }
 
 impl Results {
-    /// Says of every number that would be of an impact that did not happen that nothing touched.
+    /// If nothing touched, marks every number that would describe the impact as without an error.
     pub(super) fn mark_misses(&mut self) {
         let nothing_touched = self.nothing_touched;
         let missed = |impact: &&mut Impact| impact.contact_span_s.is_none();
@@ -184,8 +185,10 @@ impl Results {
         }
     }
 
-    /// Gives every number of a run of so many steps [s] its error bar; those that a cheaper run does not have keep theirs.
+    /// Sets the error bars of all numbers of a run with that many steps [s]; numbers that a cheaper run lacks keep
+    /// theirs.
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
+        // The cheaper runs must have the same list of numbers.
         let own_step = time_s / own_steps as f64;
         let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
         let [small_steps, loose_contact] =
@@ -198,6 +201,7 @@ impl Results {
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
+            // Contributions of mesh, step and contact tolerance, plus the resolution.
             let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
             let values =
                 Values { levels: &of_levels, small_steps: small_steps[i], loose_contact: loose_contact[i] };
@@ -210,7 +214,7 @@ impl Results {
             let resolution = f64::from(*steps_known) * own_step + *spacing + ROUNDING * quantity.value.abs();
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
-                // A peak at a point may grow with every mesh: two of them cannot tell.
+                // A pointwise peak may grow with every mesh: two meshes cannot show convergence.
                 let may_converge = !*is_peak || runs.levels.len() > 1;
                 let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
                 let estimate = Estimate { total, mesh, step, contact, resolution, resolved };
@@ -283,10 +287,10 @@ mod tests {
         assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.3).abs() < 1e-12, "{error:?}");
         assert!((error.contact - 0.01).abs() < 1e-12 && (error.total - 3.31).abs() < 1e-9, "{error:?}");
         assert!(error.resolved);
-        // A duration is not known better than to its first and its last step.
+        // A duration is resolved to its first and its last step.
         let duration = estimate(&own.impacts[0].contact_duration_s);
         assert!((duration.resolution - 2.0 / 200.0).abs() < 1e-9, "{duration:?}");
-        // What is no converged quantity has no error bar.
+        // A quantity that does not converge has no error bar.
         assert_eq!(own.impacts[0].peak_step_force_n.error, ErrorEstimate::NotEstimated);
     }
 
@@ -308,7 +312,7 @@ mod tests {
         own.estimate_errors(&all, 200, 1.0);
         let smooth = estimate(&own.impacts[0].impulse_n_s);
         assert!((smooth.mesh - 1.25).abs() < 1e-12, "{smooth:?}");
-        // Up, then down.
+        // Non-monotonic values.
         own = results(13.0);
         own.estimate_errors(&all, 200, 1.0);
         assert!(estimate(&own.impacts[0].impulse_n_s).mesh > 2.0 * smooth.mesh);

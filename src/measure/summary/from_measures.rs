@@ -1,4 +1,4 @@
-//! The numbers of the summary, made from the measures.
+//! Composes the numbers of the summary from the measures.
 
 use super::super::absorbed_energy::Absorbed;
 use super::super::measures::Measures;
@@ -13,13 +13,13 @@ use super::written::seconds;
 use crate::plan::{ForceAverage, Plan};
 use std::sync::Arc;
 
-/// Makes quantities that share one verdict.
+/// Creates quantities that share one gate verdict.
 #[derive(Clone, Copy)]
 pub(super) struct Mint(pub GateResult);
 
 impl Mint {
     fn quantity(self, value: f64) -> Quantity {
-        // −0 would be printed as such.
+        // Adding zero turns −0 into 0, so that no minus sign is printed.
         Quantity { value: value + 0.0, error: ErrorEstimate::NotEstimated, gate: self.0 }
     }
     fn located(self, scale: f64, peak: &Peak) -> Located {
@@ -28,7 +28,7 @@ impl Mint {
     }
 }
 
-/// The numbers.
+/// All numbers of the summary.
 pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: Mint) -> Results {
     let strikes: Vec<&str> = measures.strikes().map(|pair| pair.name.as_str()).collect();
     let mut impacts: Vec<Impact> = measures
@@ -37,7 +37,7 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
         .enumerate()
         .map(|(index, pair)| impact(measures, index, pair, (mint, *state != RunState::Running)))
         .collect();
-    // What hits comes first.
+    // Self-contact pairs come last.
     impacts.sort_by_key(Impact::is_of_itself);
     let tissue = tissue(measures, state, mint);
     let headline = Headline {
@@ -48,7 +48,8 @@ pub(super) fn results(measures: &Measures, plan: &Plan, state: &RunState, mint: 
     Results { nothing_touched, impacts, tissue, headline }
 }
 
-/// Whether nothing touched the tissue, or, in a scene without any, nothing touched at all; not where loads move the tissue, too.
+/// Whether nothing touched the tissue, or, without tissue, nothing touched at all; false if loads act on the tissue as
+/// well.
 fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     let has_tissue = measures.stress.is_some();
     let of_two = || measures.pairs.iter().filter(|pair| !pair.is_of_itself());
@@ -61,7 +62,7 @@ fn has_missed(measures: &Measures, plan: &Plan) -> bool {
     any && counted.all(|pair| pair.force.contact_span.is_none())
 }
 
-/// The hardest impact: of the pairs in which the tissue is struck, if any.
+/// The contact with the largest peak force, among the pairs that strike the tissue if there are any.
 fn headline_impact(impacts: &[Impact], strikes: &[&str]) -> Option<usize> {
     let is_candidate = |(_, impact): &(usize, &Impact)| {
         if strikes.is_empty() { !impact.is_of_itself() } else { strikes.contains(&impact.pair.as_str()) }
@@ -108,7 +109,7 @@ fn impact(measures: &Measures, index: usize, pair: &PairMeasures, (mint, has_end
     }
 }
 
-/// The parts that exceed a threshold, from the skin inwards.
+/// The parts above a threshold, from the skin inwards.
 fn stressed_layers(stress: &StressDepth, exceedance: &Exceedance) -> Vec<StressedLayer> {
     let mut found: Vec<_> =
         stress.parts.iter().zip(&exceedance.layers).filter(|(_, layer)| layer.largest_volume > 0.0).collect();
@@ -130,7 +131,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
         dissipated_j: mint.quantity(a.dissipated),
         not_from_contact_j: mint.quantity(a.not_from_contact),
     };
-    // Zeros of the start would read as if nothing had happened.
+    // The zeros of the start would suggest that nothing happened.
     let is_looked_at = *state == RunState::Finished || stress.time > 0.0;
     let peak = |peak: &Peak| is_looked_at.then(|| mint.located(1.0, peak));
     let d = &measures.deflection;

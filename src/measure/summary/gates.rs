@@ -1,4 +1,4 @@
-//! Gates and warnings: whether the numbers may be shown, and what must be said with them.
+//! Gates and warnings: whether the numbers may be shown, and the caveats that accompany them.
 
 use super::super::hourglass_energy::HOURGLASS_WARNING;
 use super::super::measures::Measures;
@@ -14,67 +14,68 @@ use crate::plan::Plan;
 use crate::step::{Energy, FailureCause};
 use serde::Serialize;
 
-/// Share of the energy scale above which numerical contact dissipation is warned about.
+/// Fraction of the energy scale above which numerical contact dissipation raises a warning [-].
 const CONTACT_DISSIPATION_WARNING: f64 = 0.02;
-/// Share of the energy scale that contact may create at most.
+/// Largest admissible energy created by contact, as a fraction of the energy scale [-].
 const CONTACT_CREATION_LIMIT: f64 = 0.001;
 /// Numerical contact dissipation over the energy scale above which the numbers are withheld [-].
 const CONTACT_DISSIPATION_LIMIT: f64 = 0.5;
-/// The same of the work of the position projection.
+/// Work of the position projection over the energy scale above which the numbers are withheld [-].
 const PROJECTION_LIMIT: f64 = 0.05;
-/// Share of the energy scale above which the work of the position projection is warned of [-].
+/// Fraction of the energy scale above which the work of the position projection raises a warning [-].
 const PROJECTION_WARNING: f64 = 0.01;
-/// Share of a body's inertia above which redistributed mass is warned of [-].
+/// Fraction of a body's inertia above which redistributed mass raises a warning [-].
 const INERTIA_WARNING: f64 = 0.01;
-/// Share of a body's strain energy beyond the limits of its laws above which the numbers are withheld [-]; below, peaks alone.
+/// Fraction of a body's strain energy beyond the limits of its laws above which all numbers are withheld [-]; below,
+/// only peaks.
 const LAW_LIMIT: f64 = 0.05;
-/// The gate of laws that were taken too far, and what to do.
+/// Gate for laws used beyond their limits, and its remedy.
 const LAW_GATE: &str = "laws_within_limits";
 const BEYOND_LAW: &str = "End the run before that time, lower the speed, or give that part a law or parameters that were fitted at such deformation; where you know \
                           how far a law holds, say so in the scene (`valid_to` of the material).";
-/// The gates of what contact on a coarse mesh costs, and what to do.
+/// Gate for the dissipation of contact on a coarse mesh, and its remedy.
 const DISSIPATION_GATE: &str = "contact_dissipation_within_limit";
 const PROJECTION_GATE: &str = "projection_within_limit";
-const COARSE_CONTACT: &str = "Refine both surfaces where they meet: nodes that are caught lose their energy, and fewer and heavier nodes more.";
-/// The gates of bodies in each other.
+const COARSE_CONTACT: &str = "Refine both surfaces where they meet: impact activation dissipates the energy of the contact nodes, and fewer, heavier nodes lose more.";
+/// Gates for interpenetration of bodies.
 const PENETRATION_GATE: &str = "penetration_within_limit";
 const OVERLAP_GATE: &str = "overlap_within_limit";
-/// Depth inside another body over the size of a face above which there is a warning [-].
+/// Penetration depth over face size above which a warning is raised [-].
 const PENETRATION_WARNING: f64 = 0.02;
-/// Fewer field times than this are told to the user.
+/// Number of field times below which a warning is raised.
 const FEW_SAMPLES: u32 = 20;
-/// A force window of fewer steps than this is told to the user.
+/// Steps in a force window below which a warning is raised.
 const FEWEST_STEPS_OF_WINDOW: f64 = 2.0;
-/// Nodes across a contact patch that are the least for a resolved patch.
+/// Minimum number of nodes across a resolved contact patch.
 const NODES_ACROSS: u32 = 5;
 
-/// A check that decides whether numbers may be shown.
+/// A check that decides whether the numbers may be shown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gate {
-    /// Name.
+    /// Name of the gate for programs.
     pub name: &'static str,
-    /// What it means.
+    /// Meaning of the measured value.
     pub meaning: &'static str,
-    /// Measured value [-].
+    /// Measured value, to be compared with the limit [-].
     pub value: f64,
     /// Limit of the value [-].
     pub limit: f64,
-    /// The verdict.
+    /// Whether the value is within its limit.
     pub result: GateResult,
 }
 
-/// The gates of a run, by its ledger; those of energy have the limit of the scene. They are those that end a run, so that none
-/// of a run that they ended says that it was passed.
+/// The gates of a run, from its ledger; the scene sets the limit of those of energy. They are the same checks that end
+/// a run, so a run ended by a gate never reports it as passed.
 pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static: bool) -> Vec<Gate> {
     let gate = |name, meaning, value: f64, limit: f64| {
         // Written so that NaN fails.
         let result = if value <= limit { GateResult::Passed } else { GateResult::Failed };
         Gate { name, meaning, value, limit, result }
     };
-    // NaN passes through, a dissipation counts as nothing created.
+    // NaN propagates; dissipation counts as nothing created.
     let created =
         |lost: f64| if lost > 0.0 || energy.scale_j == 0.0 { 0.0 } else { -lost / energy.scale_j + 0.0 };
-    // A load step without mass has no integrator that could create energy.
+    // A quasi-static step has no integrator that could create energy.
     let algorithmic = if is_static { 0.0 } else { energy.algorithmic_j() };
     vec![
         gate("energy_balance", "largest error of the energy balance", numerics.balance_error, limit),
@@ -104,7 +105,7 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         ),
         gate(
             OVERLAP_GATE,
-            "volume that two bodies share over that of the smaller one",
+            "overlapping volume of two bodies over that of the smaller one",
             numerics.overlapped_volume_share,
             OVERLAP_LIMIT,
         ),
@@ -116,26 +117,26 @@ pub(super) fn gates(energy: &Energy, numerics: &Numerics, limit: f64, is_static:
         ),
         gate(
             PROJECTION_GATE,
-            "work of moving nodes out of what they had entered over the energy scale",
+            "work of the position projection over the energy scale",
             if energy.turnover_j > 0.0 { projection_work(energy) / energy.turnover_j } else { 0.0 },
             PROJECTION_LIMIT,
         ),
         gate(
             LAW_GATE,
-            "share of a body's strain energy that was beyond the limits of its laws; 1 where elements turned over",
+            "fraction of a body's strain energy beyond the limits of its laws; 1 if elements inverted",
             numerics.energy_share_beyond_law,
             LAW_LIMIT,
         ),
     ]
 }
 
-/// Why the numbers of a run are withheld, and what to do.
+/// Why the numbers of a run are withheld, and the remedy.
 pub(super) struct Withholding {
     pub reason: String,
     pub remedy: &'static str,
 }
 
-/// Why the numbers are withheld, if they are.
+/// Checks whether the numbers must be withheld.
 pub(super) fn withholding(
     gates: &[Gate],
     state: &RunState,
@@ -166,7 +167,7 @@ pub(super) fn withholding(
     })
 }
 
-/// With the share of the strain energy; that of elements that have turned over is no number.
+/// Appends the fraction of the strain energy, unless elements have inverted, which leaves it undefined.
 fn share_in_words(told: String, numerics: &Numerics) -> String {
     let share = numerics.energy_share_beyond_law;
     if share < 1.0 { format!("{told}; {:.1} % of the strain energy was there", 100.0 * share) } else { told }
@@ -180,10 +181,11 @@ pub(super) fn own_warnings(
     has_ended: bool,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    // Force windows.
     let touched = measures.pairs.iter().filter(|pair| has_ended && pair.force.contact_span.is_some());
     warnings.extend(touched.filter_map(|pair| window_warning(pair, measures.time)));
     let share = numerics.numerical_contact_dissipation_share;
-    // At the end the stepper itself says so.
+    // At the end the stepper itself issues this warning.
     if share > CONTACT_DISSIPATION_WARNING && !has_ended {
         warnings.push(format!(
             "Numerical contact dissipation is {:.1} % of the energy scale (above {:.0} %): refine the contact surfaces.",
@@ -191,27 +193,30 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
+    // Erosion and laws beyond their range.
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     if numerics.energy_share_beyond_law <= LAW_LIMIT
         && let Some(told) = beyond_limit(&measures.laws)
     {
         warnings.push(format!(
-            "{}: the peak stress, strain and energy density, which would be those of such points, are left out.",
+            "{}: the peak stress, strain and energy density, which would be those of such points, are omitted.",
             share_in_words(told, numerics)
         ));
     }
+    // Artefacts, penetration and projection.
     warnings.extend(measures.stress.iter().flat_map(numerical_stress));
     warnings.extend(penetration_warning(&measures.penetration.deepest));
     warnings.extend(projection_warning(&measures.energy));
     for body in plan.bodies.iter().filter(|body| body.inertia_lost > INERTIA_WARNING) {
         warnings.push(format!(
-            "Redistributed mass takes {:.1} % of the inertia of {}: the spin that it has or is given is off by as much. Refine its \
-             mesh, or lower `contact.mass_redistribution`.",
+            "Redistributed mass takes {:.1} % of the inertia of {}: its spin is wrong by as much. Refine its mesh, \
+             or lower `contact.mass_redistribution`.",
             100.0 * body.inertia_lost,
             body.name
         ));
     }
+    // Unresolved deformation.
     for (body, share) in plan.bodies.iter().zip(measures.hourglass.shares()) {
         if share > HOURGLASS_WARNING {
             warnings.push(format!(
@@ -223,19 +228,21 @@ pub(super) fn own_warnings(
             ));
         }
     }
+    // Sampling in time.
     if let Some(samples) = measures.stress.as_ref().map(|s| s.samples)
         && has_ended
         && samples < FEW_SAMPLES
     {
         warnings.push(format!(
-            "Peak stress, strain, energy density and depth are from {samples} field times only, and a peak in between is not \
-             seen: a smaller `record.field_interval_s` looks more often."
+            "Peak stress, strain, energy density and depth are from {samples} field times only, and peaks in between are \
+             missed: a smaller `record.field_interval_s` samples more often."
         ));
     }
+    // Missed or unfinished contact.
     let missed = || plan.distant_pairs.iter().filter(|pair| pair.on_tissue);
     let is_joined = measures.pairs.iter().any(|p| p.on_tissue) || missed().next().is_some();
     if has_ended && measures.absorbed.is_some() && !is_joined {
-        warnings.push("No contact pair joins the tissue to anything: nothing can hit it.".to_owned());
+        warnings.push("No contact pair involves the tissue: nothing can hit it.".to_owned());
     }
     if has_ended {
         warnings.extend(missed().map(|pair| {
@@ -257,6 +264,7 @@ pub(super) fn own_warnings(
                 .push(format!("Contact of {} has not ended: the absorbed energy is not final.", pair.name));
         }
     }
+    // Unresolved patches and reflected waves.
     for pair in &measures.pairs {
         let patch = pair.force.peak().patch;
         if pair.force.contact_span.is_some() && !pair.is_of_points && patch.nodes_across < NODES_ACROSS {
@@ -270,7 +278,7 @@ pub(super) fn own_warnings(
             && time < measures.time
         {
             warnings.push(format!(
-                "A wave from the contact of {} may have come back from an artificial end of the model from {:.1} µs on: make \
+                "A wave from the contact of {} may have returned from an artificial end of the model from {:.1} µs on: make \
                  the model longer, or end the run earlier.",
                 pair.name,
                 1e6 * time
@@ -280,12 +288,12 @@ pub(super) fn own_warnings(
     warnings
 }
 
-/// A force window that is too long for the run, or shorter than two of its steps.
+/// Warns of a force window that is longer than the run, or shorter than two of its steps.
 fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
     let (window, step) = (pair.force.window()?, pair.force.mean_step());
     if end < window {
         return Some(format!(
-            "The run ended after {}, before the {} that the force of {} is averaged over: it saw no peak force.",
+            "The run ended after {}, less than the {} over which the force of {} is averaged: it has no peak force.",
             seconds(end),
             seconds(window),
             pair.name
@@ -294,7 +302,7 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
     (window < FEWEST_STEPS_OF_WINDOW * step).then(|| {
         format!(
             "The force of {} is averaged over {}, less than two steps of {}: its peak is one of single steps, which does not converge. \
-             Leave out `measures.force_window_s` (the window is then 1/50 of the contact, ten steps at least), or take shorter steps.",
+             Omit `measures.force_window_s` (the window is then 1/50 of the contact, ten steps at least), or take shorter steps.",
             pair.name,
             seconds(window),
             seconds(step)
@@ -302,7 +310,7 @@ fn window_warning(pair: &PairMeasures, end: f64) -> Option<String> {
     })
 }
 
-/// Where moving caught nodes out of what they had entered did work that is worth a word.
+/// Total work of the position projection, summed over the bodies [J].
 fn projection_work(energy: &Energy) -> f64 {
     energy.bodies.iter().map(|body| body.projection_j.abs()).sum()
 }
@@ -311,8 +319,7 @@ fn projection_warning(energy: &Energy) -> Option<String> {
     let work = projection_work(energy);
     (work > PROJECTION_WARNING * energy.turnover_j).then(|| {
         format!(
-            "Moving nodes out of what they had entered (position projection) did {} J of work, {:.1} % of the energy scale (above \
-             {:.0} %): energies are uncertain by as much.",
+            "The position projection did {} J of work, {:.1} % of the energy scale (above {:.0} %): energies are uncertain by as much.",
             number(work),
             100.0 * work / energy.turnover_j,
             100.0 * PROJECTION_WARNING
@@ -320,7 +327,7 @@ fn projection_warning(energy: &Energy) -> Option<String> {
     })
 }
 
-/// Where something lies inside another body, deeper than contact leaves behind.
+/// Warns of penetration deeper than contact normally leaves.
 fn penetration_warning(deepest: &Depth) -> Option<String> {
     let Depth { depth, share, between, time } = deepest;
     (*share > PENETRATION_WARNING).then(|| {
@@ -334,7 +341,7 @@ fn penetration_warning(deepest: &Depth) -> Option<String> {
     })
 }
 
-/// When a wave from a pair's first contact is back from an artificial end, at the earliest [s].
+/// Earliest time at which a wave from a pair's first contact can return from an artificial end [s].
 fn wave_return(measures: &Measures, pair: &PairMeasures) -> Option<f64> {
     let (ends, [first, _]) = (measures.artificial_ends.as_ref()?, pair.force.contact_span?);
     let place = pair.force.first_contact.filter(|_| pair.on_tissue)?;
@@ -352,7 +359,7 @@ mod tests {
             let bodies = works.map(|projection_j| BodyEnergy { projection_j, ..BodyEnergy::default() });
             projection_warning(&Energy { turnover_j: 2.0, bodies: bodies.into(), ..Energy::default() })
         };
-        // What two bodies get of opposite signs does not cancel.
+        // Contributions of opposite sign to two bodies do not cancel.
         assert!(warned([0.03, -0.01]).is_some_and(|w| w.contains("2.0 %")));
         assert_eq!(warned([0.01, 0.0]), None);
         assert_eq!(projection_warning(&Energy::default()), None);

@@ -1,6 +1,7 @@
-//! Published injury criteria: what they are here, what they are compared with, and whether they may be.
+//! Published injury criteria: their values, their reference values, and whether the comparison is admissible.
 //!
-//! A criterion is a fit to some experiments. Outside of what they covered it is told to be not applicable, with the reason.
+//! A criterion is fitted to specific experiments. Outside of their range it is reported as not applicable, with the
+//! reason.
 
 use super::super::measures::Measures;
 use super::quantity::{ErrorEstimate, Quantity};
@@ -12,41 +13,42 @@ use crate::plan::Plan;
 use crate::scene::document::{PersonDocument, Region};
 use serde::Serialize;
 
-/// Energy densities of 50 % risk of skin penetration, the weakest and the strongest region [J/cm²].
+/// Energy densities at 50 % risk of skin penetration, for the weakest and the strongest region [J/cm²].
 const PENETRATION_J_PER_CM2: [f64; 2] = [23.99, 52.74];
-/// Blunt criterion of 50 % risk of a thoracic injury of AIS 2 or 3 [-].
+/// Blunt criterion at 50 % risk of a thoracic injury of AIS 2 or 3 [-].
 const BLUNT_CRITERION: f64 = 0.37;
-/// Viscous criterion of 25 % risk of a thoracic injury of AIS 4 or more [m/s].
+/// Viscous criterion at 25 % risk of a thoracic injury of AIS 4 or more [m/s].
 const VISCOUS_CRITERION_M_PER_S: f64 = 1.0;
 
-/// One criterion.
+/// An injury criterion evaluated for a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InjuryMeasure {
-    /// Its name, for programs.
+    /// Name of the criterion for programs.
     pub name: &'static str,
-    /// Its name, for people.
+    /// Name of the criterion for display.
     pub title: &'static str,
-    /// Its value; absent where the scene does not say enough.
+    /// Value of the criterion; absent if the scene does not specify enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// Its numerical error, in its unit; absent where it comes of the scene alone.
+    /// Numerical error, in the unit of the value; absent if it follows from the scene alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<ErrorEstimate>,
     /// Unit of the value.
     pub unit: &'static str,
-    /// What it is compared with; one number twice, or a range.
+    /// Reference range; for a single reference value, that value twice.
     pub reference: [f64; 2],
     /// What the reference means.
     pub meaning: &'static str,
-    /// Whether it says something here: the experiments behind it cover this scene, and the run tells enough.
+    /// Whether the criterion applies: its experiments cover this scene, and the run provides what it needs.
     pub applicable: bool,
-    /// What it says here, or why it says nothing.
+    /// Result of the comparison, or why there is none.
     pub statement: String,
-    /// Author, year, journal.
+    /// Publication: author, year, journal.
     pub source: &'static str,
 }
 
-/// All criteria; none where the scene has no projectile, or no tissue, or nothing touched. What comes of the run itself is withheld with its results.
+/// All criteria; empty if the scene has no projectile or no tissue, or if nothing touched. Those from the run itself
+/// are withheld with its results.
 pub(super) fn injury_measures(
     measures: &Measures,
     plan: &Plan,
@@ -67,7 +69,7 @@ pub(super) fn injury_measures(
         Shown::Results(_) => {}
         Shown::Withheld { .. } => {
             for measure in all.iter_mut().filter(|measure| measure.applicable) {
-                measure.statement += " (of the scene alone: the run itself gives no result)";
+                measure.statement += " (from the scene alone: the run itself gives no result)";
             }
         }
     }
@@ -101,7 +103,7 @@ fn penetration(onslaught: &Onslaught, person: Option<&PersonDocument>) -> Injury
         statement: if on_head {
             "not applicable: the experiments were on trunk and legs".into()
         } else {
-            format!("{verdict}; other projectiles than the one tested are compared by their presented area")
+            format!("{verdict}; projectiles other than the one tested are compared by presented area")
         },
         source: "C. A. Bir, S. J. Stewart, M. Wilhelm (2005), Journal of Forensic Sciences 50, 1426–1429",
     }
@@ -143,10 +145,10 @@ fn blunt(onslaught: &Onslaught, person: Option<&PersonDocument>) -> InjuryMeasur
     }
 }
 
-/// What a run lacks for its largest response to be that of the impact; `None` when the impact is over.
+/// Why the largest response may not be that of the whole impact; `None` if the impact is over.
 fn unfinished(measures: &Measures, state: &RunState) -> Option<&'static str> {
     match state {
-        RunState::Running => Some("the run goes on"),
+        RunState::Running => Some("the run is in progress"),
         RunState::Failed { .. } => Some("the run failed before its end"),
         RunState::Cancelled => Some("the run was stopped before its end"),
         RunState::Finished if measures.strikes().any(|pair| pair.force.is_touching()) => {
@@ -179,6 +181,7 @@ fn viscous(
     };
     let refused =
         |reason: &str| InjuryMeasure { statement: format!("not applicable: {reason}"), ..measure.clone() };
+    // The criterion needs the region and the depth of the chest.
     let Some(person) = person else {
         return refused("the scene does not say where the person is hit (`measures.person`)");
     };
@@ -199,7 +202,7 @@ fn viscous(
     }
 }
 
-/// Whether the viscous criterion may be compared with its limit, and what comes of it.
+/// Whether the viscous criterion may be compared with its limit, and the result.
 fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool, String) {
     const LIMIT: f64 = VISCOUS_CRITERION_M_PER_S;
     let risk = format!("the 25 % risk of AIS 4 or more ({LIMIT} m/s)");
@@ -207,7 +210,7 @@ fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool
         ErrorEstimate::Estimated(e) => (e.total, format!("{value:.3} m/s (± {})", rounded(e.total))),
         _ => (0.0, format!("{value:.3} m/s (error not estimated)")),
     };
-    // It only grows: what is above stays above.
+    // The criterion only grows: a value above the limit stays above it.
     if value - half_width > LIMIT {
         let so_far = unfinished.map_or_else(String::new, |why| format!("; at least, since {why}"));
         return (true, format!("{told} is above {risk}{so_far}"));
@@ -216,7 +219,7 @@ fn verdict(value: f64, error: &ErrorEstimate, unfinished: Option<&str>) -> (bool
         return (false, format!("not applicable: the impact is not over ({why}); at least {told} so far"));
     }
     if value + half_width > LIMIT {
-        return (false, format!("not decided: {told} reaches from below to above {risk}"));
+        return (false, format!("not decided: {told} straddles {risk}"));
     }
     (true, format!("{told} is at or below {risk}"))
 }
@@ -233,7 +236,7 @@ mod tests {
         chest_depth_m: Some(0.2),
     };
 
-    /// Of a response of 0.2 m times the value, with an error of 0.2 m times the half width.
+    /// Statement for a response of 0.2 m times the value, with an error of 0.2 m times the half-width.
     fn said(value: f64, half_width: Option<f64>, unfinished: Option<&'static str>) -> InjuryMeasure {
         let estimate = |total: f64| Estimate {
             total,
@@ -259,7 +262,7 @@ mod tests {
         assert!(
             going_on.statement.starts_with("not applicable: the impact is not over (contact has not ended)")
         );
-        // What is above already stays so.
+        // A value already above the limit stays above it.
         let above = said(6.185, Some(0.5), Some("contact has not ended"));
         assert!(above.applicable && above.statement.contains("is above"), "{}", above.statement);
     }

@@ -1,14 +1,14 @@
-//! Where the laws were left, and why numbers beyond their limits are withheld.
+//! Laws used beyond their fitted range, and results withheld beyond their limits.
 
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
 use super::written::{number, seconds};
 use serde::Serialize;
 
-/// What is told of a part whose law was left: share of its volume [-].
+/// Fraction of a part's volume outside the fitted range above which it is reported [-].
 const NOTABLE_SHARE: f64 = 1e-3;
 
-/// A part whose law was taken beyond what it is fitted to.
+/// A part whose law was used beyond its fitted range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LawRange {
     /// Name of the body.
@@ -17,21 +17,21 @@ pub struct LawRange {
     pub part: String,
     /// Least and largest principal stretch at any field time [-].
     pub stretch: [f64; 2],
-    /// What the law is fitted to [-].
+    /// Fitted range of the stretch [-].
     pub fitted_stretch: [f64; 2],
     /// Least and largest volume ratio J [-].
     pub jacobian: [f64; 2],
-    /// What the law is fitted to [-].
+    /// Fitted range of J [-].
     pub fitted_jacobian: [f64; 2],
-    /// Largest share of the part's volume that was outside of it [-].
+    /// Largest fraction of the part's volume outside the fitted range [-].
     pub share_outside: f64,
-    /// First field time with any of it outside [s].
+    /// First field time with any volume outside [s].
     pub outside_since_s: f64,
-    /// Largest share of the part's volume that was beyond the limit of the law [-].
+    /// Largest fraction of the part's volume beyond the limit of the law [-].
     pub share_beyond_limit: f64,
 }
 
-/// Every part whose law was left, in the order of the plan.
+/// All parts whose law was used beyond its fitted range, in the order of the plan.
 pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
     let of = |part: &PartRange| {
         Some(LawRange {
@@ -50,11 +50,11 @@ pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
 }
 
 impl LawRange {
-    /// "The law of fat (thigh) was left in 3.2 % of its volume from 40 µs on: …".
+    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, from 40 µs on: …".
     pub fn in_words(&self) -> String {
         let between = |[from, to]: [f64; 2]| format!("{} to {}", number(from), number(to));
         format!(
-            "The law of {} ({}) was taken beyond what it is fitted to in {} % of its volume, from {} on: stretches {} (fitted to {}), J {} \
+            "The law of {} ({}) was used beyond its fitted range in {} % of its volume, from {} on: stretches {} (fitted to {}), J {} \
              (fitted to {}).",
             self.part,
             self.body,
@@ -67,14 +67,14 @@ impl LawRange {
         )
     }
 
-    /// Whether it is worth a sentence.
+    /// Whether the fraction is large enough to be reported.
     pub fn is_notable(&self) -> bool {
         self.share_outside > NOTABLE_SHARE
     }
 }
 
-/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the limit of its law, in 0.1 % of its volume from 40 µs on", of the part with
-/// most strain energy there.
+/// "gel (block) was stretched to 4.2 (limit 4.0), beyond the limit of its law, in 0.1 % of its volume from 40 µs on",
+/// for the part with most strain energy there.
 pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     let part = ranges.worst()?;
     let limit = part.validity.limit;
@@ -100,14 +100,14 @@ pub(super) fn beyond_limit(ranges: &LawRanges) -> Option<String> {
     ))
 }
 
-/// Stress where no wave can have been.
+/// Warnings of stress where no wave can have arrived.
 pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = String> {
     stress.exceedances.iter().filter(|e| e.largest_numerical > 0.0).map(|e| {
         let (time, reach) = e.numerical_at;
         format!(
-            "{} mm³ of tissue above {} kPa lie where no wave from the contact can have been at {} ({} mm from it): they are of the mesh, whose \
-             long elements carry something on in every step, and count nowhere. Elements that are shorter along the surface around the contact make \
-             it less; more layers alone make it more.",
+            "{} mm³ of tissue above {} kPa lie where no wave from the contact can have arrived at {} ({} mm from it): a mesh artefact, since stress \
+             propagates by one element per step, however long; excluded from all results. Shorter elements along the surface around the contact \
+             reduce it; more layers alone increase it.",
             number(1e9 * e.largest_numerical),
             number(1e-3 * e.threshold),
             seconds(time),

@@ -1,21 +1,22 @@
-//! All numbers of a summary that can have an error bar, and what is known of each besides its value.
+//! All numbers of a summary that can have an error bar, with the known limits of their resolution.
 
 use super::quantity::Quantity;
 use super::results::{Impact, Results};
 use std::f64::consts::PI;
 
-/// A number.
+/// A number with the limits of its resolution.
 pub(super) struct Listed<'a> {
     pub quantity: &'a mut Quantity,
-    /// Steps that a time is only known to: it begins or ends within one, a duration does both.
+    /// Number of steps by which a time is uncertain: one for an instant, two for a duration.
     pub steps_known: u8,
-    /// What it is only known to besides, in the unit of the number: a place to the distance of the points that were looked at, a
-    /// volume to half of that all around it, a peak of the force to where its window lies among the steps.
+    /// Additional resolution, in the unit of the number: for a position the spacing of the evaluated points, for a
+    /// volume half of that all around it, for a peak force the effect of the position of its window relative to the
+    /// steps.
     pub spacing: f64,
-    /// What is known to be missing, in the unit of the number: of an absorbed energy what contact lost numerically. The mesh's error
-    /// should say as much, and is no less.
+    /// Known deficit, in the unit of the number: for an absorbed energy the numerical contact dissipation. The mesh
+    /// error is at least this large.
     pub missing: f64,
-    /// Whether it is the largest value of a field at a point: such a one may grow with every mesh.
+    /// Whether it is a pointwise maximum of a field, which may grow with every mesh.
     pub is_peak: bool,
 }
 
@@ -29,8 +30,8 @@ impl<'a> Listed<'a> {
     fn place(quantity: &'a mut Quantity, spacing: Option<f64>) -> Self {
         Self { spacing: spacing.unwrap_or(0.0), ..Self::sum(quantity) }
     }
-    /// Of points above a threshold, so far apart [mm]: the surface around them lies anywhere up to half of that further in or out. It
-    /// is taken as large as that of a ball, the least there is.
+    /// Volume of points above a threshold, spaced this far apart [mm]: its surface is uncertain by half of that in both
+    /// directions. Its area is taken as that of a sphere, the minimum for the volume.
     fn volume(quantity: &'a mut Quantity, point_spacing_mm: f64) -> Self {
         let surface = (36.0 * PI * quantity.value.powi(2)).cbrt();
         Self { spacing: 0.5 * point_spacing_mm * surface, ..Self::sum(quantity) }
@@ -41,7 +42,7 @@ impl<'a> Listed<'a> {
 }
 
 impl Impact {
-    /// Every number of it.
+    /// All numbers of the tissue.
     pub(super) fn quantities_mut(&mut self) -> [&mut Quantity; 11] {
         [
             &mut self.peak_force_n,
@@ -60,11 +61,12 @@ impl Impact {
 }
 
 impl Results {
-    /// Every number, in a fixed order.
+    /// All numbers, in a fixed order.
     pub(super) fn list_mut(&mut self) -> Vec<Listed<'_>> {
         let mut all = Vec::new();
         let on_tissue = self.impacts.iter().filter(|i| i.on_tissue);
         let lost: f64 = on_tissue.map(|i| i.numerical_contact_dissipation_j.value.abs()).sum();
+        // Forces and patches of each contact.
         for i in &mut self.impacts {
             all.push(Listed::place(&mut i.peak_force_n, Some(i.peak_force_placing_n)));
             let touched = u8::from(i.contact_span_s.is_some());
@@ -84,6 +86,7 @@ impl Results {
             all.extend(sums.map(Listed::sum));
         }
         let Some(t) = &mut self.tissue else { return all };
+        // Energies and peaks of the tissue.
         all.push(Listed::time(&mut t.peak_absorbed_energy_time_s, 1));
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
@@ -101,6 +104,7 @@ impl Results {
             ];
             all.extend(parts.map(Listed::sum));
         }
+        // Depths and volumes above thresholds.
         for stress in &mut t.significant_stress {
             let (gap, spacing) = (stress.depth_gap_mm, stress.point_spacing_mm);
             let volumes = [&mut stress.volume_mm3, &mut stress.volume_at_end_mm3];
@@ -118,8 +122,8 @@ mod tests {
     use super::super::{ErrorEstimate, GateResult};
     use super::*;
 
-    /// A ball of radius 10 among points of a grid of spacing 1: however it lies, the sum of their volumes is off by less than half a
-    /// spacing times its surface.
+    /// A sphere of radius 10 sampled by a grid of spacing 1: wherever it lies, the sum of the cell volumes has an error
+    /// of less than half a spacing times its surface.
     #[test]
     fn a_sampled_volume_is_known_to_half_a_spacing_all_around() {
         let exact = 4.0 / 3.0 * PI * 1000.0;

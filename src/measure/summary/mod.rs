@@ -1,6 +1,7 @@
-//! The clinical summary: a few numbers, each with its unit, its estimated numerical error, and the gate that it passed.
+//! The clinical summary: a few numbers, each with its unit, its estimated numerical error, and the verdict of the
+//! gates.
 //!
-//! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
+//! A run that fails a gate has no plain numbers: its computed values are listed under `withheld`, with the reason.
 
 mod accuracy;
 mod erosion;
@@ -45,56 +46,57 @@ use numerics::numerics;
 use serde::Serialize;
 use words::plain_words;
 
-/// Said with every answer.
+/// Disclaimer included in every answer.
 pub const NOTICE: &str = "For research use only. Contuse is no medical device, and its results are no diagnosis and no medical advice.";
 
-/// The summary.
+/// Clinical summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// No medical device, no diagnosis.
+    /// The disclaimer, [`NOTICE`].
     pub notice: &'static str,
     /// Version of the engine.
     pub engine_version: &'static str,
     /// Name of the scene.
     pub scene: String,
-    /// How the run ended.
+    /// State in which the run ended, or running.
     #[serde(flatten)]
     pub state: RunState,
     /// Simulated time reached [s].
     pub time_s: f64,
-    /// Simulated time asked for [s].
+    /// Requested simulated time [s].
     pub end_time_s: f64,
-    /// Steps done.
+    /// Number of steps completed.
     pub steps: u64,
-    /// The numbers, or why there are none.
+    /// The numbers, or why they are withheld.
     #[serde(flatten)]
     pub results: Shown,
-    /// The numbers in plain words.
+    /// The numbers as plain sentences.
     pub plain_words: Vec<String>,
-    /// Published injury criteria, each with its source and whether it covers this scene.
+    /// Published injury criteria, each with its source and whether it applies to this scene.
     pub injury_measures: Vec<InjuryMeasure>,
-    /// How good the computation was.
+    /// Quality of the computation.
     pub numerics: Numerics,
-    /// Parts whose law was taken beyond what it is fitted to.
+    /// Parts whose law was used beyond its fitted range.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
     /// Parts that lost elements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub erosion: Vec<ErosionOfPart>,
-    /// The gates.
+    /// Checks that the run passed or failed.
     pub gates: Vec<Gate>,
-    /// Sentences to read before the numbers are used.
+    /// Caveats to read before the numbers are used.
     pub warnings: Vec<String>,
-    /// Where the error bars come from, or why there are none.
+    /// Source of the error bars, or why there are none.
     pub error_bars: String,
-    /// Whether the numbers are as exact as was asked for; absent where nothing was.
+    /// Whether the numbers have the requested accuracy; absent if none was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<Accuracy>,
 }
 
 impl Summary {
-    /// Of what was measured; `outcome` is `None` while the run goes on.
+    /// Composes the summary of the measures; `outcome` is `None` while the run is in progress.
     pub fn compose(measures: &Measures, plan: &Plan, outcome: Option<&Outcome>) -> Self {
+        // Gates decide whether the numbers are shown.
         let state = RunState::of(outcome);
         let numerics = numerics(measures, outcome);
         let gates = gates(&measures.energy, &numerics, plan.energy_gate, plan.is_static());
@@ -106,23 +108,25 @@ impl Summary {
             withheld = Some(Withholding { reason, remedy: FailureCause::NotFinite.remedy() });
             values = results(measures, plan, &state, Mint(GateResult::Failed));
         }
+        // Error bars.
         let mut error_bars = measures.error_bars.to_string();
         if let ErrorBars::From(runs) = &measures.error_bars {
-            // The cheaper runs came to the end: a run that did not has other numbers.
+            // The cheaper runs were completed: an incomplete run has numbers of another time span.
             match outcome {
                 Some(outcome) if outcome.ending == Ending::Finished => {
                     values.estimate_errors(runs, outcome.steps, outcome.time_s);
                 }
-                _ => error_bars = "not estimated: the run has not come to its end".into(),
+                _ => error_bars = "not estimated: the run is not complete".into(),
             }
         }
         if outcome.is_some() {
             values.mark_misses();
         }
-        // At a point beyond the limit of its law they are no results.
+        // Values at points beyond the limit of their law are no results.
         if let Some(tissue) = values.tissue.as_mut().filter(|_| measures.laws.worst().is_some()) {
             tissue.peaks = Peaks::default();
         }
+        // Warnings of validation, of the stepper and of the measures, without repetition.
         let mut warnings = measures.scene_warnings.clone();
         warnings.extend(outcome.iter().flat_map(|outcome| outcome.warnings.clone()));
         warnings.extend(
@@ -160,7 +164,7 @@ impl Summary {
         }
     }
 
-    /// The numbers, whether withheld or not.
+    /// The numbers, withheld or not.
     pub fn values(&self) -> &Results {
         match &self.results {
             Shown::Results(values) | Shown::Withheld { values, .. } => values,

@@ -1,52 +1,52 @@
-//! How good the computation was.
+//! Quality of the computation.
 
 use super::super::measures::Measures;
 use crate::step::Outcome;
 use serde::Serialize;
 
-/// How good the computation was.
+/// Quality of the computation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Numerics {
     /// Smallest Jacobian J at any time [-]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_jacobian: Option<f64>,
-    /// Smallest step [s]; absent while running.
+    /// Smallest time step [s]; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smallest_step_s: Option<f64>,
-    /// Elements that were swept over all elements, summed over the steps [-]: the rest were quiet, nothing had reached them
-    /// yet; absent while running.
+    /// Fraction of active elements, averaged over the steps [-]: internal forces were not evaluated in the rest, which
+    /// nothing had reached yet; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub swept_element_share: Option<f64>,
     /// Energy at the start [J].
     pub initial_energy_j: f64,
-    /// Energy that errors are compared with [J].
+    /// Energy scale to which errors are related [J].
     pub energy_scale_j: f64,
     /// Largest error of the energy balance [-].
     pub balance_error: f64,
-    /// What lumped contact nodes lost when they were caught, all pairs [J]: a discretisation error.
+    /// Energy lost by lumped contact nodes at impact activation, all pairs [J]: a discretisation error.
     pub numerical_contact_dissipation_j: f64,
-    /// The same over the energy scale, or over all that was dissipated where that is more [-].
+    /// The same over the energy scale, or over the total dissipation if that is larger [-].
     pub numerical_contact_dissipation_share: f64,
-    /// Dissipated by friction, all pairs [J].
+    /// Energy dissipated by friction, all pairs [J].
     pub friction_dissipation_j: f64,
-    /// Peak energy of the stabilisation of one-point elements over peak strain energy, of the body where it is largest [-]:
-    /// what the mesh does not resolve.
+    /// Peak energy of the stabilisation of one-point elements over peak strain energy, maximum over the bodies [-]:
+    /// deformation that the mesh does not resolve.
     pub hourglass_energy_share: f64,
-    /// The deepest point of one side of a pair inside the other at a field time [m].
+    /// Largest penetration depth between the sides of a pair at a field time [m].
     pub deepest_penetration_m: f64,
     /// The same over the size of the nearest face [-].
     pub deepest_penetration_share: f64,
-    /// The largest volume that both sides of a pair share at a field time [m³].
+    /// Largest overlapping volume of the sides of a pair at a field time [m³].
     pub overlapped_volume_m3: f64,
     /// The same over the volume of the smaller body [-].
     pub overlapped_volume_share: f64,
-    /// Largest difference of the absorbed energy's two computations over the energy scale [-].
+    /// Largest difference between the two computations of the absorbed energy over the energy scale [-].
     pub absorbed_energy_disagreement: f64,
-    /// Largest share of a body's strain energy that was beyond the limits of its laws [-]; 1 where elements have turned over.
+    /// Largest fraction of a body's strain energy beyond the limits of its laws [-]; 1 if elements have inverted.
     pub energy_share_beyond_law: f64,
 }
 
-/// Of what was measured; `outcome` is `None` while the run goes on.
+/// Evaluates the measures; `outcome` is `None` while the run is in progress.
 pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numerics {
     let energy = &measures.energy;
     let scale = energy.scale_j;

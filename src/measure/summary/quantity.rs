@@ -1,4 +1,4 @@
-//! A number of the summary, with what is known of its error.
+//! A number of the summary, with its numerical error.
 
 use serde::Serialize;
 
@@ -6,39 +6,39 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GateResult {
-    /// It did.
+    /// All gates of the run were passed.
     Passed,
-    /// It did not.
+    /// At least one gate of the run failed.
     Failed,
 }
 
-/// A number of the summary; its unit is the end of its name.
+/// A number of the summary; the suffix of its name is the unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quantity {
-    /// The number.
+    /// The value in that unit.
     pub value: f64,
-    /// Its numerical error.
+    /// Estimate of its numerical error.
     pub error: ErrorEstimate,
-    /// Whether the run that it comes from passed its gates.
+    /// Whether the run that produced it passed its gates.
     pub gate: GateResult,
 }
 
-/// What is known of a number's numerical error.
+/// Status of a number's numerical error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum ErrorEstimate {
-    /// Nobody looked.
+    /// No estimate was made.
     #[serde(rename = "not estimated")]
     NotEstimated,
-    /// Nothing touched: there is no impact that the number could be of.
+    /// Nothing touched: there is no impact that the number could describe.
     #[serde(rename = "nothing touched")]
     NothingTouched,
-    /// So much.
+    /// Error estimate.
     #[serde(untagged)]
     Estimated(Estimate),
 }
 
 impl ErrorEstimate {
-    /// Of the number times a factor that is exact.
+    /// Status for the number times an exact factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         match self {
@@ -46,36 +46,36 @@ impl ErrorEstimate {
             other => other.clone(),
         }
     }
-    /// Whether the error was estimated, and the number is larger than it: only then it is shown as a plain number.
+    /// Whether the error was estimated and the number exceeds it: only then is it shown as a plain number.
     pub fn is_resolved(&self) -> bool {
         matches!(self, Self::Estimated(estimate) if estimate.resolved)
     }
-    /// Whether the number was estimated to be off by as much as itself.
+    /// Whether the estimated error is at least as large as the number.
     pub fn is_unresolved(&self) -> bool {
         matches!(self, Self::Estimated(estimate) if !estimate.resolved)
     }
 }
 
-/// A number's numerical error, in the number's own unit.
+/// Numerical error of a number, in the number's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
-    /// The sum of all.
+    /// Total error, the sum of all contributions.
     pub total: f64,
-    /// Of the mesh.
+    /// Contribution of the mesh.
     pub mesh: f64,
-    /// Of the time step.
+    /// Contribution of the time step.
     pub step: f64,
-    /// Of the contact solver's tolerance.
+    /// Contribution of the contact solver's tolerance.
     pub contact: f64,
-    /// What cannot be told apart: a time within its steps, a depth within two quadrature points, a sum within its rounding.
+    /// Limit of resolution: a time within its steps, a depth between two quadrature points, a sum within its rounding.
     pub resolution: f64,
-    /// Whether the number is larger than its error, or both are zero. A peak at a point never is on two meshes, which cannot tell
-    /// whether it converges.
+    /// Whether the number exceeds its error, or both are zero. A pointwise peak is never resolved on two meshes, which
+    /// cannot show convergence.
     pub resolved: bool,
 }
 
 impl Estimate {
-    /// Of the number times a factor that is exact.
+    /// Estimate for the number times an exact factor.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let [total, mesh, step, contact, resolution] =

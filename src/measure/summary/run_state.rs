@@ -1,27 +1,27 @@
-//! How the run that is summed up stands.
+//! State of the run that is summarised.
 
 use crate::step::{Ending, Failure, Outcome};
 use serde::Serialize;
 
-/// State of the run that is summed up.
+/// State of the run that is summarised.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "ending", rename_all = "snake_case")]
 pub enum RunState {
-    /// It still runs.
+    /// The run is in progress.
     Running,
     /// It reached the end time.
     Finished,
-    /// Somebody stopped it.
+    /// The run was cancelled by the user.
     Cancelled,
-    /// It went wrong, and this is why.
+    /// The run failed with a diagnosis.
     Failed {
-        /// The diagnosis.
+        /// Diagnosis of the failure.
         failure: Failure,
     },
 }
 
 impl RunState {
-    /// Of a run that has ended, or goes on (`None`).
+    /// State for an outcome; running if there is none.
     pub fn of(outcome: Option<&Outcome>) -> Self {
         match outcome.map(|o| &o.ending) {
             None => Self::Running,

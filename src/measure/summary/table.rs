@@ -1,4 +1,4 @@
-//! The summary as a table for people.
+//! The summary as a plain-text table.
 
 use super::Summary;
 use super::injury::InjuryMeasure;
@@ -8,12 +8,13 @@ use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 use std::fmt::Write as _;
 
-/// Share of the absorbed energy above which work that did not come through contact has a row of its own [-].
+/// Fraction of the absorbed energy above which work not done through contact gets a row of its own [-].
 const NOTABLE_WORK: f64 = 1e-3;
 
-/// Renders the summary as plain text, one number a line, with its unit and what is known of its error.
+/// Renders the summary as plain text, one number per line, with its unit and error.
 pub fn render_table(summary: &Summary) -> String {
     let mut table = Table::default();
+    // Outcome of the run.
     table.line(&format!(
         "{}: {} at {} of {}, {} steps",
         summary.scene,
@@ -28,6 +29,7 @@ pub fn render_table(summary: &Summary) -> String {
     if summary.values().nothing_touched {
         table.line("  Nothing touched: there are no numbers of an impact.");
     }
+    // Results, injury criteria and plain words.
     match &summary.results {
         Shown::Withheld { reason, remedy, .. } => {
             table.line(&format!("  The results are withheld: {reason}. {remedy}"));
@@ -44,13 +46,14 @@ pub fn render_table(summary: &Summary) -> String {
         table.heading("In plain words");
         summary.plain_words.iter().for_each(|words| table.line(&format!("  {words}")));
     }
+    // Numerical quality and gates.
     let n = &summary.numerics;
     table.heading("Numerics");
     if let Some(J) = n.smallest_jacobian {
         table.row("smallest Jacobian J", &format!("{J:.4}"), "");
     }
     if let Some(share) = n.swept_element_share {
-        table.row("elements swept, the rest quiet", &percent(share), "");
+        table.row("active elements, mean over the steps", &percent(share), "");
     }
     table.row("error of the energy balance", &percent(n.balance_error), "");
     let numerical = format!(
@@ -61,7 +64,7 @@ pub fn render_table(summary: &Summary) -> String {
     table.row("numerical contact dissipation", &numerical, "");
     table.row("friction dissipation", &format!("{} J", number(n.friction_dissipation_j)), "");
     if n.hourglass_energy_share > 0.0 {
-        table.row("stabilisation's share of strain energy", &percent(n.hourglass_energy_share), "");
+        table.row("strain energy in the stabilisation", &percent(n.hourglass_energy_share), "");
     }
     let deepest = percent(n.deepest_penetration_share);
     table.row(
@@ -107,7 +110,7 @@ impl Table {
     fn peak(&mut self, name: &str, located: Option<&Located>, scale: f64, unit: &str) {
         match located {
             Some(located) => self.located(name, located, scale, unit),
-            None => self.row(name, "-", "not looked at after the start, or beyond the limit of a law"),
+            None => self.row(name, "-", "not evaluated after the start, or beyond the limit of a law"),
         }
     }
     fn located(&mut self, name: &str, located: &Located, scale: f64, unit: &str) {
@@ -147,7 +150,7 @@ impl Table {
         self.heading("Tissue");
         if tissue.has_moving_frame() {
             let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
-            self.row("energies in its own frame, which moves at", &format!("({x}, {y}, {z}) m/s"), "");
+            self.row("energies in the tissue's frame, moving at", &format!("({x}, {y}, {z}) m/s"), "");
         }
         self.quantity("energy given to the tissue at the end", &tissue.energy_given_j, "J");
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
@@ -159,6 +162,7 @@ impl Table {
         if let Some(loss) = &tissue.projectile_loss_j {
             self.quantity("lost by the projectile", loss, "J");
         }
+        // Significant stress and doses.
         for s in &tissue.significant_stress {
             let threshold = format!("{} kPa", number(1e-3 * s.threshold_pa));
             if let Some(depth) = &s.depth_mm {
@@ -166,7 +170,7 @@ impl Table {
             }
             self.quantity(&format!("volume of von Mises above {threshold}"), &s.volume_mm3, "mm³");
             if !s.reaches.is_empty() {
-                self.row("  reaches", &s.reaches.join(", "), "at least so deep and large");
+                self.row("  reaches", &s.reaches.join(", "), "lower bounds: the model ends there");
             }
         }
         for dose in &tissue.dose_volumes {
@@ -190,7 +194,7 @@ impl Table {
         self.heading("Injury criteria");
         for criterion in criteria {
             let unit = if criterion.unit == "-" { String::new() } else { format!(" {}", criterion.unit) };
-            // What comes of the scene alone has no error.
+            // A criterion that follows from the scene alone has no error.
             let is_plain = criterion.error.as_ref().is_none_or(ErrorEstimate::is_resolved);
             let shown = |v: f64| if is_plain { number(v) } else { format!("({})", number(v)) };
             let value = criterion.value.map_or_else(|| "-".into(), |v| format!("{}{unit}", shown(v)));
@@ -198,7 +202,7 @@ impl Table {
         }
     }
 
-    /// The parts of an absorbed energy, which add up to it.
+    /// Components of an absorbed energy, which add up to it.
     fn split(&mut self, split: &Split, absorbed: &Quantity) {
         self.quantity("  strain", &split.strain_j, "J");
         self.quantity("  + kinetic", &split.kinetic_j, "J");
@@ -209,12 +213,12 @@ impl Table {
     }
 }
 
-/// The number with its unit; one whose error is not known, or larger than itself, stands in brackets.
+/// The number with its unit; in brackets if its error is unknown or exceeds the value.
 fn plain(quantity: &Quantity, scale: f64, unit: &str) -> String {
     format!("{} {unit}", in_brackets(quantity, number(scale * quantity.value)))
 }
 
-/// The shown number, in brackets unless it is resolved.
+/// The formatted number, in brackets unless it is resolved.
 fn in_brackets(quantity: &Quantity, shown: String) -> String {
     if quantity.error.is_resolved() { shown } else { format!("({shown})") }
 }
@@ -233,7 +237,7 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
-    // Rounding is not worth a word, the distance of points is.
+    // Resolution is shown only where it is more than rounding.
     let is_notable = error.resolution > 0.01 * error.total;
     let points = if is_notable {
         format!(", resolution {}", rounded(scale * error.resolution))

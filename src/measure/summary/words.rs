@@ -6,7 +6,7 @@ use super::results::{Impact, Results, Shown, SignificantStress, StressedLayer, T
 use super::run_state::RunState;
 use super::written::{number, rounded, seconds};
 
-/// What the numbers of a run that is at a time [s] say, for people who read no tables.
+/// Sentences on the numbers of a run that has reached a time [s], for readers without a technical background.
 pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[LawRange]) -> Vec<String> {
     let results = match results {
         Shown::Results(results) => results,
@@ -14,16 +14,17 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
             return vec![format!("No result can be given: {reason}."), (*remedy).to_owned()];
         }
     };
+    // Caveat for an incomplete run.
     let mut words = Vec::new();
     let until = |what: &str| {
         format!(
-            "{what} {} after the start: the numbers are of the time until then, not of the whole impact.",
+            "{what} {} after the start: the numbers cover the time until then, not the whole impact.",
             seconds(time)
         )
     };
     match state {
         RunState::Finished => {}
-        RunState::Running => words.push(until("The run has come to")),
+        RunState::Running => words.push(until("The run has reached")),
         RunState::Cancelled => words.push(until("The run was stopped")),
         RunState::Failed { .. } => words.push(until("The run failed")),
     }
@@ -40,7 +41,7 @@ pub(super) fn plain_words(results: &Shown, state: &RunState, time: f64, laws: &[
     words
 }
 
-/// What is said first, and alone, of a run in which nothing touched.
+/// First and only sentence on a run in which nothing touched.
 fn nothing_touched(results: &Results, is_over: bool) -> String {
     let told = results.impacts.iter().filter(|impact| impact.is_told());
     let names = told.map(|impact| impact.between.join(" and ")).collect::<Vec<_>>();
@@ -54,7 +55,7 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
     )
 }
 
-/// "123 N (± 4)"; a number that is not larger than its error is said to be uncertain.
+/// "123 N (± 4)"; a value that does not exceed its error is marked as uncertain.
 fn value(quantity: &Quantity, unit: &str) -> String {
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
@@ -65,7 +66,7 @@ fn value(quantity: &Quantity, unit: &str) -> String {
             format!("{} {unit} (± {})", number(quantity.value), rounded(error.total))
         }
         ErrorEstimate::Estimated(_) => {
-            format!("about {} {unit} (its numerical error is larger than itself)", rounded(quantity.value))
+            format!("about {} {unit} (its numerical error exceeds the value)", rounded(quantity.value))
         }
     }
 }
@@ -96,10 +97,10 @@ fn contact(results: &Results, words: &mut Vec<String>) {
 fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
     let until = seconds(tissue.looked_at_until_s);
     if !has_finished && tissue.significant_stress.is_empty() {
-        words.push(format!("The stresses were not looked at after {until}: nothing can be said of them."));
+        words.push(format!("The stresses were not evaluated after {until}: nothing is known about them."));
     }
     let so_far =
-        if has_finished { String::new() } else { format!(" up to {until}, when it was last looked at") };
+        if has_finished { String::new() } else { format!(" up to {until}, when it was last evaluated") };
     for stress in &tissue.significant_stress {
         let threshold = number(1e-3 * stress.threshold_pa);
         if stress.layers.is_empty() {
@@ -112,7 +113,7 @@ fn stress(tissue: &Tissue, has_finished: bool, words: &mut Vec<String>) {
     }
 }
 
-/// What of one part saw more than the threshold.
+/// Sentence on the region of one part above the threshold.
 fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) -> String {
     let volume = layer.volume_mm3;
     let volume = if stress.volume_mm3.error.is_resolved() {
@@ -130,26 +131,26 @@ fn in_layer(layer: &StressedLayer, stress: &SignificantStress, threshold: &str) 
     }
 }
 
-/// Where what saw more than the threshold goes on beyond the model.
+/// Sentence on a region above the threshold that continues beyond the model.
 pub(super) fn reaches_end(stress: &SignificantStress, threshold: &str) -> Option<String> {
     (!stress.reaches.is_empty()).then(|| {
         format!(
-            "The stress of {threshold} kPa reaches {}: its depth and volume end there because the model does, and are at least so large.",
+            "The stress of {threshold} kPa reaches {}: the model ends there, so its depth and volume are lower bounds.",
             stress.reaches.join(" and ")
         )
     })
 }
 
-/// How well it is known how much tissue saw more than the threshold.
+/// Sentence on the whole region above the threshold, with its uncertainty.
 fn reach(stress: &SignificantStress, threshold: &str) -> String {
     let volume = value(&stress.volume_mm3, "mm³");
     match &stress.depth_mm {
         Some(depth) => format!(
-            "All in all the stress of {threshold} kPa reaches {} deep, in a volume of {volume}; layers are told by the edges of their \
+            "Overall, the stress of {threshold} kPa reaches {} deep, in a volume of {volume}; layer depths are resolved to whole \
              elements.",
             value(depth, "mm")
         ),
-        None => format!("All in all the stress of {threshold} kPa is exceeded in a volume of {volume}."),
+        None => format!("Overall, the stress of {threshold} kPa is exceeded in a volume of {volume}."),
     }
 }
 
@@ -221,7 +222,7 @@ mod tests {
             words.join(" ")
         };
         assert_eq!(said(1e-4, &[1e4], true), "No tissue saw more than 10.00 kPa (von Mises stress).");
-        assert!(said(0.0, &[], false).contains("nothing can be said"));
-        assert!(said(5e-5, &[1e4], false).contains("up to 50.00 µs, when it was last looked at"));
+        assert!(said(0.0, &[], false).contains("nothing is known"));
+        assert!(said(5e-5, &[1e4], false).contains("up to 50.00 µs, when it was last evaluated"));
     }
 }

@@ -1,6 +1,6 @@
-//! How numbers are written for people.
+//! Formatting of numbers for display.
 
-/// Four significant digits.
+/// Formats with four significant digits.
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
@@ -10,7 +10,7 @@ pub fn number(value: f64) -> String {
     format!("{value:.*}", digits.unsigned_abs() as usize)
 }
 
-/// A time in the unit that fits.
+/// Formats a time in the appropriate unit.
 pub(super) fn seconds(time: f64) -> String {
     match time.abs() {
         t if t >= 1.0 || t == 0.0 => format!("{} s", number(time)),
@@ -19,7 +19,7 @@ pub(super) fn seconds(time: f64) -> String {
     }
 }
 
-/// Two significant digits: an error is not known better.
+/// Formats with two significant digits, as precise as an error can be.
 pub fn rounded(error: f64) -> String {
     if error == 0.0 {
         return "0".into();

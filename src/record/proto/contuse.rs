@@ -1,189 +1,190 @@
-//! The messages of `api/recording.proto`, package `contuse.v1`; that file has their meaning.
+//! Messages of `api/recording.proto`, package `contuse.v1`, which documents them.
 
 use super::foxglove::{Quaternion, Vector3};
 
 /// An array of numbers as little-endian bytes: `count` entries of `components` numbers of type `dtype` each.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PackedArray {
-    /// Name.
+    /// Name of the quantity.
     #[prost(string, tag = "1")]
     pub name: String,
-    /// "f32", "f64", "u32" or "u8".
+    /// Type of the numbers: "f32", "f64", "u32" or "u8".
     #[prost(string, tag = "2")]
     pub dtype: String,
-    /// Entries.
+    /// Number of entries in the array.
     #[prost(uint32, tag = "3")]
     pub count: u32,
-    /// Numbers an entry: 1 a scalar, 3 a vector, 6 a symmetric tensor xx, yy, zz, xy, yz, xz.
+    /// Numbers per entry: 1 a scalar, 3 a vector, 6 a symmetric tensor xx, yy, zz, xy, yz, xz.
     #[prost(uint32, tag = "4")]
     pub components: u32,
-    /// Unit, empty for a pure number.
+    /// Unit of the numbers, empty if dimensionless.
     #[prost(string, tag = "5")]
     pub unit: String,
-    /// Data.
+    /// Numbers packed as little-endian bytes.
     #[prost(bytes = "vec", tag = "6")]
     pub data: Vec<u8>,
 }
 
-/// `/contact/forces`: what the contact pairs do at one time.
+/// `/contact/forces`: forces of the contact pairs at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ContactForces {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Step.
+    /// Number of the step.
     #[prost(uint64, tag = "2")]
     pub step: u64,
-    /// Pairs.
+    /// One entry for each contact pair.
     #[prost(message, repeated, tag = "3")]
     pub pairs: Vec<PairForces>,
 }
 
-/// One contact pair.
+/// Forces of one contact pair.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PairForces {
-    /// Pair.
+    /// Name of the pair.
     #[prost(string, tag = "1")]
     pub pair: String,
-    /// Slave body.
+    /// Name of the slave body.
     #[prost(string, tag = "2")]
     pub slave_body: String,
-    /// A body or a plane.
+    /// Name of the master, a body or a plane.
     #[prost(string, tag = "3")]
     pub master_body: String,
-    /// On the slave, of this step [N].
+    /// Resultant force on the slave in this step [N].
     #[prost(message, optional, tag = "4")]
     pub force_n: Option<Vector3>,
-    /// Force norm [N].
+    /// Norm of that force [N].
     #[prost(double, tag = "5")]
     pub force_norm_n: f64,
-    /// On the slave, so far [N s].
+    /// Impulse on the slave so far [N s].
     #[prost(message, optional, tag = "6")]
     pub impulse_n_s: Option<Vector3>,
-    /// Impulse norm [N s].
+    /// Norm of that impulse [N s].
     #[prost(double, tag = "7")]
     pub impulse_norm_n_s: f64,
-    /// Patch area [m²].
+    /// Area of the contact patch [m²].
     #[prost(double, tag = "8")]
     pub patch_area_m2: f64,
-    /// Patch long axis [m].
+    /// Long axis of the contact patch [m].
     #[prost(double, tag = "9")]
     pub patch_long_axis_m: f64,
-    /// Patch short axis [m].
+    /// Short axis of the contact patch [m].
     #[prost(double, tag = "10")]
     pub patch_short_axis_m: f64,
-    /// Peak pressure [Pa].
+    /// Largest nodal pressure in the patch [Pa].
     #[prost(double, tag = "11")]
     pub peak_pressure_pa: f64,
-    /// Patch nodes.
+    /// Number of slave nodes that carry force.
     #[prost(uint32, tag = "12")]
     pub patch_nodes: u32,
-    /// Nodes across patch.
+    /// Nodes across the short axis of the patch.
     #[prost(uint32, tag = "13")]
     pub nodes_across_patch: u32,
-    /// One entry an active contact: `node`, `position_m`, `normal`, `normal_force_n`, `tangential_force_n`, `gap_m`, `status`.
+    /// One entry for each active contact: `node`, `position_m`, `normal`, `normal_force_n`, `tangential_force_n`,
+    /// `gap_m`, `status`.
     #[prost(message, repeated, tag = "14")]
     pub contacts: Vec<PackedArray>,
 }
 
-/// `/energy`: the ledger at one time.
+/// `/energy`: the energy ledger at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Energy {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Step.
+    /// Number of the step.
     #[prost(uint64, tag = "2")]
     pub step: u64,
-    /// Bodies.
+    /// One entry for each body.
     #[prost(message, repeated, tag = "3")]
     pub bodies: Vec<BodyEnergy>,
-    /// Pairs.
+    /// One entry for each contact pair.
     #[prost(message, repeated, tag = "4")]
     pub pairs: Vec<PairEnergy>,
-    /// Kinetic, strain, viscous, friction, impact and numerical contact dissipation [J].
+    /// Sum of kinetic and strain energy, and of viscous, friction, impact and numerical contact dissipation [J].
     #[prost(double, tag = "5")]
     pub total_j: f64,
-    /// Initial total [J].
+    /// Total energy at the start [J].
     #[prost(double, tag = "6")]
     pub initial_total_j: f64,
-    /// With the work of the position projection [J].
+    /// Work of external forces, including that of the position projection [J].
     #[prost(double, tag = "7")]
     pub external_work_j: f64,
     /// Error of the balance over the energy scale [-].
     #[prost(double, tag = "8")]
     pub balance_error: f64,
-    /// From the tissue's state; 0 without tissue [J].
+    /// Energy absorbed by the tissue, from its state; 0 without tissue [J].
     #[prost(double, tag = "9")]
     pub absorbed_by_tissue_j: f64,
-    /// From the work of the reactions on it [J].
+    /// Energy absorbed by the tissue, from the work of the reactions on it [J].
     #[prost(double, tag = "10")]
     pub absorbed_by_tissue_work_j: f64,
-    /// Momentum [kg m/s].
+    /// Total linear momentum [kg m/s].
     #[prost(message, optional, tag = "11")]
     pub momentum_kg_m_per_s: Option<Vector3>,
-    /// Angular momentum [kg m²/s].
+    /// Total angular momentum about the origin [kg m²/s].
     #[prost(message, optional, tag = "12")]
     pub angular_momentum_kg_m2_per_s: Option<Vector3>,
 }
 
-/// Energy of one body; those from `viscous_j` to `projection_j` are sums so far.
+/// Energies of one body; those from `viscous_j` to `projection_j` are accumulated.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct BodyEnergy {
-    /// Body.
+    /// Name of the body.
     #[prost(string, tag = "1")]
     pub body: String,
-    /// Kinetic [J].
+    /// Kinetic energy of the body [J].
     #[prost(double, tag = "2")]
     pub kinetic_j: f64,
-    /// Strain [J].
+    /// Strain energy of the body [J].
     #[prost(double, tag = "3")]
     pub strain_j: f64,
-    /// Viscous [J].
+    /// Viscous dissipation in the body [J].
     #[prost(double, tag = "4")]
     pub viscous_j: f64,
-    /// Contact work [J].
+    /// Work of the contact reactions [J].
     #[prost(double, tag = "5")]
     pub contact_work_j: f64,
-    /// External work [J].
+    /// Work of external forces [J].
     #[prost(double, tag = "6")]
     pub external_work_j: f64,
-    /// Projection [J].
+    /// Work of the position projection [J].
     #[prost(double, tag = "7")]
     pub projection_j: f64,
-    /// What of the strain energy is in the stabilisation of one-point elements [J].
+    /// Part of the strain energy in the stabilisation of one-point elements [J].
     #[prost(double, tag = "8")]
     pub hourglass_j: f64,
-    /// Dissipated by an implicit time integrator so far [J].
+    /// Energy dissipated by an implicit time integrator so far [J].
     #[prost(double, tag = "9")]
     pub algorithmic_j: f64,
-    /// What of the strain energy is in the branches of Prony series [J].
+    /// Part of the strain energy in the branches of Prony series [J].
     #[prost(double, tag = "10")]
     pub branches_j: f64,
-    /// Strain energy that went with eroded elements so far [J].
+    /// Strain energy removed with eroded elements so far [J].
     #[prost(double, tag = "11")]
     pub eroded_j: f64,
 }
 
-/// Energy of one contact pair, sums so far.
+/// Energies of one contact pair, accumulated.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PairEnergy {
-    /// Pair.
+    /// Name of the pair.
     #[prost(string, tag = "1")]
     pub pair: String,
-    /// Friction [J].
+    /// Friction dissipation of the pair [J].
     #[prost(double, tag = "2")]
     pub friction_j: f64,
-    /// Numerical contact [J].
+    /// Numerical contact dissipation [J].
     #[prost(double, tag = "3")]
     pub numerical_contact_j: f64,
-    /// Work on slave [J].
+    /// Work on the slave's body [J].
     #[prost(double, tag = "4")]
     pub work_on_slave_j: f64,
-    /// Work on master [J].
+    /// Work on the master's body [J].
     #[prost(double, tag = "5")]
     pub work_on_master_j: f64,
-    /// What rigid bodies lost by being stopped: they do not rebound [J].
+    /// Energy lost by rigid bodies when stopped: they do not rebound [J].
     #[prost(double, tag = "6")]
     pub impact_j: f64,
 }
@@ -191,40 +192,41 @@ pub struct PairEnergy {
 /// `/stress/{body}`: fields of one body at one time, in the order of the nodes and elements of its reference mesh.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Stress {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Step.
+    /// Number of the step.
     #[prost(uint64, tag = "2")]
     pub step: u64,
-    /// Body.
+    /// Name of the body.
     #[prost(string, tag = "3")]
     pub body: String,
-    /// The nodal fields that were asked for.
+    /// The requested nodal fields.
     #[prost(message, repeated, tag = "4")]
     pub nodal: Vec<PackedArray>,
-    /// `cauchy_pa` × 6, the mean of each element, if asked for.
+    /// `cauchy_pa` × 6, the mean over each element, if requested.
     #[prost(message, repeated, tag = "5")]
     pub element: Vec<PackedArray>,
 }
 
-/// `/reference/{body}`: the mesh at rest, once, before everything else. Where all cells are hexahedra of eight nodes it is a
-/// `contuse.v1.ReferenceMesh` with `hexes`, otherwise a `contuse.v1.MixedReferenceMesh` with `cell_types` and `cell_nodes`.
+/// `/reference/{body}`: the undeformed mesh, once, before everything else. If all cells are eight-node hexahedra it is
+/// a `contuse.v1.ReferenceMesh` with `hexes`, otherwise a `contuse.v1.MixedReferenceMesh` with `cell_types` and
+/// `cell_nodes`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ReferenceMesh {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Body.
+    /// Name of the body.
     #[prost(string, tag = "2")]
     pub body: String,
-    /// "projectile", "tissue" or "other".
+    /// Role of the body: "projectile", "tissue" or "other".
     #[prost(string, tag = "3")]
     pub role: String,
-    /// Parts.
+    /// Names of the parts.
     #[prost(string, repeated, tag = "4")]
     pub parts: Vec<String>,
-    /// Positions at rest, f64 × 3 [m], nodes.
+    /// Reference positions of the nodes, f64 × 3 [m].
     #[prost(message, optional, tag = "5")]
     pub positions: Option<PackedArray>,
     /// u32 × 8: corner nodes of each element in the order of Gmsh, Abaqus and VTK.
@@ -233,77 +235,77 @@ pub struct ReferenceMesh {
     /// u32: part of each element, an index into `parts`.
     #[prost(message, optional, tag = "7")]
     pub part_of: Option<PackedArray>,
-    /// V [m/s] of x = X + V t + u.
+    /// Flight velocity V [m/s] in x = X + V t + u.
     #[prost(message, optional, tag = "8")]
     pub flight_velocity_m_per_s: Option<Vector3>,
     /// u8: VTK's cell type of each element.
     #[prost(message, optional, tag = "9")]
     pub cell_types: Option<PackedArray>,
-    /// u32: the nodes of all elements, one element after the other, each in the order of VTK.
+    /// u32: nodes of all elements in sequence, each in the order of VTK.
     #[prost(message, optional, tag = "10")]
     pub cell_nodes: Option<PackedArray>,
 }
 
-/// `/pose/{body}`: where a rigid body is at one time.
+/// `/pose/{body}`: position and orientation of a rigid body at one time.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct RigidPose {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Step.
+    /// Number of the step.
     #[prost(uint64, tag = "2")]
     pub step: u64,
-    /// Body.
+    /// Name of the body.
     #[prost(string, tag = "3")]
     pub body: String,
-    /// Of the centre of mass [m].
+    /// Position of the centre of mass [m].
     #[prost(message, optional, tag = "4")]
     pub position_m: Option<Vector3>,
-    /// From the axes of the body to those of space.
+    /// Rotation from the body axes to the space axes.
     #[prost(message, optional, tag = "5")]
     pub orientation: Option<Quaternion>,
-    /// "projectile" or "other".
+    /// Role of the body: "projectile" or "other".
     #[prost(string, tag = "6")]
     pub role: String,
 }
 
-/// `/summary`: the running clinical summary. The numbers are here for plots, `json` has everything.
+/// `/summary`: the running clinical summary. The numbers are for plots; `json` is complete.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct Summary {
-    /// Time [s].
+    /// Simulated time [s].
     #[prost(double, tag = "1")]
     pub time_s: f64,
-    /// Step.
+    /// Number of the step.
     #[prost(uint64, tag = "2")]
     pub step: u64,
-    /// A gate has failed: no number here or in `json` is a result.
+    /// Whether a gate has failed: then no number here or in `json` is a result.
     #[prost(bool, tag = "3")]
     pub withheld: bool,
-    /// Over the force window, the largest of the pairs that touch the tissue [N].
+    /// Peak force over the force window, the largest among the pairs on the tissue [N].
     #[prost(double, tag = "4")]
     pub peak_force_n: f64,
-    /// Of that pair [N s].
+    /// Impulse of that pair [N s].
     #[prost(double, tag = "5")]
     pub impulse_n_s: f64,
-    /// Of that pair, at its peak force [m²].
+    /// Patch area of that pair at its peak force [m²].
     #[prost(double, tag = "6")]
     pub patch_area_m2: f64,
-    /// Absorbed energy [J].
+    /// Energy absorbed by the tissue [J].
     #[prost(double, tag = "7")]
     pub absorbed_energy_j: f64,
-    /// Balance error.
+    /// Error of the energy balance over the energy scale [-].
     #[prost(double, tag = "8")]
     pub balance_error: f64,
     /// Numerical contact dissipation [J].
     #[prost(double, tag = "9")]
     pub numerical_contact_dissipation_j: f64,
-    /// One for each threshold.
+    /// One entry for each stress threshold.
     #[prost(message, repeated, tag = "10")]
     pub depths: Vec<DepthAbove>,
-    /// All of the summary.
+    /// The complete summary as JSON.
     #[prost(string, tag = "11")]
     pub json: String,
-    /// Error of the peak force [N]; absent, as those below, where none was estimated.
+    /// Error of the peak force [N]; absent, like those below, if not estimated.
     #[prost(message, optional, tag = "12")]
     pub peak_force_error: Option<NumberError>,
     /// Error of the impulse [N s].
@@ -320,10 +322,10 @@ pub struct Summary {
 /// Estimated numerical error of a number, in its unit.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct NumberError {
-    /// Half width of the error bar.
+    /// Half-width of the error bar.
     #[prost(double, tag = "1")]
     pub half_width: f64,
-    /// Whether the error leaves something of the number: if not, it is no result.
+    /// Whether the number exceeds its error: if not, it is no result.
     #[prost(bool, tag = "2")]
     pub resolved: bool,
 }
@@ -331,16 +333,16 @@ pub struct NumberError {
 /// Depth and volume of significant stress at one threshold of the von Mises stress, the largest so far.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct DepthAbove {
-    /// Threshold [Pa].
+    /// Threshold of the von Mises stress [Pa].
     #[prost(double, tag = "1")]
     pub threshold_pa: f64,
-    /// Depth [m].
+    /// Largest depth so far [m].
     #[prost(double, tag = "2")]
     pub depth_m: f64,
-    /// Volume [m³].
+    /// Largest volume so far [m³].
     #[prost(double, tag = "3")]
     pub volume_m3: f64,
-    /// Error of the depth [m]; absent, as that below, where none was estimated.
+    /// Error of the depth [m]; absent, like that below, if not estimated.
     #[prost(message, optional, tag = "4")]
     pub depth_error: Option<NumberError>,
     /// Error of the volume [m³].

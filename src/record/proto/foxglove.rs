@@ -1,96 +1,96 @@
-//! The parts of the Foxglove schemas that Contuse writes; names and numbers are Foxglove's. Fields that are never written
-//! are left out: on the wire that is the same.
+//! The parts of the Foxglove schemas that Contuse writes, with Foxglove's names and numbers. Fields that are never
+//! written are omitted, which makes no difference in the encoding.
 
 pub use prost_types::Timestamp;
 
-/// Three numbers.
+/// A vector in space.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Vector3 {
-    /// x
+    /// Component along x.
     #[prost(double, tag = "1")]
     pub x: f64,
-    /// y
+    /// Component along y.
     #[prost(double, tag = "2")]
     pub y: f64,
-    /// z
+    /// Component along z.
     #[prost(double, tag = "3")]
     pub z: f64,
 }
 
-/// A point.
+/// A point in space.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Point3 {
-    /// x [m]
+    /// Coordinate x [m].
     #[prost(double, tag = "1")]
     pub x: f64,
-    /// y [m]
+    /// Coordinate y [m].
     #[prost(double, tag = "2")]
     pub y: f64,
-    /// z [m]
+    /// Coordinate z [m].
     #[prost(double, tag = "3")]
     pub z: f64,
 }
 
-/// A rotation.
+/// A rotation as a unit quaternion.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Quaternion {
-    /// x
+    /// Vector part along x.
     #[prost(double, tag = "1")]
     pub x: f64,
-    /// y
+    /// Vector part along y.
     #[prost(double, tag = "2")]
     pub y: f64,
-    /// z
+    /// Vector part along z.
     #[prost(double, tag = "3")]
     pub z: f64,
-    /// w
+    /// Scalar part w.
     #[prost(double, tag = "4")]
     pub w: f64,
 }
 
-/// Position and orientation.
+/// Position and orientation of an object.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Pose {
-    /// Position [m].
+    /// Position of the origin [m].
     #[prost(message, optional, tag = "1")]
     pub position: Option<Vector3>,
-    /// Orientation.
+    /// Rotation about the origin.
     #[prost(message, optional, tag = "2")]
     pub orientation: Option<Quaternion>,
 }
 
 impl Pose {
-    /// At the origin, not rotated.
+    /// The identity: at the origin, not rotated.
     pub fn identity() -> Self {
         let orientation = Some(Quaternion { w: 1.0, ..Quaternion::default() });
         Self { position: Some(Vector3::default()), orientation }
     }
 }
 
-/// A colour, 0 … 1.
+/// A colour with components from 0 to 1.
 #[derive(Clone, Copy, PartialEq, prost::Message)]
 pub struct Color {
-    /// Red.
+    /// Red component, 0 … 1.
     #[prost(double, tag = "1")]
     pub r: f64,
-    /// Green.
+    /// Green component, 0 … 1.
     #[prost(double, tag = "2")]
     pub g: f64,
-    /// Blue.
+    /// Blue component, 0 … 1.
     #[prost(double, tag = "3")]
     pub b: f64,
-    /// Opacity.
+    /// Opacity, from 0 transparent to 1 opaque.
     #[prost(double, tag = "4")]
     pub a: f64,
 }
 
-/// A word about an entity.
+/// Metadata of an entity.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct KeyValuePair {
-    /// Name.
+    /// Name of the entry.
     #[prost(string, tag = "1")]
     pub key: String,
-    /// Value.
+    /// Value of the entry.
     #[prost(string, tag = "2")]
     pub value: String,
 }
@@ -98,39 +98,39 @@ pub struct KeyValuePair {
 /// A coloured triangle mesh.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct TriangleListPrimitive {
-    /// Where it stands.
+    /// Pose of the mesh.
     #[prost(message, optional, tag = "1")]
     pub pose: Option<Pose>,
-    /// Vertices [m].
+    /// Vertices of the triangles [m].
     #[prost(message, repeated, tag = "2")]
     pub points: Vec<Point3>,
-    /// One colour for all, when there are none a vertex.
+    /// Uniform colour, unless there are colours per vertex.
     #[prost(message, optional, tag = "3")]
     pub color: Option<Color>,
-    /// One colour a vertex.
+    /// One colour per vertex.
     #[prost(message, repeated, tag = "4")]
     pub colors: Vec<Color>,
-    /// Three vertices a triangle.
+    /// Three vertex indices per triangle.
     #[prost(fixed32, repeated, tag = "5")]
     pub indices: Vec<u32>,
 }
 
-/// A thing in the scene.
+/// An object in the scene.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct SceneEntity {
     /// Simulated time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// Frame of reference.
+    /// Name of the frame of reference.
     #[prost(string, tag = "2")]
     pub frame_id: String,
-    /// It replaces the earlier entity with the same id.
+    /// Identifier; an entity replaces the earlier one with the same id.
     #[prost(string, tag = "3")]
     pub id: String,
-    /// What else there is to say.
+    /// Additional information for display.
     #[prost(message, repeated, tag = "6")]
     pub metadata: Vec<KeyValuePair>,
-    /// Its meshes.
+    /// Triangle meshes of the entity.
     #[prost(message, repeated, tag = "12")]
     pub triangles: Vec<TriangleListPrimitive>,
 }
@@ -138,21 +138,21 @@ pub struct SceneEntity {
 /// A change of the scene.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct SceneUpdate {
-    /// Added or replaced.
+    /// Entities added or replaced.
     #[prost(message, repeated, tag = "2")]
     pub entities: Vec<SceneEntity>,
 }
 
-/// One number of a point of a cloud.
+/// A field of the points in a cloud.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PackedElementField {
-    /// Name.
+    /// Name of the field.
     #[prost(string, tag = "1")]
     pub name: String,
-    /// Bytes from the beginning of the point.
+    /// Offset in bytes from the beginning of the point.
     #[prost(fixed32, tag = "2")]
     pub offset: u32,
-    /// Type.
+    /// Number type, see [`NumericType`].
     #[prost(enumeration = "NumericType", tag = "3")]
     pub r#type: i32,
 }
@@ -161,31 +161,31 @@ pub struct PackedElementField {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum NumericType {
-    /// Not said.
+    /// Unspecified number type.
     Unknown = 0,
-    /// 32-bit float.
+    /// 32-bit floating-point number.
     Float32 = 7,
 }
 
-/// Points with numbers.
+/// Points with field values.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct PointCloud {
     /// Simulated time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// Frame of reference.
+    /// Name of the frame of reference.
     #[prost(string, tag = "2")]
     pub frame_id: String,
-    /// Where it stands.
+    /// Pose of the cloud.
     #[prost(message, optional, tag = "3")]
     pub pose: Option<Pose>,
-    /// Bytes a point.
+    /// Bytes per point.
     #[prost(fixed32, tag = "4")]
     pub point_stride: u32,
-    /// What a point is made of.
+    /// Fields of each point.
     #[prost(message, repeated, tag = "5")]
     pub fields: Vec<PackedElementField>,
-    /// The points.
+    /// Points packed one after the other.
     #[prost(bytes = "vec", tag = "6")]
     pub data: Vec<u8>,
 }
@@ -196,32 +196,32 @@ pub struct Log {
     /// Simulated time.
     #[prost(message, optional, tag = "1")]
     pub timestamp: Option<Timestamp>,
-    /// How serious.
+    /// Severity, see [`Level`].
     #[prost(enumeration = "Level", tag = "2")]
     pub level: i32,
-    /// The message.
+    /// Text of the message.
     #[prost(string, tag = "3")]
     pub message: String,
-    /// Who says it.
+    /// Source of the message.
     #[prost(string, tag = "4")]
     pub name: String,
 }
 
-/// How serious a line of the log is.
+/// Severity of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, prost::Enumeration)]
 #[repr(i32)]
 pub enum Level {
-    /// Not said.
+    /// Severity not specified.
     Unknown = 0,
-    /// To know.
+    /// Information on the run.
     Info = 2,
-    /// To heed.
+    /// Warning to the user.
     Warning = 3,
-    /// Failed.
+    /// Failure of the run.
     Error = 4,
 }
 
-/// A simulated time [s] as a timestamp; before the start it is 0.
+/// A simulated time [s] as a timestamp; 0 before the start.
 pub fn timestamp(time: f64) -> Timestamp {
     let nanoseconds = (time.max(0.0) * 1e9).round() as i64;
     Timestamp { seconds: nanoseconds / 1_000_000_000, nanos: (nanoseconds % 1_000_000_000) as i32 }

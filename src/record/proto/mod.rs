@@ -1,7 +1,8 @@
-//! The messages of a recording: the Rust side of `api/recording.proto` and of the Foxglove schemas.
+//! Messages of a recording: the Rust side of `api/recording.proto` and of the Foxglove schemas.
 //!
-//! The structs are written by hand, so that building needs no protoc. `api/recording.fds` holds the compiled descriptors that
-//! go into every file (`tests/python/compile_schemas.py` makes and checks them); the tests hold the structs against them.
+//! The structs are written by hand, so that the build needs no protoc. `api/recording.fds` contains the compiled
+//! descriptors that are written to every file (`tests/python/compile_schemas.py` generates and checks them); the tests
+//! compare the structs with them.
 
 pub mod contuse;
 pub mod foxglove;
@@ -16,14 +17,14 @@ use std::sync::LazyLock;
 /// The compiled `.proto` files, dependencies before their dependents.
 pub const DESCRIPTORS: &[u8] = include_bytes!("../../../api/recording.fds");
 
-/// The same, decoded; empty if the build put in something else, and then every schema is missing.
+/// The decoded descriptors; empty if the build embedded something else, in which case every schema is missing.
 static DECODED: LazyLock<FileDescriptorSet> =
     LazyLock::new(|| FileDescriptorSet::decode(DESCRIPTORS).unwrap_or_default());
 
-/// The descriptor set of one message type, serialised: its file and what that imports.
+/// Serialised descriptor set of one message type: its file and the imports.
 ///
 /// # Errors
-/// `MissingSchema` when there is no such message.
+/// `MissingSchema` if there is no such message.
 pub fn schema_of(message: &str) -> Result<Vec<u8>, RecordError> {
     let missing = || RecordError::MissingSchema(message.to_owned());
     let all = &*DECODED;

@@ -1,5 +1,5 @@
-//! The structs against the descriptors: what they encode must be what the schema says, and for Contuse's own messages all
-//! of it.
+//! Compares the structs with the descriptors: the encoding must match the schema, and for Contuse's own messages cover
+//! all of it.
 
 use super::contuse::{
     BodyEnergy, ContactForces, DepthAbove, Energy, NumberError, PackedArray, PairEnergy, PairForces,
@@ -25,7 +25,7 @@ fn messages() -> BTreeMap<String, DescriptorProto> {
     files.into_iter().flat_map(named).collect()
 }
 
-/// One base-128 number.
+/// Decodes one base-128 number.
 fn varint(bytes: &mut &[u8]) -> u64 {
     prost::encoding::decode_varint(bytes).unwrap()
 }
@@ -36,7 +36,8 @@ fn take<'a>(bytes: &mut &'a [u8], count: usize) -> &'a [u8] {
     head
 }
 
-/// Walks an encoded message and checks every tag against the schema; collects "message.field" of what was seen.
+/// Walks through an encoded message and checks every tag against the schema; collects "message.field" of all fields
+/// found.
 fn walk(mut bytes: &[u8], name: &str, all: &BTreeMap<String, DescriptorProto>, seen: &mut BTreeSet<String>) {
     let schema = &all[name];
     while !bytes.is_empty() {
@@ -84,7 +85,7 @@ fn vector() -> Vector3 {
     Vector3 { x: 1.0, y: 2.0, z: 3.0 }
 }
 
-/// One message of each kind with no field left at its default.
+/// One message of each kind without default values.
 fn examples() -> Vec<(&'static str, Vec<u8>)> {
     let pair = PairForces {
         pair: "p".into(),

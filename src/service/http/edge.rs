@@ -1,5 +1,4 @@
-//! What happens to every request before and after its handler: who may ask from where, what is counted, what every answer
-//! says, and that a panic is an answer too.
+//! Middleware around every request: access control, metrics, common headers, and panics as error responses.
 
 use super::App;
 use super::problem::Problem;
@@ -16,13 +15,13 @@ use std::time::Instant;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::cors::{Any as AnyOrigin, CorsLayer};
 
-/// What the service is not, in a header of every answer.
+/// Header with the disclaimer in every answer.
 const CONTUSE_NOTICE: HeaderName = HeaderName::from_static("contuse-notice");
 
-/// The router with everything around it; the last layer is the first that sees a request.
+/// Adds all layers to the router; the last one is the first to see a request.
 pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
     router
-        // Handlers that read a body have limits of their own; what reads none gets none.
+        // Handlers that read a body have their own limits; all others get none.
         .layer(DefaultBodyLimit::max(64 << 10))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(Arc::clone(app), same_origin))
@@ -30,7 +29,7 @@ pub fn layered(router: Router<Arc<App>>, app: &Arc<App>) -> Router<Arc<App>> {
         .layer(from_fn_with_state(Arc::clone(app), observed))
 }
 
-/// The answer to a request whose handler panicked.
+/// Response to a request whose handler panicked.
 #[allow(clippy::needless_pass_by_value)] // the signature is that of the layer
 fn panicked(payload: Box<dyn Any + Send>) -> Response {
     let words = payload.downcast_ref::<&str>().copied().map(str::to_owned);
@@ -38,8 +37,8 @@ fn panicked(payload: Box<dyn Any + Send>) -> Response {
     Problem::internal(&words.as_deref().unwrap_or("a handler panicked without words")).into_response()
 }
 
-/// Which web pages may read and change. By default pages of any origin may read (a viewer of recordings is one) and none
-/// may change: a page that somebody happens to look at must not start or stop jobs.
+/// Origins of web pages that may read and change. By default pages of any origin may read (a viewer of recordings is
+/// one) and none may change: an unrelated page must not start or stop jobs.
 fn cors(origins: &[String]) -> CorsLayer {
     let allowed_headers = [
         header::AUTHORIZATION,
@@ -65,6 +64,7 @@ fn cors(origins: &[String]) -> CorsLayer {
         HeaderName::from_static("idempotent-replayed"),
     ];
     let layer = CorsLayer::new().allow_headers(allowed_headers).expose_headers(exposed_headers);
+    // Without listed origins, pages of any origin may only read.
     let listed: Vec<HeaderValue> = origins.iter().filter_map(|o| HeaderValue::try_from(o).ok()).collect();
     if listed.is_empty() {
         layer.allow_origin(AnyOrigin).allow_methods([Method::GET, Method::HEAD])
@@ -73,7 +73,7 @@ fn cors(origins: &[String]) -> CorsLayer {
     }
 }
 
-/// Refuses changes that the page of another origin asks for. Browsers send some of them without asking first.
+/// Rejects changes requested by a page of another origin. Browsers send some of them without a preflight request.
 async fn same_origin(State(app): State<Arc<App>>, request: Request, next: Next) -> Result<Response, Problem> {
     let is_safe = matches!(*request.method(), Method::GET | Method::HEAD | Method::OPTIONS);
     if !is_safe && !may_change(request.headers(), &app.config.cors_origins) {
@@ -91,14 +91,14 @@ fn may_change(headers: &HeaderMap, origins: &[String]) -> bool {
     is_same || origins.iter().any(|o| o == origin)
 }
 
-/// Counts and logs a request, and says in every answer what the service is not.
+/// Counts and logs a request, and adds the disclaimer to every answer.
 async fn observed(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let started = Instant::now();
     let method = request.method().clone();
     let route = request.extensions().get::<MatchedPath>().map_or("other", MatchedPath::as_str).to_owned();
     let mut response = next.run(request).await;
     let (status, duration) = (response.status().as_u16(), started.elapsed());
-    // Methods are the client's words: what nobody routes makes no series of its own.
+    // Methods are chosen by the client: unknown ones do not create separate series.
     let known = [Method::GET, Method::HEAD, Method::POST, Method::DELETE, Method::OPTIONS];
     let label = if known.contains(&method) { method.as_str() } else { "other" };
     app.metrics.answered(label, &route, status, duration);

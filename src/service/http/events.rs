@@ -1,7 +1,7 @@
-//! `/v1/jobs/{id}/events`: what happens to a job, as server-sent events.
+//! `/v1/jobs/{id}/events`: events of a job as server-sent events.
 //!
-//! Events are read from the store and not from memory: a stream that broke off goes on after `Last-Event-ID`, also with
-//! another process. The bell only says when to look again.
+//! Events are read from the store, not from memory: an interrupted stream resumes after `Last-Event-ID`, even in
+//! another process. The channel only tells when to query the store again.
 
 use super::App;
 use super::extract::{JobPath, Owner};
@@ -24,19 +24,20 @@ const BATCH: u32 = 100;
 
 /// Follow a job.
 ///
-/// Events `queued`, `running`, `progress`, `requeued`, and last `succeeded`, `failed` or `cancelled`; each has an id and
-/// JSON data. A what-if question also has a `case` for every case (its `index`, how many there are `of`, its numbers), in the
-/// order of the cases; `error_bars` once, where those of the base are for all cases; and a `limit` for every limit asked for.
-/// After `requeued` the work begins anew, and so do the cases: the later `case` of an index replaces the earlier one, and its
-/// numbers are the same. The stream ends after the last one. A client that comes back with `Last-Event-ID` hears what it missed;
-/// when nothing is left the answer is 204, which tells a browser to stop asking.
+/// Events `queued`, `running`, `progress`, `requeued`, and last `succeeded`, `failed` or `cancelled`; each has an id
+/// and JSON data. A what-if question also has a `case` for every case (its `index`, the total number `of`, its
+/// numbers), in the order of the cases; `error_bars` once, if those of the base apply to all cases; and a `limit` for
+/// every requested limit. After `requeued` the work restarts, and so do the cases: the later `case` of an index
+/// replaces the earlier one, with the same numbers. The stream ends after the last event. A client that reconnects with
+/// `Last-Event-ID` receives what it missed; if nothing is left the answer is 204, which makes a browser stop
+/// reconnecting.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", tag = "jobs", operation_id = "follow_job",
-    params(("id" = uuid::Uuid, Path), ("Last-Event-ID" = Option<i64>, Header, description = "The last event that was heard")),
+    params(("id" = uuid::Uuid, Path), ("Last-Event-ID" = Option<i64>, Header, description = "The last event received")),
     responses(
         (status = 200, description = "The stream", body = String, content_type = "text/event-stream"),
-        (status = 204, description = "The job has ended and nothing is left to hear"),
-        (status = 400, description = "Last-Event-ID is no number", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 204, description = "The job has ended and no event is left"),
+        (status = 400, description = "Last-Event-ID is not a number", body = ProblemBody, content_type = "application/problem+json"),
         (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -46,7 +47,7 @@ pub async fn follow(
     JobPath(id): JobPath,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    // Listening begins before the first look, so that nothing falls between.
+    // Subscribed before the first query, so that nothing is missed in between.
     let bell = app.queue.listen();
     let row = app.queue.store.job(&owner, id).await?.ok_or_else(Problem::no_such_job)?;
     let last = last_event_id(&headers)?;
@@ -60,19 +61,19 @@ pub async fn follow(
     let listener =
         Listener { app, seq: row.seq, last, unsent: events.into(), has_more, ended, bell, closing };
     let stream = Sse::new(listener.into_stream()).keep_alive(heartbeat);
-    // Proxies would hold the stream back until it ends.
+    // Proxies would buffer the stream until it ends.
     Ok(([(header::CACHE_CONTROL, "no-store"), (X_ACCEL_BUFFERING, "no")], stream).into_response())
 }
 
 const X_ACCEL_BUFFERING: header::HeaderName = header::HeaderName::from_static("x-accel-buffering");
 
-/// One who follows a job.
+/// A client that follows a job.
 struct Listener {
     app: Arc<App>,
     seq: i64,
     last: i64,
     unsent: VecDeque<EventRow>,
-    /// Whether the store may hold more than was read.
+    /// Whether the store may have unread events.
     has_more: bool,
     ended: bool,
     bell: Receiver<i64>,
@@ -87,8 +88,8 @@ impl Listener {
         })
     }
 
-    /// The next event; `None` when the job has ended or is gone, and when the service shuts down (the client comes back
-    /// to the next process with the last id that it heard).
+    /// The next event; `None` if the job has ended or was deleted, and if the service shuts down (the client reconnects
+    /// to the next process with the last id that it received).
     async fn next(&mut self) -> Option<Event> {
         loop {
             if let Some(row) = self.unsent.pop_front() {
@@ -112,7 +113,7 @@ impl Listener {
         }
     }
 
-    /// Waits until something happened to the job; false when the service shuts down.
+    /// Waits for an event of the job; false if the service shuts down.
     async fn wait(&mut self) -> bool {
         if std::mem::take(&mut self.has_more) {
             return true;
@@ -122,7 +123,7 @@ impl Listener {
                 rung = self.bell.recv() => match rung {
                     Ok(seq) if seq == self.seq => return true,
                     Ok(_) => {}
-                    // It rang so often that some were missed: one may have been for this job.
+                    // Some announcements were missed: one may have been for this job.
                     Err(RecvError::Lagged(_)) => return true,
                     Err(RecvError::Closed) => return false,
                 },
@@ -135,7 +136,7 @@ impl Listener {
     }
 }
 
-/// The event after which the client wants to hear; 0 for all.
+/// The last event received by the client; 0 for none.
 fn last_event_id(headers: &HeaderMap) -> Result<i64, Problem> {
     let Some(value) = headers.get("last-event-id") else { return Ok(0) };
     let number = value.to_str().ok().and_then(|text| text.trim().parse().ok()).filter(|n| *n >= 0);

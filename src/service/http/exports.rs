@@ -1,4 +1,4 @@
-//! What is handed out of a job's recording: a report, tables, a bundle for clinical systems.
+//! Exports from a job's recording: a report, tables, a bundle for clinical systems.
 
 use super::App;
 use super::extract::{JobPath, Owner};
@@ -13,7 +13,7 @@ use axum::response::{IntoResponse, Response};
 use std::path::Path;
 use std::sync::Arc;
 
-/// The report of a job: one self-contained page with pictures, to be read or printed.
+/// Get the report of a job: one self-contained page with pictures, for reading or printing.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/report", tag = "jobs", operation_id = "get_report", params(("id" = uuid::Uuid, Path)),
     responses(
@@ -33,9 +33,10 @@ pub async fn report(
     Ok(([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response())
 }
 
-/// A job as a FHIR R4 Bundle: Observations with their numerical errors, the Device that made them, their Provenance.
+/// Get a job as a FHIR R4 Bundle: Observations with their numerical errors, the Device that made them, their
+/// Provenance.
 ///
-/// The codes are of an own code system, the units UCUM.
+/// The codes belong to a separate code system; units are UCUM.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/fhir", tag = "jobs", operation_id = "get_fhir", params(("id" = uuid::Uuid, Path)),
     responses(
@@ -55,7 +56,7 @@ pub async fn bundle(
     Ok(([(header::CONTENT_TYPE, "application/fhir+json")], bundle.to_string()).into_response())
 }
 
-/// Force, patch area and energies of a job over time, as CSV.
+/// Get force, patch area and energies of a job over time, as CSV.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/export.csv", tag = "jobs", operation_id = "get_csv", params(("id" = uuid::Uuid, Path)),
     responses(
@@ -76,7 +77,7 @@ pub async fn table(
     Ok(([(header::CONTENT_TYPE, "text/csv; charset=utf-8")], text).into_response())
 }
 
-/// The recording of a job that has ended, read back on a thread that may wait for files.
+/// The recording of a job that has ended, read on a thread that may wait for files.
 async fn recorded(
     app: &Arc<App>,
     owner: &str,
@@ -95,7 +96,7 @@ async fn recorded(
     let read = app.judges.call(read).await?;
     match read {
         Ok(Some(Ok(run))) => Ok((run, row)),
-        // Of a run that lost its worker, or of another engine.
+        // From a run that lost its worker, or from another engine.
         Ok(Some(Err(ReadError::NoSummary { .. }))) => Err(Problem::never(what, row.state)),
         other => {
             tracing::error!(job = %id, ?other, "a recording cannot be read");

@@ -1,4 +1,4 @@
-//! What handlers take from a request. axum's own extractors answer errors in plain text; these answer problems.
+//! Extractors of request data. Those of axum answer errors in plain text; these answer problem documents.
 
 use super::App;
 use super::problem::Problem;
@@ -10,7 +10,7 @@ use axum::http::{HeaderMap, header};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 
-/// The owner of a request: the name of its bearer token, empty when the service is open to everybody.
+/// Owner of a request: the name of its bearer token, empty if the service is open to everyone.
 #[derive(Clone, Debug)]
 pub struct Owner(pub String);
 
@@ -30,7 +30,7 @@ impl FromRequestParts<Arc<App>> for Owner {
     }
 }
 
-/// The id of a job in the path. What is no id is no job.
+/// Id of a job in the path. An invalid id is answered like a missing job.
 #[derive(Clone, Copy, Debug)]
 pub struct JobPath(pub JobId);
 
@@ -40,7 +40,7 @@ impl FromRequestParts<Arc<App>> for JobPath {
     async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Problem> {
         let Path(text) =
             Path::<String>::from_request_parts(parts, app).await.map_err(|_| Problem::no_such_job())?;
-        // Only the usual form: one job has one address.
+        // Only the canonical form: one job has one address.
         match text.parse::<JobId>() {
             Ok(id) if id.to_string() == text => Ok(Self(id)),
             _ => Err(Problem::no_such_job()),
@@ -48,7 +48,7 @@ impl FromRequestParts<Arc<App>> for JobPath {
     }
 }
 
-/// The parameters behind the question mark.
+/// Query parameters of a request.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters<T>(pub T);
 
@@ -63,7 +63,7 @@ impl<T: DeserializeOwned> FromRequestParts<Arc<App>> for Parameters<T> {
     }
 }
 
-/// A body that is JSON. What it says is judged by the engine, which knows the place of every problem.
+/// A JSON body. Its content is validated by the engine, which locates every problem.
 #[derive(Debug)]
 pub struct JsonBody(pub JsonDocument);
 
@@ -89,7 +89,7 @@ impl FromRequest<Arc<App>> for JsonBody {
     }
 }
 
-/// The length that a body says it has.
+/// Declared length of a body.
 pub fn declared_length(headers: &HeaderMap) -> Option<u64> {
     headers.get(header::CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
 }
@@ -105,7 +105,7 @@ pub fn media_type(headers: &HeaderMap) -> Option<String> {
     Some(text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase())
 }
 
-/// Whether reading stopped at the limit and not because the client went away.
+/// Whether reading stopped at the limit, rather than because the client disconnected.
 fn is_over_limit(error: &axum::Error) -> bool {
     let mut source: Option<&dyn std::error::Error> = Some(error);
     while let Some(e) = source {

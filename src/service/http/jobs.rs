@@ -1,4 +1,4 @@
-//! `/v1/jobs`: submit, validate, list, look, cancel, delete.
+//! `/v1/jobs`: submit, validate, list, get, cancel, delete.
 
 use super::App;
 use super::extract::{JobPath, JsonBody, Owner, Parameters};
@@ -20,19 +20,19 @@ use sha2::{Digest, Sha256};
 use std::sync::Arc;
 use utoipa::{IntoParams, IntoResponses};
 
-/// Tells that an answer is that of an earlier request.
+/// Marks the answer to a repeated request.
 const REPLAYED: HeaderName = HeaderName::from_static("idempotent-replayed");
 
-/// Headers of what makes a job.
+/// Headers of requests that create a job.
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Header)]
 pub struct SubmitHeaders {
-    /// 1 to 255 visible ASCII characters of the client's choice; given once, for one body at one address
+    /// 1 to 255 visible ASCII characters chosen by the client; used once, for one body at one address
     #[serde(rename = "Idempotency-Key")]
     _idempotency_key: Option<String>,
 }
 
-/// What is answered to what makes a job.
+/// Answers to requests that create a job.
 #[derive(IntoResponses)]
 #[allow(dead_code, clippy::large_enum_variant)] // never made: the contract is generated from it
 pub enum SubmitAnswer {
@@ -44,7 +44,7 @@ pub enum SubmitAnswer {
     /// Not JSON
     #[response(status = 400, content_type = "application/problem+json")]
     NotJson(ProblemBody),
-    /// Idempotency-Key of another body or another address
+    /// Idempotency-Key already used with another body or address
     #[response(status = 409, content_type = "application/problem+json")]
     KeyReused(ProblemBody),
     /// Too large
@@ -53,7 +53,7 @@ pub enum SubmitAnswer {
     /// Not declared as JSON
     #[response(status = 415, content_type = "application/problem+json")]
     NotDeclared(ProblemBody),
-    /// Every problem of what was submitted, its scene included
+    /// All errors of the document, including its scene
     #[response(status = 422, content_type = "application/problem+json")]
     Invalid(ProblemBody),
     /// Queue full or shutting down
@@ -63,8 +63,8 @@ pub enum SubmitAnswer {
 
 /// Submit a scene.
 ///
-/// The answer comes when the job is durable. With an `Idempotency-Key` the same request can be sent again without making
-/// a second job.
+/// The answer is sent once the job is durable. With an `Idempotency-Key` the same request can be repeated without
+/// creating a second job.
 #[utoipa::path(
     post, path = "/v1/jobs", tag = "jobs", operation_id = "submit_job",
     request_body(content = SceneBody, content_type = "application/json"),
@@ -79,7 +79,7 @@ pub async fn submit(
     accept(&app, &owner, JobKind::Simulation, &headers, body, async |scene| Ok(scene)).await
 }
 
-/// By which a request is known again: the same body at another address is another request.
+/// Identity of a request: the same body at another address is a different request.
 fn request_sha256(kind: JobKind, body: &[u8]) -> String {
     let address = match kind {
         JobKind::Simulation => "/v1/jobs",
@@ -90,7 +90,8 @@ fn request_sha256(kind: JobKind, body: &[u8]) -> String {
     hexadecimal(&digest.finalize())
 }
 
-/// Makes a job of a body. What is kept of the body and judged, `completed` says, which is asked unless the request is a replay.
+/// Creates a job from a body. `completed` validates the body and returns what is stored, unless the request is
+/// repeated.
 pub(super) async fn accept(
     app: &Arc<App>,
     owner: &str,
@@ -104,17 +105,18 @@ pub(super) async fn accept(
     }
     let idempotency_key = idempotency_key(headers)?;
     let body_sha256 = request_sha256(kind, &body.text);
-    // A replay needs no second judgement of the scene.
+    // A repeated request needs no second validation of the scene.
     if let Some(key) = &idempotency_key
         && let Some(earlier) = app.queue.store.replay(owner, key, &body_sha256).await?
     {
         return submitted(earlier);
     }
+    // Validate the document and store the job.
     let document = completed(body).await?;
     let engine = Arc::clone(&app.queue.engine);
     let (checked, document) = judge(app, owner, kind, move |shelf| {
         let checked = engine.check(kind, &document, shelf);
-        // A scene is read by its schema, which finds them; where members are read by their names, one of them is lost.
+        // For scenes the schema reports repeated keys; members read by name would silently lose one of them.
         let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
         Ok((Problems(repeated).then(checked)?, document.text))
     })
@@ -133,10 +135,10 @@ pub(super) async fn accept(
     submitted(app.queue.submit(&new).await?)
 }
 
-/// Validate a scene and see what it would be.
+/// Validate a scene and preview its plan.
 ///
-/// Runs nothing: quality of the meshes, the plan with what it keeps and leaves out, expected run time and memory; or
-/// every problem at once.
+/// Runs nothing: mesh quality, the plan with what it keeps and omits, expected run time and memory; or all errors at
+/// once.
 #[utoipa::path(
     post, path = "/v1/jobs/validate", tag = "jobs", operation_id = "validate_scene",
     request_body(content = SceneBody, content_type = "application/json"),
@@ -159,16 +161,16 @@ pub async fn validate(
     Ok(Json(Validation::of(preview)))
 }
 
-/// Which jobs to list.
+/// Filter and page of a list of jobs.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct ListParameters {
-    /// Only jobs in this state; several with commas.
+    /// Only jobs in this state; several separated by commas.
     state: Option<String>,
-    /// At most so many, 1 to 200; 50 by default.
+    /// Maximum number of jobs, 1 to 200; 50 by default.
     limit: Option<u32>,
-    /// `next_cursor` of the page before.
+    /// `next_cursor` of the previous page.
     cursor: Option<String>,
 }
 
@@ -186,7 +188,7 @@ pub async fn list(
     Parameters(parameters): Parameters<ListParameters>,
 ) -> Result<Json<JobList>, Problem> {
     let page = page_of(&parameters)?;
-    // One more than asked for tells whether there is another page.
+    // One more than requested shows whether there is another page.
     let mut rows = app.queue.store.jobs(&owner, &Page { limit: page.limit + 1, ..page.clone() }).await?;
     let has_more = rows.len() > page.limit as usize;
     rows.truncate(page.limit as usize);
@@ -194,7 +196,7 @@ pub async fn list(
     Ok(Json(JobList { jobs: rows.into_iter().map(Job::of).collect(), next_cursor }))
 }
 
-/// Look at a job.
+/// Get a job.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "get_job", params(("id" = uuid::Uuid, Path)),
     responses(
@@ -213,14 +215,14 @@ pub async fn get(
 
 /// Cancel a job.
 ///
-/// A job that waits is cancelled at once; one that runs stops within a step or two, and its recording so far is kept.
+/// A waiting job is cancelled immediately; a running one stops within a step or two, and keeps its recording so far.
 #[utoipa::path(
     post, path = "/v1/jobs/{id}/cancel", tag = "jobs", operation_id = "cancel_job", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 200, description = "It is cancelled", body = Job),
-        (status = 202, description = "It will stop", body = Job),
+        (status = 200, description = "The job is cancelled", body = Job),
+        (status = 202, description = "The job will stop", body = Job),
         (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 409, description = "It has ended already", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 409, description = "The job has already ended", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn cancel(
@@ -240,11 +242,11 @@ pub async fn cancel(
 
 /// Delete a job and its recording.
 ///
-/// A job that runs is cancelled first; nobody can ask for it from the answer on.
+/// A running job is cancelled first; it is no longer accessible once the answer is sent.
 #[utoipa::path(
     delete, path = "/v1/jobs/{id}", tag = "jobs", operation_id = "delete_job", params(("id" = uuid::Uuid, Path)),
     responses(
-        (status = 204, description = "It is gone"),
+        (status = 204, description = "The job is deleted"),
         (status = 404, description = "No such job", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -256,12 +258,12 @@ pub async fn delete(
     if app.queue.delete(&owner, id).await? { Ok(StatusCode::NO_CONTENT) } else { Err(Problem::no_such_job()) }
 }
 
-/// The summary of a job that has ended.
+/// Get the summary of a job that has ended.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/summary", tag = "jobs", operation_id = "get_summary", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "Numbers with unit, estimated numerical error and the gate that they passed", body = serde_json::Value),
-        (status = 404, description = "No such job, or it left no summary", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 404, description = "No such job, or it has no summary", body = ProblemBody, content_type = "application/problem+json"),
         (status = 409, description = "The job has not ended", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -279,15 +281,15 @@ pub async fn summary(
     Ok(([(header::CONTENT_TYPE, "application/json")], text).into_response())
 }
 
-/// The plan of a job: what its scene is compiled to, what is left out and why, and what it costs.
+/// Get the plan of a job: the compiled scene, what is omitted and why, and the expected cost.
 ///
-/// Compiled anew for each request, in every state of the job: the same scene gives the same plan.
+/// Compiled for each request, in every state of the job: the same scene gives the same plan.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/plan", tag = "jobs", operation_id = "get_plan", params(("id" = uuid::Uuid, Path)),
     responses(
         (status = 200, description = "The plan", body = PlanReport),
         (status = 404, description = "No such job, or a what-if question or a study, which have no plan", body = ProblemBody, content_type = "application/problem+json"),
-        (status = 422, description = "The scene is not valid any more: a mesh is gone", body = ProblemBody, content_type = "application/problem+json"),
+        (status = 422, description = "The scene is no longer valid: a mesh is missing", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
 pub async fn plan(
@@ -305,7 +307,7 @@ pub async fn plan(
     Ok(Json(preview.plan))
 }
 
-/// Judges a scene or what holds one, with the meshes of its owner at hand.
+/// Validates a document with its scene, given the meshes of its owner.
 async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
@@ -317,7 +319,7 @@ async fn judge<T: Send + 'static>(
     judged.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 
-/// The answer to a submission.
+/// Response to a submission.
 fn submitted(submitted: Submitted) -> Result<Response, Problem> {
     let (row, is_replay) = match submitted {
         Submitted::Created(row) => (row, false),
@@ -334,7 +336,7 @@ fn submitted(submitted: Submitted) -> Result<Response, Problem> {
     Ok(response)
 }
 
-/// The client's name for its request, if it gave one.
+/// The client's idempotency key, if it sent one.
 fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     let mut values = headers.get_all("idempotency-key").iter();
     let Some(value) = values.next() else { return Ok(None) };
@@ -349,7 +351,6 @@ fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
     key.map(|k| Some(k.to_owned())).ok_or_else(refusal)
 }
 
-/// The page that was asked for.
 fn page_of(parameters: &ListParameters) -> Result<Page, Problem> {
     let names = parameters.state.as_deref().unwrap_or_default();
     let states = names.split(',').filter(|name| !name.is_empty()).map(|name| {

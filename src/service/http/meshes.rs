@@ -1,4 +1,4 @@
-//! `/v1/meshes`: upload a mesh, look at one.
+//! `/v1/meshes`: upload or get a mesh.
 
 use super::App;
 use super::extract::{Owner, Parameters, declared_length, media_type};
@@ -19,12 +19,12 @@ use serde::Deserialize;
 use std::sync::Arc;
 use utoipa::IntoParams;
 
-/// How to read an upload.
+/// Options of an upload.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct UploadParameters {
-    /// The format, when its first character does not tell: `msh` or `inp`.
+    /// The format, unless the first character identifies it: `msh` or `inp`.
     format: Option<MeshFormat>,
 }
 
@@ -36,8 +36,8 @@ pub struct UploadParameters {
     post, path = "/v1/meshes", tag = "meshes", operation_id = "upload_mesh", params(UploadParameters),
     request_body(content = Vec<u8>, content_type = "application/octet-stream"),
     responses(
-        (status = 200, description = "It was uploaded before", body = StoredMesh),
-        (status = 201, description = "It is kept", body = StoredMesh, headers(("Location" = String, description = "Address of the mesh"))),
+        (status = 200, description = "The mesh was uploaded before", body = StoredMesh),
+        (status = 201, description = "The mesh is stored", body = StoredMesh, headers(("Location" = String, description = "Address of the mesh"))),
         (status = 413, description = "Too large", body = ProblemBody, content_type = "application/problem+json"),
         (status = 415, description = "Not the file itself", body = ProblemBody, content_type = "application/problem+json"),
         (status = 422, description = "Not a mesh", body = ProblemBody, content_type = "application/problem+json"),
@@ -49,6 +49,7 @@ pub async fn upload(
     Parameters(parameters): Parameters<UploadParameters>,
     request: Request,
 ) -> Result<Response, Problem> {
+    // Receive the file within the limits on size and time.
     if media_type(request.headers()).is_some_and(|m| m.starts_with("multipart/") || m == "application/json") {
         return Err(Problem::unsupported_media_type("application/octet-stream"));
     }
@@ -61,7 +62,7 @@ pub async fn upload(
         .await
         .map_err(|_| Problem::too_slow())??;
 
-    // Only so many at a time: each holds a mesh in memory.
+    // Limited in number: each holds a mesh in memory.
     let engine = Arc::clone(&app.queue.engine);
     let inspect = move || {
         let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
@@ -70,6 +71,7 @@ pub async fn upload(
     let (inspected, draft) = app.judges.call(inspect).await?;
     let (format, report) = inspected.map_err(JobsError::from)??;
 
+    // Store it under its digest.
     let name = mesh_name(&draft.digest().sha256, format);
     let keep = move |_: &Queue| Ok(draft.keep(&name)?);
     let BlobDigest { bytes, sha256: id } = app.queue.with_files(keep).await?;
@@ -80,11 +82,11 @@ pub async fn upload(
     Ok((status, [(header::LOCATION, location)], Json(mesh)).into_response())
 }
 
-/// Look at an uploaded mesh.
+/// Get an uploaded mesh.
 #[utoipa::path(
     get, path = "/v1/meshes/{id}", tag = "meshes", operation_id = "get_mesh", params(("id" = String, Path, description = "SHA-256 of the file")),
     responses(
-        (status = 200, description = "What it holds, and how good it is", body = StoredMesh),
+        (status = 200, description = "Contents and quality of the mesh", body = StoredMesh),
         (status = 404, description = "No such mesh", body = ProblemBody, content_type = "application/problem+json"),
     )
 )]
@@ -98,7 +100,7 @@ pub async fn get(
     Ok(Json(mesh))
 }
 
-/// Takes a body as it comes.
+/// Receives a body into a draft.
 async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
     let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
     let mut draft = app.queue.with_files(begin).await?;

@@ -1,4 +1,4 @@
-//! The service over HTTP: every call on this screen.
+//! The HTTP interface: the list of all calls.
 
 mod edge;
 mod events;
@@ -31,19 +31,19 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
-/// What handlers work with.
+/// Shared state of the handlers.
 pub struct App {
-    /// The jobs.
+    /// Queue that stores, starts and stops jobs.
     pub queue: Arc<Queue>,
-    /// Limits and tokens.
+    /// Limits and access tokens of the service.
     pub config: Arc<ServiceConfig>,
-    /// Counters.
+    /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
-    /// Who judges scenes and meshes.
+    /// Threads for the validation of scenes and meshes.
     pub judges: Judges,
 }
 
-/// The calls that the contract names.
+/// Calls that are part of the API contract.
 fn routes() -> OpenApiRouter<Arc<App>> {
     OpenApiRouter::with_openapi(openapi::Contract::openapi())
         .routes(routes!(jobs::submit, jobs::list))
@@ -67,12 +67,12 @@ fn routes() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(pages::scene_schema))
 }
 
-/// Everything that the service answers.
+/// All routes of the service.
 pub fn router(app: Arc<App>) -> Router {
     let (calls, _) = routes().split_for_parts();
     let all = calls
         .route("/", get(viewer::page))
-        // Players of recordings know a file by the end of its name, and refuse an address without one.
+        // Players of recordings identify a file by its extension, and reject an address without one.
         .route("/v1/jobs/{id}/recording.mcap", get(recording::download))
         .route("/viewer/presets.json", get(viewer::presets))
         .route("/viewer/{*path}", get(viewer::file))

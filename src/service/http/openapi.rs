@@ -1,4 +1,4 @@
-//! The contract: OpenAPI 3.1, made from the handlers, so that it cannot say anything else than they do.
+//! The API contract: OpenAPI 3.1, generated from the handlers and therefore consistent with them.
 
 use super::routes;
 use crate::scene::scene_schema;
@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use utoipa::OpenApi;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 
-/// What the document says besides the calls.
+/// General information of the document.
 #[derive(OpenApi)]
 #[openapi(
     info(
@@ -26,7 +26,7 @@ use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 )]
 pub struct Contract;
 
-/// Bearer tokens, when the service has any.
+/// Bearer tokens, if the service requires them.
 struct Bearer;
 
 impl utoipa::Modify for Bearer {
@@ -38,7 +38,7 @@ impl utoipa::Modify for Bearer {
 
 static TEXT: LazyLock<String> = LazyLock::new(|| {
     let (_, document) = routes().split_for_parts();
-    // Pretty, and with a newline at its end: it is committed.
+    // Formatted, with a final newline, since it is under version control.
     document.to_pretty_json().unwrap_or_default() + "\n"
 });
 

@@ -1,4 +1,4 @@
-//! Pages about the service itself: is it there, is it ready, how much does it do, what can it be asked.
+//! Pages about the service itself: liveness, readiness, metrics, API documents.
 
 use super::extract::Owner;
 use super::problem::{Problem, ProblemBody};
@@ -9,18 +9,18 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
-/// Is the process there?
+/// Check that the process is alive.
 #[utoipa::path(get, path = "/healthz", tag = "service", operation_id = "healthz",
-    responses((status = 200, description = "It is there", body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "The process is alive", body = String, content_type = "text/plain")))]
 pub async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// Does it take work?
+/// Check that the service accepts work.
 #[utoipa::path(get, path = "/readyz", tag = "service", operation_id = "readyz",
     responses(
-        (status = 200, description = "It takes work", body = String, content_type = "text/plain"),
-        (status = 503, description = "It shuts down, or its disk takes nothing", body = ProblemBody, content_type = "application/problem+json")))]
+        (status = 200, description = "The service accepts work", body = String, content_type = "text/plain"),
+        (status = 503, description = "The service is shutting down, or its disk does not accept writes", body = ProblemBody, content_type = "application/problem+json")))]
 pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem> {
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
@@ -36,7 +36,7 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
     Ok("ok\n")
 }
 
-/// Counters for Prometheus.
+/// Get counters for Prometheus.
 #[utoipa::path(get, path = "/metrics", tag = "service", operation_id = "metrics",
     responses((status = 200, description = "Queue depth, jobs by state, run times, requests", body = String, content_type = "text/plain")))]
 pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, Problem> {
@@ -44,12 +44,12 @@ pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, 
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }
 
-/// This document.
+/// Get this document.
 pub async fn openapi_json() -> Response {
     ([(header::CONTENT_TYPE, "application/json")], openapi::text()).into_response()
 }
 
-/// The JSON Schema of a scene document.
+/// Get the JSON Schema of a scene document.
 #[utoipa::path(get, path = "/scene.schema.json", tag = "service", operation_id = "scene_schema",
     responses((status = 200, description = "JSON Schema, draft 2020-12", body = serde_json::Value, content_type = "application/schema+json")))]
 pub async fn scene_schema() -> Response {

@@ -1,4 +1,4 @@
-//! Errors as `application/problem+json` (RFC 9457). The one place that knows which error has which status.
+//! Errors as `application/problem+json` (RFC 9457). The only file that assigns statuses to errors.
 
 use crate::blobs::BlobError;
 use crate::scene::{self, Problems};
@@ -9,31 +9,31 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// What went wrong with a request.
+/// Error of a request.
 #[derive(Clone, Debug)]
 pub struct Problem {
     status: StatusCode,
-    // Boxed: every handler returns one of these or an answer, and most return answers.
+    // Boxed: every handler returns a problem or an answer, and most return answers.
     body: Box<ProblemBody>,
     headers: Vec<(HeaderName, HeaderValue)>,
 }
 
-/// A problem on the wire.
+/// Problem document of an error.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct ProblemBody {
-    /// Kind of the problem, `urn:contuse:problem:…`, for programs.
+    /// Kind of the problem, `urn:contuse:problem:…`, machine-readable.
     #[serde(rename = "type")]
     pub kind: String,
-    /// The kind in words.
+    /// Kind of the problem for display.
     pub title: String,
-    /// The HTTP status.
+    /// Status code of the HTTP response.
     pub status: u16,
     /// What is wrong with this request.
     pub detail: String,
-    /// What to do about it.
+    /// Suggested change of the request.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
-    /// Every problem of a scene.
+    /// All problems of a scene.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub errors: Vec<scene::Problem>,
     /// Line of a JSON text, from 1.
@@ -42,7 +42,7 @@ pub struct ProblemBody {
     /// Column of a JSON text, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<usize>,
-    /// Name of this occurrence in the log of the service.
+    /// Identifier of this occurrence in the log of the service.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instance: Option<String>,
 }
@@ -73,18 +73,18 @@ impl Problem {
         self
     }
 
-    /// Nothing has this address.
+    /// No resource at this address.
     pub fn no_such_address() -> Self {
         Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", "Nothing has this address.")
             .remedy("The addresses are listed at /docs.")
     }
 
-    /// There is no such job, or it belongs to somebody else: the answer is the same.
+    /// There is no such job, or it belongs to another owner: the answer is the same.
     pub fn no_such_job() -> Self {
         Self::new(StatusCode::NOT_FOUND, "job-not-found", "Job not found", "There is no job with this id.")
     }
 
-    /// There is no such mesh, or it belongs to somebody else.
+    /// There is no such mesh, or it belongs to another owner.
     pub fn no_such_mesh() -> Self {
         Self::new(StatusCode::NOT_FOUND, "mesh-not-found", "Mesh not found", "There is no mesh with this id.")
             .remedy("Upload it to /v1/meshes; its id is in the answer.")
@@ -96,25 +96,25 @@ impl Problem {
         Self::new(StatusCode::METHOD_NOT_ALLOWED, "method-not-allowed", "Method not allowed", detail)
     }
 
-    /// The body is larger than this service takes.
+    /// The body exceeds the limit of this service.
     pub fn too_large(limit: u64) -> Self {
         let detail = format!("The body is larger than {limit} bytes.");
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, "body-too-large", "Body too large", detail)
             .remedy(
                 "Upload meshes to /v1/meshes and name them by id; or ask the operator for a larger limit.",
             )
-            // The rest of the body is not read, so the connection cannot go on.
+            // The rest of the body is not read, so the connection cannot be reused.
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
-    /// The body did not come in time.
+    /// The body was not received in time.
     pub fn too_slow() -> Self {
         let detail = "The body did not come in time.";
         Self::new(StatusCode::REQUEST_TIMEOUT, "body-too-slow", "Body too slow", detail)
             .header(header::CONNECTION, HeaderValue::from_static("close"))
     }
 
-    /// The body broke off.
+    /// The body was interrupted.
     pub fn broken_body() -> Self {
         Self::new(
             StatusCode::BAD_REQUEST,
@@ -124,7 +124,7 @@ impl Problem {
         )
     }
 
-    /// The body is declared to be something else.
+    /// The body has another declared media type.
     pub fn unsupported_media_type(expected: &str) -> Self {
         let detail = format!("The body has to be {expected}.");
         Self::new(
@@ -136,7 +136,7 @@ impl Problem {
         .remedy(format!("Send the header `Content-Type: {expected}`."))
     }
 
-    /// The body is not JSON.
+    /// The body is invalid JSON.
     pub fn bad_json(error: &serde_json::Error) -> Self {
         let mut problem = Self::new(StatusCode::BAD_REQUEST, "bad-json", "Not JSON", error.to_string());
         problem.body.line = Some(error.line());
@@ -144,18 +144,18 @@ impl Problem {
         problem
     }
 
-    /// A parameter of the address is wrong.
+    /// A query parameter is invalid.
     pub fn bad_parameter(detail: impl Into<String>) -> Self {
         Self::new(StatusCode::BAD_REQUEST, "bad-parameter", "Bad parameter", detail)
     }
 
-    /// A header is wrong.
+    /// A header is invalid.
     pub fn bad_header(name: &str, expected: &str) -> Self {
         let detail = format!("The header {name} has to be {expected}.");
         Self::new(StatusCode::BAD_REQUEST, "bad-header", "Bad header", detail)
     }
 
-    /// Nobody is named, or nobody known.
+    /// Missing or unknown bearer token.
     pub fn unauthorized() -> Self {
         let detail = "This service wants a bearer token that it knows.";
         Self::new(StatusCode::UNAUTHORIZED, "unauthorized", "Unauthorized", detail)
@@ -163,14 +163,14 @@ impl Problem {
             .header(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"))
     }
 
-    /// A web page of another origin wants to change something.
+    /// A change requested by a web page of another origin.
     pub fn cross_origin() -> Self {
         let detail = "A web page of another origin may not change anything here.";
         Self::new(StatusCode::FORBIDDEN, "cross-origin", "Cross-origin request", detail)
             .remedy("The operator can allow the origin with --cors-origin.")
     }
 
-    /// What was sent cannot run: `what` is a scene, or holds one.
+    /// The document cannot run: `what` is a scene, or contains one.
     pub fn invalid_scene(what: &str, errors: Problems) -> Self {
         let count = errors.error_count();
         let detail = format!("The {what} has {count} error(s); every one is listed with its place.");
@@ -180,7 +180,7 @@ impl Problem {
         problem
     }
 
-    /// The key names an earlier request with another body, or to another address.
+    /// The key belongs to an earlier request with another body or address.
     pub fn idempotency_key_reused() -> Self {
         let detail =
             "This Idempotency-Key belongs to an earlier request with another body or to another address.";
@@ -188,13 +188,13 @@ impl Problem {
             .remedy("Take a new key for a new request.")
     }
 
-    /// The job ended before it could be cancelled.
+    /// The job had ended before it could be cancelled.
     pub fn too_late_to_cancel(state: JobState) -> Self {
         let detail = format!("The job has {} already.", state.as_str());
         Self::new(StatusCode::CONFLICT, "job-ended", "Job ended", detail)
     }
 
-    /// The job has not come to what was asked for.
+    /// The requested result is not yet available.
     pub fn not_yet(what: &str, state: JobState) -> Self {
         let detail = format!("The job is {}: it has no {what} yet.", state.as_str());
         Self::new(StatusCode::CONFLICT, "not-yet", "Not yet", detail)
@@ -202,21 +202,21 @@ impl Problem {
             .header(header::RETRY_AFTER, HeaderValue::from_static("1"))
     }
 
-    /// The job ended without what was asked for.
+    /// The job ended without the requested result.
     pub fn never(what: &str, state: JobState) -> Self {
         let detail = format!("The job has {} and left no {what}.", state.as_str());
         Self::new(StatusCode::NOT_FOUND, "not-left", "Nothing left", detail)
             .remedy("The job says why at /v1/jobs/{id}.")
     }
 
-    /// The job is for something that has no plan.
+    /// The job is of a kind that has no plan.
     pub fn no_plan(purpose: &str) -> Self {
         let detail = format!("The job {purpose}: it has no scene of its own, and so no plan.");
         Self::new(StatusCode::NOT_FOUND, "no-plan", "No plan", detail)
             .remedy("Send the scene to /v1/jobs/validate, which answers with its plan.")
     }
 
-    /// The recording that the job left is not on the disk any more, or not the whole of it.
+    /// The recording of the job was removed from the disk or truncated.
     pub fn recording_lost() -> Self {
         let detail = "The recording of this job was removed or damaged in the data folder of the service.";
         Self::new(StatusCode::GONE, "recording-lost", "Recording lost", detail).remedy(
@@ -224,14 +224,14 @@ impl Problem {
         )
     }
 
-    /// The snapshot is not kept any more.
+    /// The snapshot is no longer kept.
     pub fn snapshot_gone() -> Self {
         let detail = "This snapshot is not kept: only the last few are, and only while the job runs.";
         Self::new(StatusCode::GONE, "snapshot-gone", "Snapshot gone", detail)
             .remedy("Ask without `snapshot` for the latest one, or for the final recording.")
     }
 
-    /// No byte of the range exists.
+    /// The range contains no byte of the file.
     pub fn range_not_satisfiable(length: u64) -> Self {
         let detail = format!("The recording has {length} bytes; the range has none of them.");
         let problem = Self::new(
@@ -246,29 +246,29 @@ impl Problem {
         }
     }
 
-    /// The recording is not the one that the client has.
+    /// The recording differs from the one that the client has.
     pub fn precondition_failed() -> Self {
         let detail = "The recording is not the one that If-Match names.";
         Self::new(StatusCode::PRECONDITION_FAILED, "precondition-failed", "Precondition failed", detail)
     }
 
-    /// The service shuts down or has too much to do.
+    /// The service is shutting down or overloaded.
     pub fn unavailable(detail: &str) -> Self {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, "unavailable", "Unavailable", detail)
             .remedy("Try again later.")
             .header(header::RETRY_AFTER, HeaderValue::from_static("5"))
     }
 
-    /// The disk of the service has no room.
+    /// The disk of the service is full.
     fn storage_full(error: &JobsError) -> Self {
-        tracing::error!(%error, "no room is left");
-        let detail = "The service has no room left to keep this.";
+        tracing::error!(%error, "no space is left");
+        let detail = "The service has no space left to store this.";
         Self::new(StatusCode::INSUFFICIENT_STORAGE, "storage-full", "Storage full", detail)
-            .remedy("Delete jobs that are not needed any more; or ask the operator for room, and try again later.")
+            .remedy("Delete jobs that are not needed any more; or ask the operator for more space, and try again later.")
             .header(header::RETRY_AFTER, HeaderValue::from_static("60"))
     }
 
-    /// A fault of the service. What it was is in the log, under the name that the answer carries.
+    /// Internal error. Details are in the log, under the identifier in the answer.
     pub fn internal(error: &dyn std::fmt::Display) -> Self {
         let instance = uuid::Uuid::new_v4().urn().to_string();
         tracing::error!(instance, %error, "internal error");

@@ -2,28 +2,29 @@
 
 use axum::http::{HeaderMap, HeaderName, Method, header};
 
-/// What a client wants of a file.
+/// The part of a file that a client requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// All of it.
+    /// The whole file is sent.
     Whole,
-    /// A part.
+    /// A range of bytes.
     Part {
         /// First byte, from 0.
         first: u64,
-        /// Last byte, included.
+        /// Last byte, included in the range.
         last: u64,
     },
-    /// Nothing: it has it.
+    /// Nothing: the client's copy is current.
     NotModified,
-    /// Nothing: it wants another file.
+    /// Nothing: the client expects another file.
     PreconditionFailed,
-    /// A part of which no byte exists.
+    /// A range without any byte of the file.
     Unsatisfiable,
 }
 
-/// What is wanted of a file of `length` bytes with a strong `etag` (with its quotes). Preconditions come first, in the
-/// order of RFC 9110 §13.2.2. The file has no date: conditions on dates are not met. Only of a GET a part can be wanted (§14.2).
+/// Evaluates a request for a file of `length` bytes with a strong `etag` (with its quotes). Preconditions come first,
+/// in the order of RFC 9110 §13.2.2. The file has no date: conditions on dates are not met. Only a GET request can ask
+/// for a range (§14.2).
 pub fn wanted(method: &Method, headers: &HeaderMap, etag: &str, length: u64) -> Wanted {
     if let Some(tags) = text(headers, &header::IF_MATCH)
         && !tags_of(tags).any(|tag| tag == "*" || tag == etag)
@@ -38,14 +39,14 @@ pub fn wanted(method: &Method, headers: &HeaderMap, etag: &str, length: u64) -> 
     let Some(range) = text(headers, &header::RANGE).filter(|_| *method == Method::GET) else {
         return Wanted::Whole;
     };
-    // A weak tag, a date, or the tag of another file: the client's parts would not fit together.
+    // A weak tag, a date, or the tag of another file: the client's parts would not match.
     if headers.contains_key(header::IF_RANGE) && text(headers, &header::IF_RANGE) != Some(etag) {
         return Wanted::Whole;
     }
     part(range, length)
 }
 
-/// The part that a `Range` names. What is not one range of bytes is ignored, as RFC 9110 §14.2 allows.
+/// The range named by a `Range` header. Anything but a single byte range is ignored, as RFC 9110 §14.2 allows.
 fn part(range: &str, length: u64) -> Wanted {
     let Some((unit, set)) = range.split_once('=') else { return Wanted::Whole };
     if !unit.trim().eq_ignore_ascii_case("bytes") {
@@ -73,7 +74,7 @@ enum Number {
     Not,
 }
 
-/// Digits and nothing else. More than fit are a number beyond every file.
+/// Parses decimal digits only. An overflow counts as a number beyond every file.
 fn number(text: &str) -> Number {
     if text.is_empty() {
         Number::Absent
@@ -88,7 +89,7 @@ fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     headers.get(name)?.to_str().ok().map(str::trim)
 }
 
-/// The tags of a list. Ours have no commas.
+/// Splits a list of tags. Our tags contain no commas.
 fn tags_of(list: &str) -> impl Iterator<Item = &str> {
     list.split(',').map(str::trim)
 }

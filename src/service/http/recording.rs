@@ -1,4 +1,4 @@
-//! `/v1/jobs/{id}/recording`: the MCAP file, whole or in part.
+//! `/v1/jobs/{id}/recording`: the MCAP file, in full or in part.
 
 use super::App;
 use super::extract::{JobPath, Owner, Parameters};
@@ -22,25 +22,25 @@ use std::io::{self, SeekFrom};
 use std::sync::Arc;
 use utoipa::IntoParams;
 
-/// Digest of the whole file, whatever part is sent (RFC 9530).
+/// Digest of the whole file, regardless of the part that is sent (RFC 9530).
 pub const REPR_DIGEST: HeaderName = HeaderName::from_static("repr-digest");
 /// Bytes read from the file at a time.
 const PIECE: usize = 256 << 10;
 
-/// Which recording is wanted.
+/// Query parameters that select a recording.
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct RecordingParameters {
-    /// Number of a snapshot of a job that runs, as its `Content-Location` says.
+    /// Number of a snapshot of a running job, from its `Content-Location`.
     snapshot: Option<u32>,
 }
 
 /// Download the recording.
 ///
-/// The file never changes: `ETag` is its SHA-256. One range at a time; several are answered with the whole file. While the
-/// job runs this is a snapshot, a whole file of its own; a download in parts names it by `If-Range` or by the address in
-/// `Content-Location`.
+/// The file is immutable: its `ETag` is its SHA-256. One range per request; requests for several receive the whole
+/// file. While the job is running this is a snapshot, a complete file of its own; partial downloads identify it by
+/// `If-Range` or by the address in `Content-Location`.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/recording", tag = "jobs", operation_id = "get_recording",
     params(("id" = uuid::Uuid, Path), RecordingParameters,
@@ -85,14 +85,13 @@ pub async fn download(
     send(&app, &file, &method, &headers).await
 }
 
-/// A file that can be sent: it never changes under this digest.
+/// A file to send: immutable under this digest.
 struct Sendable {
-    /// The blob.
+    /// Name of the blob.
     blob: String,
     digest: BlobDigest,
-    /// What a client may call it.
     name: String,
-    /// Its address, if it is a snapshot.
+    /// Address of a snapshot.
     snapshot: Option<String>,
 }
 
@@ -107,7 +106,7 @@ fn final_file(row: &JobRow) -> Result<Sendable, Problem> {
     })
 }
 
-/// What can be seen of the recording of a job that runs. Copied on a thread that may wait for the disk.
+/// Snapshot of the recording of a running job, copied on a thread that may wait for the disk.
 async fn snapshot_file(app: &Arc<App>, row: &JobRow, which: Which) -> Result<Option<Sendable>, Problem> {
     let id = row.id;
     let snapshot = app.queue.with_files(move |queue| queue.snapshot(id, &which)).await?;
@@ -118,13 +117,13 @@ async fn snapshot_file(app: &Arc<App>, row: &JobRow, which: Which) -> Result<Opt
     }))
 }
 
-/// The snapshot that a client has parts of, if it says so.
+/// The snapshot of which the client already has parts, if it says so.
 fn which(headers: &HeaderMap) -> Which {
     let tag = [header::IF_RANGE, header::IF_MATCH].iter().find_map(|name| headers.get(name)?.to_str().ok());
     tag.map_or(Which::Latest, |tag| Which::OfDigest(tag.trim().trim_matches('"').to_owned()))
 }
 
-/// The final recording of a job that ended between the look into the store and the look for a snapshot.
+/// The final recording of a job that ended between the queries of the store and of the snapshots.
 async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendable, Problem> {
     let row_now = app.queue.store.job(owner, row.id).await?.ok_or_else(Problem::no_such_job)?;
     if row_now.state.is_final() {
@@ -134,7 +133,7 @@ async fn ended_meanwhile(app: &App, owner: &str, row: &JobRow) -> Result<Sendabl
     }
 }
 
-/// The whole file, a part of it, or only what is said of it.
+/// Sends the whole file, a part of it, or only its headers.
 async fn send(app: &App, file: &Sendable, method: &Method, headers: &HeaderMap) -> Result<Response, Problem> {
     let bytes = file.digest.bytes;
     let etag = format!("\"{}\"", file.digest.sha256);
@@ -158,14 +157,14 @@ async fn send(app: &App, file: &Sendable, method: &Method, headers: &HeaderMap) 
     Ok(response)
 }
 
-/// What is said of a file with every answer.
+/// Headers of a file in every answer.
 fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), Problem> {
     let value = |text: &str| HeaderValue::try_from(text).map_err(|e| Problem::internal(&e));
     headers.insert(header::ETAG, value(etag)?);
     headers.insert(header::ACCEPT_RANGES, HeaderValue::from_static("bytes"));
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
     headers.insert(header::CONTENT_DISPOSITION, value(&format!("attachment; filename=\"{}\"", file.name))?);
-    // Private: it belongs to a token. A file never changes, but it may be deleted, or followed by a newer one.
+    // Private: it belongs to a token. A file is immutable, but it may be deleted, or superseded by a newer one.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
     if let Some(address) = &file.snapshot {
         headers.insert(header::CONTENT_LOCATION, value(address)?);
@@ -176,7 +175,6 @@ fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), 
     Ok(())
 }
 
-/// The bytes of hexadecimal digits.
 fn raw_digest(hexadecimal: &str) -> Vec<u8> {
     let digit = |c: u8| char::from(c).to_digit(16).unwrap_or(0) as u8;
     hexadecimal
@@ -186,7 +184,7 @@ fn raw_digest(hexadecimal: &str) -> Vec<u8> {
         .collect()
 }
 
-/// A name that every system takes as that of a file.
+/// A file name that is valid on every system.
 fn file_name(scene: &str) -> String {
     let kept: String = scene
         .chars()
@@ -197,7 +195,7 @@ fn file_name(scene: &str) -> String {
     if trimmed.is_empty() { "contuse".to_owned() } else { trimmed.to_owned() }
 }
 
-/// `length` bytes of a file from `first` on; nothing when only the head is asked for.
+/// `length` bytes of a file starting at `first`; empty for a HEAD request.
 async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
     let name = file.blob.clone();
     let open = move |queue: &Queue| at(queue.blobs.open(&name)?, first);
@@ -210,14 +208,13 @@ async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Meth
     }
 }
 
-/// A blob that is read from some byte on.
+/// A blob opened for reading at an offset.
 struct Opened {
     blob: Box<dyn Blob>,
-    /// Its whole size [bytes].
     bytes: u64,
 }
 
-/// A blob, if there is one, that will be read from `first` on.
+/// Opens an existing blob for reading at `first`.
 fn at(blob: Option<Box<dyn Blob>>, first: u64) -> Result<Option<Opened>, JobsError> {
     let Some(mut blob) = blob else { return Ok(None) };
     let bytes = blob.seek(SeekFrom::End(0)).and_then(|end| blob.seek(SeekFrom::Start(first)).map(|_| end));
@@ -225,12 +222,12 @@ fn at(blob: Option<Box<dyn Blob>>, first: u64) -> Result<Option<Opened>, JobsErr
     Ok(Some(Opened { blob, bytes }))
 }
 
-/// What is not there, or not as it was kept: a snapshot went with its run, a recording somebody removed.
+/// Error for a missing or damaged file: a snapshot removed with its run, or a recording removed from the disk.
 fn lost(file: &Sendable) -> Problem {
     if file.snapshot.is_some() { Problem::snapshot_gone() } else { Problem::recording_lost() }
 }
 
-/// The next `left` bytes of a blob, in pieces, each read on a thread that may wait for it.
+/// The next `left` bytes of a blob in pieces, each read on a thread that may wait for the disk.
 fn pieces(blob: Box<dyn Blob>, left: u64) -> impl Stream<Item = io::Result<Bytes>> {
     futures::stream::try_unfold((blob, left), |(mut blob, left)| async move {
         if left == 0 {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Submit a study.
 ///
-/// It becomes a job like any other: its progress under `/v1/jobs/{id}`, its results under `/v1/jobs/{id}/summary`. It has no
+/// It becomes an ordinary job: progress under `/v1/jobs/{id}`, results under `/v1/jobs/{id}/summary`, without a
 /// recording.
 #[utoipa::path(
     post, path = "/v1/studies", tag = "studies", operation_id = "submit_study",

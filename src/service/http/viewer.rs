@@ -1,7 +1,7 @@
-//! `/`, `/docs/` and `/viewer/…`: the viewer, a page for people that reads the same recordings as everybody else.
+//! `/`, `/docs/` and `/viewer/…`: the viewer, a web page that reads the same recordings as any other client.
 //!
-//! Its files are those of `api/viewer/`, in the binary: plain ES modules, nothing is built and nothing is fetched from elsewhere.
-//! A build for development reads them from the folder when they are asked for, so a change is seen after a reload.
+//! Its files are those of `api/viewer/`, embedded in the binary: plain ES modules, without a build step or external
+//! resources. A development build reads them from the folder on request, so changes show after a reload.
 
 use super::problem::Problem;
 use axum::extract::Path;
@@ -12,19 +12,19 @@ use base64::prelude::BASE64_STANDARD;
 use rust_embed::{Embed, EmbeddedFile};
 use sha2::{Digest, Sha256};
 
-/// The files of the viewer.
+/// Embedded files of the viewer.
 #[derive(Embed)]
 #[folder = "api/viewer/"]
 struct ViewerFiles;
 
-/// A scene to begin with: its file in `scenarios/`, and what is in it.
+/// An example scene: its file in `scenarios/`, and the contents.
 macro_rules! preset {
     ($path:literal) => {
         ($path, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/", $path)))
     };
 }
 
-/// The scenarios that run by themselves: those whose meshes are in files would need uploads first.
+/// Scenarios without mesh files, which would need uploads first.
 const PRESETS: [(&str, &str); 7] = [
     preset!("flashball_thigh/scene.json"),
     preset!("flashball_thigh/scene_44mm.json"),
@@ -35,17 +35,17 @@ const PRESETS: [(&str, &str); 7] = [
     preset!("hollow_ball_breathing/scene.json"),
 ];
 
-/// The page.
+/// `/`: the page of the viewer.
 pub async fn page(headers: HeaderMap) -> Result<Response, Problem> {
     send_page("index.html", &headers)
 }
 
-/// `/docs/`: the contract as a page.
+/// `/docs/`: the API documentation as a page.
 pub async fn docs(headers: HeaderMap) -> Result<Response, Problem> {
     send_page("docs.html", &headers)
 }
 
-/// A page, with what it may load.
+/// Sends a page with its content security policy.
 fn send_page(name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
     let file = ViewerFiles::get(name).ok_or_else(Problem::no_such_address)?;
     let policy = content_security_policy(&String::from_utf8_lossy(&file.data));
@@ -55,24 +55,24 @@ fn send_page(name: &str, headers: &HeaderMap) -> Result<Response, Problem> {
     Ok(response)
 }
 
-/// One of its modules, styles and licences.
+/// A module, style sheet or licence of the viewer.
 pub async fn file(Path(path): Path<String>, headers: HeaderMap) -> Result<Response, Problem> {
     let file = ViewerFiles::get(&path).ok_or_else(Problem::no_such_address)?;
     Ok(send(&path, file, &headers))
 }
 
-/// The scenes to begin with: `[{"file": …, "scene": …}]`, each document in the order in which it was written.
+/// The example scenes: `[{"file": …, "scene": …}]`, each document with its original order of members.
 pub async fn presets() -> Response {
     let presets = PRESETS.map(|(file, scene)| format!("{{\"file\": \"{file}\", \"scene\": {scene}}}"));
     ([(header::CONTENT_TYPE, "application/json")], format!("[{}]", presets.join(","))).into_response()
 }
 
-/// A file with its type, or that the browser has it already.
+/// Sends a file with its media type, or 304 if the browser has it already.
 fn send(path: &str, file: EmbeddedFile, headers: &HeaderMap) -> Response {
     let etag = format!("\"{}\"", BASE64_STANDARD.encode(file.metadata.sha256_hash()));
     let described = [
         (header::CONTENT_TYPE, media_type(path)),
-        // It may change with the binary: ask, and be told that nothing changed.
+        // It may change with the binary: revalidate every time.
         (header::CACHE_CONTROL, "no-cache"),
         (header::ETAG, etag.as_str()),
     ];
@@ -82,7 +82,7 @@ fn send(path: &str, file: EmbeddedFile, headers: &HeaderMap) -> Response {
     (described, file.data.into_owned()).into_response()
 }
 
-/// Media type by the end of the name. Browsers run no module of another type.
+/// Media type by the file extension. Browsers run modules of the proper type only.
 fn media_type(path: &str) -> &'static str {
     match path.rsplit_once('.').map_or("", |(_, end)| end) {
         "html" => "text/html; charset=utf-8",
@@ -93,7 +93,8 @@ fn media_type(path: &str) -> &'static str {
     }
 }
 
-/// Scripts of this service alone, and of the page only its import map, by digest; nothing from or to other hosts.
+/// Policy: scripts of this service only, in the page itself only its import map, by digest; no connections to other
+/// hosts.
 fn content_security_policy(page: &str) -> String {
     let map =
         page.split_once("<script type=\"importmap\">").and_then(|(_, rest)| rest.split_once("</script>"));

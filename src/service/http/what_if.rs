@@ -18,9 +18,9 @@ use std::sync::Arc;
 
 /// Ask a what-if question.
 ///
-/// A base (a scene, or a job by its id) and what varies: cases by hand, one parameter at a time, a sample, limits. It becomes a
-/// job: every case is an event `case` under `/v1/jobs/{id}/events` as it comes, in the order of the cases, and the whole answer is
-/// `/v1/jobs/{id}/summary`. It has no recording.
+/// A base (a scene, or a job by its id) and what varies: explicit cases, one parameter at a time, a sample, limits. It
+/// becomes a job: every case is an event `case` under `/v1/jobs/{id}/events` as soon as it is available, in the order
+/// of the cases, and the whole answer is `/v1/jobs/{id}/summary`. It has no recording.
 #[utoipa::path(
     post, path = "/v1/what-if", tag = "studies", operation_id = "ask_what_if",
     request_body(content = WhatIfDocument, content_type = "application/json"),
@@ -36,9 +36,9 @@ pub async fn ask(
     accept(&app, &owner, JobKind::WhatIf, &headers, body, completed).await
 }
 
-/// The question with the scene of the job that it names, so that it does not need that job any more.
+/// Replaces a named job by its scene, so that the question no longer depends on that job.
 async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDocument, Problem> {
-    // A body that is no such object is judged like any other.
+    // Any other body is left to the validation.
     let Value::Object(mut question) = body.parsed.value.clone() else { return Ok(body) };
     let Some(job) = question.remove("job") else { return Ok(body) };
     let refuse = |code: &'static str, message: &str, limit: &str, remedy: &str| {
@@ -47,12 +47,13 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
         let all = body.parsed.problems.iter().cloned().chain([problem]).collect();
         Problem::invalid_scene("question", Problems(all))
     };
+    // The base must be a job that runs a scene.
     if question.contains_key("scene") {
         return Err(refuse(
             "bad_base",
             "the question has two bases",
             "one of `scene` and `job`",
-            "leave one of them out",
+            "omit one of them",
         ));
     }
     let id: Option<JobId> = job.as_str().and_then(|text| text.parse().ok());
@@ -71,6 +72,7 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
     let scene: Option<Value> = kept.and_then(|(_, text)| serde_json::from_slice(&text).ok());
     let unknown = || refuse("bad_base", "there is no such job", "the id of a job", "see /v1/jobs");
     let scene = scene.ok_or_else(unknown)?;
+    // Insert its scene into the question.
     question.insert("scene".into(), scene);
     let value = Value::Object(question);
     let text = value.to_string().into_bytes();

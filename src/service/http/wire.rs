@@ -1,4 +1,4 @@
-//! What goes over the wire.
+//! Documents exchanged over HTTP.
 
 use crate::plan::PlanReport;
 use crate::scene::Problem;
@@ -12,10 +12,10 @@ use utoipa::openapi::{Ref, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 use uuid::Uuid;
 
-/// What this service is not. It is said in every job and in a header of every answer.
+/// Disclaimer in every job and in a header of every answer.
 pub const NOTICE: &str = "Research use only: not a medical device, not a diagnosis.";
 
-/// A scene document; its schema is a file of its own, which the service also serves at `/scene.schema.json`.
+/// A scene document; its schema is a separate file, which the service also serves at `/scene.schema.json`.
 #[derive(Debug)]
 pub struct SceneBody;
 
@@ -30,75 +30,75 @@ impl ToSchema for SceneBody {
     }
 }
 
-/// A job.
+/// A job with its progress and results.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Job {
-    /// Its id.
+    /// Unique id of the job.
     pub id: Uuid,
     /// Name of the scene.
     pub name: String,
-    /// Where it stands.
+    /// Current state of the job.
     pub state: JobState,
-    /// What it does at the moment.
+    /// Current phase of the job.
     pub phase: Phase,
-    /// Share of the run that is done, 0 … 1.
+    /// Completed fraction of the run, 0 … 1.
     pub progress: f64,
-    /// Steps done.
+    /// Number of steps completed.
     pub step: u64,
-    /// Steps expected in all.
+    /// Expected total number of steps.
     pub expected_steps: Option<u64>,
-    /// Simulated time reached [s]; negative while settling.
+    /// Simulated time reached [s]; negative during dynamic relaxation.
     pub simulated_time_s: f64,
     /// Simulated time to the end [s].
     pub end_time_s: f64,
     /// Expected time to the end on the wall clock [s].
     pub eta_s: Option<f64>,
-    /// Its place among those that wait, the next one is 1.
+    /// Position in the queue, from 1.
     pub queue_position: Option<u64>,
-    /// How often a worker took it.
+    /// Number of attempts so far.
     pub attempts: u32,
-    /// Whether it was asked to stop.
+    /// Whether cancellation was requested.
     pub cancel_requested: bool,
-    /// When it came, RFC 3339.
+    /// Time of submission, RFC 3339.
     pub created_at: String,
-    /// When a worker took it last.
+    /// Start of the latest attempt.
     pub started_at: Option<String>,
-    /// When it ended.
+    /// Time of the end.
     pub finished_at: Option<String>,
-    /// Digest of the document and its meshes: the name of the question.
+    /// Digest of the document and its meshes: identifies the question.
     pub content_hash: String,
-    /// What is odd about the scene.
+    /// Warnings from the validation of the scene.
     pub warnings: Vec<Problem>,
-    /// Why it failed.
+    /// Diagnosis of a failed job.
     pub failure: Option<Failure>,
-    /// Its recording, when final.
+    /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
-    /// Where more can be asked.
+    /// Addresses related to the job.
     pub links: JobLinks,
-    /// What the numbers are not.
+    /// The disclaimer of every result.
     pub notice: &'static str,
 }
 
 /// Addresses of a job.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct JobLinks {
-    /// The job.
+    /// Address of the job itself.
     #[serde(rename = "self")]
     pub this: String,
-    /// Its events.
+    /// Address of its event stream.
     pub events: String,
-    /// Stops it.
+    /// Address that cancels the job.
     pub cancel: String,
-    /// What its scene is compiled to.
+    /// Address of the compiled plan.
     pub plan: String,
-    /// Its summary, if it has one.
+    /// Address of its summary, if it has one.
     pub summary: Option<String>,
-    /// Its recording, if it has one.
+    /// Address of its recording, if it has one.
     pub recording: Option<String>,
 }
 
 impl Job {
-    /// The job of a row of the store.
+    /// Converts a record of the store.
     pub fn of(row: JobRow) -> Self {
         let this = format!("/v1/jobs/{}", row.id);
         let links = JobLinks {
@@ -145,27 +145,27 @@ pub struct JobList {
     pub next_cursor: Option<String>,
 }
 
-/// What a valid scene would be.
+/// Preview of a valid scene.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct Validation {
-    /// Always true: what is not valid is answered as a problem.
+    /// Always true: an invalid scene is answered with a problem.
     pub valid: bool,
     /// Name of the scene.
     pub name: String,
     /// Digest of the document and its meshes.
     pub content_hash: String,
-    /// What is odd, but not wrong.
+    /// Warnings that do not prevent a run.
     pub warnings: Vec<Problem>,
     /// The bodies and their meshes, placed [m].
     pub bodies: Vec<BodySummary>,
-    /// What the run would cost, and what it would do.
+    /// Plan of the run and its expected cost.
     pub plan: PlanReport,
-    /// What the numbers are not.
+    /// The disclaimer of every result.
     pub notice: &'static str,
 }
 
 impl Validation {
-    /// The answer to a scene that may run.
+    /// The answer for a scene that can run.
     pub fn of(preview: ScenePreview) -> Self {
         Self {
             valid: true,

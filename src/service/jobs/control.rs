@@ -1,17 +1,17 @@
-//! How a running job is stopped, and why.
+//! Control of a running job: stopping it, and why.
 
 use crate::step::Interrupt;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
-/// Why a running job is asked to stop.
+/// Why a running job is requested to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// Its owner cancelled or deleted it.
+    /// Cancelled or deleted by its owner.
     Cancel,
-    /// It ran longer than a job may.
+    /// The wall-clock limit is exceeded.
     Deadline,
-    /// The service shuts down: the job goes back to the queue.
+    /// The service shuts down: the job returns to the queue.
     Shutdown,
 }
 
@@ -20,7 +20,7 @@ const CANCEL: u8 = 1;
 const DEADLINE: u8 = 2;
 const SHUTDOWN: u8 = 3;
 
-/// The brake of one running job, shared by its worker and by those who may stop it.
+/// Control of one running job, shared by its worker and those who may stop it.
 #[derive(Debug)]
 pub struct RunControl {
     reason: AtomicU8,
@@ -29,13 +29,13 @@ pub struct RunControl {
 }
 
 impl RunControl {
-    /// A job that starts now and may run for `deadline`.
+    /// Control of a job that starts now and may run for `deadline`.
     pub fn new(deadline: Duration) -> Self {
         Self { reason: AtomicU8::new(GO_ON), started: Instant::now(), deadline }
     }
 
-    /// Asks the job to stop. The first reason stays, except that a cancel overrules a shutdown: what its owner does not
-    /// want must not come back after a restart.
+    /// Requests the job to stop. The first reason stays, except that a cancellation overrides a shutdown: a job
+    /// unwanted by its owner must not restart with the service.
     pub fn stop(&self, reason: StopReason) {
         let code = match reason {
             StopReason::Cancel => CANCEL,
@@ -48,7 +48,7 @@ impl RunControl {
         }
     }
 
-    /// Why it was asked to stop, if it was.
+    /// Reason of the request to stop, if there was one.
     pub fn reason(&self) -> Option<StopReason> {
         match self.reason.load(Ordering::SeqCst) {
             CANCEL => Some(StopReason::Cancel),
@@ -58,7 +58,7 @@ impl RunControl {
         }
     }
 
-    /// What the stepper asks before every step.
+    /// Interrupt for the stepper, polled before every step.
     pub fn interrupt(&self) -> Option<Interrupt> {
         if self.reason().is_none() && self.started.elapsed() > self.deadline {
             self.stop(StopReason::Deadline);
@@ -69,7 +69,7 @@ impl RunControl {
         })
     }
 
-    /// How long it has been running.
+    /// Running time so far.
     pub fn elapsed(&self) -> Duration {
         self.started.elapsed()
     }

@@ -1,14 +1,14 @@
-//! What of the service is in the files of this machine and in no store of blobs: the file of the job store, the recordings that are
-//! still written. One process may use the folder.
+//! The local data folder, outside of any blob store: the file of the job store, and recordings that are still being
+//! written. Only one process may use the folder.
 //!
-//! A run writes `runs/<id>.mcap.partial`, and its recorder gives the file its name when it is whole; then it becomes a
-//! [blob](crate::blobs). Everything else that a run writes begins with `<id>.` too, so that it can be found when the job goes.
+//! A run writes `runs/<id>.mcap.partial`, which its recorder renames when complete; then it becomes a
+//! [blob](crate::blobs). All other files of a run begin with `<id>.` as well, so that they can be removed with the job.
 
 use super::{JobId, JobsError};
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-/// The data folder, locked for this process as long as this value lives.
+/// The data folder, locked for this process during the life of this value.
 #[derive(Debug)]
 pub struct DataFolder {
     root: PathBuf,
@@ -17,10 +17,10 @@ pub struct DataFolder {
 }
 
 impl DataFolder {
-    /// Takes a folder, and makes it and its rooms if need be.
+    /// Locks a folder, creating it and its subfolders if necessary.
     ///
     /// # Errors
-    /// `InUse` when another process has it; `File` when it cannot be made.
+    /// `InUse` if another process has it; `File` if it cannot be created.
     pub fn open(root: &Path) -> Result<Self, JobsError> {
         let folder = root.join("runs");
         std::fs::create_dir_all(&folder).map_err(|e| JobsError::file(&folder, e))?;
@@ -33,38 +33,38 @@ impl DataFolder {
         }
     }
 
-    /// The file of a job store that is one.
+    /// File of a job store in a single file.
     pub fn store_file(&self) -> PathBuf {
         self.root.join("jobs.sqlite")
     }
 
-    /// The recording of a job until it is a blob.
+    /// Recording of a job until it becomes a blob.
     pub fn recording(&self, id: JobId) -> PathBuf {
         self.root.join("runs").join(format!("{id}.mcap"))
     }
 
-    /// A snapshot of the recording of a job until it is a blob.
+    /// Snapshot of the recording of a job until it becomes a blob.
     pub fn snapshot(&self, id: JobId) -> PathBuf {
         self.root.join("runs").join(format!("{id}.snapshot.mcap"))
     }
 
-    /// Removes whatever a run of a job left.
+    /// Removes all files of a run.
     ///
     /// # Errors
-    /// When a file is there and stays.
+    /// If an existing file cannot be removed.
     pub fn remove(&self, id: JobId) -> Result<(), JobsError> {
         self.remove_all(&format!("{id}."))
     }
 
-    /// Removes whatever runs left. Only while there is none.
+    /// Removes all files of all runs. Only if no run is active.
     ///
     /// # Errors
-    /// When a file is there and stays.
+    /// If an existing file cannot be removed.
     pub fn sweep(&self) -> Result<(), JobsError> {
         self.remove_all("")
     }
 
-    /// Removes the files of runs whose names begin so.
+    /// Removes the files of runs with this prefix.
     fn remove_all(&self, beginning: &str) -> Result<(), JobsError> {
         let folder = self.root.join("runs");
         for entry in std::fs::read_dir(&folder).map_err(|e| JobsError::file(&folder, e))? {

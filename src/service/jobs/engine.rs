@@ -1,7 +1,7 @@
-//! What jobs need of a simulator: to judge a scene, to run it, to mend a recording that was cut off.
+//! Interface of a simulator for jobs: validate a scene, run it, repair an interrupted recording.
 //!
-//! The queue and the HTTP routes know only this trait, so that they can be tested without finite elements. The engine
-//! that ships is [`super::simulator::Simulator`].
+//! The queue and the HTTP routes use only this trait, so that they can be tested without finite elements. The
+//! production engine is [`super::simulator::Simulator`].
 
 use super::control::RunControl;
 use super::store::Event;
@@ -18,20 +18,20 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A document that was sent: its text, which is kept, and what it says, read once.
+/// A received document: its text, which is stored, and its content, parsed once.
 #[derive(Clone, Debug)]
 pub struct JsonDocument {
-    /// As it came.
+    /// Text of the document as received.
     pub text: Vec<u8>,
-    /// What it says, and the keys that it has twice.
+    /// Parsed content, and repeated keys.
     pub parsed: Parsed,
 }
 
 impl JsonDocument {
-    /// Reads a text.
+    /// Parses a text.
     ///
     /// # Errors
-    /// When it is no JSON.
+    /// If it is not JSON.
     pub fn read(text: Vec<u8>) -> Result<Self, serde_json::Error> {
         let parsed = read(&text)?;
         Ok(Self { text, parsed })
@@ -43,72 +43,72 @@ impl JsonDocument {
     }
 }
 
-/// What is known of a scene that may run.
+/// Properties of a scene that can run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedScene {
-    /// Its name.
+    /// Name of the scene.
     pub name: String,
-    /// The name of the question: a digest of the document and its meshes.
+    /// Identity of the question: a digest of the document and its meshes.
     pub content_hash: String,
     /// Simulated time to the end [s].
     pub end_time_s: f64,
-    /// What is odd, but not wrong.
+    /// Warnings that do not prevent a run.
     pub warnings: Vec<Problem>,
 }
 
-/// What a scene would be, without running it.
+/// Preview of a scene without running it.
 #[derive(Clone, Debug)]
 pub struct ScenePreview {
-    /// What is known of it.
+    /// Properties of the scene.
     pub checked: CheckedScene,
-    /// The bodies and their meshes.
+    /// Bodies and their meshes.
     pub bodies: Vec<BodySummary>,
-    /// What the plan keeps and leaves out, and what it will cost.
+    /// Plan with what it keeps and omits, and its expected cost.
     pub plan: PlanReport,
 }
 
-/// One run that a worker asks for.
+/// A run requested by a worker.
 pub struct RunOrder<'a> {
-    /// What the document asks for.
+    /// Kind of job that the document requests.
     pub kind: JobKind,
-    /// The document as it was accepted.
+    /// Document accepted at submission.
     pub document: &'a [u8],
-    /// What [`Engine::check`] called it.
+    /// Digest of the scene from [`Engine::check`].
     pub content_hash: &'a str,
-    /// The meshes that it may name.
+    /// Meshes that it may name.
     pub meshes: &'a MeshShelf,
-    /// Where the recording goes when it is whole; until then it is [`crate::record::partial_path`] of that.
+    /// Path of the complete recording; until then it is at [`crate::record::partial_path`] of that.
     pub recording: &'a Path,
-    /// Threads of the run.
+    /// Number of threads for the run.
     pub threads: usize,
-    /// How it is stopped.
+    /// Control for stopping the run.
     pub control: &'a RunControl,
-    /// Told how far it has come, as often as the engine likes.
+    /// Receives the progress, as often as the engine chooses.
     pub progress: &'a mut (dyn FnMut(Progress) + Send),
-    /// Told parts of the result as they come.
+    /// Receives parts of the result as they become available.
     pub tell: &'a mut dyn FnMut(Event<'static>),
-    /// Where results are kept by content, for all jobs.
+    /// Store of results by content, for all jobs.
     pub blobs: &'a Arc<dyn BlobStore>,
 }
 
-/// How a run ended that began.
+/// How a started run ended.
 #[derive(Clone, Debug)]
 pub struct RunReport {
-    /// How it ended.
+    /// Ending of the run.
     pub ending: Ending,
-    /// Its summary, as JSON text.
+    /// Summary as JSON text.
     pub summary: Option<String>,
-    /// How far it came.
+    /// Progress when the run ended.
     pub progress: Progress,
 }
 
-/// A simulator.
+/// Interface of a simulator.
 pub trait Engine: Send + Sync + 'static {
-    /// Judges what a job shall be made of, without compiling its scene: whether it may run. The scene of a study or of a what-if
-    /// question stands in its document.
+    /// Validates the document of a job without compiling its scene. The scene of a study or of a what-if question is
+    /// part of its document.
     ///
     /// # Errors
-    /// Every problem of the document at once.
+    /// All problems of the document at once.
     fn check(
         &self,
         kind: JobKind,
@@ -116,10 +116,10 @@ pub trait Engine: Send + Sync + 'static {
         meshes: &MeshShelf,
     ) -> Result<CheckedScene, Problems>;
 
-    /// Judges a scene and compiles it: what it would be, and what it would cost.
+    /// Validates a scene and compiles it, to preview its properties and its cost.
     ///
     /// # Errors
-    /// Every problem of the scene at once.
+    /// All problems of the scene at once.
     fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems>;
 
     /// Runs a job to its end. The recording is closed and readable however it ends.
@@ -128,22 +128,22 @@ pub trait Engine: Send + Sync + 'static {
     /// The diagnosis of a run that could not begin.
     fn run(&self, order: RunOrder<'_>) -> Result<RunReport, Failure>;
 
-    /// Makes a whole recording of the partial one that a lost writer left, and marks it incomplete.
+    /// Turns the partial recording of a lost writer into a complete file marked as incomplete.
     ///
     /// # Errors
-    /// A sentence that says why nothing of it can be read.
+    /// A sentence that explains why nothing of it can be read.
     fn mend_recording(&self, recording: &Path) -> Result<(), String>;
 
-    /// Writes what a recording has so far to `target`, a whole file of its own.
+    /// Writes the recording so far to `target`, as a complete file of its own.
     ///
     /// # Errors
-    /// A sentence that says why there is nothing yet.
+    /// A sentence that explains why there is nothing yet.
     fn snapshot(&self, recording: &Path, target: &Path) -> Result<(), String>;
 
-    /// Reads and judges an uploaded mesh, of the format given or of the one that it looks like.
+    /// Reads and checks an uploaded mesh, in the given or the detected format.
     ///
     /// # Errors
-    /// Why it is not one.
+    /// Why it is not a mesh.
     fn inspect_mesh(
         &self,
         bytes: &[u8],

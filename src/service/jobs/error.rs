@@ -1,38 +1,38 @@
-//! What can go wrong with jobs.
+//! Errors of jobs and their storage.
 
 use crate::blobs::BlobError;
 use std::error::Error;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-/// Why a job could not be kept, found or run.
+/// Why a job could not be stored, found or run.
 #[derive(Debug, thiserror::Error)]
 pub enum JobsError {
     /// The job store did not answer.
     #[error("the job store failed: {source}")]
     Store {
-        /// What of it is worth knowing, whichever store it is.
+        /// Kind of fault, for any store.
         fault: StoreFault,
-        /// Why, in the words of the store.
+        /// Error of the store itself.
         source: Box<dyn Error + Send + Sync>,
     },
-    /// The tables of the job store could not be brought to this version.
+    /// The tables of the job store could not be migrated to this version.
     #[error("the job store could not be migrated: {0}")]
     Migration(#[source] Box<dyn Error + Send + Sync>),
     /// A row that this version did not write.
     #[error("the job store holds an unknown {what}: {value:?}")]
     Corrupt {
-        /// What was read.
+        /// What the value stands for.
         what: &'static str,
-        /// The value.
+        /// The value that is unknown.
         value: String,
     },
     /// A file or folder that could not be used.
     #[error("{}: {source}", path.display())]
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A blob that could not be used.
@@ -41,16 +41,16 @@ pub enum JobsError {
     /// Another process uses the data folder.
     #[error("{} is in use by another process", path.display())]
     InUse {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
     },
-    /// Something of the job could not be written as JSON.
+    /// A part of a job could not be serialised as JSON.
     #[error("a part of a job could not be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// As many jobs wait as may wait.
+    /// The maximum number of jobs is waiting.
     #[error("{waiting} jobs wait already")]
     QueueFull {
-        /// How many.
+        /// Number of waiting jobs.
         waiting: u64,
     },
 }
@@ -58,16 +58,16 @@ pub enum JobsError {
 /// How a job store failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreFault {
-    /// It has no room.
+    /// No space is left.
     Full,
-    /// Its disk failed, or it had too much to do: later it may be otherwise.
+    /// Temporary fault: the disk failed, or the store is overloaded.
     Passing,
-    /// Anything else.
+    /// Any other fault of the store.
     Other,
 }
 
 impl JobsError {
-    /// Whether there was no room.
+    /// Whether no space was left.
     pub fn is_storage_full(&self) -> bool {
         match self {
             Self::Store { fault, .. } => *fault == StoreFault::Full,
@@ -75,7 +75,7 @@ impl JobsError {
         }
     }
 
-    /// How a file or a blob failed.
+    /// Kind of error of a file or a blob.
     pub fn io_kind(&self) -> Option<ErrorKind> {
         match self {
             Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => Some(source.kind()),
@@ -83,12 +83,12 @@ impl JobsError {
         }
     }
 
-    /// Whether it may be otherwise later.
+    /// Whether a retry may succeed.
     pub fn is_passing(&self) -> bool {
         matches!(self, Self::Store { fault: StoreFault::Passing, .. })
     }
 
-    /// An error about a file.
+    /// An error concerning a file.
     pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::File { path: path.into(), source }
     }

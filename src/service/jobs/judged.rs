@@ -1,11 +1,11 @@
-//! Scenes that were judged last, as they were loaded: a job that begins soon after its submission need not load its scene again,
+//! Recently validated scenes, kept loaded: a job that begins soon after its submission need not load its scene again,
 //! nor that of its study or question.
 
 use crate::scene::Loaded;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A few scenes, each until its job takes it or others have come.
+/// A few scenes, each until its job takes it or newer ones replace it.
 #[derive(Debug)]
 pub(super) struct Judged {
     most: usize,
@@ -13,7 +13,7 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    /// So many at most: each may hold a mesh in memory.
+    /// At most this many: each may hold a mesh in memory.
     pub fn new(most: usize) -> Self {
         Self { most, scenes: Mutex::default() }
     }
@@ -27,7 +27,7 @@ impl Judged {
         }
     }
 
-    /// The scene of a question, which says all of it: document and meshes.
+    /// The scene for a digest, which covers both document and meshes.
     pub fn take(&self, content_hash: &str) -> Option<Loaded> {
         let mut scenes = self.scenes();
         let index = scenes.iter().position(|(known, _)| known == content_hash)?;

@@ -1,20 +1,20 @@
-//! What a job is for: decided where it is submitted, kept with it, and read back.
+//! Kind of a job: determined at submission, and stored with it.
 
 /// The kinds of jobs. Each has documents of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobKind {
-    /// Runs a scene.
+    /// Run of a scene.
     Simulation,
-    /// Runs a scene, or a matrix of scenes, in many settings.
+    /// Runs of a scene, or a matrix of scenes, with many settings.
     Study,
-    /// Answers a what-if question.
+    /// Answer to a what-if question.
     WhatIf,
 }
 
 impl JobKind {
     const ALL: [Self; 3] = [Self::Simulation, Self::Study, Self::WhatIf];
 
-    /// The name in the store.
+    /// Name in the store.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Simulation => "simulation",
@@ -23,12 +23,12 @@ impl JobKind {
         }
     }
 
-    /// The kind of a name.
+    /// The kind with a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.as_str() == name)
     }
 
-    /// What its document is called.
+    /// Name of its document.
     pub fn document(self) -> &'static str {
         match self {
             Self::Simulation => "scene",
@@ -37,7 +37,7 @@ impl JobKind {
         }
     }
 
-    /// What the job is for, if not for a scene: it has no scene of its own then, and so no plan.
+    /// Purpose of a job other than running a scene: it has no scene of its own, and therefore no plan.
     pub fn purpose(self) -> Option<&'static str> {
         match self {
             Self::Simulation => None,

@@ -1,12 +1,11 @@
-//! Jobs: scenes that wait, run and end, and survive the process that runs them.
+//! Jobs: scenes that wait, run and end, and outlive the process that runs them.
 //!
-//! - [`store`]: what is kept of jobs, behind a trait; every change of a job and the event that tells of it are one
-//!   transaction.
-//! - [`queue`]: what can be asked of jobs: submit, cancel, delete; and recovery at the start.
-//! - [`worker`]: threads that claim a job, run it by an [`engine::Engine`] and say how it ended.
-//! - [`data_folder`]: files that are still written.
-//! - [`snapshots`]: what can be seen of a recording while it is written.
-//! - [`control`]: how a running job is stopped, and why.
+//! - [`store`]: the records of jobs, behind a trait; every change of a job and its event are one transaction.
+//! - [`queue`]: operations on jobs: submit, cancel, delete; and recovery at the start.
+//! - [`worker`]: threads that claim a job, run it with an [`engine::Engine`] and record how it ended.
+//! - [`data_folder`]: files that are still being written.
+//! - [`snapshots`]: views of a recording while it is written.
+//! - [`control`]: stopping a running job, and why.
 
 pub mod control;
 pub mod data_folder;
@@ -35,30 +34,30 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-/// Name of a job. Version 7: ids sort by their time of arrival and cannot be guessed.
+/// Id of a job. UUID version 7: ids sort by their time of arrival and cannot be guessed.
 pub type JobId = Uuid;
 
-/// Where a job stands.
+/// State of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
-    /// It waits for a worker.
+    /// Waiting for a worker.
     Queued,
-    /// A worker has it.
+    /// A worker is running it.
     Running,
-    /// It reached the end time, and its gates were passed.
+    /// The end time was reached, and the gates were passed.
     Succeeded,
-    /// It ended early; `failure` says why.
+    /// It ended early; `failure` gives the reason.
     Failed,
-    /// Somebody stopped it.
+    /// Cancelled by the user.
     Cancelled,
 }
 
 impl JobState {
-    /// All of them, in the order of a life.
+    /// All states in order of progress.
     pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
 
-    /// The name on the wire and in the store.
+    /// Name in documents and in the store.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -69,12 +68,12 @@ impl JobState {
         }
     }
 
-    /// The state of a name.
+    /// The state with a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.as_str() == name)
     }
 
-    /// The state that a job ends in whose run ended so.
+    /// Final state of a job whose run ended in this way.
     pub fn of(ending: &Ending) -> Self {
         match ending {
             Ending::Finished => Self::Succeeded,
@@ -83,7 +82,7 @@ impl JobState {
         }
     }
 
-    /// Whether nothing will change any more.
+    /// Whether the state is final.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
@@ -93,10 +92,10 @@ impl JobState {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Recording)]
 pub struct FinalRecording {
-    /// Its size [bytes].
+    /// Size of the file in bytes.
     pub bytes: u64,
     /// SHA-256 of its bytes, hexadecimal.
     pub sha256: String,
-    /// Whether it holds the whole run.
+    /// Whether it contains the whole run.
     pub complete: bool,
 }

@@ -1,4 +1,4 @@
-//! What can be asked of jobs, and what is done with them at the start.
+//! Operations on jobs, and recovery at the start.
 
 use super::control::{RunControl, StopReason};
 use super::data_folder::DataFolder;
@@ -20,30 +20,30 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, broadcast, watch};
 
-/// Where the service keeps what it has.
+/// Storage of the service.
 #[derive(Debug)]
 pub struct Storage {
-    /// The jobs.
+    /// Store of the jobs.
     pub jobs: Arc<dyn JobStore>,
     /// Recordings, snapshots, meshes, results.
     pub blobs: Arc<dyn BlobStore>,
-    /// The files that still grow.
+    /// Local folder of files still being written.
     pub folder: DataFolder,
 }
 
-/// The queue: the store, the workers' brakes, and the bell that rings when something happened to a job.
+/// The queue: the store, the controls of running jobs, and a channel that announces events of jobs.
 pub struct Queue {
-    /// The job store.
+    /// Store of the jobs.
     pub store: Arc<dyn JobStore>,
     /// Recordings, snapshots, meshes, results.
     pub blobs: Arc<dyn BlobStore>,
-    /// The simulator.
+    /// Engine that runs the jobs.
     pub engine: Arc<dyn Engine>,
-    /// The files that still grow.
+    /// Local folder of files still being written.
     pub folder: DataFolder,
-    /// Limits.
+    /// Limits of the service.
     pub config: Arc<ServiceConfig>,
-    /// Counters.
+    /// Counters served to Prometheus.
     pub metrics: Arc<Metrics>,
     running: Mutex<BTreeMap<JobId, Arc<RunControl>>>,
     snapshots: Snapshots,
@@ -53,11 +53,11 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// A queue that takes over what the process before it left: jobs that ran wait again, or end if they lost their
-    /// worker too often.
+    /// Opens a queue and recovers jobs of the previous process: jobs that were running wait again, or end if they lost
+    /// their worker too often.
     ///
     /// # Errors
-    /// When the store or the files fail.
+    /// If the store or the files fail.
     pub async fn open(
         storage: Storage,
         config: Arc<ServiceConfig>,
@@ -84,7 +84,7 @@ impl Queue {
         Ok(queue)
     }
 
-    /// Settles what the process before this one left.
+    /// Recovers the jobs of the previous process.
     async fn recover(self: &Arc<Self>) -> Result<(), JobsError> {
         for Orphan { seq, id, attempt, wish } in self.store.orphans().await? {
             let fate = Fate::of(wish, attempt, self.config.max_attempts);
@@ -110,7 +110,7 @@ impl Queue {
         Ok(())
     }
 
-    /// Removes what the process before this one left and nothing refers to: files of runs, snapshots, uploads that were not noted.
+    /// Removes unreferenced files of the previous process: files of runs, snapshots, unregistered uploads.
     async fn sweep(self: &Arc<Self>) -> Result<(), JobsError> {
         let known = self.store.blobs().await?;
         self.with_files(move |queue| {
@@ -120,7 +120,8 @@ impl Queue {
                     queue.blobs.list(shelf)?.into_iter().filter(|entry| !known.contains(&entry.name));
                 let (recordings, rest): (Vec<_>, Vec<_>) =
                     unknown.partition(|entry| is_recording(&entry.name));
-                // Nothing here leaves a recording without its job: who put an older job store in place decides what becomes of it.
+                // The service never leaves a recording without its job: whoever restores an older job store decides
+                // what to do with it.
                 for entry in &recordings {
                     tracing::warn!(blob = entry.name, "no job has this recording");
                 }
@@ -131,7 +132,7 @@ impl Queue {
         .await
     }
 
-    /// Fails unless the store of blobs takes what is written.
+    /// Checks that the blob store accepts writes.
     ///
     /// # Errors
     /// Why it does not.
@@ -140,10 +141,10 @@ impl Queue {
         Ok(draft.append(&vec![0; 64 << 10])?)
     }
 
-    /// Work that waits for files, away from the threads of the runtime.
+    /// Runs work that waits for files outside the runtime's threads.
     ///
     /// # Errors
-    /// Those of the work; and when it panics.
+    /// Errors of the work, or its panic.
     pub async fn with_files<T: Send + 'static>(
         self: &Arc<Self>,
         work: impl FnOnce(&Self) -> Result<T, JobsError> + Send + 'static,
@@ -155,8 +156,8 @@ impl Queue {
             .unwrap_or_else(|error| Err(JobsError::file("the data folder", std::io::Error::other(error))))
     }
 
-    /// The recording that an ended run left, a blob from now on, with its digest. One that its writer did not close is mended
-    /// first; nothing when nothing of it can be read.
+    /// Stores the recording of an ended run as a blob, with its digest. A recording that its writer did not close is
+    /// repaired first; `None` if nothing of it can be read.
     pub(super) fn keep_recording(
         &self,
         id: JobId,
@@ -173,23 +174,23 @@ impl Queue {
         let BlobDigest { bytes, sha256 } = if file.exists() {
             self.blobs.adopt(&file, &name)?
         } else {
-            // The process before this one may have come so far.
+            // The previous process may have completed this step.
             let Some(blob) = self.blobs.open(&name)? else { return Ok(None) };
             BlobDigest::of(blob).map_err(BlobError::of(name))?
         };
         Ok(Some(FinalRecording { bytes, sha256, complete }))
     }
 
-    /// Removes whatever a job left.
+    /// Removes all files of a job.
     pub(super) fn remove_files(&self, id: JobId) -> Result<(), JobsError> {
         self.folder.remove(id)?;
         Ok(self.blobs.delete(&recording_name(id))?)
     }
 
-    /// Keeps a new job; it is durable when this returns.
+    /// Stores a new job, which is durable on return.
     ///
     /// # Errors
-    /// `QueueFull`, or when the store fails.
+    /// `QueueFull`, or if the store fails.
     pub async fn submit(&self, new: &NewJob) -> Result<Submitted, JobsError> {
         let submitted = self.store.submit(new, self.config.max_queued).await?;
         if let Submitted::Created(job) = &submitted {
@@ -200,10 +201,10 @@ impl Queue {
         Ok(submitted)
     }
 
-    /// Cancels a job that waits; stops one that runs.
+    /// Cancels a waiting job, or stops a running one.
     ///
     /// # Errors
-    /// When the store fails.
+    /// If the store fails.
     pub async fn cancel(&self, owner: &str, id: JobId) -> Result<CancelAnswer, JobsError> {
         let answer = self.store.cancel(owner, id).await?;
         match answer {
@@ -214,14 +215,14 @@ impl Queue {
         Ok(answer)
     }
 
-    /// Deletes a job: nobody can ask for it from now on. The files of a job that runs go when its worker has let go of
-    /// them, a step or two later. False when there is no such job.
+    /// Deletes a job, which is inaccessible from now on. The files of a running job are removed when its worker has
+    /// released them, a step or two later. False if there is no such job.
     ///
     /// # Errors
-    /// When the store or the files fail.
+    /// If the store or the files fail.
     pub async fn delete(self: &Arc<Self>, owner: &str, id: JobId) -> Result<bool, JobsError> {
         let hidden = match self.store.hide(owner, id).await {
-            // What fills the disk is what shall go: the note of it finds room after that.
+            // On a full disk the files are removed first, which makes space for the record of the deletion.
             Err(error) if error.is_storage_full() => {
                 let job = self.store.job(owner, id).await?;
                 if job.is_none_or(|job| !job.state.is_final()) {
@@ -247,14 +248,14 @@ impl Queue {
         Ok(true)
     }
 
-    /// The next job to run; waits for one. `None` when the service shuts down.
+    /// The next job to run; waits for one. `None` if the service shuts down.
     ///
     /// # Errors
-    /// When the store fails.
+    /// If the store fails.
     pub async fn next(&self) -> Result<Option<(ClaimedJob, Arc<RunControl>)>, JobsError> {
         let mut closing = self.closing.subscribe();
         loop {
-            // Registered before the look into the store, so that no arrival falls between the two.
+            // Registered before the store is read, so that no arrival is missed in between.
             let arrival = self.arrivals.notified();
             if *closing.borrow_and_update() {
                 return Ok(None);
@@ -273,30 +274,30 @@ impl Queue {
         }
     }
 
-    /// The brake of a job that begins, pulled already if its owner cancelled or deleted it in between.
+    /// Control of a job that begins, already stopped if its owner cancelled or deleted it in between.
     async fn take_control(&self, job: &ClaimedJob) -> Arc<RunControl> {
         let control = Arc::new(RunControl::new(self.config.deadline));
         self.controls().insert(job.id, Arc::clone(&control));
         match self.store.wish(job.seq).await {
             Ok(OwnerWish::Stop | OwnerWish::Deletion) => control.stop(StopReason::Cancel),
             Ok(OwnerWish::Result) => {}
-            // The job is claimed and has to run: a cancel that was missed here is only late.
+            // The job is claimed and must run: a cancellation missed here is only delayed.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not see whether it is still wanted"),
         }
         control
     }
 
-    /// Lets go of the brake of a job that has ended.
+    /// Releases the control of a job that has ended.
     pub(super) fn release(&self, job: &ClaimedJob) {
         self.controls().remove(&job.id);
         self.snapshots.close(job.id);
         self.ring(job.seq);
     }
 
-    /// What can be seen of the recording of a job that runs. Copies files: not for threads of the runtime.
+    /// Snapshot of the recording of a running job. Copies files: not for threads of the runtime.
     ///
     /// # Errors
-    /// When the files fail.
+    /// If the files fail.
     pub fn snapshot(&self, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
         if !self.controls().contains_key(&id) {
             return Ok(None);
@@ -304,40 +305,40 @@ impl Queue {
         self.snapshots.look(&self.folder, id, which)
     }
 
-    /// The meshes that an owner's scenes may name. To be used outside the threads of the runtime only.
+    /// Meshes available to an owner's scenes. Only for use outside the runtime's threads.
     pub fn shelf(&self, owner: &str) -> MeshShelf {
         let runtime = tokio::runtime::Handle::current();
         MeshShelf::new(Arc::clone(&self.blobs), Arc::clone(&self.store), owner.to_owned(), runtime)
     }
 
-    /// A bell that names the job that something happened to.
+    /// Channel that announces the jobs with new events.
     pub fn listen(&self) -> broadcast::Receiver<i64> {
         self.bell.subscribe()
     }
 
-    /// True from the moment on that the service shuts down.
+    /// Becomes true when the service shuts down.
     pub fn closing(&self) -> watch::Receiver<bool> {
         self.closing.subscribe()
     }
 
-    /// Whether the service shuts down.
+    /// Whether the service is shutting down.
     pub fn is_closing(&self) -> bool {
         *self.closing.borrow()
     }
 
-    /// No job is taken up from now on.
+    /// Closes the queue: no further job is started.
     pub fn close(&self) {
         self.closing.send_replace(true);
     }
 
-    /// Stops what runs; it goes back to the queue.
+    /// Stops running jobs, which return to the queue.
     pub fn interrupt_all(&self) {
         for control in self.controls().values() {
             control.stop(StopReason::Shutdown);
         }
     }
 
-    /// Rings the bell for a job. Nobody may be listening, and that is fine.
+    /// Announces an event of a job, whether or not anyone is listening.
     pub(super) fn ring(&self, seq: i64) {
         let _ = self.bell.send(seq);
     }
@@ -353,16 +354,16 @@ impl Queue {
     }
 }
 
-/// What becomes of a job whose worker was lost.
+/// Fate of a job whose worker was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
-    /// It waits again.
+    /// The job waits again.
     Requeue,
-    /// Its owner had cancelled it.
+    /// The job had been cancelled by its owner.
     Cancel,
-    /// It lost its worker too often.
+    /// The job lost its worker too often, and fails.
     GiveUp,
-    /// Its owner had deleted it.
+    /// The job had been deleted by its owner.
     Erase,
 }
 

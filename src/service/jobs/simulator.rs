@@ -1,4 +1,4 @@
-//! The engine that ships: scenes are loaded, compiled and run as by the command line.
+//! The production engine: loads, compiles and runs scenes as the command line does.
 
 use super::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
 use super::failures::{for_the_world, internal, invalid_scene};
@@ -26,11 +26,11 @@ use std::io::Read as _;
 use std::path::Path;
 use std::time::Duration;
 
-/// Element-steps per second of one thread that no machine is known to reach: a scene that would take longer than the
-/// deadline at this speed is refused, and none that could have been in time.
+/// Element-steps per second of one thread beyond any known machine: a scene that would exceed the deadline even at this
+/// speed is refused, without refusing any that could finish in time.
 const UNREACHED_ELEMENT_STEPS_PER_SECOND: f64 = 3e7;
 
-/// Floating-point operations per second of one thread, likewise: systems are solved on one.
+/// Floating-point operations per second of one thread, likewise: linear systems are solved on one thread.
 const UNREACHED_FLOPS: f64 = 3e11;
 
 /// Loads, compiles and runs scenes within a budget.
@@ -45,7 +45,7 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// A simulator that takes what the service may run.
+    /// A simulator with the limits of the service.
     pub fn new(config: &ServiceConfig) -> Self {
         Self {
             budget: config.budget.clone(),
@@ -62,12 +62,12 @@ impl Simulator {
         self.too_long(&loaded, 1, "/end_time_s").map_or(Ok(loaded), |problem| Err(problem.alone()))
     }
 
-    /// The problem of a scene that cannot be run so often before the deadline, at a place of the document.
+    /// Problem of a scene whose runs cannot finish before the deadline, located in the document.
     pub(super) fn too_long(&self, loaded: &Loaded, runs: u64, place: &str) -> Option<Problem> {
         let element_steps = loaded.estimate.elements as f64 * loaded.estimate.steps as f64;
         let systems_s =
             if loaded.scene.document.integrator.is_implicit() { least_systems_s(loaded) } else { 0.0 };
-        // One run has all threads for its elements and one for its systems; several run side by side.
+        // A single run uses all threads for its elements and one for its systems; several runs are parallel.
         let of_run = |threads: usize| element_steps / (UNREACHED_ELEMENT_STEPS_PER_SECOND * threads as f64);
         let least_s = if runs > 1 {
             (of_run(1) + systems_s) * runs as f64 / self.what_if_threads as f64
@@ -88,22 +88,22 @@ impl Simulator {
     }
 }
 
-/// Least time of the linear systems of implicit steps [s]: one factorisation, and one solution a step.
+/// Minimum time of the linear systems of implicit steps [s]: one factorisation, and one solution per step.
 fn least_systems_s(loaded: &Loaded) -> f64 {
     let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(&b.mesh));
-    // What cannot be analysed is told when it is compiled.
+    // A system that cannot be analysed is reported when it is compiled.
     let Ok(factor) = sizes.sum::<Result<FactorSize, _>>() else { return 0.0 };
     (factor.flops + loaded.estimate.steps as f64 * 4.0 * factor.entries) / UNREACHED_FLOPS
 }
 
 impl Simulator {
-    /// Keeps the scene of what was judged for the job that will be made of it.
+    /// Keeps the scene of a validated document for its job.
     pub(super) fn keep(&self, checked: CheckedScene, loaded: Loaded) -> CheckedScene {
         self.judged.keep(&checked.content_hash, loaded);
         checked
     }
 
-    /// The scene of a job as it was judged, if that was a moment ago; else loaded anew.
+    /// The scene of a job as validated, if that was recent; otherwise loaded again.
     pub(super) fn scene_of(
         &self,
         content_hash: &str,
@@ -116,26 +116,27 @@ impl Simulator {
         }
     }
 
-    /// Cases of a what-if question that run side by side.
+    /// Number of parallel cases of a what-if question.
     pub(super) fn what_if_threads(&self) -> usize {
         self.what_if_threads
     }
 
-    /// What what-if questions remember.
+    /// Cache of what-if results.
     pub(super) fn results(&self) -> &SharedResults {
         &self.results
     }
 
-    /// What a run may cost.
+    /// Budget of a run.
     pub(super) fn budget(&self) -> &Budget {
         &self.budget
     }
 
-    /// Runs a scene.
+    /// Runs a loaded scene and reports its ending and summary.
     fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, Failure> {
         let estimated_steps = loaded.estimate.steps;
         let mut reached = Progress::beginning(Phase::Loading);
         let spending = Spending::new(&self.budget, order.recording);
+        // Each report updates the spending and the expected number of steps.
         let mut progress = |p: Progress| {
             spending.note(p.step);
             let expected_steps = Some(expected_steps(p.step, p.progress, estimated_steps));
@@ -157,7 +158,7 @@ impl Simulator {
             Ending::Failed { failure } => for_the_world(failure).into(),
             other => other,
         };
-        // The very text that is attached to the recording.
+        // The same text as attached to the recording.
         let summary = result.summary.to_json().map_err(|error| {
             tracing::error!(%error, "the summary cannot be written as JSON");
             internal()
@@ -234,7 +235,7 @@ impl Engine for Simulator {
     }
 }
 
-/// Uploaded meshes, by id.
+/// Uploaded meshes by id.
 impl MeshSource for MeshShelf {
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError> {
         let mesh = self.find(name).map_err(|error| match error {
@@ -246,13 +247,13 @@ impl MeshSource for MeshShelf {
         }
         let mut bytes = Vec::new();
         let opened = self.open(&mesh).map_err(|error| unreadable(name, &error))?;
-        let mut blob = opened.ok_or_else(|| unreadable(name, &"it is gone"))?;
+        let mut blob = opened.ok_or_else(|| unreadable(name, &"it is missing"))?;
         blob.read_to_end(&mut bytes).map_err(|error| unreadable(name, &error))?;
         Ok(MeshBytes { file_name: format!("{}.{}", mesh.id, mesh.format.extension()), bytes })
     }
 }
 
-/// Why a mesh that is there cannot be read: the reason is in the log, paths of the server are not for the world.
+/// Error of an existing mesh that cannot be read: the log has the reason, as paths of the server are not disclosed.
 fn unreadable(name: &str, error: &dyn std::fmt::Display) -> MeshSourceError {
     tracing::error!(mesh = name, %error, "a mesh cannot be read");
     MeshSourceError::Unreadable { name: name.to_owned(), reason: "the storage of the service failed".into() }
@@ -267,18 +268,19 @@ pub(super) fn checked(loaded: &Loaded) -> CheckedScene {
     }
 }
 
-/// Steps in all, from those that a share of the run took; from the estimate while that share says nothing yet.
+/// Total number of steps, extrapolated from the completed fraction of the run; from the estimate while that is too
+/// small.
 fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
     const SAYS_SOMETHING: f64 = 0.02;
     if share < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / share).round() as u64 }
 }
 
-/// The problem of a scene that only its plan could tell.
+/// Problem of a scene that is only found when its plan is compiled.
 fn not_compilable(error: &dyn std::error::Error) -> Problem {
     Problem::error("not_compilable", &Pointer::root(), error.to_string())
 }
 
-/// What an uploaded mesh holds; `None` when that is nothing.
+/// Report on an uploaded mesh; `None` if it is empty.
 fn report(mesh: &Mesh) -> Option<MeshReport> {
     let quality = quality(mesh)?;
     let mut elements_of_part = vec![0_u64; mesh.parts.len()];

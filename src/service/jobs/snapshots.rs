@@ -1,7 +1,7 @@
-//! Looks at recordings that are still written: blobs of their own, numbered.
+//! Snapshots of recordings that are still being written: numbered blobs.
 //!
-//! A growing file must not be downloaded: parts of it would not fit together. A snapshot is taken when somebody asks and
-//! the last one is old; the last few are kept, so that a download in parts can come to its end.
+//! A growing file must not be downloaded, since its parts would not match. A snapshot is taken on request if the last
+//! one is too old; the last few are kept, so that partial downloads can be completed.
 
 use super::data_folder::DataFolder;
 use super::engine::Engine;
@@ -13,66 +13,66 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Snapshots kept of a job.
+/// Number of snapshots kept for a job.
 const KEPT: usize = 3;
-/// Least age of a snapshot before another is taken.
+/// Minimum age of a snapshot before another is taken.
 const LEAST_AGE: Duration = Duration::from_secs(1);
-/// A snapshot copies the recording so far; at most this share of the time goes into that.
+/// A snapshot copies the recording so far; the copies take at most one part in this many of the time.
 const MOST_SHARE: u32 = 10;
 
-/// A blob that shows a run as it was.
+/// A blob with the state of a run at one time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snapshot {
-    /// Its number, from 1.
+    /// Number of the snapshot, from 1.
     pub number: u32,
-    /// Size and digest.
+    /// Size and digest of the blob.
     pub digest: BlobDigest,
 }
 
-/// Which snapshot is wanted.
+/// Selects a snapshot of a running job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// The one of this digest if it is still kept, else the latest.
+    /// The one with this digest if it is still kept, otherwise the latest.
     OfDigest(String),
-    /// The one of this number.
+    /// The one with this number.
     Number(u32),
-    /// The latest.
+    /// The snapshot taken last.
     Latest,
 }
 
-/// The snapshots of all jobs that run.
+/// Snapshots of all running jobs.
 pub struct Snapshots {
     engine: Arc<dyn Engine>,
     blobs: Arc<dyn BlobStore>,
     albums: Mutex<BTreeMap<JobId, Arc<Mutex<Album>>>>,
 }
 
-/// The snapshots of one job.
+/// Snapshots of one job.
 #[derive(Debug, Default)]
 struct Album {
     kept: VecDeque<Snapshot>,
     last_number: u32,
     /// When the last one was taken, how long that took, and how long the partial file was.
     last: Option<(Instant, Duration, u64)>,
-    /// The run is over: nothing is taken any more.
+    /// The run is over: no further snapshots are taken.
     closed: bool,
 }
 
 impl Snapshots {
-    /// None yet.
+    /// An empty collection of snapshots.
     pub fn new(engine: Arc<dyn Engine>, blobs: Arc<dyn BlobStore>) -> Self {
         Self { engine, blobs, albums: Mutex::default() }
     }
 
-    /// A snapshot of a job that runs; `None` when there is none such, or nothing to see yet. Copies files: not for threads
-    /// of the runtime.
+    /// A snapshot of a running job; `None` if it does not exist, or there is nothing to see yet. Copies files: not for
+    /// threads of the runtime.
     ///
     /// # Errors
-    /// When the files fail.
+    /// If the files fail.
     pub fn look(&self, folder: &DataFolder, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
         let album =
             Arc::clone(self.albums.lock().unwrap_or_else(PoisonError::into_inner).entry(id).or_default());
-        // One at a time for each job; who comes second finds what the first one took.
+        // One at a time for each job; the second request finds the snapshot of the first.
         let mut album = album.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = |album: &Album| match which {
             Which::OfDigest(sha256) => album.kept.iter().find(|s| s.digest.sha256 == *sha256).cloned(),
@@ -89,7 +89,7 @@ impl Snapshots {
         Ok(album.kept.back().cloned())
     }
 
-    /// Forgets the snapshots of a job that has ended.
+    /// Removes the snapshots of a job that has ended.
     pub fn close(&self, id: JobId) {
         let album = self.albums.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
         let Some(album) = album else { return };
@@ -98,14 +98,14 @@ impl Snapshots {
         album.kept.drain(..).for_each(|old| self.forget(id, &old));
     }
 
-    /// Deletes a snapshot; who downloads it reads it to its end.
+    /// Deletes a snapshot; downloads in progress can finish.
     fn forget(&self, id: JobId, old: &Snapshot) {
         if let Err(error) = self.blobs.delete(&snapshot_name(id, old.number)) {
             tracing::warn!(job = %id, %error, "a snapshot stays");
         }
     }
 
-    /// Takes another snapshot if the last one is old and the recording has grown.
+    /// Takes another snapshot if the last one is too old and the recording has grown.
     fn renew(&self, album: &mut Album, folder: &DataFolder, id: JobId) -> Result<(), JobsError> {
         let recording = folder.recording(id);
         let Ok(partial) = std::fs::metadata(partial_path(&recording)) else { return Ok(()) };
@@ -119,7 +119,7 @@ impl Snapshots {
         let number = album.last_number + 1;
         let path = folder.snapshot(id);
         if let Err(reason) = self.engine.snapshot(&recording, &path) {
-            // The run has ended in between, or has written nothing that can be read.
+            // The run has ended in between, or has not written anything readable.
             tracing::debug!(job = %id, reason, "no snapshot");
             return Ok(());
         }

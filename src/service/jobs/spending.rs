@@ -1,4 +1,4 @@
-//! What a run spends, against what it may: a scene is accepted on an estimate, and runs may cost more.
+//! Resources used by a run, compared with its budget: a scene is accepted on an estimate, which its run may exceed.
 
 use crate::record::partial_path;
 use crate::scene::Budget;
@@ -15,12 +15,12 @@ pub(super) struct Spending<'a> {
 }
 
 impl<'a> Spending<'a> {
-    /// Of a run that begins.
+    /// Counters of a run that begins.
     pub fn new(budget: &'a Budget, recording: &'a Path) -> Self {
         Self { budget, recording, steps: AtomicU64::new(0), bytes: AtomicU64::new(0) }
     }
 
-    /// Notes the steps done, and looks at the file. For every report, not for every step.
+    /// Updates the steps completed and the size of the file. Once per report, not per step.
     pub fn note(&self, steps: u64) {
         let bytes = std::fs::metadata(partial_path(self.recording)).map_or(0, |file| file.len());
         self.steps.store(steps, Ordering::Relaxed);

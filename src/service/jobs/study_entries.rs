@@ -1,26 +1,26 @@
-//! Lists of settings in a study: how long they may be, and what each entry must keep to.
+//! Lists of settings in a study: their length, and the limits of each entry.
 
 use crate::scene::Problem;
 use crate::scene::problem::Pointer;
 use serde_json::Value;
 
-/// Entries that a list of settings may have: each is a run or more.
+/// Maximum number of entries in a list of settings: each is at least one run.
 pub(super) const MOST_ENTRIES: usize = 16;
 
-/// A list of settings.
+/// A list of settings with its limits.
 pub(super) struct Entries<'a, T> {
-    /// The member of the study that holds it.
+    /// Member of the study that contains it.
     pub name: &'a str,
-    /// What was written.
+    /// Entries as given in the document.
     pub written: &'a [T],
-    /// What each must keep to.
+    /// Limit of each entry.
     pub limit: String,
-    /// What to give.
+    /// Suggested correction of the entries.
     pub remedy: &'a str,
 }
 
 impl<T: Copy + PartialEq + Into<Value>> Entries<'_, T> {
-    /// All that is wrong: that there are too many, and each of the first that is not good or comes again.
+    /// All problems: too many entries, and the first that is inadmissible or repeated.
     pub fn problems(&self, is_good: impl Fn(T) -> bool) -> Vec<Problem> {
         let first = self.written.iter().enumerate().take(MOST_ENTRIES);
         let of_entries = first.filter_map(|(index, entry)| {

@@ -1,4 +1,4 @@
-//! Studies as jobs: many runs of one scene behind one job, whose summary is what they say.
+//! Studies as jobs: many runs of one scene in one job, whose summary contains the results.
 
 use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
@@ -19,12 +19,12 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use utoipa::ToSchema;
 
-/// Implicit steps of the matrix over the explicit one that are offered.
+/// Admissible ratios of implicit to explicit steps.
 const STEP_RATIOS: RangeInclusive<u32> = 1..=100_000;
-/// Shortest implicit step [s]: what is shorter resolves nothing.
+/// Shortest admissible implicit step [s].
 const SHORTEST_STEP_S: f64 = 1e-12;
 
-/// A study that is asked for.
+/// Request for a study.
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StudyDocument {
@@ -38,7 +38,7 @@ pub enum StudyDocument {
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorStudyDocument {
-    /// The scene document.
+    /// Scene document to study.
     #[schema(value_type = Object)]
     scene: Value,
     /// Coarsest mesh: −1 halves the numbers of elements of generated meshes.
@@ -47,23 +47,23 @@ pub struct ErrorStudyDocument {
     /// Finest mesh: each level splits every element into eight.
     #[serde(default = "usual_finest")]
     finest: i32,
-    /// Formulations beside the scene's own.
+    /// Formulations in addition to the scene's own.
     #[serde(default)]
     #[schema(value_type = Vec<String>)]
     formulations: Vec<Formulation>,
-    /// Lengths of implicit steps beside the scene's own stepping, from 1e-12 to `end_time_s` of the scene, each once [s].
+    /// Lengths of additional implicit steps, from 1e-12 to `end_time_s` of the scene, without repetition [s].
     #[serde(default)]
     implicit_steps_s: Vec<f64>,
-    /// Solvers of contact problems beside the scene's own, with its own stepping and with each of those steps.
+    /// Additional solvers of contact problems, with the scene's own time integration and with each of those steps.
     #[serde(default)]
     contact_solvers: Vec<ContactSolver>,
-    /// Whether the error of the geometry is told apart, by a run of the next finer mesh on the facets of the scene's own.
+    /// Whether to separate the geometry error, by a run of the next finer mesh on the facets of the scene's own.
     #[serde(default)]
     geometry: bool,
-    /// Whether lighter skins and implicit steps are combined with every mesh and formulation.
+    /// Whether reduced boundary mass and implicit steps are combined with every mesh and formulation.
     #[serde(default)]
     combined: bool,
-    /// Exact values by the name of the quantity, where they are known.
+    /// Exact values by the name of the quantity, if known.
     #[serde(default)]
     exact: BTreeMap<String, f64>,
 }
@@ -72,12 +72,12 @@ pub struct ErrorStudyDocument {
 #[derive(Clone, Debug, Deserialize, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityStudyDocument {
-    /// The ends of each axis only.
+    /// Only the ends of each axis.
     #[serde(default = "yes")]
     short: bool,
-    /// Steps of the implicit scheme over the explicit one, from 1 to 100000, each once; no step is longer than half its run. None by
-    /// default, which leaves the implicit scheme out; `contuse study stability` runs 1, 10, 100 and 1000 by default, and with `--short`
-    /// all but the first.
+    /// Ratios of implicit to explicit steps, from 1 to 100000, without repetition; no step is longer than half its run.
+    /// None by default, which omits the implicit scheme; `contuse study stability` runs 1, 10, 100 and 1000 by default,
+    /// and with `--short` all but the first.
     #[serde(default)]
     implicit: Vec<u32>,
 }
@@ -93,7 +93,8 @@ fn yes() -> bool {
 }
 
 impl StudyDocument {
-    /// The study of a document, or where it is none. Serde loses its way in a tagged enum, so the tag is read first.
+    /// Reads the study from a document, or locates its errors. Serde loses error locations in a tagged enum, so the tag
+    /// is read first.
     fn read(mut document: Value) -> Result<Self, Problem> {
         let kind = document.as_object_mut().and_then(|members| members.remove("kind"));
         let read = match kind.as_ref().and_then(Value::as_str) {
@@ -110,7 +111,7 @@ impl StudyDocument {
     }
 }
 
-/// Judges a study; problems of its scene have their place in the whole document.
+/// Validates a study; problems of its scene are located in the whole document.
 pub(super) fn check(
     simulator: &Simulator,
     document: &JsonDocument,
@@ -132,13 +133,13 @@ fn problems_of_ratios(ratios: &[u32]) -> Problems {
         name: "implicit",
         written: ratios,
         limit: format!("from {} to {}", STEP_RATIOS.start(), STEP_RATIOS.end()),
-        remedy: "give implicit steps as multiples of the explicit one, such as 1, 10 and 100; none leaves the scheme out",
+        remedy: "give implicit steps as multiples of the explicit one, such as 1, 10 and 100; none omits the scheme",
     };
     Problems(list.problems(|ratio| STEP_RATIOS.contains(&ratio)))
 }
 
 fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<Problem> {
-    // A scene without an end is refused for that.
+    // A scene without an end is rejected elsewhere.
     let end_s = scene.get("end_time_s").and_then(Value::as_f64).filter(|end_s| *end_s > 0.0);
     let list = Entries {
         name: "implicit_steps_s",
@@ -173,7 +174,7 @@ fn check_error(
     Ok(simulator.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
 }
 
-/// Where the scene of a study or a question stands in its document.
+/// Location of the scene in the document of a study or a question.
 pub(super) fn scene_place() -> Pointer {
     Pointer::root().key("scene")
 }
@@ -194,7 +195,7 @@ fn no_quantity(name: &str) -> Problem {
         .remedy(format!("there are {}", Quantity::ALL.map(Quantity::name).join(", ")))
 }
 
-/// Runs a study that was judged before.
+/// Runs a validated study.
 pub(super) fn run(
     simulator: &Simulator,
     document: Value,
@@ -202,6 +203,7 @@ pub(super) fn run(
 ) -> Result<RunReport, Failure> {
     let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&problem.alone()))?;
     let mut reached = Progress::beginning(Phase::Stepping);
+    // Progress counts the runs of the study.
     let mut tell = |number: usize, count: usize| {
         reached.progress = number as f64 / count.max(1) as f64;
         reached.step = number as u64;
@@ -252,6 +254,7 @@ pub(super) fn run(
         tracing::error!(%error, "a study cannot be written as JSON");
         internal()
     })?;
+    // A stopped study has a summary of the completed part.
     let ending = match () {
         () if stopped.as_deref() == Some("deadline") => out_of_time().into(),
         () if stopped.is_some() => Ending::Cancelled,

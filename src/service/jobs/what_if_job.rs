@@ -1,4 +1,4 @@
-//! What-if questions as jobs: the answer is the summary, and every case is an event as it comes.
+//! What-if questions as jobs: the answer is the summary, and every case is an event.
 
 use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
@@ -20,12 +20,12 @@ use crate::study::what_if::{
 use serde_json::Value;
 use std::sync::{Arc, OnceLock};
 
-/// Results that questions of one service share.
+/// Cache of results shared by all questions of a service.
 #[derive(Debug, Default)]
 pub struct SharedResults(OnceLock<Cache>);
 
 impl SharedResults {
-    /// Those of a store. One that cannot be used costs time and no answer.
+    /// The cache in a blob store. A failure of the store costs time but no answer.
     fn of(&self, blobs: &Arc<dyn BlobStore>) -> &Cache {
         self.0.get_or_init(|| {
             Cache::on_shelf(Arc::clone(blobs), RESULTS).unwrap_or_else(|error| {
@@ -36,7 +36,7 @@ impl SharedResults {
     }
 }
 
-/// Judges a question; problems of its scene have their place in the whole document.
+/// Validates a question; problems of its scene are located in the whole document.
 pub(super) fn check(
     simulator: &Simulator,
     document: &JsonDocument,
@@ -57,12 +57,12 @@ pub(super) fn check(
     Ok(simulator.keep(checked, base))
 }
 
-/// The question of a document, or where it is none.
+/// Reads the question from a document, or locates its errors.
 fn read(document: &Value) -> Result<WhatIfDocument, Problem> {
     serde_path_to_error::deserialize(document).map_err(|error| Problem::refused_by_serde(&error, document))
 }
 
-/// The scene of the question, still to be loaded.
+/// The scene of the question, not yet loaded.
 fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
     question.scene.clone().map(Parsed::from).ok_or_else(|| {
         Problem::error("no_base", &Pointer::root(), "the question has no base")
@@ -71,7 +71,7 @@ fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
     })
 }
 
-/// Answers a question that was judged before.
+/// Answers a validated question.
 pub(super) fn run(
     simulator: &Simulator,
     document: &Value,
@@ -84,6 +84,7 @@ pub(super) fn run(
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
+    // Each case is an event, and advances the progress.
     let answer = study_what_if(&mut WhatIfRequest {
         question,
         base: &base,
@@ -109,14 +110,14 @@ pub(super) fn run(
     Ok(RunReport { ending: ending(&answer), summary: Some(summary), progress: reached })
 }
 
-/// A part of the answer as an event.
+/// Converts a part of the answer to an event.
 fn event(partial: &Partial) -> Event<'static> {
     let kind = match partial {
         Partial::Case { .. } => "case",
         Partial::ErrorBars { .. } => "error_bars",
         Partial::Limit(_) => "limit",
     };
-    // Numbers and texts can always be written; were it not so, the event would say nothing.
+    // Serialisation of numbers and texts cannot fail; otherwise the event would be empty.
     Event { kind, data: serde_json::to_value(partial).unwrap_or_default() }
 }
 

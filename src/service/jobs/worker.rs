@@ -1,7 +1,7 @@
-//! Workers: threads that take one job at a time.
+//! Workers: threads that process one job at a time.
 //!
-//! A run computes for minutes without a pause, so it has a thread of its own and not one of the runtime's; the thread
-//! speaks with the store by blocking on it.
+//! A run computes for minutes without yielding, so it uses a thread of its own rather than one of the runtime; the
+//! thread blocks on calls to the store.
 
 use super::control::{RunControl, StopReason};
 use super::engine::{RunOrder, RunReport};
@@ -16,17 +16,17 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::runtime::Handle;
 
-/// Least time between two persisted reports of one run.
+/// Minimum interval between two persisted progress reports of a run.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
-/// A run writes about so many reports in every e-fold of its duration, however long it runs.
+/// Approximate number of progress reports in every e-fold of a run's duration.
 const PROGRESS_PER_EFOLD: u32 = 100;
-/// Attempts to write the end of a job, with growing pauses: a full disk may be emptied in the meantime.
+/// Attempts to write the end of a job, with growing pauses: space may be freed on a full disk in the meantime.
 const FINISH_ATTEMPTS: u32 = 5;
 
 /// Starts the workers of a queue. They end when the queue closes.
 ///
 /// # Errors
-/// When the system gives no thread.
+/// If the system provides no thread.
 pub fn start(queue: &Arc<Queue>) -> std::io::Result<Vec<JoinHandle<()>>> {
     let runtime = Handle::current();
     (0..queue.config.workers)
@@ -58,7 +58,7 @@ impl Worker {
         }
     }
 
-    /// Runs one job. Should the worker itself have a fault, the job fails for it and the worker goes on.
+    /// Runs one job. If the worker itself panics, the job fails and the worker continues.
     fn run_guarded(&self, job: &ClaimedJob, control: &RunControl) {
         if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
             tracing::error!(job = %job.id, "the worker panicked");
@@ -72,12 +72,12 @@ impl Worker {
         self.queue.release(job);
     }
 
-    /// Runs one job and says how it ended.
+    /// Runs one job and records how it ended.
     fn run(&self, job: &ClaimedJob, control: &RunControl) {
         tracing::info!(job = %job.id, attempt = job.attempt, "running");
         let result = self.simulate(job, control);
         let outcome = match control.reason() {
-            // Deleted: nobody may ask for it any more.
+            // Deleted: no longer accessible.
             Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
             Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
                 self.put_back(job)
@@ -85,17 +85,17 @@ impl Worker {
             _ => self.finish(job, result),
         };
         if let Err(error) = outcome {
-            // The row still says "running": the next start of the service finds it and settles it.
+            // The row still says "running": the next start of the service recovers it.
             tracing::error!(job = %job.id, %error, "could not write how the job ended");
         }
         self.queue.metrics.run_ended(control.elapsed());
     }
 
-    /// Calls the engine. A panic in it is a fault of the program, and of this job alone.
+    /// Calls the engine. A panic in it is a defect of the program, and affects this job only.
     fn simulate(&self, job: &ClaimedJob, control: &RunControl) -> Result<RunReport, Failure> {
         let _runtime = self.runtime.enter();
         let recording = self.queue.folder.recording(job.id);
-        // What an earlier attempt left.
+        // Files of an earlier attempt.
         self.queue.remove_files(job.id).map_err(|e| recording_failed(&e))?;
         let shelf = self.queue.shelf(&job.owner);
         let mut reporter = Reporter::new(self, job);
@@ -122,12 +122,12 @@ impl Worker {
         })
     }
 
-    /// Keeps a part of a result as an event.
+    /// Stores a part of a result as an event.
     fn record_event(&self, job: &ClaimedJob, event: &Event<'_>) {
         let written = self.queue.store.record_event(job.seq, job.attempt, event);
         match self.runtime.block_on(written) {
             Ok(()) => self.queue.ring(job.seq),
-            // The whole result will have it.
+            // The complete result will contain it.
             Err(error) => tracing::warn!(job = %job.id, %error, "could not write a part of its result"),
         }
     }
@@ -155,7 +155,7 @@ impl Worker {
         self.write_end(job, &end)
     }
 
-    /// Writes how a job ended, again and again for a while if the store does not take it.
+    /// Records how a job ended, with retries for a while if the store fails.
     fn write_end(&self, job: &ClaimedJob, end: &JobEnd) -> Result<(), JobsError> {
         for attempt in 1.. {
             match self.runtime.block_on(self.queue.store.finish(job.seq, job.attempt, end)) {
@@ -172,7 +172,7 @@ impl Worker {
                 }
             }
         }
-        // Deleted while it was ending: nobody else will erase it.
+        // Deleted while ending: no one else will erase it.
         if self.is_hidden(job) { self.erase(job) } else { Ok(()) }
     }
 
@@ -199,7 +199,7 @@ impl Worker {
     }
 }
 
-/// Persists how far a run has come, at a modest rate.
+/// Persists the progress of a run at a limited rate.
 struct Reporter<'a> {
     worker: &'a Worker,
     job: &'a ClaimedJob,
@@ -229,18 +229,18 @@ impl<'a> Reporter<'a> {
         ));
         match written {
             Ok(()) => queue.ring(self.job.seq),
-            // The run is worth more than the report of it.
+            // The run is more important than its progress report.
             Err(error) => tracing::warn!(job = %self.job.id, %error, "could not write its progress"),
         }
     }
 }
 
-/// Expected time to the end [s] of a run that has done a share of itself in `elapsed`.
+/// Expected remaining time [s] of a run that has completed a fraction in `elapsed`.
 fn eta_s(elapsed: Duration, share: f64) -> Option<f64> {
     (share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share)
 }
 
-/// What a panic said.
+/// Message of a panic.
 fn panic_words(payload: &(dyn std::any::Any + Send)) -> &str {
     payload
         .downcast_ref::<&str>()

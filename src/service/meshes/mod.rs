@@ -1,4 +1,4 @@
-//! Uploaded meshes: named by what they are, seen only by those who uploaded them.
+//! Uploaded meshes: identified by content, visible only to those who uploaded them.
 
 mod shelf;
 
@@ -9,65 +9,65 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use utoipa::ToSchema;
 
-/// What a mesh holds, and how good it is.
+/// Contents and quality of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeshReport {
-    /// Number of nodes.
+    /// Number of nodes in the file.
     pub nodes: u64,
-    /// Number of elements.
+    /// Number of elements in the file.
     pub elements: u64,
     /// Number of elements of each part.
     pub parts: BTreeMap<String, u64>,
     /// Number of nodes of each node set.
     pub node_sets: BTreeMap<String, u64>,
-    /// Lowest corner of the box around it, in the unit of the file.
+    /// Lower corner of the bounding box, in the unit of the file.
     pub bounding_box_min: [f64; 3],
-    /// Highest corner.
+    /// Upper corner of the bounding box.
     pub bounding_box_max: [f64; 3],
-    /// How good its elements are.
+    /// Quality of the elements.
     pub quality: MeshQualityReport,
-    /// What its reader noticed.
+    /// Notes of the reader.
     pub notes: Vec<String>,
 }
 
-/// How good the elements of a mesh are.
+/// Quality of the elements of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct MeshQualityReport {
     /// Smallest scaled Jacobian at corners and quadrature points [-], 1 for bricks; not positive: the mesh cannot run.
     pub min_scaled_jacobian: f64,
-    /// The element where that is.
+    /// Element with that Jacobian.
     pub worst_element: u32,
-    /// Elements with a Jacobian that is not positive at a quadrature point.
+    /// Number of elements with a non-positive Jacobian at a quadrature point.
     pub negative_elements: u64,
-    /// The first of them.
+    /// The first of these elements.
     pub first_negative_elements: Vec<u32>,
-    /// Elements that are sound inside but folded at a corner: they can run, with poor accuracy.
+    /// Number of elements that are valid inside but folded at a corner: they can run, with poor accuracy.
     pub folded_elements: u64,
-    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
+    /// Largest ratio of longest to shortest edge in one element [-]; null if an edge has zero length.
     pub max_aspect_ratio: Option<f64>,
-    /// Nodes at exactly the position of an earlier one.
+    /// Number of nodes at exactly the position of an earlier one.
     pub coincident_nodes: u64,
     /// Shortest edge, in the unit of the file.
     pub min_edge: f64,
-    /// Longest edge.
+    /// Longest edge, in the unit of the file.
     pub max_edge: f64,
     /// Volume, in the cube of that unit.
     pub volume: f64,
 }
 
-/// An uploaded mesh.
+/// An uploaded mesh with its report.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 #[schema(as = UploadedMesh)]
 pub struct StoredMesh {
     /// SHA-256 of its bytes, hexadecimal: the name by which scenes use it.
     pub id: String,
-    /// Its format.
+    /// Format of the file.
     pub format: MeshFormat,
-    /// Its size [bytes].
+    /// Size of the file in bytes.
     pub bytes: u64,
-    /// When it came first, RFC 3339.
+    /// Time of the first upload, RFC 3339.
     pub created_at: String,
-    /// What it holds.
+    /// Contents and quality of the mesh.
     #[serde(flatten)]
     pub report: MeshReport,
 }
@@ -76,6 +76,6 @@ pub struct StoredMesh {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct MeshRefusal {
-    /// What is wrong, and where in the file.
+    /// Description of the error, and where it is in the file.
     pub message: String,
 }

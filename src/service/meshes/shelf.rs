@@ -1,4 +1,4 @@
-//! The meshes that one owner's scenes may name.
+//! The meshes available to one owner's scenes.
 
 use super::StoredMesh;
 use crate::blobs::{Blob, BlobStore};
@@ -8,7 +8,7 @@ use crate::service::shelves::mesh_name;
 use std::sync::Arc;
 use tokio::runtime::Handle;
 
-/// The meshes of one owner. A scene names them by id and by nothing else: the name is never used as a path.
+/// Meshes of one owner. A scene names them only by id: the name is never used as a path.
 #[derive(Clone, Debug)]
 pub struct MeshShelf {
     blobs: Arc<dyn BlobStore>,
@@ -17,7 +17,7 @@ pub struct MeshShelf {
     runtime: Handle,
 }
 
-/// Why a name on a scene is no mesh.
+/// Why a name in a scene is not a mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum ShelfError {
     /// The name is not the id of a mesh that this owner uploaded.
@@ -29,7 +29,7 @@ pub enum ShelfError {
 }
 
 impl MeshShelf {
-    /// The meshes of `owner`.
+    /// The meshes uploaded by `owner`.
     pub fn new(blobs: Arc<dyn BlobStore>, store: Arc<dyn JobStore>, owner: String, runtime: Handle) -> Self {
         Self { blobs, store, owner, runtime }
     }
@@ -37,7 +37,7 @@ impl MeshShelf {
     /// An uploaded mesh. Blocks on the store: not for threads of the runtime.
     ///
     /// # Errors
-    /// `Unknown` when the owner has no such mesh.
+    /// `Unknown` if the owner has no such mesh.
     pub fn find(&self, id: &str) -> Result<StoredMesh, ShelfError> {
         if !is_id(id) {
             return Err(ShelfError::Unknown);
@@ -45,10 +45,10 @@ impl MeshShelf {
         self.runtime.block_on(self.store.mesh(&self.owner, id))?.ok_or(ShelfError::Unknown)
     }
 
-    /// The bytes of an uploaded mesh; `None` when somebody removed them.
+    /// The contents of an uploaded mesh; `None` if they were removed.
     ///
     /// # Errors
-    /// When they cannot be opened.
+    /// If they cannot be opened.
     pub fn open(&self, mesh: &StoredMesh) -> Result<Option<Box<dyn Blob>>, JobsError> {
         Ok(self.blobs.open(&mesh_name(&mesh.id, mesh.format))?)
     }

@@ -1,4 +1,4 @@
-//! The contact law in an implicit step: the reactions of the contacts that were found, by the solvers of contact problems.
+//! The contact law in an implicit step: the reactions of the detected contacts, by the solvers of contact problems.
 
 use super::iterate::Step;
 use super::system::System;
@@ -14,14 +14,15 @@ use crate::step::failure::FailureCause;
 use crate::step::integrator::Phase;
 use crate::step::run::Ask;
 
-/// Normal compliance below this share of the trace: nothing can move along n.
+/// Normal compliance below this fraction of the trace: no motion along n is possible.
 const IMMOVABLE: f64 = 1e-12;
-/// Tolerance of the contact law without mass, as a share of that of the equilibrium, and its least.
+/// Tolerance of the contact law in quasi-static steps relative to that of the equilibrium, and its lower bound.
 const STATIC_CONTACT: f64 = 1e-2;
 const TIGHTEST_CONTACT: f64 = 1e-13;
 
-/// Reactions of the contacts, from the velocities without them; contacts whose sides cannot move are dropped. Where nothing rubs
-/// each has one unknown. W is formed unless the contacts are many, or their solver needs no more than products with it.
+/// Solves for the reactions of the contacts from the contact-free velocities; contacts whose sides cannot move are
+/// dropped. Frictionless contacts have one unknown each. W is formed unless there are many contacts, or their solver is
+/// matrix-free.
 pub(super) fn solve_contacts(
     step: &Step,
     system: &mut System,
@@ -52,7 +53,8 @@ pub(super) fn solve_contacts(
     contact.accept_report(&report.map_err(no_problem)?)
 }
 
-/// Without mass the free motion is long where contact alone holds a body, and what the law misses is a share of it.
+/// In quasi-static steps the free motion is large for bodies supported by contact only, and the residual of the law is
+/// relative to it.
 fn tolerance(step: &Step, contact: &ContactStep) -> f64 {
     match step.options.statics {
         Some(_) => contact.tolerance().min(STATIC_CONTACT * step.options.tolerance).max(TIGHTEST_CONTACT),
@@ -60,7 +62,7 @@ fn tolerance(step: &Step, contact: &ContactStep) -> f64 {
     }
 }
 
-/// With W, row by row.
+/// Solves with W stored row by row.
 fn solve_with_matrix(
     system: &mut System,
     contact: &mut ContactStep,
@@ -91,7 +93,7 @@ fn solve_with_matrix(
     Ok(report)
 }
 
-/// With products with W, each of which is a solution with the matrix of the step.
+/// Matrix-free: products with W, each a solution with the matrix of the step.
 fn solve_by_products(
     system: &mut System,
     contact: &mut ContactStep,
@@ -115,7 +117,7 @@ fn solve_by_products(
     Ok(report)
 }
 
-/// Keeps reactions of so many `unknowns` each.
+/// Stores reactions with `unknowns` components each.
 fn store(contact: &mut ContactStep, r: &[f64], unknowns: usize) {
     let (_, reactions) = contact.problem();
     for (reaction, r) in reactions.iter_mut().zip(r.chunks_exact(unknowns)) {
@@ -124,7 +126,7 @@ fn store(contact: &mut ContactStep, r: &[f64], unknowns: usize) {
     }
 }
 
-/// As if each contact had one unknown, with the same bits: rows (n, t1, t2) of contacts of which none rubs.
+/// Reduces frictionless contacts to one unknown each, with the same bits: rows (n, t1, t2).
 fn solve_normal_rows(
     W: &[f64],
     q: &[f64],
@@ -143,20 +145,20 @@ fn solve_normal_rows(
     Ok(report)
 }
 
-/// What the law asks of a contact. Without mass nothing is thrown off, and what is inside comes out.
+/// Closing velocity required by the law. In quasi-static steps nothing rebounds, and penetration is removed.
 pub(super) fn closing(step: &Step, contact: &Contact, sides: &RigidSides, v: &[Vec3]) -> [f64; 3] {
     let [normal, t1, t2] = closing_velocity(contact, sides, v, step.h);
     let inside = if step.options.statics.is_some() { contact.gap.min(0.0) / step.h } else { 0.0 };
     [normal + inside, t1, t2]
 }
 
-/// Drops the contacts along whose normal nothing can move; whether there were any. Each has so many `unknowns`, and `own` is its
-/// own entry of W along each.
+/// Drops the contacts without compliance along their normal; returns whether there were any. Each has that many
+/// `unknowns`, and `own` is its own entry of W along each.
 fn drop_immovable(contact: &mut ContactStep, unknowns: usize, own: impl Fn(usize, usize) -> f64) -> bool {
     let (contacts, reactions) = contact.problem();
     let trace = |c: usize| (0..unknowns).map(|i| own(c, i)).sum::<f64>();
     let largest = (0..contacts.len()).map(trace).fold(0.0, f64::max);
-    // With a normal alone there is nothing of the contact's own to compare with.
+    // With normal unknowns only, the largest contact is the reference.
     let size = |c: usize| if unknowns == 1 { largest } else { trace(c) };
     let keep: Vec<bool> = (0..contacts.len()).map(|c| own(c, 0) > IMMOVABLE * size(c)).collect();
     if keep.iter().all(|keep| *keep) {

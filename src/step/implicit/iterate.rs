@@ -1,4 +1,4 @@
-//! An end of the step that Newton's iteration tries: motion, forces, and what is left of the momentum balance.
+//! A trial end of the step in Newton's iteration: motion, forces, and the residual of the momentum balance.
 
 use crate::mechanics::force::{ElementForces, SweepInput, Threads};
 use crate::mechanics::tensor::Vec3;
@@ -8,58 +8,59 @@ use crate::step::failure::check_block;
 use crate::step::loads;
 use crate::step::state::State;
 
-/// What the residual is measured against is at least this many times the root of the energy that rounding stirs up.
+/// Lower bound of the reference of the residual, in multiples of the root of the energy of rounding.
 const ROUNDING: f64 = 8.0;
 
-/// Share of the square of a residual that is most of it.
+/// Fraction of the square of a residual that dominates it.
 const MOST: f64 = 0.25;
-/// A residual below this share of the forces is none that pushes a body.
+/// Residual relative to the forces below which no body counts as pushed.
 const NOTABLE: f64 = 1e-3;
 
-/// Size, damping and start of the step.
+/// Size, damping and initial values of the step.
 #[derive(Clone, Copy)]
 pub(super) struct Step<'a> {
     pub plan: &'a Plan,
     pub options: &'a Implicit,
     pub threads: &'a Threads,
     pub state: &'a State,
-    /// Velocities before the forces; the spins of rigid bodies are in their axes at the start of the step, here and at its end.
+    /// Velocities before the forces; spins of rigid bodies in the body axes at the start of the step, here and at its
+    /// end.
     pub v: &'a [Vec3],
     /// Internal forces at the start [N].
     pub f_int: &'a [Vec3],
-    /// Strain energies of the chunks at the start [J], where the forces of the step are to conserve.
+    /// Strain energies of the chunks at the start [J], if energy-conserving forces are used.
     pub energies: &'a [f64],
     /// Forces of loads at the start [N].
     pub f_ext: &'a [Vec3],
-    /// Where the loads are at the start and at the end.
+    /// Load times at the start and at the end.
     pub load_times: [LoadTime; 2],
-    /// h [s].
+    /// Step size h [s].
     pub h: f64,
-    /// Mass-proportional damping [1/s], 0 but while settling.
+    /// Mass-proportional damping [1/s], nonzero only in dynamic relaxation.
     pub damping: f64,
 }
 
 impl Step<'_> {
-    /// The velocity that takes a prescribed component of a displacement to where it is to be at the end [m/s].
+    /// Velocity that brings a prescribed displacement component to its end value [m/s].
     pub fn prescribed_velocity(&self, prescribed: &Prescribed) -> f64 {
         let goal = self.plan.loads.displacement(prescribed, self.load_times[1]);
         (goal - self.state.u[prescribed.node as usize][prescribed.axis]) / self.h
     }
 
-    /// Gravity as it acts in the step [m/s²].
+    /// Effective gravity in the step [m/s²].
     pub fn gravity(&self) -> Vec3 {
         let [start, end] = self.load_times.map(|time| loads::gravity(self.plan, time));
         end * self.options.xi + start * (1.0 - self.options.xi)
     }
 
-    /// By how much gravity grows in the step [m/s²].
+    /// Increase of gravity in the step [m/s²].
     pub fn growth_of_gravity(&self) -> Vec3 {
         let [start, end] = self.load_times.map(|time| loads::gravity(self.plan, time));
         end - start
     }
 }
 
-/// The middle of the step, the forces that conserve there [N], and the strain energies of the chunks at the end [J].
+/// Midpoint of the step, the energy-conserving forces there [N], and the strain energies of the chunks at the end [J].
 #[derive(Default)]
 struct Conserving {
     u: Vec<Vec3>,
@@ -67,26 +68,26 @@ struct Conserving {
     energies: Vec<f64>,
 }
 
-/// One end.
+/// A trial end of the step.
 pub(super) struct Iterate {
     /// v⁺, relative to the flight [m/s].
     pub v: Vec<Vec3>,
     /// Cᵀ p, the impulses of the contacts on the nodes [N s].
     pub impulse: Vec<Vec3>,
-    /// u⁺ [m].
+    /// Displacement u⁺ at the end of the step [m].
     pub u: Vec<Vec3>,
     /// Internal forces at u⁺ [N].
     pub f_int: Vec<Vec3>,
-    /// What there is of forces that conserve; empty where they need not.
+    /// Energy-conserving forces; empty if not used.
     conserving: Conserving,
     /// Forces of loads at u⁺ [N].
     pub f_ext: Vec<Vec3>,
-    /// `M (v⁺ − v) − h [ξ f⁺ + (1 − ξ) f]` of the unknowns [N s]: what the contacts must give.
+    /// `M (v⁺ − v) − h [ξ f⁺ + (1 − ξ) f]` of the unknowns [N s]: the impulse required of the contacts.
     pub lack: Vec<f64>,
-    /// Size of `lack − Cᵀ p`, and what it is measured against: `√(Σ r²/m)` [√J].
+    /// Norm of `lack − Cᵀ p`, and its reference: `√(Σ r²/m)` [√J].
     pub residual: f64,
     pub scale: f64,
-    /// Strain energy of each body, what of it is the stabilisation's [J].
+    /// Strain energy of each body, and its part in the stabilisation [J].
     pub strain: Vec<f64>,
     pub hourglass: Vec<f64>,
     /// Smallest J − 1 [-].
@@ -112,7 +113,8 @@ impl Iterate {
         }
     }
 
-    /// Everything that follows from v and the impulses. An element beyond its law is an error, with the element.
+    /// Evaluates everything that follows from v and the impulses. An element that violates its law is an error naming
+    /// the element.
     pub fn eval(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         let (state, theta) = (step.state, step.options.theta);
         let followers = step.plan.assembly.followers();
@@ -120,7 +122,7 @@ impl Iterate {
         for (node, u) in self.u.iter_mut().enumerate() {
             *u = state.u[node] + (self.v[node] * theta + state.v[node] * (1.0 - theta)) * step.h;
         }
-        // What is prescribed moves as it is told: its velocity is the mean of the step.
+        // Prescribed components follow their displacement: the velocity is the mean of the step.
         for Prescribed { node, axis, .. } in &step.plan.loads.prescribed {
             let node = *node as usize;
             self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
@@ -135,7 +137,7 @@ impl Iterate {
         Ok(())
     }
 
-    /// Forces that conserve, after the sweep at u⁺.
+    /// Evaluates energy-conserving forces, after the forces at u⁺.
     fn conserve(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         let Conserving { u, f_int, energies } = &mut self.conserving;
         forces.chunk_energies(energies);
@@ -152,7 +154,7 @@ impl Iterate {
         Ok(())
     }
 
-    /// Where the tangent of the step is: at its end, or in the middle for forces that conserve.
+    /// Linearisation point of the step: its end, or its midpoint for energy-conserving forces.
     pub fn tangent_point(&self, step: &Step) -> &[Vec3] {
         if step.options.energy_momentum { &self.conserving.u } else { &self.u }
     }
@@ -165,7 +167,7 @@ impl Iterate {
         self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi)
     }
 
-    /// Forces and energies at u.
+    /// Evaluates forces and energies at u⁺.
     pub fn sweep(
         &mut self,
         plan: &Plan,
@@ -190,13 +192,14 @@ impl Iterate {
         Ok(())
     }
 
-    /// Lack of momentum, its size without what the contacts give, and what that is measured against.
+    /// Evaluates the momentum residual, its norm without contact, and the reference of that.
     fn weigh(&mut self, step: &Step) {
         let Step { plan, options, h, .. } = *step;
         let gravity = step.gravity();
         let share = options.inertia();
         let mut sizes = [0.0; 5];
         let followers = plan.assembly.followers();
+        // Reference of the residual: the largest of the contributions to the balance.
         for node in (0..self.v.len()).filter(|node| !followers.contains(*node)) {
             let inertia = plan.inertia(node);
             let parts = [
@@ -210,6 +213,7 @@ impl Iterate {
                 *size += energy(&part, &inertia);
             }
         }
+        // Residual of the unknowns.
         let mut lack = std::mem::take(&mut self.lack);
         let mut residual = 0.0;
         options.unknowns.for_each(|unknown, node, axis| {
@@ -222,7 +226,7 @@ impl Iterate {
         self.scale = sizes.into_iter().fold(0.0, f64::max).sqrt().max(floor);
     }
 
-    /// `m (v⁺ − v) − h f` of a node along an axis [N s]: what contact, or who holds the node, must give.
+    /// `m (v⁺ − v) − h f` of a node along an axis [N s]: the impulse required of contact or a support.
     fn lack_at(&self, step: &Step, gravity: &Vec3, node: usize, axis: usize) -> f64 {
         let Step { plan, options, h, .. } = *step;
         let (m, xi) = (plan.inertia(node)[axis], options.xi);
@@ -233,8 +237,8 @@ impl Iterate {
         options.inertia() * m * (self.v[node][axis] - step.v[node][axis]) - h * force
     }
 
-    /// Impulses on the prescribed components [N s], for the ledger; without mass those of the mean of the forces at both ends,
-    /// but for contact.
+    /// Impulses on the prescribed components [N s], for the ledger; in quasi-static steps from the mean of the forces
+    /// at both ends, except for contact.
     pub fn prescribed_impulses(&self, step: &Step, impulses: &mut [f64]) {
         let gravity = step.gravity();
         let growth = step.growth_of_gravity();
@@ -249,8 +253,8 @@ impl Iterate {
         }
     }
 
-    /// What the time integrator dissipated in a body in the step [J]: the work of its internal forces on the mean velocity less
-    /// the strain energy that is there for it.
+    /// Energy dissipated by the time integrator in a body in the step [J]: the work of its internal forces on the mean
+    /// velocity minus the change of strain energy.
     pub fn dissipated(&self, step: &Step, body: usize, strain_before: f64) -> f64 {
         let nodes = &step.plan.bodies[body].nodes;
         let mut work = 0.0;
@@ -262,8 +266,9 @@ impl Iterate {
         }
         0.5 * step.h * work - (self.strain[body] - strain_before)
     }
-    /// Work of the internal forces on prescribed nodes of a body beyond that on their mean velocity [J]: such nodes move by `h v⁺`,
-    /// not by `h ½ (v + v⁺)`, which differs where the rate of their way jumps. Nothing without mass.
+    /// Work of the internal forces on prescribed nodes of a body in excess of that on their mean velocity [J]: such
+    /// nodes move by `h v⁺`, not by `h ½ (v + v⁺)`, which differs where the prescribed rate jumps. Zero in quasi-static
+    /// steps.
     pub fn driven_work(&self, step: &Step, body: usize) -> f64 {
         if step.options.statics.is_some() {
             return 0.0;
@@ -277,8 +282,8 @@ impl Iterate {
         0.5 * step.h * work.sum::<f64>()
     }
 
-    /// Work of the internal forces of a body in a load step [J], as the ledger counts that of the others: by the mean of both
-    /// ends where the loads are known at both, else (contact) by the end.
+    /// Work of the internal forces of a body in a load step [J], consistent with the work of the others in the ledger:
+    /// with the mean of both ends if the loads are known at both, otherwise (contact) with the end.
     fn left_by_load_step(&self, step: &Step, body: usize) -> f64 {
         let nodes = step.plan.bodies[body].nodes.start as usize..step.plan.bodies[body].nodes.end as usize;
         let growth = step.growth_of_gravity();
@@ -299,7 +304,7 @@ impl Iterate {
         step.h * work
     }
 
-    /// Without mass: a body that no held node keeps from moving and whose resultant [N] is most of what the equilibrium lacks.
+    /// Quasi-static: an unsupported body whose resultant [N] dominates the residual of the equilibrium.
     pub fn pushed(&self, step: &Step) -> Option<(usize, Vec3)> {
         if self.residual < NOTABLE * self.scale {
             return None;
@@ -323,7 +328,7 @@ impl Iterate {
         };
         let unheld = step.options.statics.iter().flat_map(|statics| &statics.unheld);
         let mut pushed = unheld.map(|unheld| (unheld.body, resultant(unheld.body)));
-        // √J as the residual: the resultant spread over the body.
+        // In √J like the residual: the resultant distributed over the body.
         let is_most = |(body, sum): &(usize, Vec3)| {
             sum.norm_squared() / step.plan.bodies[*body].mass > MOST * self.residual * self.residual
         };
@@ -333,7 +338,7 @@ impl Iterate {
 
 /// Forces and energies of the elements at u [m].
 fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
-    // No step is behind the elements: there is no bulk viscosity.
+    // Static evaluation: no bulk viscosity.
     let input = SweepInput { u, inverse_step: 0.0, history: &[] };
     forces.sweep(threads, &plan.blocks, &input);
 }

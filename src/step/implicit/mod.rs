@@ -5,22 +5,22 @@
 //! p : bi-potential law on  max(g, 0)/h + C v⁺
 //! ```
 //!
-//! With the law on the end *velocity* (Moreau 1988) θ = ½ does not chatter, as it does for ever with the law on the end
-//! position: a gap that is negative already asks for no velocity. It is removed by moving nodes, as in the explicit step. For a
-//! linear body without contact the energy falls by `(1 + (1 − θ)² Ω²)/(1 + θ² Ω²)` a step where ξ = θ, Ω = ωh: not at all
-//! for θ = ½, and for θ > ½ by what the ledger shows as *algorithmic*.
+//! With the law on the end *velocity* (Moreau 1988) θ = ½ does not chatter, as it would indefinitely with the law on
+//! the end position: a negative gap demands no velocity. It is removed by moving nodes, as in the explicit step. For a
+//! linear body without contact the energy decreases by the factor `(1 + (1 − θ)² Ω²)/(1 + θ² Ω²)` per step if ξ = θ, Ω
+//! = ωh: not at all for θ = ½, and for θ > ½ by the *algorithmic* dissipation in the ledger.
 //!
-//! A step that does not converge is halved, and grown again when steps come easily.
+//! A step that does not converge is halved, and increased again when steps converge easily.
 //!
-//! *Without mass* ([`Statics`]) the same iteration finds equilibrium at the end of a load step, with v⁺ the displacement of the step
-//! over h:
+//! In *quasi-static* steps ([`Statics`]) the same iteration finds equilibrium at the end of a load step, with v⁺ the
+//! displacement of the step over h:
 //!
 //! ```text
 //! 0 = h f(u⁺, t⁺) + Cᵀ p          u⁺ = u + h v⁺          p : bi-potential law on  g/h + C v⁺
 //! ```
 //!
-//! Nothing can be thrown off without mass, so the law asks a negative gap to close, too, and nothing is projected. The state has no
-//! velocity between load steps, but what holds the bodies ([`super::state::Held`]).
+//! Without inertia nothing rebounds, so the law closes negative gaps as well, and no projection is needed. The state
+//! has no velocity between load steps, but the contacts that support the bodies ([`super::state::Held`]).
 //!
 //! [`Statics`]: crate::plan::Statics
 
@@ -48,16 +48,16 @@ use iterate::{Iterate, Step};
 use newton::{Newton, Touch};
 use system::System;
 
-/// A step that took no more iterations than this was easy.
+/// Number of iterations up to which a step counts as easy.
 const EASY: u32 = 8;
 /// Growth of the step after an easy one, up to that of the scene.
 const GROWTH: f64 = 1.5;
-/// Cuts of the step that are told with their reason.
+/// Number of step cuts reported with their reason.
 const MOST_TOLD: usize = 10;
-/// A step may be longer than asked by this share, so that rounding does not cost a whole step.
+/// Relative excess over the requested step that is tolerated, so that rounding does not cost a whole step.
 const ROUNDING: f64 = 1e-9;
 
-/// Steps a plan implicitly.
+/// Advances a plan implicitly.
 pub(super) struct ImplicitStepper<'p> {
     plan: &'p Plan,
     options: &'p Implicit,
@@ -66,26 +66,26 @@ pub(super) struct ImplicitStepper<'p> {
     forces: ElementForces,
     activity: Activity,
     system: System<'p>,
-    /// At t_n: forces and energies.
+    /// Forces and energies at t_n.
     start: Iterate,
-    /// Strain energies of the chunks at t_n [J], where the forces of the step are to conserve.
+    /// Strain energies of the chunks at t_n [J], if energy-conserving forces are used.
     energies: Vec<f64>,
-    /// At t_{n+1}.
+    /// Newton iteration for t_{n+1}.
     newton: Newton,
     contact: Option<ContactStep<'p>>,
     rigid: Option<RigidStep<'p>>,
-    /// Absolute positions of the skins [m].
+    /// Absolute positions of the contact surfaces [m].
     x: Vec<Vec3>,
-    /// Mean forces of loads in the step [N], as the ledger counts them; empty where the plan has none.
+    /// Mean forces of loads in the step [N], as the ledger counts them; empty if the plan has none.
     f_ext: Vec<Vec3>,
     /// Impulses on prescribed nodes in the step [N s].
     prescribed: Vec<f64>,
-    /// Without mass: what holds the bodies at t_n.
+    /// In quasi-static steps, the contacts that support the bodies at t_n.
     held: Held,
     ledger: Ledger,
     energy: Energy,
     extremes: Extremes,
-    /// h [s] and the step to aim at next [s].
+    /// Step size h [s].
     step: f64,
     next_target: f64,
     damping: f64,
@@ -97,7 +97,7 @@ pub(super) struct ImplicitStepper<'p> {
 struct Cuts {
     count: u64,
     shortest: f64,
-    /// Time, step that was left and reason of the first ones.
+    /// Time, reduced step and reason of the first cuts.
     told: Vec<(f64, f64, String)>,
 }
 
@@ -132,7 +132,7 @@ impl<'p> ImplicitStepper<'p> {
         })
     }
 
-    /// One try with steps of length h.
+    /// Attempts one step of size h.
     fn attempt(&mut self, state: &State, phase: Phase, h: f64, interrupt: Ask) -> Result<u32, Stop> {
         let Self { plan, options, threads, damping, start, system, newton, forces, x, contact, .. } = self;
         let load_times = [state.time, state.time + h].map(|time| phase.load_time(time));
@@ -175,7 +175,7 @@ impl<'p> ImplicitStepper<'p> {
         }
     }
 
-    /// Positions of skins and rigid bodies.
+    /// Absolute positions of contact surfaces and rigid bodies.
     fn place(&mut self, state: &State, phase: Phase) {
         let surfaces = self.plan.contact.as_ref().map_or(&[][..], |contact| &contact.surfaces);
         place_skins(self.plan, surfaces, (state, phase), &mut self.x);
@@ -184,8 +184,8 @@ impl<'p> ImplicitStepper<'p> {
         }
     }
 
-    /// Share of the end of the step in the forces of loads whose work the ledger counts [-]: what the momentum has of it, and
-    /// without mass a half, with which the work is of second order.
+    /// Weight of the end of the step in the load forces whose work the ledger counts [-]: as in the momentum balance;
+    /// in quasi-static steps one half, which makes the work second-order accurate.
     fn share_of_end(&self) -> f64 {
         if self.options.statics.is_some() { 0.5 } else { self.options.xi }
     }
@@ -194,7 +194,7 @@ impl<'p> ImplicitStepper<'p> {
         self.contact.as_ref().map_or((&[], &[]), ContactStep::results)
     }
 
-    /// Adds what was done in the step.
+    /// Adds the work of the step.
     fn add_step(&mut self, state: &State, ledger: &mut Ledger) {
         let load_times = [state.time, state.time + self.step].map(|time| Phase::Running.load_time(time));
         let share = self.share_of_end();
@@ -213,7 +213,7 @@ impl<'p> ImplicitStepper<'p> {
             ledger.external[body] += driven;
         }
         let work = self.work(state, &self.newton.end.v);
-        // Without mass the velocity is that of the whole step.
+        // In quasi-static steps the velocity is that of the whole step.
         let first = if self.options.statics.is_some() { Half::After } else { Half::Before };
         ledger.add_work(&work, first);
         ledger.add_work(&work, Half::After);
@@ -233,6 +233,7 @@ impl Cuts {
 impl Stepper for ImplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, interrupt: Ask) -> Result<(), Stop> {
         self.damping = phase.damping();
+        // Forces and energies at t_n.
         self.start.u.copy_from_slice(&state.u);
         self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
@@ -243,15 +244,17 @@ impl Stepper for ImplicitStepper<'_> {
         if self.options.statics.is_some() {
             self.held.clone_from(&state.implicit.held);
             if longest == 0.0 {
-                // At the end nothing comes after: what holds the bodies is known.
+                // At the end there is no further step: the supporting contacts are known.
                 self.step = state.last_step;
                 return Ok(());
             }
         }
+        // Contact geometry and the matrix of the saved state.
         self.place(state, phase);
         let restored = self.system.restore(state.implicit.tangent.as_ref(), self.damping);
         restored.map_err(|e| Failure::new(state, FailureCause::Internal, format!("There is {e}.")))?;
 
+        // Attempt the step, halving it until it converges.
         let aimed = state.implicit.target_step;
         let mut target = if aimed > 0.0 { aimed } else { self.options.step };
         let mut was_cut = false;
@@ -273,7 +276,7 @@ impl Stepper for ImplicitStepper<'_> {
                     self.cuts.note(state.time, target, &failure);
                     let is_unheld = failure.cause == FailureCause::NothingHolds;
                     if target < self.options.smallest_step {
-                        // What the whole step lacked says more than what the last part of it did.
+                        // The diagnosis of the whole step is more informative than that of its last part.
                         let told = if is_unheld { unheld.unwrap_or(failure) } else { failure };
                         return Err(told.into());
                     }
@@ -292,10 +295,10 @@ impl Stepper for ImplicitStepper<'_> {
         let (mut ledger, mut energy) = (std::mem::take(&mut self.ledger), std::mem::take(&mut self.energy));
         ledger.copy_from(&state.ledger);
         if !state.projected.is_empty() {
-            // The other side of what was taken off on arriving here.
+            // Counterpart of the subtraction when this time was reached.
             ledger.add_strain_of_projection(&self.start.strain, 1.0);
         }
-        // Positions and velocities are of one time here: all work up to t_n has been counted.
+        // Positions and velocities refer to one time here: all work up to t_n has been counted.
         let mut motion = std::mem::take(&mut self.motion);
         let now = self.work(state, &state.v);
         motion.eval(&self.threads, &now);
@@ -306,6 +309,7 @@ impl Stepper for ImplicitStepper<'_> {
     }
 
     fn advance(&mut self, state: &mut State, phase: Phase) {
+        // Ledger and motion.
         if let Phase::Running = phase {
             self.extremes.swept_elements += self.plan.element_count() as u64;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
@@ -317,6 +321,7 @@ impl Stepper for ImplicitStepper<'_> {
         if let Some(rigid) = &self.rigid {
             rigid.advance(state);
         }
+        // Clock and memory of the integrator.
         state.last_step = self.step;
         state.time += self.step;
         state.step += 1;
@@ -324,6 +329,7 @@ impl Stepper for ImplicitStepper<'_> {
         if state.implicit.tangent != self.system.tangent {
             state.implicit.tangent.clone_from(&self.system.tangent);
         }
+        // A quasi-static step keeps the supporting contacts, and needs no projection.
         if self.options.statics.is_some() {
             let (contacts, reactions) = self.contacts_of_step();
             state.implicit.held.contacts.clear();
@@ -333,6 +339,7 @@ impl Stepper for ImplicitStepper<'_> {
             state.implicit.held.step = self.step;
             return;
         }
+        // Position projection.
         self.place(state, phase);
         if let Some(contact) = &mut self.contact {
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
@@ -381,7 +388,7 @@ impl Stepper for ImplicitStepper<'_> {
     fn warnings(&self) -> Vec<String> {
         let Some((time, _, reason)) = self.cuts.told.first() else { return Vec::new() };
         let mut warnings = vec![format!(
-            "The step was cut {} times, to {:.3e} s at the shortest; first at t = {time:.4e} s: {reason}",
+            "The step was cut {} times, to {:.3e} s at least; first at t = {time:.4e} s: {reason}",
             self.cuts.count, self.cuts.shortest
         )];
         let others = self.cuts.told[1..].iter();

@@ -1,8 +1,10 @@
-//! One implicit step of a given size: Newton's iteration on the end velocity, with the contact law solved in every iteration.
+//! One implicit step of a given size: Newton's iteration on the end velocity, with the contact law solved in every
+//! iteration.
 //!
-//! Linearised at v_k, the momentum is `S (v − v_k) + g(v_k) = Cᵀ p`, and the contacts see `C v = W p + C v_free` with
-//! `v_free = v_k − S⁻¹ g`, `W = C S⁻¹ Cᵀ`. The matrix S is taken anew only when the iteration with the one at hand is slow. The
-//! residual `g − Cᵀ p` falls along the step from (v_k, p_k) to (v, p), so a line search can hold it to that.
+//! Linearised at v_k, the momentum balance is `S (v − v_k) + g(v_k) = Cᵀ p`, and the contacts see `C v = W p + C
+//! v_free` with `v_free = v_k − S⁻¹ g`, `W = C S⁻¹ Cᵀ`. The matrix S is updated only when convergence with the present
+//! one is slow. The residual `g − Cᵀ p` decreases along the step from (v_k, p_k) to (v, p), which a line search can
+//! enforce.
 
 use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
@@ -21,46 +23,46 @@ use crate::step::loads;
 use crate::step::rigid::RigidStep;
 use crate::step::run::Ask;
 
-/// Iterations of one step.
+/// Maximum number of iterations per step.
 const MOST_ITERATIONS: u32 = 30;
-/// A matrix is taken anew when the iteration with the one at hand would need more than this many further ones.
+/// Estimated number of remaining iterations above which the matrix is updated.
 const PATIENCE: f64 = 8.0;
-/// Halvings of a line search.
+/// Maximum number of halvings in a line search.
 const MOST_HALVINGS: u32 = 6;
-/// Share of the decrease that a full step promises which a shortened one must keep.
+/// Sufficient decrease: fraction of the decrease predicted for a full step that a shortened one must achieve.
 const SUFFICIENT: f64 = 1e-4;
-/// Rounds in which contacts that the reactions close are looked for.
+/// Rounds of search for contacts closed by the reactions.
 const MOST_ROUNDS: u32 = 4;
-/// The same without mass, where contacts come one after the other until a body is held.
+/// The same in quasi-static steps, where contacts close one after the other until a body is supported.
 const MOST_STATIC_ROUNDS: u32 = 20;
-/// Share of the way of prescribed nodes by which the forces that they ask for are found.
+/// Fraction of the prescribed displacement increment used to probe the reaction forces.
 const PROBE: f64 = 1e-6;
-/// An opening velocity below minus this share of the velocities that it comes from closes a contact.
+/// Relative closing velocity, with respect to its contributions, beyond which a contact closes.
 const CLOSING: f64 = 1e-9;
 
-/// Buffers of the iteration.
+/// Work arrays of the iteration.
 pub(super) struct Newton {
-    /// The end that is tried.
+    /// Current iterate of the end of the step.
     pub end: Iterate,
-    /// The one before: velocity and impulses.
+    /// Previous iterate: velocity and impulses.
     before: (Vec<Vec3>, Vec<Vec3>),
-    /// Where a full step leads.
+    /// Full-step iterate: velocity and impulses.
     goal: (Vec<Vec3>, Vec<Vec3>),
     x: Vec<f64>,
-    /// Size of the lack of momentum that the way of the prescribed nodes will make, to first order [√J].
+    /// First-order residual due to the prescribed displacement increments [√J].
     driven: f64,
 }
 
-/// The positions at the start of the step and how contact is asked about.
+/// Positions at the start of the step and context of contact detection.
 pub(super) struct Touch<'a, 'p> {
     pub contact: Option<&'a mut ContactStep<'p>>,
-    /// The rigid bodies at the start of the step.
+    /// Rigid bodies at the start of the step.
     pub rigid: Option<&'a RigidStep<'p>>,
-    /// Absolute positions of the skins [m].
+    /// Absolute positions of the contact surfaces [m].
     pub x: &'a [Vec3],
-    /// Whether the bodies fly, whether friction has its limit.
+    /// Whether bodies are in flight, and whether friction is limited.
     pub phase: Phase,
-    /// Asked in every iteration, of the contact solver too.
+    /// Called in every iteration, also by the contact solver.
     pub interrupt: Ask<'a>,
 }
 
@@ -76,7 +78,7 @@ impl Newton {
         }
     }
 
-    /// Finds the end of the step; returns the iterations that it took.
+    /// Solves for the end of the step; returns the number of iterations.
     pub fn solve(
         &mut self,
         step: &Step,
@@ -94,19 +96,21 @@ impl Newton {
             if let Some(interrupt) = interrupt() {
                 return Err(Stop::Interrupted(interrupt));
             }
+            // Update the matrix if the step size has changed.
             if system.tangent.as_ref().is_none_or(|t| (t.step / step.h - 1.0).abs() > 0.1) {
                 self.take(step, system)?;
                 is_fresh = true;
             }
-            // A contact solver that was interrupted has not failed.
+            // Interruption of the contact solver is not a failure.
             let stop = |failure: Failure| interrupt().map_or_else(|| failure.into(), Stop::Interrupted);
             self.aim(step, system, touch, forces, is_first).map_err(stop)?;
             is_first = false;
+            // Line search along the full step.
             let expected = self.expected_fall(step);
             let share = self.search(step, system, forces, expected)?;
             let limit = step.options.tolerance * self.end.scale;
             let Some(share) = share else {
-                // No way down: with a matrix from elsewhere that says little.
+                // No descent direction: conclusive only with a matrix evaluated here.
                 if is_fresh {
                     let why = "the line search found no decrease";
                     return Err(not_converged(step, &self.end, iteration, why).into());
@@ -115,6 +119,7 @@ impl Newton {
                 is_fresh = true;
                 continue;
             };
+            // Converged: accept the step unless the reactions close further contacts.
             if share >= 1.0 && self.end.residual <= limit {
                 rounds += 1;
                 let most = if step.options.statics.is_some() { MOST_STATIC_ROUNDS } else { MOST_ROUNDS };
@@ -123,6 +128,7 @@ impl Newton {
                 }
                 continue;
             }
+            // Update the matrix if convergence is slow.
             let rate = self.end.residual / expected;
             let left = (limit / self.end.residual).ln() / rate.ln();
             if share < 1.0 || !(rate < 1.0 && left <= PATIENCE) {
@@ -130,10 +136,10 @@ impl Newton {
                 is_fresh = true;
             }
         }
-        Err(not_converged(step, &self.end, MOST_ITERATIONS, "so many are allowed").into())
+        Err(not_converged(step, &self.end, MOST_ITERATIONS, "the maximum").into())
     }
 
-    /// From the velocity at the start of the step, or where that leads out of the law of an element, from its positions.
+    /// Initial guess: the velocity at the start of the step, or, if that violates an element's law, zero displacement.
     fn start(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         self.end.v.copy_from_slice(step.v);
         self.end.impulse.fill(Vec3::zeros());
@@ -147,7 +153,7 @@ impl Newton {
         self.end.eval(step, forces)
     }
 
-    /// Takes the matrix where the iteration is.
+    /// Evaluates the matrix at the current iterate.
     fn take(&self, step: &Step, system: &mut System) -> Result<(), Failure> {
         let pressures = loads::pressures(step.plan, step.load_times[1]);
         system
@@ -156,7 +162,7 @@ impl Newton {
             .map_err(|e| memory(step, &e))
     }
 
-    /// The end of a full step, with the contact law solved for it, into `goal`.
+    /// Computes the full-step iterate, with its contact law solved, into `goal`.
     fn aim(
         &mut self,
         step: &Step,
@@ -166,6 +172,7 @@ impl Newton {
         detect: bool,
     ) -> Result<(), Failure> {
         let unknowns = &step.options.unknowns;
+        // Contact-free end velocity of a full step.
         self.x.clone_from(&self.end.lack);
         self.driven = self.add_driven(step, forces)?;
         system.solve(&mut self.x);
@@ -180,6 +187,7 @@ impl Newton {
         impulse.fill(Vec3::zeros());
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(()) };
         let failed = |(cause, message)| Failure::new(step.state, cause, message);
+        // Detection, once per step.
         if detect {
             within_reach(step, v, &mut self.before.0);
             let within = &self.before.0[..];
@@ -195,6 +203,7 @@ impl Newton {
             let message = "The matrix of the step is not positive definite.".into();
             return Err(Failure::new(step.state, FailureCause::NewtonNotConverged, message));
         }
+        // Contact reactions and the velocity with them.
         let when = (touch.phase, touch.interrupt);
         solve_contacts(step, system, contact, &sides, when, v).map_err(failed)?;
         let (contacts, reactions) = contact.results();
@@ -208,17 +217,16 @@ impl Newton {
         Ok(())
     }
 
-    /// What a full step is to remove [√J]: the residual, and the impulses by which the contacts break their law before it. A
-    /// body in free flight lacks no momentum until it is told that it touches.
+    /// Residual that a full step should remove [√J], including the impulses by which the contacts violate their law
+    /// before it. A body in free flight has no residual until contact acts on it.
     fn expected_fall(&self, step: &Step) -> f64 {
         let changes = self.goal.1.iter().zip(&self.end.impulse).enumerate();
         let change: f64 = changes.map(|(a, (goal, now))| energy(&(goal - now), &step.plan.inertia(a))).sum();
         self.end.residual + change.sqrt() + self.driven
     }
 
-    /// Adds to `x`, the lack of momentum, what it gains when the prescribed nodes go where they are to be, to first order: their
-    /// columns are not in the matrix, and the whole way at once could turn the elements beside them inside out. Returns its
-    /// size [√J].
+    /// Adds to `x`, the momentum residual, its first-order increment due to prescribed displacements: their columns are
+    /// not in the matrix, and the full increment at once could invert the adjacent elements. Returns its size [√J].
     fn add_driven(&mut self, step: &Step, forces: &mut ElementForces) -> Result<f64, Failure> {
         let loads = &step.plan.loads.prescribed;
         let way = |v: &[Vec3], p: &Prescribed| step.prescribed_velocity(p) - v[p.node as usize][p.axis];
@@ -241,8 +249,8 @@ impl Newton {
         Ok(size.sqrt())
     }
 
-    /// Goes towards the goal as far as the residual is below what was `expected` to be removed: the share of the way, `None` if
-    /// it is nowhere.
+    /// Line search towards the goal until the residual satisfies the decrease from `expected`: the step fraction,
+    /// `None` if there is no decrease.
     fn search(
         &mut self,
         step: &Step,
@@ -256,7 +264,7 @@ impl Newton {
         for _ in 0..=MOST_HALVINGS {
             blend(&mut self.end.v, &self.before.0, &self.goal.0, share);
             blend(&mut self.end.impulse, &self.before.1, &self.goal.1, share);
-            // An element beyond its law is a step too far.
+            // A violated element law means that the step is too long.
             let is_inside = self.end.eval(step, forces).is_ok();
             let within = self.end.residual <= step.options.tolerance * self.end.scale;
             let falls = || self.end.residual <= (1.0 - SUFFICIENT * share) * expected;
@@ -271,9 +279,9 @@ impl Newton {
         Ok(None)
     }
 
-    /// Without mass: whether the next step with this matrix would be shorter than this one (the natural test of Deuflhard 2011,
-    /// section 3.1.2). Where volume is stiff and shape is soft, forces grow along every long step towards equilibrium, and their
-    /// residual alone would allow none.
+    /// Quasi-static: whether the next step with this matrix would be shorter than this one (the natural test of
+    /// Deuflhard 2011, section 3.1.2). If volume is stiff and shape is soft, forces grow along every long step towards
+    /// equilibrium, and a test of their residual alone would reject all steps.
     fn comes_nearer(&mut self, step: &Step, system: &mut System, share: f64) -> bool {
         if step.options.statics.is_none() {
             return false;
@@ -292,9 +300,10 @@ impl Newton {
         next <= (1.0 - 0.5 * share).powi(2) * way
     }
 
-    /// Whether the reactions close contacts that the free motion would not have closed; these are put on the list.
+    /// Whether the reactions close contacts that the free motion would leave open; these are added to the list.
     fn has_new_contacts(&self, step: &Step, touch: &mut Touch) -> Result<bool, Failure> {
         let (rigid, sides) = (touch.rigid, sides_of(touch.rigid));
+        // Detect contacts at the current iterate, keeping the known ones aside.
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(false) };
         let (contacts, reactions) = contact.problem();
         let known = (std::mem::take(contacts), std::mem::take(reactions));
@@ -303,9 +312,10 @@ impl Newton {
         let (contacts, reactions) = contact.problem();
         let found = std::mem::replace(contacts, known.0);
         *reactions = known.1;
+        // Add the unknown contacts that close.
         let mut is_new = false;
         for candidate in found {
-            // The node of a mesh is at one face of a pair but for the sides of a valley; a rigid body touches at several points.
+            // A mesh node has one contact per pair except in concave regions; a rigid body touches at several points.
             let slave_is_rigid = sides.of_pair(candidate.pair)[0].is_some();
             let is_known = contacts.iter().any(|c| {
                 let is_same = match candidate.kind {
@@ -313,7 +323,7 @@ impl Newton {
                         matches!(c.kind, Kind::Node | Kind::Averaged | Kind::Side)
                             && (!slave_is_rigid || c.point == candidate.point)
                     }
-                    // A rigid body may touch a face at several places.
+                    // A rigid body may touch a face at several points.
                     Kind::Side => {
                         matches!(c.kind, Kind::Node | Kind::Side)
                             && c.frame[0].dot(&candidate.frame[0]) > VALLEY
@@ -346,14 +356,14 @@ fn sides_of<'a>(rigid: Option<&'a RigidStep>) -> RigidSides<'a> {
     rigid.map_or(RigidSides::NONE, |rigid| rigid.work().sides)
 }
 
-/// `to = from + share (goal − from)`.
+/// Convex combination `to = from + share (goal − from)`.
 fn blend(to: &mut [Vec3], from: &[Vec3], goal: &[Vec3], share: f64) {
     for ((to, from), goal) in to.iter_mut().zip(from).zip(goal) {
         *to = if share >= 1.0 { *goal } else { from + (goal - from) * share };
     }
 }
 
-/// The velocities `v` with those of bodies that nothing holds yet cut to what detection looks at.
+/// Velocities `v` with those of unsupported bodies limited to the range of detection.
 fn within_reach(step: &Step, v: &[Vec3], to: &mut [Vec3]) {
     to.copy_from_slice(v);
     for unheld in step.options.statics.iter().flat_map(|statics| &statics.unheld) {
@@ -370,18 +380,18 @@ fn within_reach(step: &Step, v: &[Vec3], to: &mut [Vec3]) {
 fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Failure {
     if let Some((body, force)) = end.pushed(step) {
         let message = format!(
-            "Nothing balances a resultant of [{:.3e}, {:.3e}, {:.3e}] N on the body `{}`, which no held node keeps from moving.",
+            "No reaction balances a resultant of [{:.3e}, {:.3e}, {:.3e}] N on the body `{}`, which is under-constrained.",
             force.x, force.y, force.z, step.plan.bodies[body].name
         );
         return Failure::new(step.state, FailureCause::NothingHolds, message);
     }
     if !end.residual.is_finite() {
-        let message = format!("In a step of {:.3e} s what the balance lacks is no number.", step.h);
+        let message = format!("In a step of {:.3e} s the residual is not a number.", step.h);
         return Failure::new(step.state, FailureCause::NotFinite, message);
     }
     if step.options.statics.is_some() {
         let message = format!(
-            "A load step of {:.3e} s did not converge: the equilibrium lacks {:.1e} of the forces (limit {:.0e}) after {iterations} \
+            "A load step of {:.3e} s did not converge: the residual is {:.1e} of the forces (limit {:.0e}) after {iterations} \
              iterations, {why}.",
             step.h,
             end.residual / end.scale,
@@ -390,7 +400,7 @@ fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Fail
         return Failure::new(step.state, FailureCause::NewtonNotConverged, message);
     }
     let message = format!(
-        "A step of {:.3e} s did not converge: the momentum lacks {:.1e} of the impulses (limit {:.0e}) after {iterations} iterations, \
+        "A step of {:.3e} s did not converge: the residual is {:.1e} of the impulses (limit {:.0e}) after {iterations} iterations, \
          {why}.",
         step.h,
         end.residual / end.scale,
@@ -400,5 +410,5 @@ fn not_converged(step: &Step, end: &Iterate, iterations: u32, why: &str) -> Fail
 }
 
 fn memory(step: &Step, error: &SparseError) -> Failure {
-    Failure::new(step.state, FailureCause::Internal, format!("The matrix could not be factored: {error}."))
+    Failure::new(step.state, FailureCause::Internal, format!("The matrix could not be factorised: {error}."))
 }

@@ -1,7 +1,8 @@
-//! The linear systems of implicit steps: `S = M (1 + ½ α h) + ξ θ h² K(u)`, its factor, and what a unit impulse at the nodes
-//! of the contacts does. Without mass `S = h² (K + α M)`, α of bodies that nothing but contact holds.
+//! Linear systems of implicit steps: `S = M (1 + ½ α h) + ξ θ h² K(u)`, its factorisation, and the compliance at the
+//! nodes of the contacts. In quasi-static steps `S = h² (K + α M)`, with α for bodies that are supported by contact
+//! only.
 //!
-//! K is that of the elements and of the pressures, the latter's symmetric part.
+//! K is the stiffness of the elements and the symmetric part of that of the pressures.
 
 use crate::mechanics::contact::compliance::{MOST_NODES, NodeCompliance, add_impulse, relative_velocity};
 use crate::mechanics::contact::delassus::Block;
@@ -13,7 +14,7 @@ use crate::plan::{Implicit, Plan};
 use crate::step::loads;
 use crate::step::state::Tangent;
 
-/// S at one displacement and step, factored.
+/// Factorised S at one displacement and step size.
 pub(super) struct System<'p> {
     plan: &'p Plan,
     options: &'p Implicit,
@@ -21,29 +22,29 @@ pub(super) struct System<'p> {
     factor: Cholesky,
     stiffness: StiffnessBatch,
     compliance: NodeCompliance,
-    /// The contacts of this step that W was made of last, and what of it.
+    /// Contacts of this step for which W was last evaluated, and the stored part of it.
     kept: (Vec<Contact>, Kept),
     diagonal: Vec<f64>,
-    /// A nodal field, for products with W.
+    /// Nodal work array for products with W.
     field: Vec<Vec3>,
     unknown: Vec<f64>,
-    /// Where S was taken; `None` before there is any.
+    /// Linearisation point of S; `None` before the first.
     pub tangent: Option<Tangent>,
-    /// Matrices factored so far.
+    /// Number of factorisations so far.
     pub factored: u64,
 }
 
-/// What of W is kept.
+/// Stored part of W.
 enum Kept {
     Nothing,
-    /// Row by row.
+    /// All of W, row by row.
     All(Vec<f64>),
-    /// Diagonal blocks.
+    /// Diagonal blocks of W.
     Own(Vec<Block>),
 }
 
-/// How often the steadying of bodies that nothing but contact holds is raised, by a factor of ten, until the matrix is positive
-/// definite: pressed bodies want to turn, until contact tells them not to.
+/// Number of times the regularisation of bodies supported by contact only is raised, by a factor of ten, until the
+/// matrix is positive definite: compressed bodies tend to rotate until contact prevents it.
 const MOST_RAISES: i32 = 4;
 
 impl<'p> System<'p> {
@@ -66,7 +67,7 @@ impl<'p> System<'p> {
         })
     }
 
-    /// Makes the system that a state was left with, unless it is here already.
+    /// Restores the system of a saved state, unless it is present already.
     pub fn restore(&mut self, left: Option<&Tangent>, damping: f64) -> Result<(), SparseError> {
         let Some(left) = left else {
             self.tangent = None;
@@ -85,7 +86,7 @@ impl<'p> System<'p> {
         Ok(())
     }
 
-    /// Takes S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s] and pressures [Pa].
+    /// Evaluates S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s] and pressures [Pa].
     pub fn take(
         &mut self,
         u: &[Vec3],
@@ -112,7 +113,7 @@ impl<'p> System<'p> {
         Ok(self.factor.definiteness())
     }
 
-    /// Fills S; `raised` multiplies the steadying.
+    /// Assembles S; `raised` multiplies the regularisation.
     fn fill(&mut self, u: &[Vec3], h: f64, (damping, raised): (f64, f64), pressures: &[f64]) {
         self.fill_diagonal(h, damping, raised);
         let Self { plan, options, matrix, stiffness, diagonal, .. } = self;
@@ -127,7 +128,7 @@ impl<'p> System<'p> {
         loads::add_stiffness(plan, u, pressures, (factor, &options.unknowns), matrix);
     }
 
-    /// What S has of the mass.
+    /// Mass part of S.
     fn fill_diagonal(&mut self, h: f64, damping: f64, raised: f64) {
         let Self { plan, options, diagonal, .. } = self;
         let Some(statics) = &options.statics else {
@@ -147,7 +148,7 @@ impl<'p> System<'p> {
         }
     }
 
-    /// Whether S, as it was taken, is positive definite.
+    /// Whether S, as evaluated last, is positive definite.
     pub fn is_definite(&self) -> bool {
         self.factor.definiteness() == Definiteness::Positive
     }
@@ -157,8 +158,8 @@ impl<'p> System<'p> {
         self.factor.solve(x);
     }
 
-    /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept as long as neither the matrix nor the contacts
-    /// change, until [`System::forget_contacts`].
+    /// W of contacts, row by row [1/kg], as [`NodeCompliance::delassus`]. It is kept until the matrix or the contacts
+    /// change, or until [`System::forget_contacts`].
     pub fn delassus(&mut self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
         if let (kept, Kept::All(W)) = &self.kept
             && kept == contacts
@@ -178,7 +179,7 @@ impl<'p> System<'p> {
         W
     }
 
-    /// The diagonal blocks of W [1/kg], without the rest of it; kept like W.
+    /// Diagonal blocks of W [1/kg] only; kept like W.
     pub fn own_blocks(&mut self, contacts: &[Contact], rigid: &RigidSides) -> Vec<Block> {
         if let (kept, Kept::Own(blocks)) = &self.kept
             && kept == contacts
@@ -190,7 +191,8 @@ impl<'p> System<'p> {
         blocks
     }
 
-    /// `W r` by a solution with S: `r` [N s] of contacts in, velocities `u` [m/s] out, three numbers a contact each.
+    /// `W r` by a solution with S: impulses `r` [N s] of contacts in, velocities `u` [m/s] out, three components per
+    /// contact.
     pub fn product(&mut self, contacts: &[Contact], rigid: &RigidSides, r: &[f64], u: &mut [f64]) {
         self.field.fill(Vec3::zeros());
         for (contact, r) in contacts.iter().zip(r.chunks_exact(3)) {
@@ -205,7 +207,7 @@ impl<'p> System<'p> {
         }
     }
 
-    /// A new step begins: rigid bodies may stand elsewhere, so that the same contacts turn them otherwise.
+    /// Starts a new step: the poses of rigid bodies may have changed, and with them W of the same contacts.
     pub fn forget_contacts(&mut self) {
         self.kept = (Vec::new(), Kept::Nothing);
     }

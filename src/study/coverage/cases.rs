@@ -1,4 +1,4 @@
-//! The scenes whose numbers are known exactly, each over meshes, speeds, steps and integrators.
+//! Scenes with exact solutions, each over meshes, speeds, steps and integrators.
 
 use serde_json::{Value, json};
 
@@ -9,20 +9,20 @@ const PATCH: &str = "/impacts/0/patch_area_mm2";
 const FRICTION: &str = "/impacts/0/friction_dissipation_j";
 const ABSORBED: &str = "/tissue/absorbed_energy_j";
 
-/// A run, and what is known of its answer.
+/// A run with known exact results.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Name of the scenario.
     pub scenario: &'static str,
     /// Mesh, speed and stepping.
     pub label: String,
-    /// The scene document.
+    /// Scene document of the run.
     pub document: Value,
     /// Pointers into the results of the summary, and the exact values there.
     pub exact: Vec<(&'static str, f64)>,
 }
 
-/// A way to step, for a wave that crosses an element in `crossing_s`.
+/// Time integration, for a wave that crosses an element in `crossing_s`.
 #[derive(Clone, Copy, Debug)]
 enum Stepping {
     Explicit { courant: f64 },
@@ -54,7 +54,7 @@ const EXPLICIT: [Stepping; 2] = [Stepping::Explicit { courant: 0.9 }, Stepping::
 const VISCOUS: [Stepping; 2] = [Stepping::Viscous { courant: 0.9 }, Stepping::Viscous { courant: 0.5 }];
 const IMPLICIT: [Stepping; 2] = [Stepping::Implicit { theta: 0.5 }, Stepping::Implicit { theta: 0.6 }];
 
-/// Every case; the short list leaves out the finest meshes.
+/// All cases; the short list omits the finest meshes.
 pub fn cases(short: bool) -> Vec<Case> {
     let finest = if short { 20 } else { 80 };
     let bars = || [10, 20, 40, 80].into_iter().filter(move |n| *n <= finest);
@@ -87,7 +87,7 @@ fn nothing_recorded() -> Value {
     json!({"fields": [], "field_times_s": []})
 }
 
-/// A bar along z, its lower end at `z`, in `n` elements; ν = 0.
+/// A bar along z with its lower end at `z`, of `n` elements; ν = 0.
 fn bar(
     (name, role): (&str, &str),
     (z, length, width): (f64, f64, f64),
@@ -104,8 +104,8 @@ fn bar(
     })
 }
 
-/// Doyen, Ern & Piperno (2011), scaled to strains of 1/3000 and less: pressure √(Eρ) v for 2L/c, then the bar leaves with its
-/// speed.
+/// Doyen, Ern & Piperno (2011), scaled to strains of 1/3000 and less: pressure √(Eρ) v for 2L/c, then the bar rebounds
+/// with its initial speed.
 fn bar_on_wall(n: u32, speed: f64, stepping: Stepping) -> Case {
     let (E, rho, L) = (900.0_f64, 1.0, 10.0);
     let c = (E / rho).sqrt();
@@ -128,7 +128,7 @@ fn bar_on_wall(n: u32, speed: f64, stepping: Stepping) -> Case {
     }
 }
 
-/// Carpenter, Taylor & Katona (1991) in rubber: two equal bars exchange their speeds.
+/// Carpenter, Taylor & Katona (1991) in rubber: two equal bars exchange their velocities.
 fn two_bars(n: u32, speed: f64, stepping: Stepping) -> Case {
     let (E, rho, L, width) = (1e6_f64, 1000.0, 0.1, 0.01);
     let c = (E / rho).sqrt();
@@ -156,8 +156,8 @@ fn two_bars(n: u32, speed: f64, stepping: Stepping) -> Case {
     }
 }
 
-/// Stretch behind the shock of coupled neo-Hookean rubber, μ = λ, that stops `speed`: P(Λ)(1 − Λ) + ρ v² = 0 (jump conditions
-/// ρ U v = −P, v = U (1 − Λ)), by bisection.
+/// Stretch behind the shock in coupled neo-Hookean rubber, μ = λ, that stops `speed`: P(Λ)(1 − Λ) + ρ v² = 0 (jump
+/// conditions ρ U v = −P, v = U (1 − Λ)), by bisection.
 fn shock_stretch(mu: f64, rho: f64, speed: f64) -> f64 {
     let excess = |stretch: f64| {
         let P = mu * (stretch - 1.0 / stretch) + mu * stretch.ln() / stretch;
@@ -171,7 +171,7 @@ fn shock_stretch(mu: f64, rho: f64, speed: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// A bar in uniaxial strain thrown at a wall, while the shock runs through it.
+/// A bar in uniaxial strain hitting a wall, while the shock travels through it.
 fn shock(n: u32, speed: f64, stepping: Stepping) -> Case {
     let (mu, rho, side) = (1e5, 1000.0, 0.02);
     let front_speed = speed / (1.0 - shock_stretch(mu, rho, speed));
@@ -201,7 +201,7 @@ fn shock(n: u32, speed: f64, stepping: Stepping) -> Case {
     }
 }
 
-/// An inflated ball that is let go: it keeps what it has, so it absorbs nothing.
+/// An inflated ball that is released: its energy is conserved, so it absorbs nothing.
 fn breathing_ball(n: u32, stretch: f64, stepping: Stepping) -> Case {
     Case {
         scenario: "breathing ball",
@@ -223,12 +223,13 @@ fn breathing_ball(n: u32, stretch: f64, stepping: Stepping) -> Case {
     }
 }
 
-/// A block on an incline: it sticks, and the plane gives its weight; or it slides, and the plane gives N and μN.
+/// A block on an incline: it sticks, and the plane carries its weight; or it slides, and the plane exerts N and μN.
 fn incline(n: u32, angle_deg: f64, stepping: Stepping) -> Case {
     let (g, friction, side, height, end_s) = (9.81, 0.3, 0.1, 0.025, 0.3);
     let (sin, cos) = angle_deg.to_radians().sin_cos();
     let weight = 1000.0 * side * side * height * g;
     let normal = weight * cos;
+    // Stick: the plane carries the weight. Slip: normal force and friction act over the sliding distance.
     let exact = if sin <= friction * cos {
         vec![(IMPULSE, weight * end_s)]
     } else {

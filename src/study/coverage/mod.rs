@@ -1,4 +1,4 @@
-//! Whether error bars contain the truth: scenes whose answers are known exactly, over meshes, speeds, steps and integrators.
+//! Coverage of the error bars: scenes with exact solutions, over meshes, speeds, steps and integrators.
 
 mod cases;
 
@@ -12,58 +12,58 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
 
-/// A number of a run whose exact value is known.
+/// A result of a run with a known exact value.
 #[derive(Clone, Debug, Serialize)]
 pub struct Number {
     /// Name of the scenario.
     pub scenario: &'static str,
-    /// What is varied in it.
+    /// Varied parameters of the run.
     pub run: String,
     /// Name of the number in the summary.
     pub quantity: &'static str,
-    /// Its exact value.
+    /// Exact value of the number.
     pub exact: f64,
-    /// What the run says.
+    /// Value computed by the run.
     pub value: f64,
-    /// Its error bar, to either side.
+    /// Half-width of the error bar.
     pub error_bar: f64,
 }
 
 impl Number {
-    /// Whether the exact value is within the error bar.
+    /// Whether the exact value lies within the error bar.
     pub fn is_covered(&self) -> bool {
         self.error() <= self.error_bar
     }
-    /// How far off it is.
+    /// Deviation from the exact value.
     pub fn error(&self) -> f64 {
         (self.value - self.exact).abs()
     }
 }
 
-/// A run or a number that makes no claim.
+/// A run or a number without an error bar.
 #[derive(Clone, Debug, Serialize)]
 pub struct NoClaim {
     /// Name of the scenario.
     pub scenario: &'static str,
-    /// What is varied in it.
+    /// Varied parameters of the run.
     pub run: String,
-    /// Why.
+    /// Why there is no error bar.
     pub reason: String,
 }
 
-/// What came out.
+/// Results of the coverage study.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct CoverageStudy {
-    /// Runs that finished.
+    /// Number of finished runs.
     pub runs: usize,
     /// Their numbers, in the order of the cases.
     pub numbers: Vec<Number>,
-    /// What has no number or no error bar.
+    /// Runs and numbers without a value or an error bar.
     pub without: Vec<NoClaim>,
 }
 
 impl CoverageStudy {
-    /// Share of the numbers that `which` picks whose exact value is within the error bar [-], and how many they are.
+    /// Fraction of the numbers selected by `which` whose exact value is within the error bar [-], and their count.
     pub fn share(&self, which: impl Fn(&Number) -> bool) -> (f64, usize) {
         let picked = self.numbers.iter().filter(|number| which(number));
         let (all, covered) = (picked.clone().count(), picked.filter(|number| number.is_covered()).count());
@@ -71,7 +71,7 @@ impl CoverageStudy {
     }
 }
 
-/// Runs every case with its error bars, as many at once as there are threads.
+/// Runs every case with its error bars, in parallel on all threads.
 pub fn study_coverage(cases: &[Case], interrupt: &(dyn Fn() -> Option<Interrupt> + Sync)) -> CoverageStudy {
     let runs: Vec<Result<Vec<Result<Number, NoClaim>>, NoClaim>> =
         cases.par_iter().map(|case| eval_case(case, interrupt)).collect();
@@ -100,6 +100,7 @@ fn eval_case(
     let no_claim = |reason: String| NoClaim { scenario: case.scenario, run: case.label.clone(), reason };
     let loaded = load_parsed(&case.document.clone().into(), &NoFiles, &Budget::COMMAND_LINE)
         .map_err(|problems| no_claim(problems.to_string()))?;
+    // Run the case with its error bars.
     let result = run_scene(RunRequest {
         scene: &loaded.scene,
         sinks: Vec::new(),
@@ -114,6 +115,7 @@ fn eval_case(
     }
     let values =
         serde_json::to_value(result.summary.values()).map_err(|error| no_claim(error.to_string()))?;
+    // Compare each exact value with the number and its error bar.
     let number = |(pointer, exact): &(&'static str, f64)| {
         let quantity = pointer.rsplit('/').next().unwrap_or_default();
         let found = values.pointer(pointer);

@@ -1,4 +1,4 @@
-//! Error against run time as SVG: one panel a quantity, both axes logarithmic, the Pareto front as a line.
+//! Error against run time as SVG: one panel per quantity, both axes logarithmic, the Pareto front as a line.
 
 use super::{ErrorStudy, Quantity, Row};
 use crate::study::palette::COLOURS;
@@ -10,15 +10,14 @@ type Failure = Box<dyn std::error::Error>;
 
 /// Size of a panel [px].
 const PANEL: (u32, u32) = (560, 400);
-/// Panels beside each other.
 const COLUMNS: usize = 2;
-/// Errors below this are drawn here [-].
+/// Lower bound of the error axis [-].
 const LEAST_ERROR: f64 = 1e-5;
 
-/// The study as a picture.
+/// Draws the study.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn chart(study: &ErrorStudy) -> Result<String, String> {
     let quantities: Vec<Quantity> = study.references.keys().copied().collect();
     let rows = quantities.len().div_ceil(COLUMNS).max(1);
@@ -35,7 +34,7 @@ pub fn chart(study: &ErrorStudy) -> Result<String, String> {
     Ok(svg)
 }
 
-/// What a group of settings has in common: one colour, one line of the legend.
+/// Group of a setting: one colour and one legend entry.
 fn family(row: &Row) -> String {
     let setting = &row.setting;
     if let Some(solver) = setting.contact_solver {
@@ -54,7 +53,7 @@ fn family(row: &Row) -> String {
 }
 
 fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failure> {
-    // The run that is itself the reference has no error to be drawn.
+    // The reference run itself has no error to plot.
     let known = |row: &Row| row.errors.get(&quantity).copied().filter(|error| *error > 0.0);
     let point = |row: &Row| known(row).map(|error| (row.cost_s(), 100.0 * error.max(LEAST_ERROR)));
     let points: Vec<(f64, f64)> = study.rows.iter().filter_map(point).collect();
@@ -74,14 +73,15 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
         .y_desc("error [%]")
         .light_line_style(TRANSPARENT)
         .x_label_formatter(&|x| format!("{x}"))
-        // A column of digits is no label.
+        // Long rows of digits are unreadable as labels.
         .y_label_formatter(&|y| if *y < 1e6 { format!("{y}") } else { format!("{y:e}") })
         .draw()?;
+    // Pareto front.
     let mut front: Vec<(f64, f64)> =
         study.rows.iter().filter(|row| row.is_on_front(&study.rows, quantity)).filter_map(point).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(front, BLACK.mix(0.4)))?;
-    // Below the uncertainty of the reference an error says nothing.
+    // Below the uncertainty of the reference an error is meaningless.
     if let Some(reference) = study.references.get(&quantity) {
         let floor = 100.0 * reference.uncertainty() / reference.value().abs();
         if floor.is_finite() && floor > 100.0 * LEAST_ERROR {
@@ -90,6 +90,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
             chart.draw_series(DashedLineSeries::new(line, 5, 5, BLACK.mix(0.4).into()))?;
         }
     }
+    // One series per family of settings.
     let mut families: Vec<String> = Vec::new();
     for name in study.rows.iter().map(family) {
         if !families.contains(&name) {
@@ -99,7 +100,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
     for (i, name) in families.into_iter().enumerate() {
         let style = COLOURS[i % COLOURS.len()].filled();
         let of_family = study.rows.iter().filter(|row| family(row) == name).filter_map(point);
-        // Colours come round again as triangles.
+        // Colours repeat with triangles as markers.
         if i < COLOURS.len() {
             chart
                 .draw_series(of_family.map(|p| Circle::new(p, 4, style)))?
@@ -121,7 +122,7 @@ fn draw(area: &Area, study: &ErrorStudy, quantity: Quantity) -> Result<(), Failu
     Ok(())
 }
 
-/// Whole decades around some positive numbers.
+/// Range of whole decades around positive numbers.
 fn decades(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (low, high) = values
         .filter(|x| x.is_finite() && *x > 0.0)

@@ -1,24 +1,24 @@
-//! What to choose: the Pareto front of error and cost, and the cheapest setting for an error that is asked for.
+//! Choice of a setting: the Pareto front of error and cost, and the cheapest setting for a requested error.
 
 use super::{Quantity, Reference, Row};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Errors that are asked for [-].
+/// Relative errors for which settings are recommended [-].
 pub const TARGETS: [f64; 3] = [0.01, 0.03, 0.1];
 
 /// The cheapest setting for one quantity and one target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// The quantity; absent for all of them at once.
+    /// Quantity in question; absent for all of them at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quantity: Option<Quantity>,
     /// Relative error that must not be exceeded, the uncertainty of the reference included [-].
     pub target: f64,
-    /// Name of the setting; absent when none of the ladder reaches the target.
+    /// Name of the setting; absent if none on the ladder reaches the target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub setting: Option<String>,
-    /// What it takes [s].
+    /// Cost of the setting [s].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cost_s: Option<f64>,
 }
@@ -53,14 +53,14 @@ fn choose(
     Advice { quantity, target, setting: best.map(|row| row.name.clone()), cost_s: best.map(Row::cost_s) }
 }
 
-/// The error that a run has at most: its distance from the reference and how far that may be off [-].
+/// Upper bound of the error of a run: its distance from the reference plus the uncertainty of the latter [-].
 fn certain_error(row: &Row, references: &BTreeMap<Quantity, Reference>, quantity: Quantity) -> Option<f64> {
     let reference = references.get(&quantity)?;
     Some(row.errors.get(&quantity)? + reference.uncertainty() / reference.value().abs())
 }
 
 impl Row {
-    /// Whether no other finished run is both cheaper and at least as exact.
+    /// Whether no other finished run is both cheaper and at least as accurate.
     pub fn is_on_front(&self, rows: &[Self], quantity: Quantity) -> bool {
         let Some(error) = self.errors.get(&quantity) else { return false };
         let beaten = |other: &Self| {

@@ -1,8 +1,8 @@
-//! Error against run time: one scene computed with many settings, what each costs and how far it is off.
+//! Error against run time: one scene computed with many settings, with the cost and the error of each.
 //!
-//! A ladder changes one thing at a time ([`Setting`]): meshes for each formulation, time steps, tolerances of the contact
-//! solver. Errors are against the exact value where the scene has one, else against what the finest meshes converge to
-//! ([`extrapolate`](crate::measure::convergence::extrapolate)), with that limit's own uncertainty.
+//! A ladder changes one setting at a time ([`Setting`]): meshes for each formulation, time steps, tolerances of the
+//! contact solver. Errors refer to the exact value if the scene has one, otherwise to the limit of the finest meshes
+//! ([`extrapolate`](crate::measure::convergence::extrapolate)), with its uncertainty.
 
 mod chart;
 mod front;
@@ -29,78 +29,80 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-/// Coarsest meshes that may be asked for: −1 halves the numbers of elements of generated meshes.
+/// Admissible coarsest meshes: −1 halves the numbers of elements of generated meshes.
 pub const COARSEST: RangeInclusive<i32> = -4..=0;
-/// Finest meshes that may be asked for: a level more is sixteen times the work.
+/// Admissible finest meshes: one level more is sixteen times the work.
 pub const FINEST: RangeInclusive<i32> = 0..=4;
-/// The coarsest and the finest mesh where nothing is asked for.
+/// Default range of meshes.
 pub const USUAL_LEVELS: RangeInclusive<i32> = -1..=1;
 
-/// What to study.
+/// Request for an error study.
 pub struct ErrorRequest<'a> {
-    /// The scene, of one way of stepping: that of a validated scene, not `auto`, which each setting would choose anew.
+    /// Scene with a definite time integration: that of a validated scene, not `auto`, which each setting would choose
+    /// anew.
     pub document: &'a SceneDocument,
-    /// Its meshes.
+    /// Source of its meshes.
     pub source: &'a dyn MeshSource,
-    /// What a run may cost: settings beyond it are told and left out.
+    /// Budget of a run: settings beyond it are reported and omitted.
     pub budget: &'a Budget,
-    /// The settings.
+    /// Settings to run, in this order.
     pub ladder: &'a [Setting],
-    /// Exact values, where they are known.
+    /// Exact values, if known.
     pub exact: &'a BTreeMap<Quantity, f64>,
     /// Threads of each run.
     pub threads: usize,
-    /// Asked before every step.
+    /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Told before each run: its number, how many there are, and its setting.
+    /// Called before each run with its index, the number of runs, and its setting.
     pub progress: &'a mut dyn FnMut(usize, usize, &Setting),
 }
 
-/// What came out.
+/// Results of the error study.
 #[derive(Clone, Debug, Serialize)]
 pub struct ErrorStudy {
     /// Name of the scene.
     pub scene: String,
     /// Threads of each run.
     pub threads: usize,
-    /// What errors are measured against.
+    /// References for the errors.
     pub references: BTreeMap<Quantity, Reference>,
-    /// How the scene's own meshes approach the exact values; without those of which one mesh says nothing.
+    /// Convergence of the scene's own meshes to the exact values; quantities with a single mesh are omitted.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub approaches: BTreeMap<Quantity, Approach>,
-    /// The runs, in the order of the ladder.
+    /// Runs in the order of the ladder.
     pub rows: Vec<Row>,
-    /// What of the change from the scene's own mesh to the next finer one is the surface's; empty where it was not asked for.
+    /// Part of the change from the scene's own mesh to the next finer one due to the surface; empty if not requested.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub geometry: BTreeMap<Quantity, Geometry>,
-    /// For each quantity and target the cheapest setting that reaches it.
+    /// Cheapest setting for each quantity and target.
     pub advice: Vec<Advice>,
-    /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
+    /// Why it was stopped early: `cancelled` or `deadline`; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
 }
 
-/// What the settings of a ladder are made of.
+/// Ingredients of the ladder of settings.
 #[derive(Clone, Debug)]
 pub struct Ladder<'a> {
-    /// Meshes, each finer than the last.
+    /// Mesh levels, from coarse to fine.
     pub levels: RangeInclusive<i32>,
-    /// Formulations beside the scene's own.
+    /// Formulations in addition to the scene's own.
     pub formulations: &'a [Formulation],
-    /// Implicit steps on the scene's own mesh beside its own stepping [s].
+    /// Implicit steps on the scene's own mesh in addition to its own time integration [s].
     pub implicit_steps_s: &'a [f64],
-    /// Solvers of contact problems on the scene's own mesh, with its own stepping and with each of those steps.
+    /// Solvers of contact problems on the scene's own mesh, with its own time integration and with each of those steps.
     pub contact_solvers: &'a [ContactSolver],
-    /// Whether the next finer mesh is also run with its new nodes on the facets, which tells what the true surface does.
+    /// Whether the next finer mesh is also run with its new nodes on the facets, which isolates the effect of the true
+    /// surface.
     pub geometry: bool,
-    /// Whether integrators and redistributed mass are combined with every mesh and formulation; otherwise they are tried on the
-    /// scene's own mesh.
+    /// Whether integrators and redistributed mass are combined with every mesh and formulation; otherwise they are run
+    /// on the scene's own mesh.
     pub combined: bool,
 }
 
 impl Ladder<'_> {
-    /// Meshes for each formulation, then time steps, tolerances, masses, implicit steps and contact solvers on the scene's own
-    /// mesh; then, where they are asked for, combinations.
+    /// Meshes for each formulation, then time steps, tolerances, masses, implicit steps and contact solvers on the
+    /// scene's own mesh; then, if requested, combinations.
     pub fn settings(&self) -> Vec<Setting> {
         let steps = [2.0, 4.0].map(|step_divisor| Setting { step_divisor, ..Setting::OWN });
         let tolerances = [1e-3, 1e-6].map(|t| Setting { contact_tolerance: Some(t), ..Setting::OWN });
@@ -125,7 +127,7 @@ impl Ladder<'_> {
         settings
     }
 
-    /// Every mesh, in the scene's own formulation and in each of the others.
+    /// All meshes, in the scene's own formulation and in each of the others.
     fn meshes(&self) -> Vec<Setting> {
         let formulations = std::iter::once(None).chain(self.formulations.iter().copied().map(Some));
         let of_formulation = |formulation| {
@@ -134,7 +136,7 @@ impl Ladder<'_> {
         formulations.flat_map(of_formulation).collect()
     }
 
-    /// A mesh with lighter skins, and with implicit steps that go with its elements.
+    /// A mesh with reduced boundary mass, and with implicit steps in proportion to its elements.
     fn combinations(&self, mesh: Setting) -> impl Iterator<Item = Setting> {
         let lighter = Setting { mass_redistribution: Some(0.5), ..mesh };
         let shorter = 0.5_f64.powi(mesh.mesh_level);
@@ -144,12 +146,13 @@ impl Ladder<'_> {
     }
 }
 
-/// Runs every setting of the ladder and compares them.
+/// Runs every setting of the ladder and compares the results.
 pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     let (mut rows, mut stopped) = (Vec::<Row>::new(), None);
+    // Run the ladder until it ends or is stopped.
     for (number, setting) in request.ladder.iter().enumerate() {
         (request.progress)(number, request.ladder.len(), setting);
-        // "Half the step" means half of those that the scene's own mesh was run with, whatever had cut them.
+        // "Half the step" refers to the actual steps on the scene's own mesh, whatever limited them.
         let own = rows.iter().find(|row| row.setting == Setting::OWN && row.is_finished());
         let longest = own.map(|row| request.document.end_time_s / row.steps as f64 / setting.step_divisor);
         let row = measure(request, *setting, longest.filter(|_| setting.step_divisor > 1.0));
@@ -159,6 +162,7 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
             break;
         }
     }
+    // References, errors and advice need all runs.
     let references = reference::references(&rows, request.exact);
     for row in &mut rows {
         row.errors = reference::errors(&row.values, &references);
@@ -178,7 +182,7 @@ pub fn study_error(request: &mut ErrorRequest) -> ErrorStudy {
     }
 }
 
-/// `longest`: the longest step [s], where the setting asks for shorter ones.
+/// `longest`: upper bound of the step [s], if the setting reduces it.
 fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Row {
     let row = Row {
         setting,
@@ -192,6 +196,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         values: BTreeMap::new(),
         errors: BTreeMap::new(),
     };
+    // A setting that cannot be run is reported with its reason.
     let variants = Variants {
         document: request.document,
         source: request.source,
@@ -216,7 +221,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
         steps: result.outcome.steps,
         wall_s: result.wall_s,
         cpu_s: result.cpu_s,
-        // What a failed run had until then is no answer to the question.
+        // Partial values of a failed run are no results.
         values: if is_whole { values.collect() } else { BTreeMap::new() },
         ending: ending_name(&result.outcome.ending),
         reason,

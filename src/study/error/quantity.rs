@@ -1,11 +1,11 @@
-//! The quantities of interest: numbers of the summary whose error is asked for.
+//! Quantities of interest: numbers of the summary whose error is studied.
 
 use crate::measure::summary::Quantity as Number;
 use crate::measure::{Results, Summary};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A number that the scene is run for.
+/// A quantity of interest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -27,7 +27,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities of interest.
     pub const ALL: [Self; 7] = [
         Self::PeakForceN,
         Self::ImpulseNS,
@@ -38,7 +38,7 @@ impl Quantity {
         Self::DeflectionMm,
     ];
 
-    /// Its name on the wire, with the unit in it.
+    /// Name in documents, with the unit.
     pub fn name(self) -> &'static str {
         match self {
             Self::PeakForceN => "peak_force_n",
@@ -51,7 +51,7 @@ impl Quantity {
         }
     }
 
-    /// Its name for people, and its unit.
+    /// Human-readable name, and its unit.
     pub fn title(self) -> (&'static str, &'static str) {
         match self {
             Self::PeakForceN => ("peak force", "N"),
@@ -64,17 +64,17 @@ impl Quantity {
         }
     }
 
-    /// The one of a name.
+    /// The quantity with a name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|quantity| quantity.name() == name)
     }
 
-    /// Its value in a summary, of the contact with the largest impulse; `None` where the scene has no such thing.
+    /// Value in a summary, for the contact with the largest impulse; `None` if the scene has none.
     pub fn of(self, summary: &Summary) -> Option<f64> {
         self.number(summary).map(|number| number.value)
     }
 
-    /// As [`Self::of`], with its error bar.
+    /// As [`Self::of`], with the error bar.
     pub fn number(self, summary: &Summary) -> Option<&Number> {
         let results: &Results = summary.values();
         let impacts = results.impacts.iter();

@@ -1,4 +1,4 @@
-//! What errors are measured against, and whether the meshes approach it.
+//! References for the errors, and convergence of the meshes to them.
 
 use super::{Quantity, Reference, Row};
 use crate::measure::convergence::extrapolate;
@@ -6,41 +6,41 @@ use crate::study::Setting;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Order from which an error is said to fall along the meshes [-].
+/// Smallest order at which an error counts as decreasing [-].
 const FALLS: f64 = 0.2;
 /// Relative errors up to this are rounding [-].
 const ROUNDING: f64 = 1e-9;
 
-/// How the error against an exact value goes along the scene's own meshes.
+/// Convergence of the scene's own meshes to an exact value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Approach {
-    /// Every mesh has the exact value, but for rounding.
+    /// Every mesh gives the exact value up to rounding.
     Met,
-    /// The error falls.
+    /// The error decreases from mesh to mesh.
     Falls {
-        /// Its observed order, from the coarsest mesh to the finest [-].
+        /// Observed order from the coarsest mesh to the finest [-].
         order: f64,
     },
-    /// It does not: the meshes tend to another value, or to none.
+    /// No convergence: the meshes tend to another value, or to none.
     Stays {
-        /// Its observed order, below zero where the error grows [-].
+        /// Observed order, negative if the error grows [-].
         order: f64,
-        /// What they tend to: Richardson's limit where one is believed, else the value of the finest mesh.
+        /// Limit of the meshes: Richardson's if it is credible, otherwise the value of the finest mesh.
         tends_to: f64,
     },
 }
 
-/// A quantity on meshes of consecutive levels, of which the last is the finest that has it.
+/// A quantity on meshes of consecutive levels, the last being the finest that has it.
 struct Levels {
     coarsest: i32,
     values: Vec<f64>,
-    /// Levels of the ladder without the quantity: of these, and of gaps, no order can be told.
+    /// Levels of the ladder without the quantity: gaps from which no order can be inferred.
     missing: Vec<i32>,
 }
 
 impl Levels {
-    /// `None` where no mesh has it.
+    /// `None` if no mesh has it.
     fn of(rows: &[Row], quantity: Quantity) -> Option<Self> {
         let of_meshes =
             |row: &&Row| row.setting == Setting { mesh_level: row.setting.mesh_level, ..Setting::OWN };
@@ -58,7 +58,7 @@ impl Levels {
         Some(Self { coarsest, values, missing })
     }
 
-    /// What they converge to. Fewer than three allow no order: then it is said which are missing.
+    /// Limit of the meshes. With fewer than three no order is known: the reason names the missing ones.
     fn reference(&self) -> Option<Reference> {
         let found = extrapolate(&self.values)?;
         if self.missing.is_empty() || self.values.len() > 2 {
@@ -76,7 +76,7 @@ impl Levels {
         })
     }
 
-    /// How they approach an exact value; `None` where that cannot be told: of one mesh, or where zero is exact.
+    /// Convergence to an exact value; `None` for a single mesh, or if the exact value is zero.
     fn approach(&self, exact: f64) -> Option<Approach> {
         let error = |value: &f64| ((value - exact) / exact).abs();
         let errors: Vec<(i32, f64)> = (self.coarsest..).zip(self.values.iter().map(error)).collect();
@@ -97,7 +97,7 @@ impl Levels {
     }
 }
 
-/// Exact values, else the limit of the meshes at the scene's own formulation and step.
+/// Exact values, otherwise the limit of the meshes with the scene's own formulation and step.
 pub(super) fn references(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTreeMap<Quantity, Reference> {
     let reference = |quantity: Quantity| {
         if let Some(value) = exact.get(&quantity) {
@@ -108,7 +108,7 @@ pub(super) fn references(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTree
     Quantity::ALL.into_iter().filter_map(reference).collect()
 }
 
-/// How the meshes approach the exact values.
+/// Convergence of the meshes to the exact values.
 pub(super) fn approaches(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTreeMap<Quantity, Approach> {
     let approach = |(quantity, exact): (&Quantity, &f64)| {
         Some((*quantity, Levels::of(rows, *quantity)?.approach(*exact)?))
@@ -116,7 +116,7 @@ pub(super) fn approaches(rows: &[Row], exact: &BTreeMap<Quantity, f64>) -> BTree
     exact.iter().filter_map(approach).collect()
 }
 
-/// Relative errors of a run, of the quantities that have a reference other than zero [-].
+/// Relative errors of a run, for the quantities with a nonzero reference [-].
 pub(super) fn errors(
     values: &BTreeMap<Quantity, f64>,
     references: &BTreeMap<Quantity, Reference>,
@@ -136,7 +136,7 @@ mod tests {
 
     const FORCE: Quantity = Quantity::PeakForceN;
 
-    /// Runs on meshes of these levels; the one without a value failed.
+    /// Runs on meshes of these levels; one without a value has failed.
     fn rows(values: &[(i32, Option<f64>)]) -> Vec<Row> {
         let row = |(mesh_level, value): &(i32, Option<f64>)| {
             let setting = Setting { mesh_level: *mesh_level, ..Setting::OWN };
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn only_meshes_in_a_row_are_extrapolated() {
-        // 2 + h: the limit is found from three in a row, also where a coarser or the finest one failed.
+        // 2 + h: the limit follows from three consecutive levels, even if a coarser or the finest one failed.
         let value = |level: i32| (level, Some(2.0 + 0.5_f64.powi(level)));
         for values in [
             vec![value(-1), value(0), value(1)],
@@ -176,7 +176,7 @@ mod tests {
             );
             assert!((found.value() - 2.0).abs() < 1e-12, "{found:?}");
         }
-        // A ratio of four between two of three meshes is not taken for two.
+        // A ratio of four across a missing level is not mistaken for two.
         let Reference::Finest { value: finest, uncertainty, reason } =
             reference(&[value(-2), (-1, None), value(0), value(1)])
         else {

@@ -1,42 +1,42 @@
-//! A row of the table: one setting, what it cost and what it found.
+//! A row of the table: one setting with its cost and results.
 
 use super::quantity::Quantity;
 use crate::study::setting::Setting;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// One run.
+/// One run of the study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// How the scene was computed.
+    /// Numerical setting of the run.
     pub setting: Setting,
-    /// The same for people, with the steps that were taken where they are much shorter than those that were asked for.
+    /// Human-readable name of the setting, with the mean step if much shorter than requested.
     pub name: String,
-    /// `finished`, `left_out`, or the cause of the failure.
+    /// Ending: `finished`, `left_out`, or the cause of the failure.
     pub ending: String,
-    /// Why it was left out or failed.
+    /// Why it was omitted or failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Elements.
+    /// Number of elements of the scene.
     pub elements: usize,
-    /// Steps.
+    /// Number of steps of the run.
     pub steps: u64,
-    /// Wall time [s].
+    /// Wall time of the run [s].
     pub wall_s: f64,
-    /// Processor time [s].
+    /// Processor time of the run [s].
     pub cpu_s: Option<f64>,
-    /// The quantities of interest, by name.
+    /// Quantities of interest, by name.
     pub values: BTreeMap<Quantity, f64>,
-    /// Their relative errors [-].
+    /// Relative errors of these quantities [-].
     pub errors: BTreeMap<Quantity, f64>,
 }
 
 impl Row {
-    /// Processor time, or wall time where the system does not tell the former [s].
+    /// Processor time, or wall time if the system does not provide the former [s].
     pub fn cost_s(&self) -> f64 {
         self.cpu_s.unwrap_or(self.wall_s)
     }
-    /// Whether it came to its end.
+    /// Whether the run finished.
     pub fn is_finished(&self) -> bool {
         self.ending == "finished"
     }

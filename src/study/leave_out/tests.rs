@@ -2,7 +2,7 @@ use super::*;
 use crate::scene::{Budget, FolderSource, load};
 use serde_json::json;
 
-/// Two small blocks that meet without friction, the lower one with fibres that do not pull; a third far away.
+/// Two small blocks in frictionless contact, the lower one with fibres of zero stiffness; a third far away.
 fn scene() -> Scene {
     let block = |name: &str, low: [f64; 3], material: &serde_json::Value, velocity: [f64; 3]| {
         json!({
@@ -65,7 +65,7 @@ fn everything_that_is_left_out_can_be_put_back_and_changes_no_bit() {
         assert!(row.memory_bytes >= study.rows[0].memory_bytes);
     }
     assert!(study.holds);
-    // The fields of the last row take room in the recording.
+    // The fields of the last row take space in the recording.
     let bytes = |row: &LeaveOutRow| row.recording_bytes.unwrap();
     let fields = study.rows.iter().find(|row| row.put_back == [Keep::UnaskedFields]).unwrap();
     assert!(bytes(fields) > bytes(&study.rows[0]) && fields.memory_bytes > study.rows[0].memory_bytes);

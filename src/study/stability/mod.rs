@@ -1,4 +1,5 @@
-//! Stability: a matrix of stiff and extreme cases and one of ordinary impacts, each finished within its gates or diagnosed.
+//! Stability study: a matrix of stiff and extreme cases and one of ordinary impacts, each of which must finish within
+//! its gates or be diagnosed.
 
 mod ordinary;
 mod picture;
@@ -22,27 +23,27 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::Instant;
 use watch::Watch;
 
-/// Why a cell that was stopped did not finish, and what to do.
+/// Reason and remedy for a cell that was stopped by the user.
 const STOPPED: (&str, &str) = (
     "it was stopped by hand.",
-    "let it run to its end; if it takes too long, ask for the short matrix, or for no implicit steps as short as the explicit ones",
+    "let it finish; if it takes too long, request the short matrix, or omit implicit steps as short as the explicit ones",
 );
 
-/// How a cell is integrated.
+/// Time integration of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stepping {
-    /// Central differences.
+    /// Explicit central differences.
     Explicit,
-    /// The θ scheme at so many times the explicit step.
+    /// The θ scheme at a multiple of the explicit step.
     Implicit {
-        /// Its step over the explicit one.
+        /// Ratio of its step to the explicit one.
         step_ratio: u32,
     },
 }
 
 impl Stepping {
-    /// The explicit scheme, and the implicit one with each of some ratios; a ratio of none is left out.
+    /// The explicit scheme, and the implicit one with each of some step ratios; a ratio of zero is omitted.
     pub fn with_implicit(step_ratios: &[u32]) -> Vec<Self> {
         let implicit = step_ratios.iter().filter(|ratio| **ratio > 0);
         let implicit = implicit.map(|step_ratio| Self::Implicit { step_ratio: *step_ratio });
@@ -59,80 +60,80 @@ impl std::fmt::Display for Stepping {
     }
 }
 
-/// What became of a case.
+/// Verdict on a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It came to its end within its gates.
+    /// The run finished within its gates.
     Finished,
-    /// It was refused before the run, with a reason.
+    /// The scene was refused before the run, with a reason.
     Refused,
-    /// It ended with a diagnosis.
+    /// The run ended with a diagnosis.
     Diagnosed,
-    /// It gave a number that is none, or grew without being noticed: a defect.
+    /// The run gave NaN, or grew unnoticed: a defect.
     Wrong,
 }
 
 /// One cell of the matrix.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// What is varied.
+    /// Name of the varied parameter.
     pub axis: String,
-    /// Its value.
+    /// Value of the parameter.
     pub value: String,
-    /// How it was integrated.
+    /// Time integration of the cell.
     pub stepping: Stepping,
-    /// Whether such an impact could happen.
+    /// Whether such an impact is physically possible.
     pub is_physical: bool,
-    /// What became of it.
+    /// Verdict on the case.
     pub verdict: Verdict,
     /// `finished`, `refused`, or the cause of the failure.
     pub ending: String,
     /// Why it did not finish.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What to do about it.
+    /// Remedy suggested by the diagnosis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<String>,
     /// Largest error of the energy balance [-].
     pub balance_error: f64,
-    /// Largest total energy over that of the start [-].
+    /// Largest total energy over the initial total energy [-].
     pub growth: f64,
-    /// Numerical contact dissipation, as a share of the energy [-].
+    /// Numerical contact dissipation over the energy scale [-].
     pub contact_loss: f64,
-    /// Smallest Jacobian.
+    /// Smallest Jacobian J [-].
     pub smallest_jacobian: f64,
-    /// Deepest that a contact was inside when a step began, over the shortest edge [-].
+    /// Deepest penetration of a contact at the start of a step, over the shortest edge [-].
     pub penetration: f64,
-    /// Deepest that a node or element was inside another body at the field times, over the size of a face [-].
+    /// Deepest penetration of a node or element at the field times, over the face size [-].
     pub face_penetration: f64,
     /// Largest deflection of the tissue's skin [m].
     pub deflection_m: f64,
-    /// Share of the simulated time that was reached; all of it where contact is over.
+    /// Fraction of the simulated time reached; 1 if contact is over.
     pub reached: f64,
-    /// Steps.
+    /// Number of steps of the run.
     pub steps: u64,
     /// Wall time of the run [s].
     pub wall_s: f64,
 }
 
-/// The matrix.
+/// Results of the whole matrix.
 #[derive(Clone, Debug, Serialize)]
 pub struct StabilityStudy {
-    /// The cells.
+    /// Cells in the order of the cases.
     pub cells: Vec<Cell>,
-    /// Cells that could happen.
+    /// Number of physically possible cells.
     pub physical: usize,
-    /// Those of them that finished within their gates.
+    /// Number of those that finished within their gates.
     pub physical_finished: usize,
-    /// Cells without a finish and without a diagnosis: must be none.
+    /// Number of cells that neither finished nor were diagnosed: must be zero.
     pub wrong: usize,
-    /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
+    /// Why it was stopped early: `cancelled` or `deadline`; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
 }
 
-/// Runs each case with each stepping, so many cases side by side; the cells are in the order of the cases.
+/// Runs each case with each time integration, several cases in parallel; the cells are in the order of the cases.
 pub fn study_stability(
     cases: &[Case],
     steppings: &[Stepping],
@@ -141,6 +142,7 @@ pub fn study_stability(
     progress: &mut dyn FnMut(&Cell),
 ) -> StabilityStudy {
     let (next, is_stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
+    // Each thread takes the next case and runs all its time integrations.
     let run_cases = &|ended: Sender<(usize, Cell)>| {
         while let (index, Some(case)) = take_next(&next, cases) {
             let explicit = compiled(&case.document);
@@ -164,6 +166,7 @@ pub fn study_stability(
         }
         done.extend(ended.into_iter().inspect(|(_, cell)| progress(cell)));
     });
+    // Restore the order of the cases.
     done.sort_by_key(|(index, _)| *index);
     let cells: Vec<Cell> = done.into_iter().map(|(_, cell)| cell).collect();
     let physical = cells.iter().filter(|c| c.is_physical);
@@ -176,13 +179,13 @@ pub fn study_stability(
     }
 }
 
-/// The case whose turn it is, with its number.
+/// Next case to run, with its index.
 fn take_next<'a>(next: &AtomicUsize, cases: &'a [Case]) -> (usize, Option<&'a Case>) {
     let index = next.fetch_add(1, Ordering::Relaxed);
     (index, cases.get(index))
 }
 
-/// `explicit`: what the case is compiled to with explicit steps.
+/// `explicit`: the case compiled with explicit steps.
 fn eval_cell(
     case: &Case,
     explicit: Result<&Compiled, &Refusal>,
@@ -224,24 +227,24 @@ fn eval_cell(
     }
 }
 
-/// A case that is ready to be run.
+/// A case ready to run.
 struct Compiled {
     plan: Plan,
-    /// [m]
+    /// Shortest element edge [m].
     shortest_edge: f64,
 }
 
-/// Why a case is not run, and what to do.
+/// Why a case is not run, and the remedy.
 struct Refusal {
     reason: String,
     remedy: String,
 }
 
-/// A case with implicit steps of so many explicit ones.
+/// A case with implicit steps of `step_ratio` explicit ones.
 fn compiled_implicit(case: &Case, explicit: &Compiled, step_ratio: u32) -> Result<Compiled, Refusal> {
     let mut document = case.document.clone();
     let plan = &explicit.plan;
-    // Two steps at the least, or nothing is stepped.
+    // At least two steps.
     let step = (f64::from(step_ratio) * plan.report.stable_step_s).min(0.5 * plan.end_time);
     document["integrator"] = json!({"kind": "implicit", "step_s": step});
     compiled(&document)
@@ -263,7 +266,7 @@ fn compiled(document: &Value) -> Result<Compiled, Refusal> {
     Ok(Compiled { plan, shortest_edge })
 }
 
-/// Runs a plan, to the end of contact if that is asked for; the rest of the cell is in `blank`.
+/// Runs a plan, to the end of contact if requested; `blank` provides the rest of the cell.
 fn run_cell(
     Compiled { plan, shortest_edge }: &Compiled,
     ends_with_contact: bool,
@@ -276,6 +279,7 @@ fn run_cell(
     let interrupt = || interrupt().or_else(|| is_over().then_some(Interrupt::Cancel));
     let mut watch = Watch::new(&contact_is_over);
     let (outcome, state) = run(plan, &RunOptions { threads: 1, interrupt: &interrupt }, &mut [&mut watch]);
+    // A finished run with non-finite results is wrong.
     let is_sound = |all: &[Vec3]| all.iter().all(|v| v.iter().all(|x| x.is_finite()));
     let is_finite = is_sound(&state.u) && is_sound(&state.v) && outcome.balance_error.is_finite();
     let ending = match &outcome.ending {
@@ -286,9 +290,9 @@ fn run_cell(
         Ending::Failed { failure } => Some(failure),
         Ending::Finished | Ending::Cancelled => None,
     };
-    // A run that was stopped failed in nothing.
+    // A stopped run has not failed.
     let stopped = (*ending == Ending::Cancelled).then_some(STOPPED);
-    // Numbers of bodies that are in each other would be withheld.
+    // Numbers of interpenetrating bodies would be withheld.
     let overlap = watch.penetration.excess().filter(|_| *ending == Ending::Finished);
     let verdict = match (ending, is_finite) {
         (Ending::Finished, false) => Verdict::Wrong,

@@ -1,27 +1,28 @@
-//! Ordinary impacts: what a user tries first. Five projectiles on three tissues at six speeds, on three meshes, by two formulations,
-//! each dead centre and to the end of contact.
+//! Ordinary impacts, as a user would try first: five projectiles on three tissues at six speeds, on three meshes, with
+//! two formulations, all central and until the end of contact.
 
 use super::scenes::Case;
 use serde_json::{Value, json};
 
 /// Speeds of the projectiles [m/s].
 const SPEEDS: [f64; 6] = [2.0, 5.0, 12.0, 30.0, 60.0, 100.0];
-/// Numbers of elements along a length are proportional to these.
+/// Numbers of elements along a length, up to a factor.
 const MESHES: [u32; 3] = [2, 3, 4];
-/// A run that has not ended by itself ends here [s]; contact with gel lasts 5 to 10 ms.
+/// Latest end of a run [s]; contact with gel lasts 5 to 10 ms.
 const END: f64 = 0.02;
-/// How far the projectile starts above the skin, which is at z = 0 [m].
+/// Initial distance of the projectile from the skin, which is at z = 0 [m].
 const GAP: f64 = 1e-4;
-/// Bulk modulus of everything but bone [Pa].
+/// Bulk modulus of all materials except bone [Pa].
 const BULK: f64 = 5e7;
 
-/// What hits.
+/// Projectiles of the matrix.
 const PROJECTILES: [&str; 5] =
     ["rigid ball", "rigid baton", "rubber ball", "hollow ball", "rigid box corner"];
-/// What is hit.
+/// Tissues of the matrix.
 const TISSUES: [&str; 3] = ["gel block", "layered plate", "limb"];
 
-/// Every ordinary impact on so many meshes, the coarsest first; the short list has one mesh, one formulation, and two speeds.
+/// All ordinary impacts on a number of meshes, the coarsest first; the short list has one mesh, one formulation, and
+/// two speeds.
 pub fn ordinary_impacts(short: bool, meshes: usize) -> Vec<Case> {
     let speeds = if short { &SPEEDS[2..4] } else { &SPEEDS[..] };
     let meshes = &MESHES[..if short { 1 } else { meshes.min(MESHES.len()) }];
@@ -100,7 +101,7 @@ fn projectile_body(name: &str, n: u32) -> Value {
             "kind": "hollow_ball", "outer_radius_m": 0.022, "inner_radius_m": 0.01567, "elements_around": 3 * n,
             "elements_through": n.div_ceil(2)
         })),
-        // A cube of 50 mm on its corner: the diagonal is turned to z.
+        // A cube of 50 mm on its corner: the diagonal is aligned with z.
         _ => {
             let shape = json!({"kind": "box", "half_extents_m": [0.025, 0.025, 0.025]});
             let mut body = rigid(shape, 0.025 * 3.0_f64.sqrt(), 0.125);
@@ -111,7 +112,7 @@ fn projectile_body(name: &str, n: u32) -> Value {
     }
 }
 
-/// A tissue whose skin touches z = 0 from below, held at its back or its bone.
+/// A tissue whose skin touches z = 0 from below, fixed at its back or its bone.
 fn tissue_body(name: &str, n: u32) -> Value {
     // Viscosities as shear waves of 100 to 400 Hz measure them (sources in docs/scene.md), that of fat taken like that of skin.
     let soft = |part: &str, density: f64, c10_pa: f64, viscosity: f64| {

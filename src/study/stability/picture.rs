@@ -1,4 +1,5 @@
-//! The matrix as SVG: a row for each axis and stepping, a field for each value, its colour the verdict and the energy error.
+//! The matrix as SVG: a row for each axis and time integration, a field for each value, coloured by verdict and energy
+//! error.
 
 use super::{Cell, StabilityStudy, Verdict};
 use plotters::prelude::*;
@@ -8,10 +9,10 @@ const LABELS: i32 = 350;
 const FIELD: (i32, i32) = (118, 34);
 const HEAD: i32 = 60;
 
-/// The study as a picture.
+/// Draws the study.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn picture(study: &StabilityStudy) -> Result<String, String> {
     let rows = rows(study);
     let columns = rows.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
@@ -68,7 +69,7 @@ fn draw(
     Ok(())
 }
 
-/// Where the field of a number begins.
+/// Start of the field with a number.
 fn pixel(first: i32, size: i32, number: usize) -> i32 {
     i32::try_from(number).map_or(i32::MAX, |number| first.saturating_add(size.saturating_mul(number)))
 }
@@ -82,11 +83,11 @@ fn word(cell: &Cell) -> String {
     }
 }
 
-/// Blue to yellow with the energy error of what finished; grey for what was refused, orange and red for what failed.
+/// Blue to yellow by the energy error of finished cells; grey for refused, orange and red for failed cells.
 fn colour(cell: &Cell) -> RGBColor {
     match cell.verdict {
         Verdict::Finished => {
-            // 1e-6 … 1e-2
+            // Logarithmic scale from 1e-6 to 1e-2.
             let share = ((cell.balance_error.max(1e-6).log10() + 6.0) / 4.0).clamp(0.0, 1.0);
             let blend = |low: f64, high: f64| (low + share * (high - low)).round() as u8;
             RGBColor(blend(150.0, 250.0), blend(200.0, 235.0), blend(235.0, 130.0))

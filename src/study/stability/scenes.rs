@@ -1,47 +1,46 @@
-//! The scenes of the stability matrix: one small impact, and what makes it stiff or extreme.
+//! The scenes of the stability matrix: one small impact, made stiff or extreme.
 //!
-//! A rubber ball on a block of soft tissue, a few hundred elements. Each case changes one thing, or two that make each other
-//! worse, and keeps the block's corner-to-corner story: the ball would go a third of its radius into the block.
+//! A rubber ball on a block of soft tissue, a few hundred elements. Each case changes one parameter, or two that
+//! reinforce each other, with the impact speed such that the ball would penetrate the block by a third of its radius.
 
 use serde_json::{Value, json};
 
-/// Radius of the ball [m]; everything else is in proportion.
+/// Radius of the ball [m]; all other lengths are in proportion.
 const RADIUS: f64 = 8e-3;
 /// Shear modulus of the tissue [Pa].
 const SHEAR: f64 = 1e4;
-/// How far the ball would go into the block, in its radii.
+/// Nominal penetration into the block, in radii of the ball.
 const DEPTH: f64 = 0.3;
 
-/// One cell of the matrix.
+/// One case of the matrix.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What is varied.
+    /// Name of the varied parameter.
     pub axis: String,
-    /// Its value, for people.
+    /// Value of the parameter for display.
     pub label: String,
-    /// Whether the scene is one that could happen: such a cell should finish.
+    /// Whether the scene is physically possible: such a cell should finish.
     pub is_physical: bool,
-    /// Whether the run is over soon after its contact is; else at its end time.
+    /// Whether the run ends soon after contact, rather than at its end time.
     pub ends_with_contact: bool,
-    /// The scene document.
+    /// Scene document of the case.
     pub document: Value,
 }
 
-/// What one case is made of.
+/// Parameters of one case.
 #[derive(Clone, Copy, Debug)]
 struct Knobs {
-    /// K/G of the tissue [-].
+    /// Ratio K/G of the tissue [-].
     k_over_g: f64,
-    /// Exponent k2 of the fibres; `None` for a tissue without.
+    /// Exponent k2 of the fibres; `None` without fibres.
     fibre_k2: Option<f64>,
-    /// [m/s]
     speed: f64,
     /// Density of the ball over that of the tissue [-].
     density_ratio: f64,
     friction: f64,
-    /// Height of the block's elements over their width, upside down [-].
+    /// Ratio of height to width of the block's elements, or its inverse [-].
     aspect: f64,
-    /// All lengths, in those of the base case [-].
+    /// Scale of all lengths relative to the base case [-].
     size: f64,
 }
 
@@ -58,7 +57,7 @@ const BASE: Knobs = Knobs {
     size: 1.0,
 };
 
-/// Every case; the short list has the ends of each axis only.
+/// All cases; the short list has only the ends of each axis.
 pub fn cases(short: bool) -> Vec<Case> {
     let mut cases = Vec::new();
     let mut sweep = |axis: &'static str, values: &[f64], knobs: &dyn Fn(f64) -> Knobs| {
@@ -96,10 +95,10 @@ impl Knobs {
         let radius = RADIUS * self.size;
         let [width, height] = [2.5 * radius, 1.25 * radius];
         let elements = [6, 6, (4.0 * self.aspect).min(100.0) as u32];
-        // A thin block keeps its number of layers low: what is thin is one element, not many.
+        // A thin block has few layers: thin means one element, not many.
         let height =
             if self.aspect > 1.0 { width / 6.0 / self.aspect * f64::from(elements[2]) } else { height };
-        // Heavier than anything is refused: from there on the tissue is lighter.
+        // Heavier materials are refused: from there on the tissue is lighter.
         let ball = (1000.0 * self.density_ratio).min(HEAVIEST);
         json!({
             "name": "stability",
@@ -135,7 +134,7 @@ impl Knobs {
     }
 }
 
-/// Two cubes that meet with faces, edges or corners, that touch from the start, and meshes that are hardly meshes.
+/// Cubes in contact by faces, edges or corners, initial contact, and degenerate meshes.
 fn geometries() -> Vec<Case> {
     let turned = |axis: [f64; 3], angle_deg: f64, lift: f64| {
         let mut document = cubes(lift);
@@ -190,7 +189,7 @@ fn cubes(lift: f64) -> Value {
     })
 }
 
-/// What must be refused or diagnosed, and never computed in silence.
+/// Scenes that must be refused or diagnosed, never computed silently.
 fn nonsense() -> Vec<Case> {
     let with = |label: &str, change: &dyn Fn(&mut Value)| {
         let mut document = BASE.document();

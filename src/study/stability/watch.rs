@@ -1,4 +1,4 @@
-//! What is watched while a case runs.
+//! Monitors the run of a case.
 
 use crate::measure::deflection::Deflection;
 use crate::measure::penetration::Penetration;
@@ -8,27 +8,27 @@ use crate::scene::document::Role;
 use crate::step::{Frame, Recorder, RecorderError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Contact is over when nothing has touched for this share of its duration [-], and for so long [s].
+/// Contact is over after no touch for this fraction of its duration [-], and at least this time [s].
 const APART: (f64, f64) = (0.25, 5e-4);
-/// The same while the projectile flies on as it came: tissue that it has thrown ahead lets go of it for a while.
+/// The same while the projectile continues in its direction: tissue thrown ahead may lose contact for a while.
 const APART_ON_ITS_WAY: (f64, f64) = (1.0, 5e-3);
 
-/// Extremes of a run that no summary asks for.
+/// Extremes of a run that are not in the summary.
 #[derive(Debug)]
 pub(super) struct Watch<'a> {
-    /// The deflection of the tissue's skin.
+    /// Deflection of the tissue's skin.
     pub deflection: Deflection,
-    /// How far bodies were inside each other at the field times.
+    /// Interpenetration of bodies at the field times.
     pub penetration: Penetration,
-    /// Set when contact has begun and is over.
+    /// Set once contact has begun and is over.
     contact_is_over: &'a AtomicBool,
-    /// The projectile, and its momentum before it touched anything [kg m/s].
+    /// The projectile, and its momentum before the first contact [kg m/s].
     projectile: Option<(usize, Vec3)>,
     /// Whether each pair has touched so far.
     touched: Vec<bool>,
     /// First and last time with contact [s].
     contact_span: Option<[f64; 2]>,
-    /// Deepest gap of a candidate contact at the start of a step [m], not negative.
+    /// Deepest penetration of a candidate contact at the start of a step [m], not negative.
     pub deepest: f64,
     initial: f64,
     largest: f64,
@@ -37,7 +37,7 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Of a run that has not begun.
+    /// A monitor for a run that has not begun.
     pub fn new(contact_is_over: &'a AtomicBool) -> Self {
         Self {
             deflection: Deflection::default(),
@@ -53,11 +53,11 @@ impl<'a> Watch<'a> {
             scale: 0.0,
         }
     }
-    /// Largest total energy over that of the start [-].
+    /// Largest total energy over the initial total energy [-].
     pub fn growth(&self) -> f64 {
         if self.initial > 0.0 { self.largest / self.initial } else { 1.0 }
     }
-    /// Numerical contact dissipation as a share of the energy scale [-].
+    /// Numerical contact dissipation over the energy scale [-].
     pub fn contact_loss(&self) -> f64 {
         if self.scale > 0.0 { self.lost / self.scale } else { 0.0 }
     }
@@ -81,6 +81,7 @@ impl Recorder for Watch<'_> {
         self.lost = energy.numerical_contact_j();
         self.scale = energy.turnover_j;
         self.deflection.accumulate(frame);
+        // Pairs in contact.
         let acting = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);
         let is_touching = acting.clone().next().is_some();
         for (contact, _) in acting {
@@ -89,6 +90,7 @@ impl Recorder for Watch<'_> {
         if frame.is_look_time {
             self.penetration.accumulate(frame, |pair| self.touched[pair]);
         }
+        // Whether the projectile still moves in its initial direction.
         let goes_on = self.projectile.as_mut().is_some_and(|(body, before)| {
             let momentum = Vec3::from(frame.energy.bodies[*body].momentum_kg_m_per_s);
             if self.contact_span.is_none() {
@@ -96,6 +98,7 @@ impl Recorder for Watch<'_> {
             }
             momentum.dot(before) > 0.0
         });
+        // Contact is over after a sufficient time without touch.
         let apart = if goes_on { APART_ON_ITS_WAY } else { APART };
         if is_touching {
             self.contact_span = Some([self.contact_span.map_or(frame.time, |[first, _]| first), frame.time]);

@@ -1,4 +1,4 @@
-//! The answer, as it is told.
+//! The answer to a what-if question.
 
 use super::super::error::Quantity;
 use super::case_answer::CaseAnswer;
@@ -9,57 +9,57 @@ use super::surrogate::Surrogate;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The whole answer.
+/// Answer to a question, complete or stopped early.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
-    /// No medical device, no diagnosis.
+    /// The disclaimer of every result.
     pub notice: &'static str,
     /// Version of the engine.
     pub engine_version: &'static str,
-    /// Name of the base.
+    /// Name of the base scene.
     pub scene: String,
-    /// What the numbers are called, by their names with units.
+    /// Titles and units of the numbers, by their names with units.
     pub quantities: BTreeMap<Quantity, QuantityAnswer>,
-    /// What varies.
+    /// Parameters that vary, with their ranges.
     pub parameters: Vec<ParameterAnswer>,
-    /// Where the errors of the numbers come from.
+    /// Source of the numerical errors.
     pub error_bars: String,
-    /// The cases that were run, in their order; the first is the base.
+    /// Completed cases in order; the first is the base.
     pub cases: Vec<CaseAnswer>,
-    /// How many cases the question has; there are fewer only when it was stopped.
+    /// Number of cases requested; more than `cases` only if the question was stopped.
     pub cases_asked: usize,
-    /// What each parameter does by itself.
+    /// Effect of each parameter by itself.
     pub sensitivities: Vec<Sensitivity>,
-    /// How the numbers are spread over the sample.
+    /// Distribution of the numbers over the sample.
     pub spread: Vec<Spread>,
-    /// Which parameters the numbers go with over the sample.
+    /// Correlation of the numbers with the parameters over the sample.
     pub correlations: Vec<Correlation>,
-    /// Which parameters the variance over the sample comes from; none where the question was stopped before its last case.
+    /// Contributions of the parameters to the variance over the sample; empty if the question was stopped early.
     pub sobol_indices: Vec<SobolIndex>,
-    /// Polynomials through the cases, which propose what the model would say of others; none where cases are few.
+    /// Polynomial surrogates fitted to the cases; empty if there are too few.
     pub surrogates: Vec<Surrogate>,
-    /// Up to which values limits are kept.
+    /// Parameter values up to which limits are met.
     pub limits: Vec<LimitAnswer>,
-    /// How many limits the question has; there are fewer only when it was stopped.
+    /// Number of limits requested; more than `limits` only if the question was stopped.
     pub limits_asked: usize,
-    /// Why it was stopped before its end: `cancelled` or `deadline`; absent when it was not.
+    /// Why it was stopped early: `cancelled` or `deadline`; absent otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<&'static str>,
-    /// What it took; the only part that is not the same every time.
+    /// Computational cost; the only part that is not reproducible.
     pub effort: Effort,
 }
 
-/// What a number is called.
+/// Title and unit of a number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QuantityAnswer {
-    /// Its name for people, with the threshold that it is about.
+    /// Human-readable name, with its threshold.
     pub title: String,
-    /// Its unit.
+    /// Unit of the number.
     pub unit: &'static str,
 }
 
 impl Answer {
-    /// What a number is called, and its unit.
+    /// Title and unit of a number.
     pub fn title(&self, quantity: Quantity) -> (&str, &'static str) {
         self.quantities.get(&quantity).map_or(quantity.title(), |q| (&q.title, q.unit))
     }
@@ -68,55 +68,56 @@ impl Answer {
 /// A parameter and its value in the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterAnswer {
-    /// Its name.
+    /// Name of the parameter.
     pub name: String,
-    /// Its unit.
+    /// Unit of the parameter.
     pub unit: &'static str,
-    /// Its value in the base.
+    /// Value of the parameter in the base.
     pub base_value: f64,
-    /// Its range, where it has one.
+    /// Range of the parameter, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
 }
 
-/// What is known of a limit.
+/// Result for one limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitAnswer {
     /// Name of the parameter.
     pub parameter: String,
-    /// Its unit.
+    /// Unit of the parameter.
     pub unit: &'static str,
-    /// The number.
+    /// Number that the limit applies to.
     pub measure: LimitMeasure,
-    /// The limit.
+    /// Limit of the number.
     pub at_most: f64,
-    /// What was found on the model itself.
+    /// Result of the search on the model itself.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// The number's relative numerical error in the base [-]; absent where it is not known.
+    /// Relative numerical error of the number in the base [-]; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_error: Option<f64>,
-    /// Whether the number is resolved in the base, see [`resolved`](super::Number::resolved); from an error of 1 on it never is.
+    /// Whether the number is resolved in the base, see [`resolved`](super::Number::resolved); never for an error of 1
+    /// or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<bool>,
-    /// What would be found if the number were larger by its error, everywhere; absent where that is not known, or not resolved.
+    /// Result if the number were larger by its error everywhere; absent if that is unknown, or not resolved.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_larger: Option<Verdict>,
-    /// What would be found if it were smaller by its error.
+    /// Result if the number were smaller by its error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub if_smaller: Option<Verdict>,
-    /// Runs that it took, those that were known included.
+    /// Runs required, including cached ones.
     pub runs: u32,
 }
 
-/// What the answer took.
+/// Computational cost of the answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effort {
-    /// Runs side by side.
+    /// Number of parallel runs.
     pub threads: usize,
-    /// Answers that were computed.
+    /// Number of results computed.
     pub computed: u64,
-    /// Answers that had been computed before.
+    /// Number of results found in the cache.
     pub from_cache: u64,
     /// Wall time to the first answer [s].
     pub first_answer_s: f64,
@@ -124,23 +125,23 @@ pub struct Effort {
     pub wall_s: f64,
 }
 
-/// A part of the answer, told as it comes.
+/// A part of the answer, delivered as soon as it is available.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Partial<'a> {
-    /// A case. Cases that come before the error bars have none.
+    /// A case. Cases that precede the error bars have none.
     Case {
-        /// How many cases there are.
+        /// Total number of cases.
         of: usize,
-        /// The case.
+        /// Answer of the case.
         #[serde(flatten)]
         case: &'a CaseAnswer,
     },
-    /// Relative errors [-] of the base, by number: those of all cases.
+    /// Relative errors [-] of the base by number, valid for all cases.
     ErrorBars {
-        /// The errors.
+        /// Relative errors by number [-].
         relative_errors: &'a BTreeMap<Quantity, f64>,
     },
-    /// A limit.
+    /// Result for one limit.
     Limit(&'a LimitAnswer),
 }

@@ -1,4 +1,4 @@
-//! What of the base the changes need that its document does not say.
+//! Data of the base that changes need but its document does not contain.
 
 use super::misfit::Misfit;
 use crate::mechanics::tensor::Vec3;
@@ -15,19 +15,19 @@ use serde_json::json;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
-/// The base as it was loaded, and where its meshes come from.
+/// The loaded base, and the source of its meshes.
 pub struct BaseFacts<'a> {
     /// Mass of each body [kg].
     pub masses_kg: Vec<f64>,
     base: &'a Scene,
     source: &'a (dyn MeshSource + Sync),
     budget: &'a Budget,
-    /// The skin of each body of the base, once it was asked for.
+    /// Boundary surface of each body of the base, computed on first use.
     skins: Vec<OnceLock<Arc<TriangulatedSkin>>>,
 }
 
 impl<'a> BaseFacts<'a> {
-    /// Of a loaded base.
+    /// Data of a loaded base.
     pub fn of(base: &'a Loaded, source: &'a (dyn MeshSource + Sync), budget: &'a Budget) -> Self {
         Self {
             masses_kg: base.bodies.iter().map(|body| body.mass_kg).collect(),
@@ -38,7 +38,7 @@ impl<'a> BaseFacts<'a> {
         }
     }
 
-    /// The skin of a body of a changed scene, as it starts.
+    /// Boundary surface of a body of a modified scene in its initial position.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
             let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.cells)));
@@ -57,7 +57,7 @@ impl<'a> BaseFacts<'a> {
         Ok(of(self.mesh(scene, body)?.as_ref()))
     }
 
-    /// The centre of a body of a changed scene [m]: that of its mass if it is rigid, that of the volume of its mesh if not.
+    /// Centre of a body of a modified scene [m]: centre of mass if it is rigid, otherwise centroid of its mesh.
     pub(super) fn center(&self, scene: &SceneDocument, body: usize) -> Result<Vec3, Misfit> {
         let written = &scene.bodies[body];
         if let Some(rigid) = &written.rigid {
@@ -67,13 +67,13 @@ impl<'a> BaseFacts<'a> {
         Ok(centre_of_volume(written, &mesh))
     }
 
-    /// Whether a body of a changed scene has the mesh that it has in the base, where that was.
+    /// Whether a body of a modified scene has the same mesh in the same place as in the base.
     fn has_its_mesh(&self, scene: &SceneDocument, body: usize) -> bool {
         let [now, then] = [scene, &self.base.document].map(|scene| &scene.bodies[body]);
         (&now.mesh, &now.placement) == (&then.mesh, &then.placement)
     }
 
-    /// The mesh of a body of a changed scene, placed: that of the base, or another where the change makes another.
+    /// Placed mesh of a body of a modified scene: that of the base, unless the change requires another.
     fn mesh(&self, scene: &SceneDocument, body: usize) -> Result<Cow<'_, Mesh>, Misfit> {
         if self.has_its_mesh(scene, body) {
             return Ok(Cow::Borrowed(&self.base.bodies[body].mesh));

@@ -1,4 +1,4 @@
-//! What runs have said before, by content: the same engine, instruction set, scene and meshes give the same bits.
+//! Cache of results by content: the same engine, instruction set, scene and meshes give the same bits.
 
 use super::super::error::Quantity;
 use crate::blobs::{BlobError, BlobStore, Draft, FolderBlobs, hexadecimal};
@@ -10,46 +10,46 @@ use std::io::{self, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Entries that a shelf may have; beyond, the oldest go when it is opened. An entry is about a kilobyte.
+/// Maximum number of entries on a shelf; the oldest are removed when it is opened. An entry takes about a kilobyte.
 const MOST_ENTRIES: usize = 100_000;
 
-/// What one run said.
+/// Results of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Numbers {
-    /// As of [`CaseAnswer`](super::CaseAnswer).
+    /// Ending, as in [`CaseAnswer`](super::CaseAnswer).
     pub ending: String,
-    /// Why it has no numbers.
+    /// Why there are no numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Steps.
+    /// Number of steps of the run.
     pub steps: u64,
-    /// The quantities of interest; empty when it did not finish, or nothing touched.
+    /// Quantities of interest; empty if the run did not finish, or nothing touched.
     pub values: BTreeMap<Quantity, f64>,
-    /// Their errors, where they were estimated for this very run.
+    /// Their errors, if estimated for this very run.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub errors: BTreeMap<Quantity, f64>,
-    /// Those of them that are not resolved.
+    /// Quantities that are not resolved.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub unresolved: BTreeSet<Quantity>,
-    /// Which ends of the tissue the significant stress reaches: its depth and volume end there because the model does.
+    /// Ends of the tissue reached by the significant stress: the model truncates its depth and volume there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
-    /// Largest von Mises stress from each of the asked depths on [Pa].
+    /// Largest von Mises stress below each requested depth [Pa].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_pa: Vec<f64>,
-    /// Their errors [Pa], where they were estimated for this very run.
+    /// Their errors [Pa], if estimated for this very run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub von_mises_below_error_pa: Vec<Option<f64>>,
 }
 
-/// Remembers numbers, in memory and, if it has one, on a shelf of blobs.
+/// Stores results in memory and, if it has one, on a shelf of blobs.
 #[derive(Debug, Default)]
 pub struct Cache {
     memory: Mutex<BTreeMap<String, Numbers>>,
     shelf: Option<Shelf>,
 }
 
-/// Where numbers outlive the process.
+/// Persistent storage of results.
 #[derive(Debug)]
 struct Shelf {
     blobs: Arc<dyn BlobStore>,
@@ -57,10 +57,10 @@ struct Shelf {
 }
 
 impl Cache {
-    /// On a shelf, from which the oldest entries go if there are very many.
+    /// A cache on a shelf, from which the oldest entries are removed if there are very many.
     ///
     /// # Errors
-    /// When the shelf cannot be listed, or cleared.
+    /// If the shelf cannot be listed or cleared.
     pub fn on_shelf(blobs: Arc<dyn BlobStore>, name: &str) -> Result<Self, BlobError> {
         let mut entries = blobs.list(name)?;
         entries.sort_by_key(|entry| entry.kept);
@@ -69,15 +69,15 @@ impl Cache {
         Ok(Self { shelf: Some(Shelf { blobs, name: name.to_owned() }), ..Self::default() })
     }
 
-    /// In a folder, which is made if need be.
+    /// A cache in a folder, which is created if necessary.
     ///
     /// # Errors
-    /// When the folder cannot be made or read.
+    /// If the folder cannot be created or read.
     pub fn in_folder(folder: &Path) -> Result<Self, BlobError> {
         Self::on_shelf(Arc::new(FolderBlobs::open(folder)?), "")
     }
 
-    /// What is known under a key. An entry that cannot be read is none.
+    /// Result stored under a key. An unreadable entry counts as missing.
     pub(super) fn get(&self, key: &str) -> Option<Numbers> {
         if let Some(numbers) = self.lock().get(key) {
             return Some(numbers.clone());
@@ -87,7 +87,7 @@ impl Cache {
         Some(numbers)
     }
 
-    /// Remembers. What cannot be written (a full disk) is computed again another time.
+    /// Stores a result. If it cannot be written (a full disk), it will be computed again.
     pub(super) fn put(&self, key: &str, numbers: &Numbers) {
         self.lock().insert(key.to_owned(), numbers.clone());
         if let Some(shelf) = &self.shelf
@@ -119,7 +119,7 @@ impl Shelf {
     }
 }
 
-/// The name of a run: engine, instruction set, scene, meshes, and what is asked of it beyond its summary.
+/// Key of a run: engine, instruction set, scene, meshes, and requests beyond its summary.
 pub(super) fn key(scene: &Scene, with_errors: bool, depths: &[f64]) -> String {
     let mut hash = Sha256::new();
     hash.update(engine());
@@ -131,8 +131,8 @@ pub(super) fn key(scene: &Scene, with_errors: bool, depths: &[f64]) -> String {
     hexadecimal(&hash.finalize())
 }
 
-/// The program and the instruction set. Where the build does not know its commit, the size and the time of its file stand for it:
-/// two builds of one version may differ.
+/// The program and the instruction set. If the build has no commit, size and time of its file identify it: two builds
+/// of one version may differ.
 fn engine() -> &'static str {
     static ENGINE: OnceLock<String> = OnceLock::new();
     ENGINE.get_or_init(|| {

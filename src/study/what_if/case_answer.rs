@@ -1,4 +1,4 @@
-//! What is said of one case.
+//! Answer for one case.
 
 use super::super::error::Quantity;
 use super::cases::Origin;
@@ -6,61 +6,62 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// Ending of a run that came to its end and has numbers.
+/// Ending of a run that finished and has numbers.
 pub(super) const FINISHED: &str = "finished";
-/// Ending of a run that came to its end without contact: there was no impact that numbers could be of.
+/// Ending of a run that finished without contact: there was no impact that numbers could describe.
 pub(super) const NOTHING_TOUCHED: &str = "nothing_touched";
 
-/// One case.
+/// Answer for one case.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CaseAnswer {
-    /// Its place in the question, from 0: the base.
+    /// Index of the case in the question; 0 is the base.
     pub index: usize,
-    /// What it is called.
+    /// Name of the case.
     pub name: String,
-    /// Where it comes from.
+    /// Origin of the case.
     pub origin: Origin,
     /// Values of all parameters, by name.
     pub parameters: BTreeMap<String, f64>,
-    /// What it changes in the scene of the base: JSON pointers and new values, enough to run it by itself.
+    /// Changes of the base scene: JSON pointers and new values, sufficient to run it separately.
     pub edits: BTreeMap<String, Value>,
-    /// `finished`; `nothing_touched` when it finished without contact; `withheld` when a gate failed; `invalid` when the scene cannot run; else the cause of the failure.
+    /// `finished`; `nothing_touched` if it finished without contact; `withheld` if a gate failed; `invalid` if the
+    /// scene cannot run; otherwise the cause of the failure.
     pub ending: String,
-    /// Why it has no numbers.
+    /// Why there are no numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Which ends of the tissue the significant stress reaches: its depth and volume are at least those.
+    /// Ends of the tissue reached by the significant stress, whose depth and volume are then lower bounds.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaches: Vec<String>,
-    /// Steps.
+    /// Number of steps of the run.
     pub steps: u64,
-    /// The numbers, by their names with units; empty when it did not finish, or nothing touched.
+    /// Results by their names with units; empty if the run did not finish, or nothing touched.
     pub numbers: BTreeMap<Quantity, Number>,
 }
 
 /// A number with its numerical error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Number {
-    /// The number.
+    /// Value in the unit of its name.
     pub value: f64,
-    /// Its numerical error, in the same unit; absent where it is not known.
+    /// Numerical error, in the same unit; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// Whether the mesh resolves it: it is larger than its error, and no peak at a point of which two meshes cannot tell whether it
-    /// converges. Absent where the error is not known.
+    /// Whether the mesh resolves it: the value exceeds its error, and is no pointwise peak, for which two meshes cannot
+    /// show convergence. Absent if the error is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<bool>,
 }
 
 impl CaseAnswer {
-    /// Whether the run came to its end, and its results may be shown: without contact it has none.
+    /// Whether the run finished and its results may be shown: without contact it has none.
     pub fn has_finished(&self) -> bool {
         self.ending == FINISHED || self.ending == NOTHING_TOUCHED
     }
 }
 
 impl Number {
-    /// With its error, where that is known, and whether the run that the error comes from may resolve such a number at all.
+    /// With its error, if known, and whether the run that estimated it can resolve such a number at all.
     pub fn new(value: f64, error: Option<f64>, may_be_resolved: bool) -> Self {
         let resolved = error.map(|error| error == 0.0 || may_be_resolved && error < value.abs());
         Self { value, error, resolved }

@@ -11,55 +11,55 @@ use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// Where a case comes from.
+/// Origin of a case.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Origin {
-    /// The base itself.
+    /// The unmodified base scene.
     Base,
-    /// By hand.
+    /// A case with explicit values.
     Case,
     /// A parameter at one end of its range.
     OneAtATime {
         /// Index of the parameter.
         parameter: usize,
-        /// Whether it is the high end.
+        /// Whether it is at the high end.
         is_high: bool,
     },
-    /// A point of the sample; for Sobol indices one of the matrices A, B and A with columns of B (Saltelli 2010).
+    /// A point of the sample; for Sobol indices in one of the matrices A, B and A with columns of B (Saltelli 2010).
     Sample {
         /// Row of the matrix.
         row: usize,
-        /// The matrix.
+        /// Matrix of the design.
         matrix: Matrix,
     },
 }
 
-/// A matrix of a sample.
+/// A matrix of the sampling design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Matrix {
-    /// A: the sample.
+    /// Matrix A, the sample.
     A,
-    /// B: a second sample.
+    /// Second, independent sample B.
     B,
     /// A with one column of B.
     Mixed(usize),
 }
 
-/// One case.
+/// One case of a question.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// What it is called.
+    /// Name of the case.
     pub name: String,
-    /// Where it comes from.
+    /// Origin of the case.
     pub origin: Origin,
-    /// Values by index of the parameter; those that are not here are those of the base.
+    /// Values by index of the parameter; all others are as in the base.
     pub values: BTreeMap<usize, f64>,
 }
 
 impl Case {
-    /// The scene of the case; it has no error bars of its own, and nothing that only a recording needs.
+    /// Scene of the case, without its own error bars and without data needed only for recording.
     ///
     /// # Errors
     /// The parameter that does not fit the base, and why.
@@ -78,7 +78,7 @@ impl Case {
         Ok(scene)
     }
 
-    /// What it changes in the document of the base: JSON pointers and new values.
+    /// Changes of the base document: JSON pointers and new values.
     pub fn edits(
         &self,
         question: &WhatIfDocument,
@@ -96,7 +96,7 @@ impl Case {
     }
 }
 
-/// How many cases a question has, its base included and its limits apart.
+/// Number of cases in a question, including the base and excluding limits.
 pub fn count(question: &WhatIfDocument) -> u64 {
     let parameters = question.parameters.len() as u64;
     let sampled = question.sample.map_or(0, |sample| {
@@ -106,7 +106,7 @@ pub fn count(question: &WhatIfDocument) -> u64 {
     sampled.saturating_add(1 + ends + question.cases.len() as u64)
 }
 
-/// All cases: the base, those by hand, one at a time, the sample. The question must have been checked.
+/// All cases: the base, explicit cases, one at a time, the sample. The question must have been validated.
 pub fn cases(question: &WhatIfDocument) -> Vec<Case> {
     let mut all = vec![Case { name: "base".into(), origin: Origin::Base, values: BTreeMap::new() }];
     all.extend(question.cases.iter().map(|case| {
@@ -130,7 +130,7 @@ pub fn cases(question: &WhatIfDocument) -> Vec<Case> {
     all
 }
 
-/// The cases of the sample, row by row.
+/// Cases of the sample, row by row.
 fn sample(question: &WhatIfDocument) -> Vec<Case> {
     let Some(sample) = question.sample else { return Vec::new() };
     let parameters = question.parameters.len();
@@ -151,6 +151,7 @@ fn sample(question: &WhatIfDocument) -> Vec<Case> {
             let values = (0..parameters).filter_map(of).collect();
             all.push(Case { name, origin: Origin::Sample { row, matrix }, values });
         };
+        // Sample A, and for Sobol indices B and A with each column of B.
         add(Matrix::A, &|index| point[index]);
         if sample.indices {
             add(Matrix::B, &|index| point[parameters + index]);
@@ -163,7 +164,7 @@ fn sample(question: &WhatIfDocument) -> Vec<Case> {
     all
 }
 
-/// "speed 120 m/s".
+/// Descriptive name, such as "speed 120 m/s".
 fn name_of(question: &WhatIfDocument, values: &BTreeMap<usize, f64>) -> String {
     let of = |(index, value): (&usize, &f64)| {
         let parameter = &question.parameters[*index];

@@ -1,4 +1,4 @@
-//! A parameter's value → an edited scene document.
+//! Converts the value of a parameter into an edited scene document.
 
 use super::base_facts::BaseFacts;
 use super::distribution::{log_sigma, normal_quantile};
@@ -15,7 +15,7 @@ use nalgebra::{Rotation3, Unit};
 use serde_json::{Value, json};
 
 impl Change {
-    /// Unit of its values.
+    /// Unit of the parameter's values.
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Speed { .. } => "m/s",
@@ -31,10 +31,10 @@ impl Change {
         }
     }
 
-    /// Its value in a scene.
+    /// Value of the parameter in a scene.
     ///
     /// # Errors
-    /// Why it does not fit the scene.
+    /// Why the change does not fit the scene.
     pub fn value_in(&self, scene: &SceneDocument, facts: &BaseFacts) -> Result<f64, Misfit> {
         Ok(match self {
             Self::Speed { body } => {
@@ -81,14 +81,14 @@ impl Change {
     /// Changes a scene to a value of the parameter.
     ///
     /// # Errors
-    /// Why it does not fit the scene.
+    /// Why the change does not fit the scene.
     pub fn apply(&self, value: f64, scene: &mut SceneDocument, facts: &BaseFacts) -> Result<(), Misfit> {
         match self {
             Self::Speed { body } => {
                 let index = striker(scene, body.as_ref())?;
                 fits(value >= 0.0, value, "a speed", ">= 0", "turn the velocity round in the scene")?;
                 let velocity = Vec3::from(scene.bodies[index].velocity_m_per_s);
-                // The very numbers of the document where nothing changes: the length of a vector is rounded.
+                // An unchanged speed keeps the document's numbers exactly: the norm of a vector is rounded.
                 if velocity.norm().total_cmp(&value).is_ne() {
                     let direction = velocity.try_normalize(0.0).ok_or_else(|| at_rest(scene, index))?;
                     scene.bodies[index].velocity_m_per_s = (direction * value).into();
@@ -157,7 +157,7 @@ impl Change {
     }
 }
 
-/// A value that no such change can have does not fit.
+/// Rejects a value that is inadmissible for any such change.
 fn fits(holds: bool, value: f64, what: &str, limit: &str, remedy: &str) -> Result<(), Misfit> {
     holds.then_some(()).ok_or_else(|| Misfit {
         field: "kind",
@@ -168,7 +168,7 @@ fn fits(holds: bool, value: f64, what: &str, limit: &str, remedy: &str) -> Resul
     })
 }
 
-/// The unit at the end of the last member of a pointer, as far as it is one of those that scene documents use.
+/// Unit in the suffix of the last member of a pointer, if scene documents use it.
 fn unit_of_name(pointer: &str) -> &'static str {
     const UNITS: [(&str, &str); 10] = [
         ("_kg_per_m3", "kg/m³"),
@@ -222,8 +222,8 @@ fn scale_mass(body: &mut BodyDocument, mass: f64, factor: f64) {
     body.parts.iter_mut().for_each(|part| part.density_kg_per_m3 *= factor);
 }
 
-/// Strikes a limb elsewhere: the projectile takes part in the rigid motion from the old place of the skin to the new one, its
-/// velocity and spin turn with it.
+/// Moves the impact point on a limb: the projectile follows the rigid motion from the old place on the skin to the new
+/// one, including its velocity and spin.
 fn strike(
     scene: &mut SceneDocument,
     body: Option<&String>,
@@ -235,14 +235,14 @@ fn strike(
     let mut changed = limb.clone();
     change(&mut changed);
     let [(from, normal), (to, new_normal)] = [limb, &changed].map(|limb| limb_segment(limb).impact_point());
-    // The section lies in x and z: the angle of a normal from +z towards +x is a turn about +y.
+    // The section lies in x and z: the angle of a normal from +z towards +x is a rotation about +y.
     let angle = |n: &Vec3| n.x.atan2(n.z);
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), angle(&new_normal) - angle(&normal));
     let placement = scene.bodies[index].placement.clone();
     if let Some(limb) = limb_mut(&mut scene.bodies[index]) {
         *limb = changed;
     }
-    // The limb may itself have been turned and moved; what it is scaled by moves its skin too.
+    // The limb itself may be rotated and translated; its scaling moves its skin too.
     let (scale, place) =
         placement.as_ref().map_or((1.0, Rotation3::identity()), |p| (p.scale, rotation_of(p)));
     let shift = placement.as_ref().map_or_else(Vec3::zeros, |p| Vec3::from(p.translation_m));
@@ -281,7 +281,7 @@ fn no_number(pointer: &str) -> Misfit {
     }
 }
 
-/// What differs between two documents, as JSON pointers with the new values: replacing those in the first gives the second.
+/// Difference of two documents as JSON pointers with the new values: applying them to the first gives the second.
 pub fn edits(from: &Value, to: &Value) -> Vec<(String, Value)> {
     let mut found = Vec::new();
     collect("", from, to, &mut found);

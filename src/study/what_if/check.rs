@@ -1,4 +1,4 @@
-//! Everything that is wrong with a question, at once; pointers are into the question.
+//! Validates a question and reports all problems at once; pointers refer to the question.
 
 use super::base_facts::BaseFacts;
 use super::cases::{Case, Origin, cases, count};
@@ -15,17 +15,17 @@ use crate::scene::validate::{Findings, check_document};
 use crate::scene::{Budget, Loaded, MeshSource, load_document, on_meshes_of};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Parameters of one question.
+/// Maximum number of parameters in a question.
 const MOST_PARAMETERS: usize = 32;
-/// Limits of one question; each is a dozen runs.
+/// Maximum number of limits in a question; each takes about a dozen runs.
 const MOST_LIMITS: usize = 32;
-/// Runs of one question.
+/// Maximum number of runs in a question.
 const MOST_CASES: u64 = 20_000;
 
-/// Checks a question about a base that was loaded.
+/// Validates a question about a loaded base.
 ///
 /// # Errors
-/// All problems at once. Every parameter is tried at both ends of its range, every case by hand as it is.
+/// All problems at once. Every parameter is tested at both ends of its range, every explicit case as given.
 pub fn check(
     question: &WhatIfDocument,
     base: &Loaded,
@@ -54,7 +54,7 @@ pub fn check(
     if out.0.is_empty() { Ok(()) } else { Err(out.0) }
 }
 
-/// A change that does not fit the scene, `here`.
+/// A problem for a change that does not fit the scene, at `here`.
 fn problem_of(misfit: &Misfit, here: &Pointer) -> Problem {
     Problem::error("unfit_change", &here.key(misfit.field), misfit.message.clone())
         .value(misfit.value.clone())
@@ -62,7 +62,7 @@ fn problem_of(misfit: &Misfit, here: &Pointer) -> Problem {
         .remedy(misfit.remedy.clone())
 }
 
-/// A value that does not fit the scene: its place is that of the value, and not a member of the change.
+/// A problem for a value that does not fit the scene, at the value itself rather than at a member of the change.
 fn misplaced(misfit: &Misfit, here: &Pointer) -> Problem {
     Problem { pointer: here.as_str().to_owned(), ..problem_of(misfit, here) }
 }
@@ -102,6 +102,7 @@ fn amounts(question: &WhatIfDocument, out: &mut Findings) {
                  {\"name\": \"speed\", \"change\": {\"kind\": \"speed_m_per_s\"}, \"low\": 80, \"high\": 120}",
             )
     });
+    // Total number of runs.
     let runs = count(question);
     out.require(runs <= MOST_CASES, || {
         Problem::error("too_many_cases", &root, format!("the question takes {runs} runs"))
@@ -118,6 +119,7 @@ fn check_parameter(
     out: &mut Findings,
 ) {
     let index = |name: &str| here.key(name);
+    // Ends of the range and parameters of the distribution.
     for (name, value) in [("low", parameter.low), ("high", parameter.high)] {
         out.require(value.is_none_or(f64::is_finite), || {
             Problem::error("not_finite", &index(name), "the end of the range is not finite")
@@ -152,6 +154,7 @@ fn check_parameter(
             );
         }
     }
+    // A range is needed for sensitivities, limits, and samples without a distribution.
     let needs_range = question.one_at_a_time
         || (question.sample.is_some() && parameter.distribution.is_none())
         || question.limits.iter().any(|limit| limit.parameter == parameter.name);
@@ -165,13 +168,13 @@ fn check_parameter(
         None => out.require(!needs_range, || {
             Problem::error("no_range", here, format!("{:?} has no range", parameter.name))
                 .limit("`low` and `high`, or a distribution")
-                .remedy("say from where to where it varies")
+                .remedy("give the range in which it varies")
         }),
     }
     check_change(&here.key("change"), &parameter.change, out);
 }
 
-/// What of a change can be judged without a scene.
+/// Validates what can be checked without a scene.
 fn check_change(here: &Pointer, change: &Change, out: &mut Findings) {
     match change {
         Change::Angle { about, .. } => out.direction(&here.key("about"), "the axis", *about),
@@ -274,7 +277,7 @@ fn check_limits(question: &WhatIfDocument, out: &mut Findings) {
     }
 }
 
-/// The scene with each parameter at each end of its range, loaded in full.
+/// Loads the scene in full with each parameter at each end of its range.
 fn try_ends(
     question: &WhatIfDocument,
     base: &Loaded,
@@ -284,7 +287,7 @@ fn try_ends(
     out: &mut Findings,
 ) {
     for (index, parameter) in question.parameters.iter().enumerate() {
-        // An end that is not written comes of the distribution.
+        // Ends that are not given follow from the distribution.
         let ends = [("low", parameter.low), ("high", parameter.high)]
             .map(|(end, written)| if written.is_some() { end } else { "distribution" });
         for (end, value) in ends.into_iter().zip(parameter.range().into_iter().flatten()) {
@@ -296,7 +299,7 @@ fn try_ends(
                     out.push(misplaced(&misfit, &here));
                     continue;
                 }
-                // Most changes leave the meshes as they are, which are what takes long to make and to judge.
+                // Most changes leave the meshes unchanged, whose generation and validation dominate the cost.
                 Ok(scene) => on_meshes_of(&base.scene, &scene, budget)
                     .unwrap_or_else(|| load_document(scene, source, budget).map(|loaded| loaded.scene))
                     .map_or_else(|problems| problems.0, |_| Vec::new()),
@@ -307,7 +310,7 @@ fn try_ends(
     }
 }
 
-/// The documents of the cases by hand; their meshes are made when they run.
+/// Validates the documents of the explicit cases; their meshes are generated when they run.
 fn try_cases(
     question: &WhatIfDocument,
     base: &Loaded,
@@ -328,7 +331,7 @@ fn try_cases(
             }
             Ok(scene) => check_document(&scene, budget).0,
         };
-        // Of several values nobody knows which of them the scene cannot have.
+        // With several values, the offending one cannot be identified.
         let mut set = case.values.keys();
         let here = match (set.next(), set.next()) {
             (Some(only), None) => place(*only),
@@ -336,7 +339,7 @@ fn try_cases(
         };
         let mut told: Vec<Problem> = Vec::new();
         for problem in found.into_iter().filter(Problem::is_error) {
-            // One value may stand in several places of the scene: it is wrong once.
+            // One value may occur in several places of the scene: it is reported once.
             if told.iter().all(|t| (&t.code, &t.value) != (&problem.code, &problem.value)) {
                 let value = problem.value.clone();
                 told.push(placed(problem, &here, &what, value));
@@ -346,11 +349,11 @@ fn try_cases(
     }
 }
 
-/// Whether the tissue of the base is as deep as the limits look.
+/// Checks that the tissue of the base is deep enough for the limits.
 fn try_depths(question: &WhatIfDocument, base: &Loaded, out: &mut Findings) {
     let depths = question.limits.iter().map(|limit| limit.measure.depth());
     let Some(largest) = depths.clone().flatten().max_by(f64::total_cmp) else { return };
-    // A base that cannot be compiled says so when it runs.
+    // A base that cannot be compiled fails with its own message when it runs.
     let Ok(plan) = compile(&base.scene) else { return };
     let deepest = deepest_point(&plan, largest);
     for (index, depth) in depths.enumerate().filter_map(|(index, depth)| Some((index, depth?))) {
@@ -368,7 +371,7 @@ fn try_depths(question: &WhatIfDocument, base: &Loaded, out: &mut Findings) {
     }
 }
 
-/// A problem of a changed scene, told of the place in the question that changed it.
+/// A problem of a modified scene, located at the place in the question that modified it.
 fn placed(problem: Problem, here: &Pointer, what: &str, value: impl Into<serde_json::Value>) -> Problem {
     let message = format!("{what}, {} of the scene: {}", problem.pointer, problem.message);
     Problem { pointer: here.as_str().to_owned(), message, value: value.into(), ..problem }

@@ -1,4 +1,4 @@
-//! Composes the answer case by case, with what the cases say together at the end.
+//! Composes the answer case by case, with the statistics at the end.
 
 use super::super::error::Quantity;
 use super::answer::{Answer, Effort, LimitAnswer, ParameterAnswer, Partial, QuantityAnswer};
@@ -19,7 +19,7 @@ use crate::step::Interrupt;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-/// Makes the answer.
+/// Accumulates the answer as cases and limits complete.
 pub(super) struct Composer<'a> {
     question: &'a WhatIfDocument,
     base: &'a SceneDocument,
@@ -29,7 +29,7 @@ pub(super) struct Composer<'a> {
     relative_errors: BTreeMap<Quantity, f64>,
     /// Numbers that the base does not resolve.
     unresolved: BTreeSet<Quantity>,
-    /// Of the stress from each asked depth on, in the base [-].
+    /// Relative error of the stress below each requested depth, in the base [-].
     relative_errors_below: Vec<Option<f64>>,
     cases: Vec<CaseAnswer>,
     limits: Vec<LimitAnswer>,
@@ -48,7 +48,7 @@ impl<'a> Composer<'a> {
         let parameters = question.parameters.iter().map(|parameter| ParameterAnswer {
             name: parameter.name.clone(),
             unit: parameter.change.unit(),
-            // The question was checked: every change fits the base.
+            // The question has been validated: every change fits the base.
             base_value: parameter.change.value_in(base, facts).unwrap_or(f64::NAN),
             range: parameter.range(),
         });
@@ -73,7 +73,7 @@ impl<'a> Composer<'a> {
         *(if answered.from_cache { &mut self.effort.from_cache } else { &mut self.effort.computed }) += 1;
     }
 
-    /// Takes in the error bars of the base: they are those of all cases, also of those that are there.
+    /// Adds the error bars of the base, which apply to all cases, including those already present.
     pub fn take_errors(&mut self, answered: &Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(answered);
         self.take_errors_below(&answered.numbers);
@@ -93,7 +93,7 @@ impl<'a> Composer<'a> {
         tell(Partial::ErrorBars { relative_errors: &self.relative_errors });
     }
 
-    /// Takes in the errors of the stresses below depths that the base has.
+    /// Adds the errors of the stresses below depths, as found in the base.
     fn take_errors_below(&mut self, numbers: &Numbers) {
         let Numbers { von_mises_below_pa, von_mises_below_error_pa, .. } = numbers;
         let relative = |(error, value): (&Option<f64>, &f64)| error.map(|e| relative_to(e, *value));
@@ -101,14 +101,16 @@ impl<'a> Composer<'a> {
             von_mises_below_error_pa.iter().zip(von_mises_below_pa).map(relative).collect();
     }
 
-    /// Takes in a case.
+    /// Adds the answer of a case.
     pub fn take_case(&mut self, case: &Case, answered: Answered, tell: &mut dyn FnMut(Partial)) {
         self.note(&answered);
+        // The first case is the base.
         if self.cases.is_empty() {
             self.take_errors_below(&answered.numbers);
             self.effort.first_answer_s = self.started.elapsed().as_secs_f64();
         }
         let Numbers { ending, reason, reaches, steps, values, errors, unresolved, .. } = answered.numbers;
+        // Numbers with their own errors, otherwise with the relative errors of the base.
         let number = |(quantity, value): (Quantity, f64)| {
             let (error, unresolved) = match errors.get(&quantity) {
                 Some(own) => (Some(*own), &unresolved),
@@ -135,7 +137,7 @@ impl<'a> Composer<'a> {
         self.cases.push(answer);
     }
 
-    /// Looks for a limit on the model itself.
+    /// Searches for a limit by running the model.
     pub fn take_limit(
         &mut self,
         limit: &LimitDocument,
@@ -151,18 +153,20 @@ impl<'a> Composer<'a> {
         let relative_error = error_of_base.map(|(error, _)| error);
         let resolved = error_of_base.map(|(_, resolved)| resolved);
         let (mut memory, mut runs, mut was_stopped) = (Memory::default(), 0, false);
+        // Each evaluation of the search is a run of the model.
         let mut find = |at_most: f64| {
             find_limit(range, at_most, limit.tolerance, &mut |value| {
                 let values = BTreeMap::from([(index, value)]);
                 let case = Case { name: String::new(), origin: Origin::Case, values };
                 let answered = runner.answer(&Task { case: &case, with_errors: false }, threads, &mut memory);
                 was_stopped |= answered.is_none();
-                let answered = answered.ok_or("it was stopped")?;
+                let answered = answered.ok_or("stopped before completion")?;
                 runs += 1;
                 self.note(&answered);
                 number_of(limit.measure, &answered.numbers, &runner.depths)
             })
         };
+        // The limit itself, and with the number larger or smaller by its error.
         let verdict = find(limit.at_most);
         let known = relative_error.filter(|_| resolved == Some(true));
         let if_larger = known.map(|error| find(limit.at_most / (1.0 + error)));
@@ -184,7 +188,7 @@ impl<'a> Composer<'a> {
         self.limits.push(answer);
     }
 
-    /// The relative error of a number of the base [-], where it is known, and whether the number is resolved.
+    /// Relative error of a number of the base [-], if known, and whether the number is resolved.
     fn relative_error_of(&self, measure: LimitMeasure, depths: &[f64]) -> Option<(f64, bool)> {
         let quantity = match measure {
             LimitMeasure::Quantity(quantity) => quantity,
@@ -197,7 +201,7 @@ impl<'a> Composer<'a> {
         Some((relative_to(number.error?, number.value), number.resolved?))
     }
 
-    /// Whether every case and every limit that was asked has its answer.
+    /// Whether every requested case and limit has its answer.
     fn is_complete(&self) -> bool {
         let has_limits = self.limits.len() == self.question.limits.len() && !self.limit_was_stopped;
         self.has_all_cases() && has_limits
@@ -207,7 +211,7 @@ impl<'a> Composer<'a> {
         self.cases.len() == self.count
     }
 
-    /// What the numbers are called in this scene.
+    /// Names of the numbers in this scene.
     fn quantities(&self) -> BTreeMap<Quantity, QuantityAnswer> {
         let of = |quantity: Quantity| {
             let (title, unit) = quantity.title();
@@ -223,10 +227,10 @@ impl<'a> Composer<'a> {
         Quantity::ALL.into_iter().map(of).collect()
     }
 
-    /// The whole answer.
+    /// Completes the answer with the statistics.
     pub fn finish(self, interrupt: Option<Interrupt>, threads: usize) -> Answer {
         let (spread, correlations) = self.spread();
-        // What was stopped after its end was not stopped.
+        // A stop after completion has no effect.
         let interrupt = interrupt.filter(|_| !self.is_complete());
         Answer {
             notice: NOTICE,
@@ -255,11 +259,11 @@ impl<'a> Composer<'a> {
 
     fn error_bars_in_words(&self) -> String {
         match self.question.error_bars {
-            ErrorSource::None => "not estimated: nobody asked for error bars".into(),
+            ErrorSource::None => "not estimated: error bars were not requested".into(),
             ErrorSource::Full => "of each case, from runs of it on a coarser mesh: two levels, first order assumed, factor of safety 3".into(),
-            ErrorSource::Base if self.cases.len() <= 1 && !self.has_all_cases() => "not estimated: it was stopped before".into(),
+            ErrorSource::Base if self.cases.len() <= 1 && !self.has_all_cases() => "not estimated: stopped early".into(),
             ErrorSource::Base if self.relative_errors.is_empty() => "not estimated: the base has no error bars".into(),
-            ErrorSource::Base => "the relative errors of the base, taken over to every case: from runs of the base on a coarser mesh \
+            ErrorSource::Base => "the relative errors of the base, applied to every case: from runs of the base on a coarser mesh \
                  (two levels, first order assumed, factor of safety 3)"
                 .into(),
         }
@@ -292,7 +296,7 @@ impl<'a> Composer<'a> {
         all
     }
 
-    /// Cases of the sample itself, in their order.
+    /// Cases of the sample, in order.
     fn sample(&self) -> impl Iterator<Item = &CaseAnswer> {
         self.cases.iter().filter(|case| matches!(case.origin, Origin::Sample { matrix: Matrix::A, .. }))
     }
@@ -345,7 +349,7 @@ impl<'a> Composer<'a> {
         all
     }
 
-    /// A row all of whose runs gave the number.
+    /// A row of the design, if all of its runs gave the number.
     fn sobol_row(&self, row: usize, quantity: Quantity) -> Option<SobolRow> {
         let width = self.parameters.len() + 2;
         let first = self.cases.iter().position(|case| matches!(case.origin, Origin::Sample { .. }))?;
@@ -362,17 +366,17 @@ fn relative_error(relative: &BTreeMap<Quantity, f64>, quantity: Quantity, value:
     relative.get(&quantity).map(|share| share * value.abs())
 }
 
-/// No error is none of nothing, too.
+/// Relative error; zero over zero is zero.
 fn relative_to(error: f64, value: f64) -> f64 {
     if error > 0.0 { error / value.abs() } else { 0.0 }
 }
 
-/// Which of the asked depths one is.
+/// Index of a depth among the requested ones.
 fn index_of(depth: f64, depths: &[f64]) -> Option<usize> {
     depths.iter().position(|known| known.total_cmp(&depth).is_eq())
 }
 
-/// The number that has a limit.
+/// Value of the limited number.
 fn number_of(measure: LimitMeasure, numbers: &Numbers, depths: &[f64]) -> Result<f64, String> {
     let found = match measure {
         LimitMeasure::Quantity(quantity) => numbers.values.get(&quantity),

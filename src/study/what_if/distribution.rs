@@ -1,19 +1,19 @@
-//! Quantiles: from a share of a population to a value of a parameter.
+//! Quantiles: parameter values for fractions of a population.
 
 use super::document::{Distribution, ParameterDocument};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Share of the population below the default low end; the high end is as far from the top.
+/// Fraction of the population below the default low end; the high end is symmetric.
 const LOW_END: f64 = 0.05;
 
 impl ParameterDocument {
-    /// The ends of its range; `None` where neither they nor a distribution are given.
+    /// Range of the parameter; `None` if neither its ends nor a distribution are given.
     pub fn range(&self) -> Option<[f64; 2]> {
         let of = |share: f64| self.distribution.map(|distribution| distribution.quantile(share));
         Some([self.low.or_else(|| of(LOW_END))?, self.high.or_else(|| of(1.0 - LOW_END))?])
     }
 
-    /// The value below which a share of the population lies, 0 < share < 1; `None` without a range.
+    /// Value below which a fraction of the population lies, 0 < share < 1; `None` without a range.
     pub fn quantile(&self, share: f64) -> Option<f64> {
         if let Some(distribution) = self.distribution {
             return Some(distribution.quantile(share));
@@ -24,7 +24,7 @@ impl ParameterDocument {
 }
 
 impl Distribution {
-    /// The value below which a share of the population lies, 0 < share < 1.
+    /// Value below which a fraction of the population lies, 0 < share < 1.
     pub fn quantile(&self, share: f64) -> f64 {
         match *self {
             Self::Normal { mean, standard_deviation } => mean + standard_deviation * normal_quantile(share),
@@ -35,7 +35,7 @@ impl Distribution {
     }
 }
 
-/// Standard deviation of the logarithm of a log-normal number: √ln(1 + CV²).
+/// Standard deviation of the logarithm of a log-normal variable: √ln(1 + CV²).
 pub fn log_sigma(coefficient_of_variation: f64) -> f64 {
     coefficient_of_variation.powi(2).ln_1p().sqrt()
 }
@@ -55,7 +55,7 @@ pub fn normal_quantile(p: f64) -> f64 {
     let mut x = (p / (1.0 - p)).ln() / 1.702;
     for _ in 0..ITERATIONS {
         let below = 0.5 * libm::erfc(-x * FRAC_1_SQRT_2);
-        // On the logarithm of Φ, which is concave: the iteration comes from one side and cannot run away.
+        // On the logarithm of Φ, which is concave: the iteration converges monotonically.
         let density = (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
         let step = (below / p).ln() * below / density;
         x -= step;
@@ -89,7 +89,7 @@ mod tests {
     fn log_normal_numbers_have_their_median_and_variation() {
         let distribution = Distribution::LogNormal { median: 3.0, coefficient_of_variation: 0.5 };
         assert!((distribution.quantile(0.5) - 3.0).abs() < 1e-15);
-        // Mean and deviation by the midpoint rule over shares.
+        // Mean and standard deviation by the midpoint rule over quantiles.
         let n = 200_000;
         let values = || (0..n).map(|i| distribution.quantile((f64::from(i) + 0.5) / f64::from(n)));
         let mean = values().sum::<f64>() / f64::from(n);

@@ -1,4 +1,4 @@
-//! The question as it is written (JSON): a base, what varies, and in which cases.
+//! The what-if question as a JSON document: a base, the parameters, and the cases.
 
 use super::super::error::Quantity;
 use serde::{Deserialize, Serialize};
@@ -10,28 +10,28 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct WhatIfDocument {
-    /// The base: a scene document.
+    /// Base given as a scene document.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "service", schema(value_type = Option<Object>))]
     pub scene: Option<Value>,
-    /// The base: the scene of a job, by its id.
+    /// Base given as the id of a job, whose scene is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job: Option<String>,
-    /// What varies.
+    /// Parameters that vary, with ranges or distributions.
     pub parameters: Vec<ParameterDocument>,
-    /// Cases by hand.
+    /// Cases with explicit values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<CaseDocument>,
-    /// Every parameter at its low and its high end, the others as in the base: sensitivities.
+    /// One-at-a-time sensitivities: every parameter at its low and its high end, the others as in the base.
     #[serde(default)]
     pub one_at_a_time: bool,
-    /// Many cases spread over all parameters: spread and, if asked, Sobol indices.
+    /// Sampled cases over all parameters: spread and, if requested, Sobol indices.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample: Option<SampleDocument>,
     /// "Up to which value of a parameter does a number stay below a limit?"
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<LimitDocument>,
-    /// Where the error bars come from.
+    /// Source of the error bars.
     #[serde(default)]
     pub error_bars: ErrorSource,
 }
@@ -41,9 +41,9 @@ pub struct WhatIfDocument {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ParameterDocument {
-    /// Name by which cases and limits speak of it, unique.
+    /// Unique name by which cases and limits refer to it.
     pub name: String,
-    /// What it changes.
+    /// What the parameter changes in the scene.
     pub change: Change,
     /// Low end of its range, in the unit of the change; by default the 5th percentile of the distribution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -51,144 +51,144 @@ pub struct ParameterDocument {
     /// High end of its range; by default the 95th percentile of the distribution.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high: Option<f64>,
-    /// How samples are spread; by default evenly from `low` to `high`.
+    /// Distribution for sampling; uniform from `low` to `high` by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distribution: Option<Distribution>,
 }
 
-/// A change of the scene by one number, whose unit is the end of its name.
+/// A change of the scene by one number; the suffix of its name is the unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Change {
-    /// Speed of a body, its direction kept [m/s].
+    /// Speed of a body at constant direction [m/s].
     #[serde(rename = "speed_m_per_s")]
     Speed {
-        /// The body; by default the projectile.
+        /// Name of the body; the projectile by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
     },
-    /// Mass of a body, by its densities, its shape kept [kg].
+    /// Mass of a body, changed by its densities at constant shape [kg].
     #[serde(rename = "mass_kg")]
     Mass {
-        /// The body; by default the projectile.
+        /// Name of the body; the projectile by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
     },
-    /// The velocity of a body turned about an axis, right-handed, from that of the base [degree].
+    /// Rotation of a body's velocity about an axis, right-handed, relative to the base [degree].
     #[serde(rename = "angle_deg")]
     Angle {
-        /// The body; by default the projectile.
+        /// Name of the body; the projectile by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
-        /// The axis, of any length.
+        /// Axis of rotation, of any length.
         about: [f64; 3],
     },
-    /// A body moved along a direction, from where it is in the base [m].
+    /// Translation of a body along a direction, relative to the base [m].
     #[serde(rename = "offset_m")]
     Offset {
-        /// The body; by default the projectile.
+        /// Name of the body; the projectile by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
-        /// The direction, of any length.
+        /// Direction of translation, of any length.
         along: [f64; 3],
     },
-    /// Impact point on the skin of any mesh: how far it goes over the skin from that of the base, straight ahead in a direction [m].
-    /// The projectile goes with it and meets the skin there as it did in the base.
+    /// Impact point on the boundary surface of any mesh: distance over the surface from the impact point of the base,
+    /// straight ahead in a direction [m]. The projectile moves along and meets the surface there as it did in the base.
     #[serde(rename = "impact_offset_m")]
     ImpactOffset {
-        /// The projectile, unless there is only one.
+        /// Name of the projectile, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
-        /// The body that is hit; by default the first with a mesh on the way of the projectile.
+        /// Name of the body that is hit; by default the first body with a mesh in the path of the projectile.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         target: Option<String>,
-        /// The direction, of any length; what of it points into the skin or out of it does not count.
+        /// Direction, of any length; its component normal to the surface is ignored.
         along: [f64; 3],
     },
-    /// Impact point around a limb segment: its `impact_angle_deg`, from +z towards +x [degree]. The projectile goes with it
-    /// and meets the skin there as it did in the base.
+    /// Impact point around a limb segment: its `impact_angle_deg`, from +z towards +x [degree]. The projectile moves
+    /// along and meets the skin there as it did in the base.
     #[serde(rename = "impact_around_deg")]
     ImpactAround {
-        /// The projectile, unless there is only one.
+        /// Name of the projectile, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
-        /// The limb, unless there is only one.
+        /// Name of the limb, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         limb: Option<String>,
     },
-    /// Impact point along a limb segment: its `impact_along_m` [m]. The projectile goes with it.
+    /// Impact point along a limb segment: its `impact_along_m` [m]. The projectile moves along.
     #[serde(rename = "impact_along_m")]
     ImpactAlong {
-        /// The projectile, unless there is only one.
+        /// Name of the projectile, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         body: Option<String>,
-        /// The limb, unless there is only one.
+        /// Name of the limb, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         limb: Option<String>,
     },
-    /// Thickness of a layer of a limb segment, its outline kept: the muscle takes what is left [m].
+    /// Thickness of a layer of a limb segment at constant outline: the muscle fills the remainder [m].
     #[serde(rename = "layer_thickness_m")]
     LayerThickness {
-        /// The layer.
+        /// Layer whose thickness changes.
         layer: Layer,
-        /// The limb, unless there is only one.
+        /// Name of the limb, unless there is only one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         limb: Option<String>,
     },
     /// Coefficient of Coulomb friction [-].
     Friction {
-        /// One pair of the scene's list; by default every pair.
+        /// One pair of the scene's list; every pair by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         between: Option<[String; 2]>,
     },
-    /// Factor on all stiffnesses of a part but its bulk modulus (or λ) [-].
+    /// Factor on all stiffnesses of a part except its bulk modulus (or λ) [-].
     StiffnessFactor {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// The part, as its entry in the scene is called.
+        /// Name of the part's entry in the scene.
         part: String,
     },
-    /// The same as a percentile of a population: stiffness is log-normal about the scene's, which is the median [%].
+    /// Stiffness as a percentile of a population: log-normal with the scene's value as the median [%].
     StiffnessPercentile {
-        /// The body.
+        /// Name of the body.
         body: String,
-        /// The part, as its entry in the scene is called.
+        /// Name of the part's entry in the scene.
         part: String,
         /// Coefficient of variation of the population: standard deviation over mean [-].
         coefficient_of_variation: f64,
     },
-    /// Any number of the scene document, in the unit that it has there.
+    /// Any number of the scene document, in its own unit.
     Number {
-        /// Where it is (RFC 6901).
+        /// JSON pointer to the number (RFC 6901).
         pointer: String,
     },
 }
 
-/// A layer over the muscle.
+/// A layer outside the muscle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
-    /// Fat.
+    /// Subcutaneous fat outside the muscle.
     Fat,
-    /// Skin.
+    /// Skin outside the fat.
     Skin,
 }
 
-/// How the values of a parameter are spread.
+/// Probability distribution of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Distribution {
-    /// Normal.
+    /// Normal distribution of the values.
     Normal {
         /// Mean, in the unit of the change.
         mean: f64,
-        /// Standard deviation.
+        /// Standard deviation, in the unit of the change.
         standard_deviation: f64,
     },
-    /// Log-normal.
+    /// Log-normal distribution of the values.
     LogNormal {
         /// Median, in the unit of the change.
         median: f64,
@@ -197,45 +197,45 @@ pub enum Distribution {
     },
 }
 
-/// One case by hand.
+/// One case with explicit values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CaseDocument {
-    /// What it is called; by default its values.
+    /// Name of the case; its values by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Values of parameters, by name; the others are those of the base.
+    /// Values of parameters by name; all others are as in the base.
     pub set: BTreeMap<String, f64>,
 }
 
-/// A sampled design.
+/// A sample of cases over all parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SampleDocument {
-    /// How points are chosen.
+    /// Method by which the points are chosen.
     #[serde(default)]
     pub method: SampleMethod,
-    /// Points; Sobol indices of k parameters take (k + 2) times as many runs.
+    /// Number of points; Sobol indices of k parameters take (k + 2) times as many runs.
     pub count: u32,
-    /// Seed: the same gives the same points on every machine.
+    /// Seed of the random numbers: the same seed gives the same points on every machine.
     #[serde(default)]
     pub seed: u64,
-    /// Whether Sobol indices are wanted.
+    /// Whether to compute Sobol indices.
     #[serde(default)]
     pub indices: bool,
 }
 
-/// How points are chosen.
+/// Method by which the points of a sample are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SampleMethod {
-    /// The sequence of Sobol, shifted at random; best with a power of two.
+    /// Randomly shifted Sobol sequence; best with a power of two.
     #[default]
     Sobol,
-    /// Latin hypercube.
+    /// Latin hypercube: one point per slice of every parameter.
     LatinHypercube,
 }
 
@@ -244,13 +244,13 @@ pub enum SampleMethod {
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LimitDocument {
-    /// Name of the parameter; the others are those of the base.
+    /// Name of the parameter; all others are as in the base.
     pub parameter: String,
-    /// The number.
+    /// Number that the limit applies to.
     pub measure: LimitMeasure,
-    /// The limit, in the unit of the number.
+    /// Limit, in the unit of the number.
     pub at_most: f64,
-    /// The answer is bracketed to this share of the range [-].
+    /// Width of the final bracket as a fraction of the range [-].
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
 }
@@ -259,41 +259,41 @@ fn default_tolerance() -> f64 {
     1e-3
 }
 
-/// A number that may have a limit.
+/// A number that can be limited.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum LimitMeasure {
-    /// A number of the table.
+    /// A number of the results table.
     #[cfg_attr(feature = "service", schema(value_type = String))]
     Quantity(Quantity),
-    /// Largest von Mises stress [Pa] at any field time in the tissue from this depth below the skin on [m].
+    /// Largest von Mises stress [Pa] at any field time in the tissue below this depth under the skin [m].
     VonMisesPaBelowDepthM(f64),
 }
 
-/// Where the error bars of the cases come from.
+/// Source of the error bars of the cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
-    /// From the base: its relative errors are those of all cases. Three cheaper runs in all.
+    /// The relative errors of the base apply to all cases: three cheaper runs in total.
     #[default]
     Base,
-    /// Each case has its own: three cheaper runs each, about a third more time.
+    /// Individual error bars: three cheaper runs for each case, about a third more time.
     Full,
-    /// There are none.
+    /// No error bars, and no additional runs.
     None,
 }
 
 impl LimitMeasure {
-    /// The depth that stresses are wanted below [m].
+    /// Depth below which the stress is requested [m].
     pub fn depth(self) -> Option<f64> {
         match self {
             Self::Quantity(_) => None,
             Self::VonMisesPaBelowDepthM(depth) => Some(depth),
         }
     }
-    /// Its unit.
+    /// Unit of the limited number.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Quantity(quantity) => quantity.title().1,

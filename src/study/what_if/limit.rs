@@ -1,59 +1,59 @@
-//! Up to which value a number stays at or below a limit: a bracket on the model itself, narrowed until it is small.
+//! Finds the parameter value up to which a number stays at or below a limit, by bracketing on the model itself.
 
 use serde::Serialize;
 
-/// What is known of a limit.
+/// Outcome of the search for a limit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Verdict {
-    /// It is kept up to a value, and broken a little beyond.
+    /// The limit is met up to a value, and exceeded just above.
     KeptUpTo {
-        /// The largest value of the bracket at which it is kept.
+        /// Largest bracketed value that meets the limit.
         kept_at: f64,
-        /// The number there.
+        /// The number at that value.
         value: f64,
-        /// The value of the bracket at which it is broken.
+        /// Bracketed value that exceeds the limit.
         broken_at: f64,
-        /// The number there.
+        /// The number at that value.
         value_broken: f64,
     },
-    /// It is kept from a value on, and broken a little before.
+    /// The limit is met from a value on, and exceeded just below.
     KeptFrom {
-        /// The smallest value of the bracket at which it is kept.
+        /// Smallest bracketed value that meets the limit.
         kept_at: f64,
-        /// The number there.
+        /// The number at that value.
         value: f64,
-        /// The value of the bracket at which it is broken.
+        /// Bracketed value that exceeds the limit.
         broken_at: f64,
-        /// The number there.
+        /// The number at that value.
         value_broken: f64,
     },
-    /// It is kept at both ends of the range: there is no bracket.
+    /// The limit is met at both ends of the range: there is no bracket.
     KeptAtBothEnds {
         /// The number at both ends.
         values: [f64; 2],
     },
-    /// It is broken at both ends of the range: there is no bracket.
+    /// The limit is exceeded at both ends of the range: there is no bracket.
     BrokenAtBothEnds {
         /// The number at both ends.
         values: [f64; 2],
     },
     /// A run gave no number.
     NoNumber {
-        /// At which value.
+        /// Parameter value of that run.
         at: f64,
-        /// Why.
+        /// Reason of the failure.
         reason: String,
     },
 }
 
-/// Weight of the truncation of a step to the root's estimate (κ1 of the method, over the range).
+/// Weight of the truncation step in the root estimate (κ1 of the method, over the range).
 const TRUNCATION: f64 = 0.2;
 
-/// Looks for the crossing in `range`, to half of a bracket of `tolerance` times the range.
+/// Finds the crossing in `range`, with a final bracket of half of `tolerance` times the range.
 ///
-/// By the ITP method (Oliveira & Takahashi 2020): never more runs than bisection and one, few where the number is smooth. Where
-/// it crosses more than once, one of the crossings is found.
+/// Uses the ITP method (Oliveira & Takahashi 2020): at most one run more than bisection, and few for a smooth response.
+/// If there are several crossings, one of them is found.
 pub fn find_limit(
     range: [f64; 2],
     at_most: f64,
@@ -73,14 +73,15 @@ fn search(
     number: &mut dyn FnMut(f64) -> Result<f64, String>,
 ) -> Result<Verdict, (f64, String)> {
     let mut number = |x: f64| number(x).map_err(|reason| (x, reason));
-    // The numbers are kept as they are: taken back from their excess they would lose digits, all of them beside a far limit.
+    // The numbers are stored as they are: recovered from their excess they would lose digits, all of them near a
+    // distant limit.
     let values = [number(low)?, number(high)?];
     let rises = match values.map(|value| value <= at_most) {
         [true, true] => return Ok(Verdict::KeptAtBothEnds { values }),
         [false, false] => return Ok(Verdict::BrokenAtBothEnds { values }),
         [kept_at_low, _] => kept_at_low,
     };
-    // Brackets the sign change of g, which rises: g(a) ≤ 0 < g(b).
+    // Bracket of the sign change of the increasing function g: g(a) ≤ 0 < g(b).
     let sign = if rises { 1.0 } else { -1.0 };
     let excess = |value: f64| sign * (value - at_most);
     let [(mut a, mut value_a), (mut b, mut value_b)] = [(low, values[0]), (high, values[1])];
@@ -90,6 +91,7 @@ fn search(
         if b - a <= 2.0 * half {
             break;
         }
+        // Truncate the secant estimate towards the middle, then project it into the admissible interval.
         let middle = 0.5 * (a + b);
         let reach = half * 2_f64.powi(most - done) - 0.5 * (b - a);
         let (at_a, at_b) = (excess(value_a), excess(value_b));
@@ -99,6 +101,7 @@ fn search(
         let truncated =
             if truncation <= (middle - secant).abs() { secant + towards * truncation } else { middle };
         let x = if (truncated - middle).abs() <= reach { truncated } else { middle - towards * reach };
+        // Narrow the bracket.
         let value = number(x)?;
         let is_kept = value <= at_most;
         let (end, at_end) = if is_kept == rises { (&mut a, &mut value_a) } else { (&mut b, &mut value_b) };

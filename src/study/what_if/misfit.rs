@@ -2,17 +2,17 @@
 
 use serde_json::Value;
 
-/// Why a change does not fit the scene: the member of the change that is wrong, its value, what it must be, a remedy.
+/// Why a change does not fit the scene: the offending member of the change, its value, its limit, and a remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
-    /// Member of the change.
+    /// Offending member of the change.
     pub field: &'static str,
-    /// What was found there.
+    /// Value of that member.
     pub value: Value,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What it must be.
+    /// Admissible values of the member.
     pub limit: String,
-    /// What to do.
+    /// Suggested correction of the question.
     pub remedy: String,
 }

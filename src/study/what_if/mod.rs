@@ -1,12 +1,13 @@
-//! What if: a base scene, what varies, and what comes of it in many cases.
+//! What-if studies: a base scene, parameters that vary, and the results of many cases.
 //!
-//! 1. [`document`]: the question. [`check`](check()) finds all that is wrong with it.
-//! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_skin` moves an impact over the skin of any mesh.
-//! 3. [`cases()`]: the cases by hand, one parameter at a time, and sampled ([`sampling`]).
-//! 4. `runner`: the runs, one thread each, side by side; meshes and plan are shared where only the motion changes, and what was
-//!    said before is remembered ([`Cache`]). The bits are the same with and without, and for any number of threads.
-//! 5. [`statistics`] and [`limit`]: sensitivities, spread, Sobol indices, and up to which value a limit is kept.
-//! 6. [`surrogate`]: polynomials through the cases, which propose what the model would say of others.
+//! 1. [`document`]: the question. [`check`](check()) validates it.
+//! 2. [`change`]: a named, physical parameter and its value → an edited scene; `over_skin` moves an impact over the
+//!    boundary surface of any mesh.
+//! 3. [`cases()`]: explicit cases, one parameter at a time, and sampled ([`sampling`]).
+//! 4. `runner`: the runs, one thread each, in parallel; meshes and plan are shared between cases that differ in motion
+//!    only, and results are cached ([`Cache`]). Neither sharing, caching nor the number of threads changes a bit.
+//! 5. [`statistics`] and [`limit`]: sensitivities, spread, Sobol indices, and the values up to which limits are met.
+//! 6. [`surrogate`]: polynomials fitted to the cases, which predict the response in others.
 
 mod answer;
 mod base_facts;
@@ -45,36 +46,37 @@ use composer::Composer;
 use document::ErrorSource;
 use runner::{Runner, Task};
 
-/// What is asked.
+/// A what-if question with its context.
 pub struct WhatIfRequest<'a> {
-    /// The question, checked by [`check`](check()).
+    /// The question, validated by [`check`](check()).
     pub question: &'a WhatIfDocument,
-    /// Its base.
+    /// The base scene as loaded.
     pub base: &'a Loaded,
-    /// Meshes of the base.
+    /// Source of the base's meshes.
     pub source: &'a (dyn MeshSource + Sync),
-    /// What a run may cost.
+    /// Budget of a single run.
     pub budget: &'a Budget,
-    /// Runs side by side.
+    /// Number of parallel runs.
     pub threads: usize,
-    /// What is known already.
+    /// Cache of earlier results.
     pub cache: &'a Cache,
-    /// Whether meshes and plans are taken over from case to case where only the motion changes; it changes no bit.
+    /// Whether to reuse meshes and plans between cases that differ in motion only; it changes no bit.
     pub shares_plans: bool,
-    /// Asked before every step.
+    /// Called before every step.
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
-    /// Told of every answer as it comes, in the order of the cases.
+    /// Receives every answer as it becomes available, in the order of the cases.
     pub tell: &'a mut dyn FnMut(Partial),
 }
 
-/// Answers a question.
+/// Runs the cases and limits of a question and composes the answer.
 pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     let question = request.question;
     let facts = BaseFacts::of(request.base, request.source, request.budget);
     let mut base = request.base.scene.clone();
-    // As the scenes of the cases are: no error bars of their own, and nothing that only a recording needs.
+    // The settings of the cases: no individual error bars, and no data needed only for recording.
     base.document.solver.error_bars = ErrorBarsDocument::None;
     base.document.record.fields.clear();
+    // Depths at which limits need the stress.
     let mut depths: Vec<f64> = question.limits.iter().filter_map(|limit| limit.measure.depth()).collect();
     depths.sort_by(f64::total_cmp);
     depths.dedup();
@@ -89,6 +91,7 @@ pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
         depths,
         interrupt: request.interrupt,
     };
+    // Cases in order, then limits.
     let all = cases(question);
     let mut composer = Composer::new(question, &request.base.scene.document, &facts, all.len());
     let tasks = tasks(question.error_bars, &all);
@@ -109,7 +112,7 @@ pub fn study_what_if(request: &mut WhatIfRequest) -> Answer {
     composer.finish((request.interrupt)(), request.threads)
 }
 
-/// The runs: every case, and after the base, where its error bars are those of all, the base with them. So the first answer
+/// The runs: every case, and after the base, if its error bars apply to all, the base with them. So the first answer
 /// does not wait for them.
 fn tasks(errors: ErrorSource, cases: &[Case]) -> Vec<Task<'_>> {
     let with_errors = errors == ErrorSource::Full;

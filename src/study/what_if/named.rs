@@ -1,4 +1,4 @@
-//! What of the scene a change means by its names: bodies, limbs, parts, pairs.
+//! Resolves the names in a change to bodies, limbs, parts and pairs of the scene.
 
 use super::misfit::Misfit;
 use crate::scene::document::{
@@ -7,12 +7,12 @@ use crate::scene::document::{
 use crate::scene::problem::suggest;
 use serde_json::json;
 
-/// The body of a name, or the one projectile.
+/// Index of the named body, or of the only projectile.
 pub(super) fn striker(scene: &SceneDocument, name: Option<&String>) -> Result<usize, Misfit> {
     body_of(scene, "body", name, "projectile", |body| body.role == Role::Projectile)
 }
 
-/// The limb segment of a name, or the only one.
+/// The named limb segment, or the only one.
 pub(super) fn limb_of<'a>(
     scene: &'a SceneDocument,
     name: Option<&String>,
@@ -27,13 +27,13 @@ pub(super) fn limb_of<'a>(
     limb(&scene.bodies[index]).map(|limb| (index, limb)).ok_or_else(|| Misfit {
         field: "limb",
         value: json!(name),
-        message: "this body is no limb segment: its layers and its skin are not known by numbers".into(),
+        message: "this body is no limb segment: its layers and its skin have no parameters".into(),
         limit: "a body whose mesh is made by the generator limb_segment".into(),
-        remedy: "use impact_offset_m to hit another point of its skin".into(),
+        remedy: "use impact_offset_m to hit another point of its surface".into(),
     })
 }
 
-/// The limb segment that a body is made by.
+/// Parameters of the limb segment that generates a body.
 pub(super) fn limb_mut(body: &mut BodyDocument) -> Option<&mut LimbSegmentDocument> {
     match &mut body.mesh {
         Some(MeshDocument::Generator(Generator::LimbSegment(limb))) => Some(limb),
@@ -41,7 +41,7 @@ pub(super) fn limb_mut(body: &mut BodyDocument) -> Option<&mut LimbSegmentDocume
     }
 }
 
-/// The body of a name, or the only one that is `meant`.
+/// Index of the named body, or of the only one that is `meant`.
 pub(super) fn body_of(
     scene: &SceneDocument,
     field: &'static str,
@@ -72,7 +72,7 @@ pub(super) fn body_of(
     }
 }
 
-/// The pair of these names, in any order.
+/// Index of the pair with these names, in any order.
 pub(super) fn pair_of(scene: &SceneDocument, names: &[String; 2]) -> Result<usize, Misfit> {
     let ContactPairs::List(pairs) = &scene.contact.pairs else {
         return Err(Misfit {
@@ -80,7 +80,7 @@ pub(super) fn pair_of(scene: &SceneDocument, names: &[String; 2]) -> Result<usiz
             value: json!(names),
             message: "the scene has no list of pairs: everything may touch everything".into(),
             limit: "a pair of the scene's list".into(),
-            remedy: "leave `between` out, or list the pairs in the scene".into(),
+            remedy: "omit `between`, or list the pairs in the scene".into(),
         });
     };
     let is_meant =
@@ -94,7 +94,7 @@ pub(super) fn pair_of(scene: &SceneDocument, names: &[String; 2]) -> Result<usiz
     })
 }
 
-/// Body and entry of a part.
+/// Indices of the body and of the entry of a part.
 pub(super) fn part_of(scene: &SceneDocument, body: &String, part: &str) -> Result<[usize; 2], Misfit> {
     let body = striker(scene, Some(body))?;
     let names = || scene.bodies[body].parts.iter().map(|entry| entry.part.as_str());

@@ -1,4 +1,4 @@
-//! The impact point moved over the skin of any mesh, and the projectile with it.
+//! Moves the impact point over the boundary surface of any mesh, together with the projectile.
 
 use super::base_facts::BaseFacts;
 use super::misfit::Misfit;
@@ -12,10 +12,10 @@ use nalgebra::Rotation3;
 use serde_json::json;
 use std::sync::Arc;
 
-/// A direction whose share along the skin is smaller points straight into it.
+/// Tangential fraction below which a direction counts as normal to the surface.
 const LEAST_ALONG: f64 = 1e-6;
 
-/// Who hits whom, and where.
+/// Projectile, target and impact point.
 pub(super) struct Aim {
     projectile: usize,
     target: usize,
@@ -23,8 +23,8 @@ pub(super) struct Aim {
     point: SkinPoint,
 }
 
-/// Where a projectile will hit: where the line that its centre flies along, as seen from a target, first meets the target's skin. The
-/// target is that of the name, or the first body with a mesh that is met.
+/// Impact point of a projectile: where the path of its centre, relative to a target, first meets the target's boundary. The
+/// target is given by name, or the first body with a mesh in the path.
 pub(super) fn aim(
     scene: &SceneDocument,
     facts: &BaseFacts,
@@ -59,14 +59,14 @@ fn named_target(scene: &SceneDocument, projectile: usize, name: &String) -> Resu
         message: if target == projectile {
             "this is the projectile itself".into()
         } else {
-            "this body is rigid: it has no mesh whose skin one could go over".into()
+            "this body is rigid: it has no meshed surface to move over".into()
         },
         limit: "another body with a mesh".into(),
         remedy: "name the body that is hit, or use offset_m".into(),
     })
 }
 
-/// Velocity of the projectile as seen from the target [m/s].
+/// Velocity of the projectile relative to the target [m/s].
 fn approach(scene: &SceneDocument, projectile: usize, target: usize) -> Vec3 {
     let [of, from] = [projectile, target].map(|body| Vec3::from(scene.bodies[body].velocity_m_per_s));
     of - from
@@ -74,7 +74,8 @@ fn approach(scene: &SceneDocument, projectile: usize, target: usize) -> Vec3 {
 
 fn passes_by(scene: &SceneDocument, projectile: usize, center: &Vec3, target: Option<&String>) -> Misfit {
     let BodyDocument { name, velocity_m_per_s, .. } = &scene.bodies[projectile];
-    let at = target.map_or("every body with a mesh".to_owned(), |target| format!("the skin of {target:?}"));
+    let at =
+        target.map_or("every body with a mesh".to_owned(), |target| format!("the surface of {target:?}"));
     let [place, velocity] = [*center, Vec3::from(*velocity_m_per_s)].map(|v| in_words(&v));
     Misfit {
         field: if target.is_some() { "target" } else { "body" },
@@ -82,14 +83,14 @@ fn passes_by(scene: &SceneDocument, projectile: usize, center: &Vec3, target: Op
         message: format!(
             "{name} has no impact point: the line through its centre {place} m along its velocity {velocity} m/s misses {at}"
         ),
-        limit: "a flight at the skin of the target".into(),
+        limit: "a flight at the surface of the target".into(),
         remedy: "aim the centre of the projectile at the target in the scene (placement, velocity), or use offset_m"
             .into(),
     }
 }
 
 impl Aim {
-    /// The direction along the skin at the impact point, of length 1.
+    /// Unit tangent of the surface at the impact point in the given direction.
     pub(super) fn heading(&self, along: [f64; 3]) -> Result<Vec3, Misfit> {
         let direction = Vec3::from(along).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
         let normal = self.point.normal;
@@ -97,17 +98,18 @@ impl Aim {
             field: "along",
             value: json!(along),
             message: format!(
-                "this direction stands on the skin, whose normal is {} there",
+                "this direction is normal to the surface, whose normal is {} there",
                 in_words(&normal)
             ),
             limit: "a direction at an angle to the normal".into(),
-            remedy: "give a direction along the skin".into(),
+            remedy: "give a tangential direction".into(),
         })
     }
 }
 
-/// Moves the projectile so that it hits a point that lies `value` [m] over the skin, straight ahead along a direction (against it
-/// if it is negative), as it would have hit the old one: by the rigid motion that takes point, normal and the way's plane along.
+/// Moves the projectile so that it hits a point `value` [m] away over the surface, straight ahead along a direction
+/// (backwards if negative), as it would have hit the old one: by the rigid motion that carries along the point, the
+/// normal and the plane of the path.
 pub(super) fn move_over_skin(
     scene: &mut SceneDocument,
     aim: &Aim,
@@ -121,7 +123,7 @@ pub(super) fn move_over_skin(
     let from = &aim.point;
     let walked = aim.skin.walk(from, &(heading * value.signum()), value.abs());
     let to = walked.map_err(|end| cut_short(&scene.bodies[aim.target].name, value, &end))?;
-    // What is across the way stays across it.
+    // The binormal of the path is carried along.
     let across = from.normal.cross(&heading);
     let turn = if to.normal == from.normal {
         Rotation3::identity()
@@ -134,15 +136,15 @@ pub(super) fn move_over_skin(
     Ok(())
 }
 
-/// The skin ends before the distance.
+/// The surface ends within the distance.
 fn cut_short(target: &str, value: f64, end: &WalkEnd) -> Misfit {
     let place = in_words(&end.place);
     let what = match end.what {
-        Obstacle::Border => format!("the skin of {target} ends at {place}"),
+        Obstacle::Border => format!("the surface of {target} ends at {place}"),
         Obstacle::SharpEdge { turn_deg } => {
-            format!("the skin of {target} has a sharp edge at {place}, where it turns by {turn_deg:.0}°")
+            format!("the surface of {target} has a sharp edge at {place}, where it turns by {turn_deg:.0}°")
         }
-        Obstacle::Beginning => format!("the way round {target} is back where it began, at {place}"),
+        Obstacle::Beginning => format!("the path around {target} returns to its start at {place}"),
     };
     let limit = if value < 0.0 { ("more than", -end.walked) } else { ("less than", end.walked) };
     Misfit {
@@ -154,7 +156,7 @@ fn cut_short(target: &str, value: f64, end: &WalkEnd) -> Misfit {
     }
 }
 
-/// "(0.0100, 0.0000, -0.0200)".
+/// Formats as "(0.0100, 0.0000, -0.0200)".
 fn in_words(v: &Vec3) -> String {
     format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z)
 }

@@ -1,4 +1,4 @@
-//! Bodies of a document, moved as a whole.
+//! Rigid motions of the bodies of a document.
 
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::scene::document::{
@@ -6,7 +6,7 @@ use crate::scene::document::{
 };
 use nalgebra::{Rotation3, Unit};
 
-/// Moves a body, x ↦ R x + t, and turns its spin and its velocity with it; the velocity as it is seen from something that flies at
+/// Moves a body, x ↦ R x + t, and rotates its spin and its velocity, the latter relative to a frame with the velocity
 /// `frame` [m/s].
 pub(super) fn carry_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &Vec3, frame: &Vec3) {
     move_body(body, turn, shift);
@@ -14,12 +14,12 @@ pub(super) fn carry_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: 
     body.spin_rad_per_s = (turn * Vec3::from(body.spin_rad_per_s)).into();
 }
 
-/// The rotation of a placement.
+/// Rotation matrix of a placement.
 pub(super) fn rotation_of(placement: &PlacementDocument) -> Rotation3<f64> {
     placement.rotation.as_ref().map_or_else(Rotation3::identity, turn_of)
 }
 
-/// Without an axis there is no turn, which validation tells.
+/// Without an axis there is no rotation, which validation reports.
 fn turn_of(rotation: &RotationDocument) -> Rotation3<f64> {
     Unit::try_new(Vec3::from(rotation.axis), 0.0).map_or_else(Rotation3::identity, |axis| {
         Rotation3::from_axis_angle(&axis, rotation.angle_deg.to_radians())
@@ -31,7 +31,7 @@ fn document_of(rotation: &Rotation3<f64>) -> Option<RotationDocument> {
     Some(RotationDocument { axis: axis.into_inner().into(), angle_deg: angle.to_degrees() })
 }
 
-/// Moves a body, x ↦ R x + t, with the fibres and the deformation that it starts with.
+/// Moves a body, x ↦ R x + t, including its fibres and its initial deformation.
 pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &Vec3) {
     let still = *turn == Rotation3::identity();
     let moved = |point: [f64; 3]| -> [f64; 3] { (turn * Vec3::from(point) + shift).into() };
@@ -43,6 +43,7 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
         }
         return;
     }
+    // Placement of a meshed body.
     let placement = body.placement.get_or_insert(PlacementDocument {
         scale: 1.0,
         rotation: None,
@@ -55,6 +56,7 @@ pub(super) fn move_body(body: &mut BodyDocument, turn: &Rotation3<f64>, shift: &
     if let Some(deformation) = &mut body.initial_deformation {
         move_deformation(deformation, turn, moved);
     }
+    // Material axes.
     let turned = |direction: [f64; 3]| -> [f64; 3] { (turn * Vec3::from(direction)).into() };
     for frame in body.parts.iter_mut().filter_map(|part| part.fibre_frame.as_mut()) {
         match frame {
@@ -91,7 +93,7 @@ mod tests {
     use crate::scene::{Budget, NoFiles, load};
     use serde_json::json;
 
-    /// Where all nodes of the first body start [m], and the axes of its elements.
+    /// Initial positions of all nodes of the first body [m], and the axes of its elements.
     fn start(scene: &SceneDocument) -> (Vec<Vec3>, Vec<Mat3>) {
         let loaded = load(&serde_json::to_vec(scene).unwrap(), &NoFiles, &Budget::COMMAND_LINE).unwrap();
         let body = &loaded.scene.bodies[0];

@@ -19,44 +19,44 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 
-/// What every run of a question shares.
+/// Context shared by all runs of a question.
 pub(super) struct Runner<'a> {
     pub question: &'a WhatIfDocument,
-    /// The scene of the base as cases have theirs, see [`Case::scene`].
+    /// Base scene with the settings of the cases, see [`Case::scene`].
     pub base: &'a Scene,
     pub facts: &'a BaseFacts<'a>,
     pub source: &'a (dyn MeshSource + Sync),
     pub budget: &'a Budget,
     pub cache: &'a Cache,
-    /// Whether meshes and plans are taken over from case to case where only the motion changes.
+    /// Whether meshes and plans are reused between cases that differ in motion only.
     pub shares_plans: bool,
-    /// Depths that stresses are wanted below [m], ascending.
+    /// Depths below which stresses are requested [m], ascending.
     pub depths: Vec<f64>,
     pub interrupt: &'a (dyn Fn() -> Option<Interrupt> + Sync),
 }
 
-/// One run to be made.
+/// One run to make.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
     pub case: &'a Case,
-    /// Whether it has error bars of its own.
+    /// Whether it has its own error bars.
     pub with_errors: bool,
 }
 
-/// What a run said, and whether it had been said before.
+/// Result of a run, and whether it came from the cache.
 #[derive(Clone, Debug)]
 pub(super) struct Answered {
     pub numbers: Numbers,
     pub from_cache: bool,
 }
 
-/// What a thread keeps from case to case: the latest scene and its plan.
+/// Data kept by a thread between cases: the latest scene and its plan.
 #[derive(Default)]
 pub(super) struct Memory(Option<(Plan, Scene)>);
 
 impl Runner<'_> {
-    /// Answers all tasks; `tell` gets the answers in the order of the tasks, as soon as they and those before them are there.
-    /// From the first one on that was interrupted none are told of.
+    /// Answers all tasks; `tell` receives the answers in the order of the tasks, as soon as they and all before them
+    /// are ready. After the first interrupted task no more are delivered.
     pub fn answer_all(&self, tasks: &[Task], threads: usize, tell: &mut dyn FnMut(usize, Answered)) {
         let next = AtomicUsize::new(0);
         let (sender, receiver) = channel();
@@ -67,7 +67,7 @@ impl Runner<'_> {
                     let mut memory = Memory::default();
                     while let Some((index, task)) = self.take(tasks, next) {
                         let answer = self.answer(&task, 1, &mut memory);
-                        // Nobody listens any more only when this thread's own scope has unwound.
+                        // The receiver is dropped only if this thread's own scope has unwound.
                         let _ = sender.send((index, answer));
                     }
                 });
@@ -76,7 +76,7 @@ impl Runner<'_> {
             let (mut waiting, mut first) = (BTreeMap::new(), 0);
             for (index, answer) in receiver {
                 waiting.insert(index, answer);
-                // One that was interrupted ends what is told: there is no case without those before it.
+                // An interrupted task ends the sequence: no case is delivered without those before it.
                 while let Some(Some(answer)) = waiting.remove(&first) {
                     tell(first, answer);
                     first += 1;
@@ -93,7 +93,7 @@ impl Runner<'_> {
         tasks.get(index).map(|task| (index, *task))
     }
 
-    /// Answers one task; `None` when it was interrupted.
+    /// Answers one task; `None` if it was interrupted.
     pub fn answer(&self, task: &Task, threads: usize, memory: &mut Memory) -> Option<Answered> {
         let scene = match self.scene(task, memory) {
             Ok(scene) => scene,
@@ -108,7 +108,7 @@ impl Runner<'_> {
         Some(Answered { numbers, from_cache: false })
     }
 
-    /// The scene of a task; with the meshes of the base or of the case before where it may.
+    /// Scene of a task; reuses the meshes of the base or of the previous case if possible.
     fn scene(&self, task: &Task, memory: &Memory) -> Result<Scene, String> {
         let document = task
             .case
@@ -180,23 +180,24 @@ fn invalid(reason: String) -> Numbers {
     }
 }
 
-/// Errors of the stresses from each depth on [Pa]; none where nobody asked.
+/// Errors of the stresses below each depth [Pa]; empty if not requested.
 fn errors_below(numbers: &Numbers, bars: &ErrorBars) -> Vec<Option<f64>> {
     let ErrorBars::From(runs) = bars else { return Vec::new() };
     let error = |(index, own): (usize, &f64)| runs.error_below(index, *own, numbers.steps);
     numbers.von_mises_below_pa.iter().enumerate().map(error).collect()
 }
 
-/// What is kept of a run. A run that did not finish, whose gates failed or in which nothing touched gives no numbers.
+/// Numbers to keep of a run. A run that did not finish, failed its gates, or had no contact has none.
 fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
     let (ending, reason) = match (&outcome.ending, &summary.results) {
         (Ending::Failed { failure }, _) => (ending_name(&outcome.ending), Some(failure.message.clone())),
         (Ending::Finished, Shown::Withheld { reason, .. }) => ("withheld".into(), Some(reason.clone())),
         (Ending::Finished, Shown::Results(values)) if values.nothing_touched => {
-            (NOTHING_TOUCHED.into(), Some("there was no impact that numbers could be of".into()))
+            (NOTHING_TOUCHED.into(), Some("there was no impact that the numbers could describe".into()))
         }
         (ending, _) => (ending_name(ending), None),
     };
+    // Only a finished run with contact has numbers.
     let is_good = ending == FINISHED;
     let of = |q: Quantity| q.number(summary).filter(|_| is_good).map(|number| (q, number));
     let all = || Quantity::ALL.into_iter().filter_map(of);

@@ -1,11 +1,11 @@
-//! Points in the unit cube: Latin hypercubes and the sequence of Sobol, the same on every machine for the same seed.
+//! Points in the unit cube: Latin hypercubes and the Sobol sequence, reproducible on every machine for the same seed.
 
 use super::document::SampleMethod;
 
-/// Dimensions that the table of direction numbers covers.
+/// Dimensions covered by the table of direction numbers.
 pub const MOST_SOBOL_DIMENSIONS: usize = 21;
 
-/// Bits of a coordinate of the sequence of Sobol.
+/// Bits per coordinate of the Sobol sequence.
 const BITS: u32 = 32;
 
 /// Primitive polynomials and initial direction numbers of the dimensions from the second on: degree s, coefficients a, m_1 …
@@ -38,11 +38,11 @@ const DIRECTIONS: [(u32, u32, &[u32]); MOST_SOBOL_DIMENSIONS - 1] = [
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of a seed.
+    /// The stream for a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
-    /// The next number.
+    /// Next 64-bit number of the stream.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -50,11 +50,11 @@ impl Random {
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
     }
-    /// Evenly in 0 … 1, ends excluded.
+    /// Uniform in 0…1, ends excluded.
     pub fn unit(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
-    /// Evenly among 0 … count − 1.
+    /// Uniform among 0 … count − 1.
     pub fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
@@ -74,7 +74,7 @@ fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> 
     let mut points = vec![vec![0.0; dimensions]; count];
     for dimension in 0..dimensions {
         let mut slices: Vec<usize> = (0..count).collect();
-        // Fisher & Yates.
+        // Fisher–Yates shuffle.
         for last in (1..count).rev() {
             slices.swap(last, random.below(last + 1));
         }
@@ -85,8 +85,8 @@ fn latin_hypercube(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> 
     points
 }
 
-/// The sequence of Sobol in Gray code order (Antonov & Saleev 1979), each coordinate shifted digit by digit by a random
-/// number (Cranley–Patterson in base 2), which keeps its evenness and takes the origin away.
+/// Sobol sequence in Gray code order (Antonov & Saleev 1979), each coordinate shifted digit by digit by a random number
+/// (Cranley–Patterson in base 2), which preserves uniformity and removes the origin.
 fn sobol(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = Random::new(seed);
     let shifts: Vec<u32> = (0..dimensions).map(|_| (random.bits() >> 32) as u32).collect();
@@ -97,7 +97,7 @@ fn sobol(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The sequence itself, as binary fractions.
+/// The unshifted sequence, as binary fractions.
 fn sobol_bits(count: usize, dimensions: usize) -> Vec<Vec<u32>> {
     let directions: Vec<Vec<u32>> = (0..dimensions).map(direction_numbers).collect();
     let mut point = vec![0_u32; dimensions];
@@ -111,7 +111,7 @@ fn sobol_bits(count: usize, dimensions: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// v_1 … v_32 of a dimension, scaled to whole numbers.
+/// Direction numbers v_1 … v_32 of a dimension, scaled to integers.
 fn direction_numbers(dimension: usize) -> Vec<u32> {
     let mut v: Vec<u32> = Vec::with_capacity(BITS as usize);
     let Some((degree, coefficients, m)) = dimension.checked_sub(1).and_then(|row| DIRECTIONS.get(row)) else {

@@ -1,6 +1,7 @@
-//! Numbers as people write them in names.
+//! Short formatting of numbers in names.
 
-/// Six significant digits, without zeros at the end; very large and very small numbers with their power of ten.
+/// Formats with six significant digits, without trailing zeros; very large and very small numbers in scientific
+/// notation.
 pub(super) fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     let is_plain = rounded == 0.0 || !rounded.is_finite() || (1e-4..1e7).contains(&rounded.abs());

@@ -1,50 +1,50 @@
-//! What many cases say together: sensitivities, spread, correlations, Sobol indices.
+//! Statistics over many cases: sensitivities, spread, correlations, Sobol indices.
 
 use super::super::error::Quantity;
 use super::sampling::Random;
 use serde::Serialize;
 
-/// Bootstrap samples behind an interval.
+/// Number of bootstrap samples for an interval.
 const RESAMPLES: usize = 1000;
-/// The interval leaves out this share at each end: 90 % lie within.
+/// Tail probability on each side of an interval: 90 % lie within.
 const TAIL: f64 = 0.05;
-/// Differences below this share are of rounding.
+/// Relative differences below this are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// What one parameter does to one number, the others as in the base.
+/// Effect of one parameter on one number, with the others as in the base.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// The number.
+    /// Number affected by the parameter.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,
-    /// The parameter at the low end, in the base, at the high end.
+    /// Parameter at the low end, in the base, and at the high end.
     pub parameter_values: [f64; 3],
-    /// The number there.
+    /// Value of the number at each of these.
     pub values: [f64; 3],
-    /// From the low to the high end.
+    /// Change of the number from the low to the high end.
     pub change: f64,
-    /// Whether the base lies within the range. Where it does not, it is in neither `span` nor `is_monotone` nor `elasticity`.
+    /// Whether the base lies within the range. If not, it is excluded from `span`, `is_monotone` and `elasticity`.
     pub is_base_in_range: bool,
-    /// The largest difference of the three: more than |change| where the number goes up and down.
+    /// Largest difference among the three values: exceeds |change| if the response is not monotonic.
     pub span: f64,
-    /// `change` over the range of the parameter: per unit.
+    /// `change` over the range of the parameter: change per unit.
     pub per_unit: f64,
-    /// Relative change of the number over relative change of the parameter, over the range [-]: relative to the base, or to the mean
-    /// of both ends where the base lies outside of the range; absent where one of them is 0.
+    /// Relative change of the number over relative change of the parameter, over the range [-]: relative to the base,
+    /// or to the mean of both ends if the base lies outside of the range; absent if one of them is 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elasticity: Option<f64>,
-    /// Whether the number of the base lies between those of the two ends; two ends alone always rise or fall.
+    /// Whether the value of the base lies between those of the two ends; two ends alone are always monotonic.
     pub is_monotone: bool,
-    /// 1 for the parameter with the largest span of this number.
+    /// Rank of the parameter by span for this number, from 1.
     pub rank: usize,
-    /// Whether the span is larger than the number's numerical error in the base; absent where that is not known.
+    /// Whether the span exceeds the numerical error of the number in the base; absent if that is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exceeds_numerical_error: Option<bool>,
 }
 
 impl Sensitivity {
-    /// Of the values at the low end, in the base and at the high end; the rank is still to be given.
+    /// From the values at the low end, in the base and at the high end; the rank is assigned later.
     pub fn new(
         quantity: Quantity,
         parameter: &str,
@@ -53,18 +53,19 @@ impl Sensitivity {
         numerical_error: Option<f64>,
     ) -> Self {
         let [low, base, high] = parameter_values;
-        // An end that is the base but for its rounding is the base.
+        // An end that equals the base up to rounding is the base.
         let slack = ROUNDING * low.abs().max(high.abs());
         let is_base_in_range = low - slack <= base && base <= high + slack;
         let change = values[2] - values[0];
         let per_unit = change / (high - low);
-        // Differences of rounding are none.
+        // Differences at the level of rounding count as none.
         let rounding = ROUNDING * values.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
         let [rise, further] = [values[1] - values[0], values[2] - values[1]]
             .map(|step| if step.abs() > rounding { step } else { 0.0 });
         let [least, greatest] =
             values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
         let span = if is_base_in_range { greatest - least } else { change.abs() };
+        // Elasticity relative to the base, or to the mid-range if the base is outside.
         let [parameter_there, value_there] = if is_base_in_range {
             [base, values[1]]
         } else {
@@ -89,7 +90,7 @@ impl Sensitivity {
     }
 }
 
-/// Gives ranks to entries of each quantity, largest first.
+/// Ranks the entries of each quantity, largest first.
 pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(&mut T) -> &mut usize) {
     for quantity in Quantity::ALL {
         let mut order: Vec<(usize, f64)> = all
@@ -106,34 +107,35 @@ pub fn rank<T>(all: &mut [T], of: impl Fn(&T) -> (Quantity, f64), rank: impl Fn(
     }
 }
 
-/// How a number is spread over the sample.
+/// Distribution of a number over the sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// The number.
+    /// Number with this distribution.
     pub quantity: Quantity,
-    /// Cases that gave it.
+    /// Number of cases with a value.
     pub count: usize,
-    /// Mean.
+    /// Mean of the sample.
     pub mean: f64,
-    /// Standard deviation (of the sample, n − 1).
+    /// Sample standard deviation (n − 1).
     pub standard_deviation: f64,
-    /// Least, 5th percentile, median, 95th percentile, greatest.
+    /// Minimum of the sample.
     pub least: f64,
-    /// 5th percentile.
+    /// 5th percentile of the sample.
     pub p5: f64,
-    /// Median.
+    /// Median of the sample.
     pub median: f64,
-    /// 95th percentile.
+    /// 95th percentile of the sample.
     pub p95: f64,
-    /// Greatest.
+    /// Maximum of the sample.
     pub greatest: f64,
-    /// Whether 90 % of the sample lie further apart than the number's numerical error in the base; absent where that is not known.
+    /// Whether the central 90 % of the sample span more than the numerical error of the number in the base; absent if
+    /// that is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exceeds_numerical_error: Option<bool>,
 }
 
 impl Spread {
-    /// Of two values or more, and the numerical error of one.
+    /// From at least two values, and the numerical error of one.
     pub fn new(quantity: Quantity, values: &[f64], numerical_error: Option<f64>) -> Option<Self> {
         if values.len() < 2 {
             return None;
@@ -159,7 +161,7 @@ impl Spread {
     }
 }
 
-/// By linear interpolation between the order statistics (definition 7 of Hyndman & Fan 1996).
+/// Percentile by linear interpolation between the order statistics (definition 7 of Hyndman & Fan 1996).
 fn percentile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let below = place.floor() as usize;
@@ -167,20 +169,20 @@ fn percentile(sorted: &[f64], share: f64) -> f64 {
     sorted[below] + (sorted[above] - sorted[below]) * (place - below as f64)
 }
 
-/// Whether a number goes with a parameter over the sample.
+/// Correlation of a number with a parameter over the sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlation {
-    /// The number.
+    /// Number correlated with the parameter.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,
     /// Spearman's rank correlation, −1 … 1 [-].
     pub spearman: f64,
-    /// 1 for the parameter with the largest |correlation|.
+    /// Rank of the parameter by |correlation|, from 1.
     pub rank: usize,
 }
 
-/// Spearman's rank correlation; ties have their mean rank. `None` where one of the two is constant but for rounding.
+/// Spearman's rank correlation; ties have their mean rank. `None` if one of the two is constant up to rounding.
 pub fn spearman(x: &[f64], y: &[f64]) -> Option<f64> {
     if is_constant(x) || is_constant(y) {
         return None;
@@ -211,49 +213,51 @@ fn mean_ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Share of a number's variance that a parameter accounts for.
+/// Fraction of a number's variance due to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SobolIndex {
-    /// The number.
+    /// Number whose variance is decomposed.
     pub quantity: Quantity,
     /// Name of the parameter.
     pub parameter: String,
-    /// First order: by itself [-].
+    /// First-order index: the parameter by itself [-].
     pub first: f64,
-    /// 90 % of the bootstrap samples lie here.
+    /// 90 % bootstrap interval of the first-order index.
     pub first_interval: [f64; 2],
-    /// Total: with all its interactions [-].
+    /// Total index: including all interactions [-].
     pub total: f64,
-    /// 90 % of the bootstrap samples lie here.
+    /// 90 % bootstrap interval of the total index.
     pub total_interval: [f64; 2],
-    /// Whether there were points enough: both lie between 0 and 1, in intervals that are narrower than a half.
+    /// Whether the sample is large enough: both indices lie between 0 and 1, in intervals narrower than one half.
     pub is_settled: bool,
-    /// 1 for the parameter with the largest total index.
+    /// Rank of the parameter by total index, from 1.
     pub rank: usize,
 }
 
 /// One row of the design: the number in A, in B, and in A with each column of B.
 #[derive(Clone, Debug)]
 pub struct SobolRow {
-    /// f(A).
+    /// Value in the row of A, f(A).
     pub a: f64,
-    /// f(B).
+    /// Value in the row of B, f(B).
     pub b: f64,
-    /// f(A_B^(i)), one a parameter.
+    /// Values f(A_B^(i)), one for each parameter.
     pub mixed: Vec<f64>,
 }
 
-/// Whether an index with the two ends of its interval is one that a share can be read from.
+/// Whether an index is determined well enough by the two ends of its interval.
 pub fn is_settled([index, low, high]: [f64; 3]) -> bool {
     (-0.05..=1.05).contains(&index) && high - low <= 0.5
 }
 
-/// First and total index of every parameter, with their bootstrap intervals; `None` where the number does not vary.
+/// First-order and total index of every parameter, with their bootstrap intervals; `None` if the number does not vary.
 ///
-/// S_i = ⟨f_B (f_ABi − f_A)⟩ / V (Saltelli et al. 2010, table 2 b), T_i = ⟨(f_A − f_ABi)²⟩ / 2V (Jansen 1999), V of A and B
-/// together. The mean of all is taken off first, which leaves the estimate what it is and makes it steadier.
+/// S_i = ⟨f_B (f_ABi − f_A)⟩ / V (Saltelli et al. 2010, table 2 b), T_i = ⟨(f_A − f_ABi)²⟩ / 2V (Jansen 1999), V of A
+/// and B together. Subtracting the overall mean first leaves the expectation of the estimate unchanged and reduces its
+/// variance.
 #[allow(clippy::type_complexity)] // a row of numbers
 pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64; 3])>> {
+    // Subtract the overall mean.
     let parameters = rows.first()?.mixed.len();
     let mean = rows.iter().map(|row| row.a + row.b).sum::<f64>() / (2.0 * rows.len() as f64);
     let rows: Vec<SobolRow> = rows
@@ -266,6 +270,7 @@ pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64
         .collect();
     let all: Vec<&SobolRow> = rows.iter().collect();
     let estimate = indices(&all, parameters)?;
+    // Bootstrap samples of the indices.
     let mut random = Random::new(seed ^ 0x5eed);
     let mut resampled = vec![[Vec::new(), Vec::new()]; parameters];
     for _ in 0..RESAMPLES {
@@ -285,7 +290,7 @@ pub fn sobol_indices(rows: &[SobolRow], seed: u64) -> Option<Vec<([f64; 3], [f64
     Some(estimate.into_iter().zip(&mut resampled).map(with_interval).collect())
 }
 
-/// First and total index of every parameter.
+/// First-order and total index of every parameter.
 fn indices(rows: &[&SobolRow], parameters: usize) -> Option<Vec<[f64; 2]>> {
     let n = rows.len() as f64;
     let mean = rows.iter().map(|row| row.a + row.b).sum::<f64>() / (2.0 * n);
@@ -359,11 +364,11 @@ mod tests {
         let outside = of([50.0, 100.0, 60.0], [800.0, 2734.0, 1046.0]);
         assert_eq!((outside.is_base_in_range, outside.is_monotone), (false, true));
         assert_eq!((outside.span, outside.exceeds_numerical_error), (246.0, Some(false)));
-        // At mid-range: 246 of 923 over 10 of 55.
+        // At the mid-range: 246 of 923 over 10 of 55.
         assert!((outside.elasticity.unwrap() - (246.0 / 923.0) / (10.0 / 55.0)).abs() < 1e-12);
         let about_zero = of([-5.0, 100.0, 5.0], [800.0, 2734.0, 1046.0]);
         assert_eq!(about_zero.elasticity, None);
-        // At an end it is within, whatever its rounding.
+        // A base at an end is within the range, up to rounding.
         for base in [50.0, 50.0 - 7e-15] {
             let at_end = of([50.0, base, 60.0], [800.0, 800.0, 1046.0]);
             assert!(at_end.is_base_in_range && at_end.is_monotone);

@@ -1,7 +1,9 @@
-//! A fast surrogate: polynomials through the cases, which propose what the model would say of others. The model answers.
+//! Fast polynomial surrogates fitted to the cases, which predict the response in others; answers come from the model
+//! only.
 //!
-//! Of second degree where there are cases enough, else of first, by least squares. What it is worth is measured on cases that it has not
-//! seen: each is foretold from all others, `e_i / (1 − h_i)` with h the diagonal of the hat matrix (Allen 1974, PRESS).
+//! Least squares of second degree if there are enough cases, otherwise of first. Accuracy is measured by leave-one-out
+//! cross-validation: each case is predicted from all others, with error `e_i / (1 − h_i)`, h the diagonal of the hat
+//! matrix (Allen 1974, PRESS).
 
 use super::super::error::Quantity;
 use super::case_answer::CaseAnswer;
@@ -9,47 +11,47 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Cases for each coefficient, at least.
+/// Minimum number of cases per coefficient.
 const CASES_PER_TERM: f64 = 1.5;
-/// A singular value below this share of the largest: the cases do not tell all coefficients apart.
+/// Relative singular value below which the cases do not determine all coefficients.
 const SINGULAR: f64 = 1e-9;
-/// Differences below this share of the number are of rounding.
+/// Relative differences below this are rounding.
 const ROUNDING: f64 = 1e-12;
-/// A case with a leverage above this cannot be foretold from the others.
+/// Leverage above which a case cannot be predicted from the others.
 const MOST_LEVERAGE: f64 = 1.0 - 1e-6;
 
-/// A polynomial that proposes one number.
+/// A polynomial surrogate of one number.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surrogate {
-    /// The number.
+    /// Number predicted by the polynomial.
     pub quantity: Quantity,
-    /// Finished cases that it was fitted to.
+    /// Number of finished cases in the fit.
     pub cases: usize,
-    /// Degree.
+    /// Degree of the polynomial.
     pub degree: usize,
-    /// Ranges of the parameters over those cases, by name; each goes from −1 to 1 in the polynomial. Outside it says nothing.
+    /// Range of each parameter over those cases, by name, mapped to −1…1 in the polynomial. It is not valid outside.
     pub ranges: BTreeMap<String, [f64; 2]>,
-    /// Its terms, to be summed.
+    /// Terms of the polynomial, to be summed.
     pub terms: Vec<Term>,
-    /// By how much it is off on a case that it has not seen: root of the mean square, in the unit of the number.
+    /// Root-mean-square error of cross-validation, in the unit of the number.
     pub hold_out_error: f64,
-    /// Share of the variance of unseen cases that it foretells [-]; 1 is all, below 0 is worse than their mean. Absent where the
-    /// number is the same in all cases but for rounding: there is no variance to foretell.
+    /// Fraction of the variance predicted in cross-validation [-]; 1 is perfect, below 0 is worse than the mean. Absent
+    /// if the number is the same in all cases up to rounding, without variance to predict.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hold_out_share: Option<f64>,
 }
 
-/// A coefficient times parameters.
+/// A coefficient with the parameters it multiplies.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Term {
-    /// Names of the parameters that are multiplied, one twice for its square; none for the constant.
+    /// Names of the factors, twice for a square; none for the constant.
     pub parameters: Vec<String>,
-    /// In the unit of the number.
+    /// Coefficient, in the unit of the number.
     pub coefficient: f64,
 }
 
 impl Surrogate {
-    /// What it proposes at values of all its parameters; `None` where one is missing or outside of its range.
+    /// Predicted value at values of all parameters; `None` if one is missing or out of range.
     pub fn propose(&self, values: &BTreeMap<String, f64>) -> Option<f64> {
         let mut z = BTreeMap::new();
         for (name, [low, high]) in &self.ranges {
@@ -63,7 +65,7 @@ impl Surrogate {
     }
 }
 
-/// The surrogates of all numbers that the cases have, each of the highest degree that they determine.
+/// Surrogates of all numbers in the cases, each of the highest degree that the cases determine.
 pub fn surrogates(cases: &[CaseAnswer]) -> Vec<Surrogate> {
     Quantity::ALL.into_iter().filter_map(|quantity| fit(quantity, cases)).collect()
 }
@@ -71,7 +73,7 @@ pub fn surrogates(cases: &[CaseAnswer]) -> Vec<Surrogate> {
 fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
     let with_number = |case: &CaseAnswer| Some((case.parameters.clone(), case.numbers.get(&quantity)?.value));
     let mut given: Vec<(BTreeMap<String, f64>, f64)> = cases.iter().filter_map(with_number).collect();
-    // What was asked twice would foretell itself.
+    // Duplicate cases would predict themselves.
     given.sort_by(|a, b| a.0.values().partial_cmp(b.0.values()).unwrap_or(std::cmp::Ordering::Equal));
     given.dedup_by(|a, b| a.0 == b.0);
     let ranges = ranges(&given);
@@ -80,6 +82,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
     if names.is_empty() {
         return None;
     }
+    // The highest degree that the cases determine.
     [2, 1].into_iter().find_map(|degree| {
         let terms = terms(names.len(), degree);
         if (given.len() as f64) < CASES_PER_TERM * terms.len() as f64 {
@@ -109,7 +112,7 @@ fn fit(quantity: Quantity, cases: &[CaseAnswer]) -> Option<Surrogate> {
     })
 }
 
-/// Least and greatest value of each parameter that varies.
+/// Minimum and maximum of each parameter that varies.
 fn ranges(given: &[(BTreeMap<String, f64>, f64)]) -> BTreeMap<String, [f64; 2]> {
     let mut ranges: BTreeMap<String, [f64; 2]> = BTreeMap::new();
     for (name, value) in given.iter().flat_map(|(parameters, _)| parameters) {
@@ -120,12 +123,12 @@ fn ranges(given: &[(BTreeMap<String, f64>, f64)]) -> BTreeMap<String, [f64; 2]> 
     ranges
 }
 
-/// From −1 to 1 over a range.
+/// Maps a value in a range to −1…1.
 fn place(value: f64, [low, high]: [f64; 2]) -> f64 {
     (2.0 * value - low - high) / (high - low)
 }
 
-/// The products of at most so many of the parameters.
+/// All products of the parameters up to a degree.
 fn terms(parameters: usize, degree: usize) -> Vec<Vec<usize>> {
     let mut terms = vec![Vec::new()];
     terms.extend((0..parameters).map(|i| vec![i]));
@@ -135,7 +138,7 @@ fn terms(parameters: usize, degree: usize) -> Vec<Vec<usize>> {
     terms
 }
 
-/// Coefficients, and the sum of squares of what each row is off when it is foretold from the others; `None` where the rows do not
+/// Coefficients, and the sum of squared errors of each row predicted from the others; `None` if the rows do not
 /// determine them.
 fn least_squares(A: DMatrix<f64>, b: &DVector<f64>) -> Option<(Vec<f64>, f64)> {
     let svd = A.clone().svd(true, true);
@@ -164,7 +167,7 @@ mod tests {
     use super::super::cases::Origin;
     use super::*;
 
-    /// Cases at points of two parameters, with a number of them.
+    /// Cases at points of two parameters, with one number each.
     fn cases(points: &[[f64; 2]], number: impl Fn([f64; 2]) -> f64) -> Vec<CaseAnswer> {
         let case = |(index, point): (usize, &[f64; 2])| CaseAnswer {
             index,
@@ -186,7 +189,7 @@ mod tests {
     }
 
     fn spread(count: u32) -> Vec<[f64; 2]> {
-        // Halton's points.
+        // Halton sequence.
         let digit = |mut i: u32, base: u32| {
             let (mut value, mut share) = (0.0, 1.0 / f64::from(base));
             while i > 0 {
@@ -217,7 +220,8 @@ mod tests {
         let points = spread(12);
         let law = |[v, t]: [f64; 2]| (0.1 * v).sin() + 300.0 * t;
         let surrogate = &surrogates(&cases(&points, law))[0];
-        // By leaving each out indeed; ranges of the others may be narrower, but the polynomials are the same.
+        // Cross-validation by explicit refitting; the ranges of the others may be narrower, but the polynomials are the
+        // same.
         let off = |i: &usize| {
             let mut others = points.clone();
             let left_out = others.remove(*i);
@@ -262,10 +266,10 @@ mod tests {
         let law = |[v, t]: [f64; 2]| v * t;
         assert_eq!(surrogates(&cases(&spread(4), law)), []);
         assert_eq!(surrogates(&cases(&spread(6), law))[0].degree, 1);
-        // The same case again is no other case.
+        // Repeating a case adds no information.
         let again: Vec<[f64; 2]> = spread(4).into_iter().chain(spread(4)).collect();
         assert_eq!(surrogates(&cases(&again, law)), []);
-        // Nothing varies.
+        // No variation, no surrogate.
         assert_eq!(surrogates(&cases(&[[90.0, 0.01]; 9], law)), []);
     }
 }

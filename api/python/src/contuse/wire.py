@@ -180,7 +180,7 @@ class Summary:
 
     @property
     def law_ranges(self) -> list[dict[str, Any]]:
-        """Parts whose law was taken beyond what it is fitted to."""
+        """Parts whose law was used beyond its fitted range."""
         ranges: list[dict[str, Any]] = self.body.get("law_ranges", [])
         return ranges
 

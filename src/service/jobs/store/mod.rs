@@ -1,9 +1,9 @@
-//! The job store: what is kept of jobs, and what the queue, the workers and the routes ask of it.
+//! The job store: its contents, and its interface to the queue, the workers and the routes.
 //!
-//! Every store keeps three promises. A change of a job and the event that tells of it are one transaction, durable when the call
-//! returns. Writes of a running job are fenced by its attempt: what a worker says of an attempt that is over changes nothing.
-//! A job is claimed once. There are no leases, because the data folder is locked by one process
-//! ([`super::data_folder::DataFolder`]): at its start whatever is `running` has lost its worker.
+//! Every store gives three guarantees. A change of a job and its event are one transaction, durable when the call
+//! returns. Writes of a running job are fenced by its attempt: reports of an attempt that is over have no effect. A job
+//! is claimed once. There are no leases, because the data folder is locked by one process
+//! ([`super::data_folder::DataFolder`]): at its start every `running` job has lost its worker.
 
 mod records;
 mod sqlite;
@@ -23,12 +23,12 @@ use futures::future::BoxFuture;
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// What a store answers when it has: boxed, so that the service need not know which store it has.
+/// Future of a store's answer: boxed, so that the service is independent of the kind of store.
 pub type Answer<'a, T> = BoxFuture<'a, Result<T, JobsError>>;
 
-/// What keeps jobs. Owners see their own only, and never one that was hidden.
+/// A store of jobs. Owners see only their own jobs, and no hidden ones.
 pub trait JobStore: fmt::Debug + Send + Sync + 'static {
-    /// The job of an earlier request with this key; `None` when there was none.
+    /// The job of an earlier request with this key; `None` if there was none.
     fn replay<'a>(
         &'a self,
         owner: &'a str,
@@ -36,38 +36,38 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
         body_sha256: &'a str,
     ) -> Answer<'a, Option<Submitted>>;
 
-    /// Keeps a new job; `QueueFull` when `max_queued` jobs wait already.
+    /// Stores a new job; `QueueFull` if `max_queued` jobs are waiting already.
     fn submit<'a>(&'a self, new: &'a NewJob, max_queued: u64) -> Answer<'a, Submitted>;
 
-    /// Takes the job that has waited longest.
+    /// Claims the job that has waited longest.
     fn claim(&self) -> Answer<'_, Option<ClaimedJob>>;
 
-    /// Says how far an attempt has come.
+    /// Records the progress of an attempt.
     fn record_progress<'a>(&'a self, seq: i64, attempt: u32, progress: &'a Progress) -> Answer<'a, ()>;
 
-    /// Keeps a part of the result of an attempt as an event.
+    /// Stores a part of the result of an attempt as an event.
     fn record_event<'a>(&'a self, seq: i64, attempt: u32, event: &'a Event<'a>) -> Answer<'a, ()>;
 
-    /// Ends an attempt. False when the attempt was over already.
+    /// Ends an attempt. False if the attempt was over already.
     fn finish<'a>(&'a self, seq: i64, attempt: u32, end: &'a JobEnd) -> Answer<'a, bool>;
 
-    /// Lets a job wait again whose attempt did not come to its end.
+    /// Returns a job to the queue after an incomplete attempt.
     fn requeue(&self, seq: i64, attempt: u32, why: Requeued) -> Answer<'_, ()>;
 
-    /// Cancels a job that waits, or notes that one that runs has to stop.
+    /// Cancels a waiting job, or records that a running one has to stop.
     fn cancel<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, CancelAnswer>;
 
-    /// Hides a job for good: nobody can ask for it any more, and its idempotency key is free.
+    /// Hides a job permanently: it becomes inaccessible, and its idempotency key is free.
     fn hide<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, DeleteAnswer>;
 
     /// Erases a hidden job with its events.
     fn erase(&self, seq: i64) -> Answer<'_, ()>;
 
-    /// What the owner of a job wants of it by now.
+    /// Latest request of the owner of a job.
     fn wish(&self, seq: i64) -> Answer<'_, OwnerWish>;
 
-    /// The jobs whose worker was lost, and those that were hidden but not erased, in the order of their coming. Only right at the
-    /// start, while no worker of this process has begun.
+    /// Jobs whose worker was lost, and those hidden but not erased, in the order of arrival. Valid only at the start,
+    /// before any worker of this process has begun.
     fn orphans(&self) -> Answer<'_, Vec<Orphan>>;
 
     /// One job of an owner.
@@ -79,16 +79,16 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
     /// The summary of a job of an owner, as JSON text.
     fn summary<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<String>>;
 
-    /// The document of a job of an owner as it was accepted, and what kind of job it asks for.
+    /// The accepted document of a job of an owner, and its kind.
     fn document<'a>(&'a self, owner: &'a str, id: JobId) -> Answer<'a, Option<(JobKind, Vec<u8>)>>;
 
-    /// Events of a job after event number `after`, and whether nothing will come any more (the job is final or gone).
+    /// Events of a job after event number `after`, and whether no more will follow (the job is final or deleted).
     fn events_after(&self, seq: i64, after: i64, limit: u32) -> Answer<'_, (Vec<EventRow>, bool)>;
 
-    /// How many jobs are in each state.
+    /// Number of jobs in each state.
     fn counts(&self) -> Answer<'_, Vec<(JobState, u64)>>;
 
-    /// Notes an uploaded mesh; false when the owner had it already.
+    /// Registers an uploaded mesh; false if the owner had it already.
     fn add_mesh<'a>(
         &'a self,
         owner: &'a str,
@@ -98,15 +98,15 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
         report: &'a MeshReport,
     ) -> Answer<'a, bool>;
 
-    /// A mesh of an owner.
+    /// An uploaded mesh of an owner.
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>>;
 
-    /// The names of the blobs that its jobs and meshes have or may have.
+    /// Names of all blobs that its jobs and meshes have or may have.
     fn blobs(&self) -> Answer<'_, BTreeSet<String>>;
 
-    /// Fails unless the store takes what is written.
+    /// Checks that the store accepts writes.
     fn try_write(&self) -> Answer<'_, ()>;
 
-    /// Closes the store.
+    /// Closes the store after its pending writes.
     fn close(&self) -> BoxFuture<'_, ()>;
 }

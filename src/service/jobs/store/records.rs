@@ -1,22 +1,22 @@
-//! What goes into a job store and what comes out of it.
+//! Records of a job store.
 
 use crate::scene::Problem;
 use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
 use crate::step::{Ending, Failure};
 use serde_json::{Value, json};
 
-/// What a new job is made of.
+/// Data of a new job.
 #[derive(Clone, Debug)]
 pub struct NewJob {
-    /// Whose it is.
+    /// Owner of the job.
     pub owner: String,
-    /// The client's name for the request, by which it may ask twice.
+    /// The client's key for the request, which makes repetition safe.
     pub idempotency_key: Option<String>,
     /// SHA-256 of the address and the body of the request, hexadecimal.
     pub body_sha256: String,
-    /// What the document asks for.
+    /// Kind of job that the document requests.
     pub kind: JobKind,
-    /// The document as it was accepted.
+    /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Name of the scene.
     pub name: String,
@@ -24,14 +24,14 @@ pub struct NewJob {
     pub content_hash: String,
     /// Simulated time to the end [s].
     pub end_time_s: f64,
-    /// What is odd about the scene.
+    /// Warnings from the validation of the scene.
     pub warnings: Vec<Problem>,
 }
 
-/// What became of a submission.
+/// Outcome of a submission.
 #[derive(Clone, Debug)]
 pub enum Submitted {
-    /// A new job.
+    /// A new job was created.
     Created(Box<JobRow>),
     /// The job of an earlier request with the same key and the same body.
     Replayed(Box<JobRow>),
@@ -39,49 +39,49 @@ pub enum Submitted {
     KeyReused,
 }
 
-/// A job that a worker took.
+/// A job claimed by a worker.
 #[derive(Clone, Debug)]
 pub struct ClaimedJob {
-    /// Order of arrival.
+    /// Sequence number in the order of arrival.
     pub seq: i64,
-    /// Its id.
+    /// Public id of the job.
     pub id: JobId,
-    /// Whose it is.
+    /// Owner of the job.
     pub owner: String,
-    /// What its document asks for.
+    /// Kind of job that its document requests.
     pub kind: JobKind,
-    /// The document as it was accepted.
+    /// Document accepted at submission.
     pub document: Vec<u8>,
     /// Digest of the document and its meshes.
     pub content_hash: String,
-    /// Which attempt this is, from 1.
+    /// Number of this attempt, from 1.
     pub attempt: u32,
 }
 
 /// How a job ended.
 #[derive(Clone, Debug)]
 pub struct JobEnd {
-    /// How its run ended.
+    /// Ending of its run.
     pub ending: Ending,
-    /// Its summary, JSON text.
+    /// Summary as JSON text.
     pub summary: Option<String>,
-    /// Its recording.
+    /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
-    /// How far it came, when that is known.
+    /// Final progress, if known.
     pub progress: Option<Progress>,
 }
 
 /// Why a job waits again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requeued {
-    /// Its worker had to drop it. The attempt does not count: it was not the job's fault.
+    /// Its worker had to drop it. The attempt does not count, since the job is not to blame.
     Shutdown,
-    /// Its worker was lost. The attempt counts: it may be the job that kills its workers.
+    /// Its worker was lost. The attempt counts, since the job may be the cause.
     WorkerLost,
 }
 
 impl Requeued {
-    /// The attempts that are forgotten.
+    /// Number of attempts that do not count.
     pub fn attempts_forgiven(self) -> u32 {
         u32::from(self == Self::Shutdown)
     }
@@ -94,71 +94,71 @@ impl Requeued {
     }
 }
 
-/// What an owner wants of a job.
+/// What the owner of a job has requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OwnerWish {
-    /// That it runs to its end.
+    /// Completion of the job.
     Result,
-    /// That it stops.
+    /// Cancellation of the job.
     Stop,
-    /// That it was never there.
+    /// Deletion of the job.
     Deletion,
 }
 
-/// A job that the process before this one left.
+/// A job left by the previous process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orphan {
-    /// Order of arrival.
+    /// Sequence number in the order of arrival.
     pub seq: i64,
-    /// Its id.
+    /// Public id of the job.
     pub id: JobId,
-    /// The attempt that lost its worker.
+    /// Attempt that lost its worker.
     pub attempt: u32,
-    /// What its owner wants of it.
+    /// Latest request of its owner.
     pub wish: OwnerWish,
 }
 
-/// What became of a wish to cancel.
+/// Outcome of a cancellation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CancelAnswer {
-    /// It waited, and is cancelled.
+    /// The job was waiting, and is cancelled.
     Cancelled {
-        /// Order of arrival.
+        /// Sequence number in the order of arrival.
         seq: i64,
     },
-    /// It runs, and will stop.
+    /// The job is running, and will stop.
     Stopping,
-    /// It was cancelled before.
+    /// The job was cancelled before.
     AlreadyCancelled,
-    /// It ended otherwise before.
+    /// The job had already ended otherwise.
     TooLate(JobState),
     /// There is no such job.
     Unknown,
 }
 
-/// What became of a wish to delete.
+/// Outcome of a deletion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeleteAnswer {
-    /// Nobody works on it: it can be erased.
+    /// No worker has the job: it can be erased.
     Idle {
-        /// Order of arrival.
+        /// Sequence number in the order of arrival.
         seq: i64,
     },
-    /// It runs: its worker erases it when it has stopped.
+    /// The job is running: its worker erases it after stopping.
     Running {
-        /// Order of arrival.
+        /// Sequence number in the order of arrival.
         seq: i64,
     },
     /// There is no such job.
     Unknown,
 }
 
-/// A job as it stands.
+/// Current record of a job.
 #[derive(Clone, Debug)]
 pub struct JobRow {
-    /// Order of arrival.
+    /// Sequence number in the order of arrival.
     pub seq: i64,
-    /// Its id.
+    /// Public id of the job.
     pub id: JobId,
     /// Name of the scene.
     pub name: String,
@@ -166,90 +166,90 @@ pub struct JobRow {
     pub content_hash: String,
     /// Simulated time to the end [s].
     pub end_time_s: f64,
-    /// What is odd about the scene.
+    /// Warnings from the validation of the scene.
     pub warnings: Vec<Problem>,
-    /// Where it stands.
+    /// Current state of the job.
     pub state: JobState,
-    /// How far it has come.
+    /// Current progress of the job.
     pub progress: Progress,
-    /// How often a worker took it.
+    /// Number of attempts so far.
     pub attempts: u32,
-    /// Whether its owner wants it stopped.
+    /// Whether its owner requested cancellation.
     pub cancel_requested: bool,
-    /// When it came, RFC 3339.
+    /// Time of submission, RFC 3339.
     pub created_at: String,
-    /// When a worker took it last.
+    /// Start of the latest attempt.
     pub started_at: Option<String>,
-    /// When it ended.
+    /// Time of the end.
     pub finished_at: Option<String>,
-    /// Why it failed.
+    /// Diagnosis of a failed job.
     pub failure: Option<Failure>,
     /// Whether it has a summary.
     pub has_summary: bool,
-    /// Its recording, when final.
+    /// Final recording, if there is one.
     pub recording: Option<FinalRecording>,
-    /// Its place in the queue, the next one is 1; `None` when it does not wait.
+    /// Position in the queue, from 1; `None` if it is not waiting.
     pub queue_position: Option<u64>,
 }
 
 /// Which jobs to list, newest first.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// Only these states; all when empty.
+    /// Only jobs in these states; all if empty.
     pub states: Vec<JobState>,
-    /// Only jobs that came before this one.
+    /// Only jobs submitted before this one.
     pub before: Option<i64>,
-    /// At most so many.
+    /// Maximum number of jobs.
     pub limit: u32,
 }
 
-/// Something that happened to a job, as its event stream will say it.
+/// An event of a job, as reported in its event stream.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event<'a> {
-    /// What happened.
+    /// Kind of event, such as `running`.
     pub kind: &'a str,
-    /// The details.
+    /// Data of the event.
     pub data: Value,
 }
 
 impl Event<'static> {
-    /// It waits.
+    /// The job is waiting.
     pub fn queued(name: &str) -> Self {
         Self { kind: "queued", data: json!({ "state": "queued", "name": name }) }
     }
 
-    /// A worker took it.
+    /// A worker has started the job.
     pub fn running(attempt: u32) -> Self {
         Self { kind: "running", data: json!({ "state": "running", "attempt": attempt }) }
     }
 
-    /// How far it has come.
+    /// Progress of the job.
     ///
     /// # Errors
-    /// When that cannot be written as JSON.
+    /// If it cannot be serialised as JSON.
     pub fn progress(progress: &Progress) -> Result<Self, JobsError> {
         Ok(Self { kind: "progress", data: serde_json::to_value(progress)? })
     }
 
-    /// It waits again.
+    /// The job is waiting again.
     pub fn requeued(why: Requeued) -> Self {
         Self { kind: "requeued", data: json!({ "state": "queued", "reason": why.reason() }) }
     }
 
-    /// It has ended.
+    /// The job has ended.
     pub fn ended(ending: &Ending) -> Self {
         let state = JobState::of(ending);
         Self { kind: state.as_str(), data: json!({ "state": state, "failure": ending.failure() }) }
     }
 }
 
-/// An event of a job.
+/// A stored event of a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventRow {
-    /// Its number in the job, from 1.
+    /// Number of the event within the job, from 1.
     pub n: i64,
-    /// What happened.
+    /// Kind of event, such as `running`.
     pub kind: String,
-    /// The details, JSON.
+    /// Data of the event, JSON.
     pub data: String,
 }

@@ -1,4 +1,4 @@
-//! What every job store promises, without HTTP.
+//! Guarantees of every job store, without HTTP.
 
 use super::*;
 use crate::service::jobs::Phase;
@@ -6,7 +6,7 @@ use crate::service::jobs::failures::{internal, worker_lost};
 use crate::service::shelves::{mesh_name, recording_name};
 use crate::step::{Ending, FailureCause};
 
-/// Checks stores that are empty.
+/// Checks a store, starting empty.
 pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
     jobs_are_claimed_once_in_the_order_of_their_coming(&empty().await).await;
     attempt_that_is_over_changes_nothing(&empty().await).await;

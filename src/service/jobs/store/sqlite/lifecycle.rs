@@ -1,4 +1,4 @@
-//! From the queue to the end.
+//! State changes of jobs, from the queue to the end.
 
 use super::read::{job_id, kind_of_name};
 use super::{SqliteStore, add_event};
@@ -94,6 +94,7 @@ impl SqliteStore {
         .bind(end.recording.as_ref().map(|r| r.complete))
         .execute(&mut *transaction)
         .await?;
+        // An attempt that is over changes nothing.
         if result.rows_affected() == 0 {
             return Ok(false);
         }
@@ -228,7 +229,7 @@ async fn find(
     .transpose()
 }
 
-/// Writes how far an attempt has come; false when the attempt is over.
+/// Writes the progress of an attempt; false if the attempt is over.
 async fn write_progress(
     transaction: &mut Transaction<'_, Sqlite>,
     seq: i64,

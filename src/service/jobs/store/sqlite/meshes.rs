@@ -1,4 +1,4 @@
-//! Who uploaded which mesh, and which blobs are somebody's.
+//! Owners of uploaded meshes, and references to blobs.
 
 use super::SqliteStore;
 use super::read::job_id;

@@ -1,4 +1,4 @@
-//! Jobs in SQLite, in one file.
+//! Job store in a single SQLite file.
 
 mod lifecycle;
 mod meshes;
@@ -28,23 +28,24 @@ pub struct SqliteStore {
 }
 
 impl SqliteStore {
-    /// Opens the store in a file, which is made if need be, and brings its tables to this version.
+    /// Opens the store in a file, which is created if necessary, and migrates its tables to this version.
     ///
     /// # Errors
-    /// When the file cannot be opened or migrated.
+    /// If the file cannot be opened or migrated.
     pub async fn open(file: &Path) -> Result<Self, JobsError> {
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
-            // FULL: a commit is on the disk when it returns, so that `202` can be believed after a power cut.
+            // FULL: a commit is on the disk when it returns, so that `202` holds even after a power failure.
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
             .busy_timeout(Duration::from_secs(10));
         let pool = SqlitePoolOptions::new()
             .max_connections(8)
             .acquire_timeout(Duration::from_secs(10))
-            // SQLite itself ends a transaction that a full disk breaks, and the pool would count it as open for ever.
+            // SQLite itself ends a transaction that fails on a full disk, while the pool would count it as open for
+            // ever.
             .before_acquire(|connection, _| Box::pin(ready(Ok(!connection.is_in_transaction()))))
             .connect_with(options)
             .await?;
@@ -54,13 +55,12 @@ impl SqliteStore {
 
     async fn try_write(&self) -> Result<(), JobsError> {
         let mut transaction = self.begin().await?;
-        // A number in the head of the file that nothing else uses.
+        // A field of the file header that is otherwise unused.
         sqlx::query("PRAGMA user_version = 0").execute(&mut *transaction).await?;
         Ok(transaction.commit().await?)
     }
 
-    /// A transaction that holds the right to write from its start: one that reads first and writes later could be
-    /// refused in the middle.
+    /// A transaction with the write lock from its start: one that reads first and writes later could be refused midway.
     async fn begin(&self) -> Result<Transaction<'_, Sqlite>, JobsError> {
         Ok(self.pool.begin_with("BEGIN IMMEDIATE").await?)
     }
@@ -145,15 +145,15 @@ impl JobStore for SqliteStore {
     fn try_write(&self) -> Answer<'_, ()> {
         Box::pin(self.try_write())
     }
-    /// What was written ahead goes into the file.
+    /// Checkpoints the write-ahead log.
     fn close(&self) -> BoxFuture<'_, ()> {
         Box::pin(self.pool.close())
     }
 }
 
-/// SQLite's code for a disk without room (SQLITE_FULL), in the lower byte of a code with details.
+/// SQLite's code for a full disk (SQLITE_FULL), in the lower byte of an extended code.
 const SQLITE_FULL: u32 = 13;
-/// SQLite's code for a disk that fails (SQLITE_IOERR).
+/// SQLite's code for a disk error (SQLITE_IOERR).
 const SQLITE_IOERR: u32 = 10;
 
 impl From<sqlx::Error> for JobsError {
@@ -168,7 +168,7 @@ impl From<sqlx::Error> for JobsError {
     }
 }
 
-/// The files of `migrations/`, in their order.
+/// The files of `migrations/` in order.
 fn migrations() -> Migrator {
     let migration = |version, name: &'static str, sql: &'static str| {
         Migration::new(version, name.into(), MigrationType::Simple, SqlStr::from_static(sql), false)

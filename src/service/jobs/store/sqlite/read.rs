@@ -1,4 +1,4 @@
-//! Looking at jobs.
+//! Queries of jobs.
 
 use super::SqliteStore;
 use crate::service::jobs::store::{EventRow, JobRow, Page};
@@ -18,7 +18,7 @@ impl SqliteStore {
     }
 
     pub(super) async fn jobs(&self, owner: &str, page: &Page) -> Result<Vec<JobRow>, JobsError> {
-        // ",queued,running,": each name stands between commas.
+        // For example ",queued,running,": each name stands between commas.
         let names: Vec<&str> = page.states.iter().map(|s| s.as_str()).collect();
         let states = if names.is_empty() { String::new() } else { format!(",{},", names.join(",")) };
         let rows = sqlx::query(
@@ -65,7 +65,7 @@ impl SqliteStore {
         after: i64,
         limit: u32,
     ) -> Result<(Vec<EventRow>, bool), JobsError> {
-        // The state is read first: a job that ends between the two reads has its last event in the second.
+        // The state is read first: the last event of a job that ends in between is in the second result.
         let state: Option<(String, bool)> = sqlx::query_as("SELECT state, deleted FROM jobs WHERE seq = ?1")
             .bind(seq)
             .fetch_optional(&self.pool)
@@ -96,17 +96,17 @@ impl SqliteStore {
     }
 }
 
-/// The id of a job by its text in the store.
+/// Parses the id of a job.
 pub(super) fn job_id(text: String) -> Result<JobId, JobsError> {
     text.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: text })
 }
 
-/// The kind of a job by its name in the store.
+/// Parses the kind of a job.
 pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
     JobKind::from_name(&name).ok_or(JobsError::Corrupt { what: "kind of job", value: name })
 }
 
-/// A job of a row of the view `job_rows`.
+/// Converts a row of the view `job_rows`.
 fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
     let id: String = row.try_get("id")?;
     let state: String = row.try_get("state")?;

@@ -1,4 +1,4 @@
-//! A new job, once.
+//! Submission of a job, at most once per key.
 
 use super::read::job_id;
 use super::{SqliteStore, add_event};
@@ -30,7 +30,7 @@ impl SqliteStore {
     pub(super) async fn submit(&self, new: &NewJob, max_queued: u64) -> Result<Submitted, JobsError> {
         let id = JobId::now_v7();
         let mut transaction = self.begin().await?;
-        // Two requests with one key may both have seen no job: the one that comes second sees it here.
+        // Two requests with one key may both have found no job: the second one finds it here.
         if let Some(key) = &new.idempotency_key
             && let Some(sha256) = body_of_key(&mut transaction, &new.owner, key).await?
         {
@@ -41,6 +41,7 @@ impl SqliteStore {
             let earlier = self.replay(&new.owner, key, &new.body_sha256).await?;
             return Ok(earlier.ok_or(sqlx::Error::RowNotFound)?);
         }
+        // The queue is bounded.
         let (waiting,): (i64,) =
             sqlx::query_as("SELECT COUNT(*) FROM jobs WHERE state = 'queued' AND deleted = 0")
                 .fetch_one(&mut *transaction)
@@ -48,6 +49,7 @@ impl SqliteStore {
         if waiting.cast_unsigned() >= max_queued {
             return Err(JobsError::QueueFull { waiting: waiting.cast_unsigned() });
         }
+        // Insert the job with its first event.
         let result = sqlx::query(
             "INSERT INTO jobs (id, owner, idempotency_key, body_sha256, scene, name, content_hash, end_time_s, warnings, kind)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10)",
@@ -71,7 +73,7 @@ impl SqliteStore {
     }
 }
 
-/// Digest of the body that came with a key.
+/// Digest of the body submitted with a key.
 async fn body_of_key(
     transaction: &mut Transaction<'_, Sqlite>,
     owner: &str,

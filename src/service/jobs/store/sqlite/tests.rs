@@ -1,4 +1,4 @@
-//! What SQLite has to do for the promises of a store.
+//! Properties of SQLite that the guarantees of the store rely on.
 
 use super::super::tests::{check, new, submitted};
 use super::*;
@@ -72,20 +72,20 @@ async fn synchronous_is_full_and_the_journal_is_written_ahead() {
 async fn a_full_disk_is_told_and_forgotten_when_there_is_room() {
     let (_dir, store) = store().await;
     submitted(&store, "a").await;
-    // Every connection of the pool gets as many pages as there are: the next one finds the disk full, and SQLite itself ends the
-    // transaction.
+    // Every connection of the pool is limited to the present number of pages: the next write finds the disk full, and
+    // SQLite itself ends the transaction.
     set_everywhere(&store, "PRAGMA max_page_count = 1").await;
     let large = NewJob { document: vec![b' '; 1 << 20], ..new("large") };
     let error = store.submit(&large, 10).await.unwrap_err();
     assert!(error.is_storage_full(), "{error}");
-    // On the connections that it happened to, or on fresh ones in their place.
+    // On the connections concerned, or on new ones in their place.
     set_everywhere(&store, "PRAGMA max_page_count = 1000000").await;
     assert!(matches!(store.submit(&large, 10).await.unwrap(), Submitted::Created(_)));
     store.try_write().await.unwrap();
     assert_eq!(store.claim().await.unwrap().unwrap().seq, 1);
 }
 
-/// Sets something on all connections that the pool may have.
+/// Sets a pragma on all connections of the pool.
 async fn set_everywhere(store: &SqliteStore, pragma: &'static str) {
     let mut all = Vec::new();
     for _ in 0..8 {
