@@ -13,7 +13,6 @@ use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
-use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -169,9 +168,9 @@ impl ElementBlock {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
         let families = self.parameters.material.family_count();
-        with_kernel_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Points {
+        pulp::Arch::new().dispatch(Points {
             element: PointLaw {
-                law,
+                law: self.parameters.material,
                 formulation: self.parameters.formulation,
                 batch: &self.batches[b],
                 reduced: self.reduced.get(b),
@@ -183,7 +182,7 @@ impl ElementBlock {
             u,
             viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
             to: points,
-        }));
+        });
     }
 }
 

@@ -23,7 +23,6 @@ use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, Vec3};
-use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 
 /// Pairs of corners (a, b) with a ≥ b.
@@ -61,15 +60,15 @@ impl ElementBlock {
                 }
             }
         }
-        with_kernel_law!(self.parameters.material, law => pulp::Arch::new().dispatch(Stiffness {
-            law,
+        pulp::Arch::new().dispatch(Stiffness {
+            law: self.parameters.material,
             mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
             batch: &self.batches[batch],
             reduced: self.reduced.get(batch),
             fibres: &self.fibres[batch * families..(batch + 1) * families],
             u: &nodal,
             to: stiffness,
-        }));
+        });
     }
 }
 

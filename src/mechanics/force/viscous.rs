@@ -19,7 +19,6 @@ use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::bound_largest;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
-use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 
 /// J below which 1/J grows no further [-].
@@ -62,7 +61,8 @@ impl ElementForces {
                 pulp::Arch::new().dispatch(Viscous { block, chunk });
             }
             if !block.parameters.prony.is_none() {
-                with_kernel_law!(block.parameters.material, law => pulp::Arch::new().dispatch(Memory { law, block, input, chunk }));
+                let law = block.parameters.material;
+                pulp::Arch::new().dispatch(Memory { law, block, input, chunk });
             }
             let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);

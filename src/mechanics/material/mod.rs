@@ -53,8 +53,8 @@ pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 use super::real::Real;
 use super::tensor::Tensor;
 
-/// Makes of the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`, which gives those laws that share
-/// their kernels as one [`SharedLaw`]. `$dollar` is a dollar sign, for the inner macros.
+/// Makes of the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`, which leaves the laws that
+/// share a force kernel as they are. `$dollar` is a dollar sign, for the inner macros.
 macro_rules! laws {
     ($dollar:tt: own [$($own_file:ident::$Own:ident),* $(,)?] shared [$($file:ident::$Shared:ident),* $(,)?]) => {
         $(pub use $own_file::$Own;)*
@@ -69,14 +69,6 @@ macro_rules! laws {
             $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
         }
 
-        /// A law without kernels of its own: matched at every point, which costs little beside an exponential or a logarithm, and makes
-        /// the program a third smaller.
-        #[allow(clippy::large_enum_variant)] // as that
-        #[derive(Clone, Copy, Debug)]
-        pub enum SharedLaw {
-            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
-        }
-
         $(impl From<$Own> for Material {
             fn from(law: $Own) -> Self {
                 Self::$Own(law)
@@ -87,43 +79,6 @@ macro_rules! laws {
                 Self::$Shared(law)
             }
         })*
-
-        impl Law for SharedLaw {
-            const NAME: &'static str = "law with shared kernels";
-            const FITTED: Deformations = <Yeoh as Law>::FITTED;
-
-            fn fibre_directions(&self) -> &[[f64; 3]] {
-                match self {
-                    $(Self::$Shared(law) => law.fibre_directions(),)*
-                }
-            }
-            #[inline(always)]
-            fn eval_with_bounds<R: Real>(
-                &self,
-                k: &Kinematics<R>,
-                inv: &Invariants<R>,
-                fibres: &[[R; 3]],
-            ) -> BoundedResponse<R> {
-                match self {
-                    $(Self::$Shared(law) => law.eval_with_bounds(k, inv, fibres),)*
-                }
-            }
-            fn volumetric(&self) -> Option<Volumetric> {
-                match self {
-                    $(Self::$Shared(law) => law.volumetric(),)*
-                }
-            }
-            fn moduli_at_rest(&self) -> (f64, f64) {
-                match self {
-                    $(Self::$Shared(law) => law.moduli_at_rest(),)*
-                }
-            }
-            fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
-                match self {
-                    $(Self::$Shared(law) => law.with_isochoric_scaled(factor).map(Self::$Shared),)*
-                }
-            }
-        }
 
         /// Runs `$body` with `$law` bound to the concrete law.
         macro_rules! with_law {
@@ -136,15 +91,12 @@ macro_rules! laws {
         }
         pub(crate) use with_law;
 
-        /// Runs `$body` with `$law` bound to what kernels are compiled for.
+        /// Runs `$body` with `$law` bound to what force kernels are compiled for: the law itself, or [`Material`].
         macro_rules! with_kernel_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
                     $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
-                    $($crate::mechanics::material::Material::$Shared(law) => {
-                        let $dollar law = $crate::mechanics::material::SharedLaw::$Shared(law);
-                        $dollar body
-                    })*
+                    $dollar law => $dollar body,
                 }
             };
         }
@@ -152,7 +104,7 @@ macro_rules! laws {
     };
 }
 
-// A new law is a file of this folder and a line here: with kernels of its own where its speed matters.
+// A new law is a file of this folder and a line here: with a force kernel of its own where its speed matters.
 laws! { $:
     own [
         mooney_rivlin::MooneyRivlin,
@@ -237,6 +189,35 @@ impl Material {
     /// The volumetric energy of a split law, `None` for a coupled one.
     pub fn volumetric(&self) -> Option<Volumetric> {
         with_law!(self, law => law.volumetric())
+    }
+}
+
+/// Any law as one: matched at every point. All passes but the internal forces are compiled for it alone, and those of the laws that
+/// share a kernel: a match costs little beside what they compute, and kernels are most of what the compiler works on.
+impl Law for Material {
+    const NAME: &'static str = "any law";
+    const FITTED: Deformations = <NeoHookean as Law>::FITTED;
+
+    fn fibre_directions(&self) -> &[[f64; 3]] {
+        self.fibre_directions()
+    }
+    #[inline(always)]
+    fn eval_with_bounds<R: Real>(
+        &self,
+        k: &Kinematics<R>,
+        inv: &Invariants<R>,
+        fibres: &[[R; 3]],
+    ) -> BoundedResponse<R> {
+        with_law!(self, law => law.eval_with_bounds(k, inv, fibres))
+    }
+    fn volumetric(&self) -> Option<Volumetric> {
+        self.volumetric()
+    }
+    fn moduli_at_rest(&self) -> (f64, f64) {
+        self.moduli_at_rest()
+    }
+    fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+        self.with_isochoric_scaled(factor)
     }
 }
 
