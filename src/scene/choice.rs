@@ -85,7 +85,8 @@ fn choice(variant: &Value, root: &Value) -> Choice {
     if let Some(name) = properties.filter(|p| p.len() == 1).and_then(|p| p.keys().next()) {
         return Choice::Member(name.clone());
     }
-    if let Some([Value::String(name)]) = variant.get("required").and_then(Value::as_array).map(Vec::as_slice) {
+    if let Some([Value::String(name)]) = variant.get("required").and_then(Value::as_array).map(Vec::as_slice)
+    {
         return Choice::Member(name.clone());
     }
     match variants(variant) {

@@ -1,10 +1,10 @@
 //! "What does this law give at this deformation?": the input and output of `contuse material`.
 
 use super::document::MaterialDocument;
+use super::named_materials::WrittenMaterial;
 use super::problem::{Pointer, Problem, Problems};
 use super::structure;
 use super::validate::Findings;
-use super::named_materials::WrittenMaterial;
 use super::{json, named_materials, schema};
 use crate::mechanics::material::PointStress;
 use crate::mechanics::tensor::Mat3;

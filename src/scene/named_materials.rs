@@ -3,7 +3,7 @@
 //! `{"library": "muscle/zhai_2019_ogden"}` becomes the law of that set, with the bulk modulus, the form of U(J) and the range that stand
 //! beside the name; density, Prony series and shear viscosity become the part's unless it has its own.
 
-use super::materials::library::{MaterialSet, find, nearest_to};
+use super::materials::library::{MaterialSet, find, unknown};
 use super::materials::{MaterialDocument, VolumetricDocument};
 use super::problem::{Pointer, Problem};
 use super::structure::Checked;
@@ -81,7 +81,8 @@ fn resolve_part(part: &mut Map<String, Value>, here: &Pointer, checked: &mut Che
     match material {
         Some(Found::Set(set)) => add_defaults(part, set),
         Some(Found::Nothing) => {
-            part.entry("density_kg_per_m3").or_insert_with(|| placeholder(&here.key("density_kg_per_m3"), checked));
+            part.entry("density_kg_per_m3")
+                .or_insert_with(|| placeholder(&here.key("density_kg_per_m3"), checked));
         }
         Some(Found::Law) | None => require_density(part, here, checked),
     }
@@ -101,7 +102,7 @@ fn resolve_material(material: &mut Value, here: &Pointer, checked: &mut Checked)
     let Some(Value::String(name)) = beside.remove("library") else { return Found::Law };
     let Some(set) = find(&name) else {
         if !checked.touches_placeholder(here.as_str()) {
-            checked.problems.push(unknown_set(&name, &here.key("library")));
+            checked.problems.push(unknown(&name, &here.key("library")));
         }
         checked.placeholders.push(here.as_str().to_owned());
         *material = json!({"law": "neo_hookean", "c10_pa": 1.0, "bulk_modulus_pa": 1e3});
@@ -113,13 +114,6 @@ fn resolve_material(material: &mut Value, here: &Pointer, checked: &mut Checked)
     }
     *material = law;
     Found::Set(set)
-}
-
-fn unknown_set(name: &str, here: &Pointer) -> Problem {
-    Problem::error("unknown_material", here, format!("the library has no {name:?}"))
-        .value(name)
-        .limit("a name that `contuse materials` lists")
-        .remedy(nearest_to(name))
 }
 
 /// What the part does not say itself.
@@ -145,7 +139,9 @@ fn require_density(part: &mut Map<String, Value>, here: &Pointer, checked: &mut 
         checked.problems.push(
             Problem::error("missing_field", &here, format!("{NAME:?} is missing"))
                 .limit("present (number)")
-                .remedy(format!("add {NAME:?}: Density at rest [kg/m³]. Materials of the library bring theirs")),
+                .remedy(format!(
+                    "add {NAME:?}: Density at rest [kg/m³]. Materials of the library bring theirs"
+                )),
         );
     }
     part.insert(NAME.into(), placeholder(&here, checked));

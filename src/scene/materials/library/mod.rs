@@ -4,7 +4,7 @@
 
 use crate::mechanics::material::Material;
 use crate::scene::materials::MaterialDocument;
-use crate::scene::problem::suggest;
+use crate::scene::problem::{Pointer, Problem, suggest};
 use crate::scene::prony_document::{Moduli, PronyDocument};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
@@ -124,7 +124,15 @@ pub fn find(name: &str) -> Option<&'static MaterialSet> {
     sets().iter().find(|set| set.name == name)
 }
 
-/// What to say to a name that there is none of: the nearest, those of its family, or all.
+/// That there is no set of the name at `here`.
+pub fn unknown(name: &str, here: &Pointer) -> Problem {
+    Problem::error("unknown_material", here, format!("the library has no {name:?}"))
+        .value(name)
+        .limit("a name that `contuse materials` lists")
+        .remedy(nearest_to(name))
+}
+
+/// What to say to a name that there is none of: the nearest, those of its family, or some of all.
 pub fn nearest_to(wrong: &str) -> String {
     let names = || sets().iter().map(|set| set.name.as_str());
     let family = wrong.split_once('/').map_or(wrong, |(family, _)| family);
