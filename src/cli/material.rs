@@ -15,7 +15,11 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 pub struct MaterialArgs {
     /// JSON file, or - for standard input: {"material": {…}, "F": [[…],[…],[…]]}, or a list of such.
-    pub file: PathBuf,
+    #[arg(required_unless_present = "library")]
+    pub file: Option<PathBuf>,
+    /// A set of the library in place of a file: its law alone, without Prony series and viscosity.
+    #[arg(long, value_name = "NAME", conflicts_with = "file", requires = "path")]
+    pub library: Option<String>,
     /// Output format of the answer.
     #[arg(long, value_enum, default_value_t = Format::Json)]
     pub format: Format,
@@ -90,13 +94,17 @@ pub fn material(args: &MaterialArgs, out: &mut dyn Write) -> Result<Exit, CliErr
 }
 
 fn read_input(args: &MaterialArgs) -> Result<Vec<u8>, CliError> {
+    let Some(file) = &args.file else {
+        let question = serde_json::json!({"material": {"library": args.library}});
+        return Ok(question.to_string().into_bytes());
+    };
     let mut bytes = Vec::new();
-    let read = if args.file.as_os_str() == "-" {
+    let read = if file.as_os_str() == "-" {
         io::stdin().lock().read_to_end(&mut bytes).map(|_| ())
     } else {
-        std::fs::read(&args.file).map(|content| bytes = content)
+        std::fs::read(file).map(|content| bytes = content)
     };
-    read.map_err(|source| CliError::Input { path: args.file.clone(), source })?;
+    read.map_err(|source| CliError::Input { path: file.clone(), source })?;
     Ok(bytes)
 }
 

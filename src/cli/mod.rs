@@ -4,6 +4,7 @@ pub mod contact_problem;
 mod exit;
 pub mod keep;
 pub mod material;
+pub mod materials;
 mod output_file;
 pub mod plan;
 pub mod report;
@@ -74,6 +75,8 @@ pub enum Command {
     Export(report::ExportArgs),
     /// Evaluate a constitutive law: energy and stresses at a point or along a path.
     Material(material::MaterialArgs),
+    /// List the named sets of material parameters that scenes can use, with their sources.
+    Materials(materials::MaterialsArgs),
     /// Solve saved frictional contact problems, and compare solvers on them.
     ContactProblem(contact_problem::ContactProblemArgs),
     /// Print the JSON Schema of the scene document.
@@ -103,6 +106,7 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         Command::Report(args) => report::report(&args, out),
         Command::Export(args) => report::export(&args, out),
         Command::Material(args) => material::material(&args, out),
+        Command::Materials(args) => materials::materials(&args, out),
         Command::ContactProblem(args) => contact_problem::contact_problem(&args, out),
         Command::Schema => schema::print(out),
         #[cfg(feature = "service")]

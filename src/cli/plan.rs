@@ -54,6 +54,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
         bytes(report.memory_bytes)
     )?;
     write_elements(report, out)?;
+    write_named_materials(report, out)?;
     write_refinements(report, out)?;
     write_step(report, out)?;
     write_rigid_bodies(report, out)?;
@@ -81,6 +82,18 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         ]
     });
     write_table(&header, &rows.collect::<Vec<_>>(), out)
+}
+
+fn write_named_materials(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    if report.named_materials.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nMaterials of the library")?;
+    for named in &report.named_materials {
+        writeln!(out, "  {}/{}: {}, {}", named.body, named.part, named.library, named.resolved)?;
+        named.sources.iter().try_for_each(|source| writeln!(out, "    {source}"))?;
+    }
+    Ok(())
 }
 
 fn write_refinements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {

@@ -2,6 +2,7 @@
 
 use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
+use super::named_materials::NamedMaterialReport;
 use super::refinement::RefinementReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
@@ -37,6 +38,9 @@ pub struct PlanReport {
     pub expected_run_time_s: f64,
     /// Elements by kernel.
     pub blocks: Vec<BlockReport>,
+    /// Parts whose material is a set of the library.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub named_materials: Vec<NamedMaterialReport>,
     /// Bodies that are locally refined.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<RefinementReport>,
@@ -208,6 +212,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         integrator,
         kept,
         blocks,
+        named_materials: NamedMaterialReport::of(scene),
         refinements,
         rigid_bodies,
         pairs,

@@ -12,7 +12,7 @@ pub(super) enum Choice {
     Word(Value),
     /// By this word under this tag.
     Tag(&'static str, Value),
-    /// By having this member alone.
+    /// By having this member, which is the only one, or the only one that must be.
     Member(String),
     /// By being of this type.
     Type(String),
@@ -83,6 +83,10 @@ fn choice(variant: &Value, root: &Value) -> Choice {
         }
     }
     if let Some(name) = properties.filter(|p| p.len() == 1).and_then(|p| p.keys().next()) {
+        return Choice::Member(name.clone());
+    }
+    if let Some([Value::String(name)]) = variant.get("required").and_then(Value::as_array).map(Vec::as_slice)
+    {
         return Choice::Member(name.clone());
     }
     match variants(variant) {

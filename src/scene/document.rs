@@ -1,5 +1,6 @@
 //! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
 
+use super::named_materials::{WrittenMaterial, not_null};
 use super::prony_document::PronyDocument;
 use crate::mechanics::contact::Discretisation;
 use crate::mechanics::force;
@@ -146,10 +147,17 @@ pub struct SetDocument {
 pub struct PartDocument {
     /// Name of the part in the mesh; `*` stands for every part without an entry of its own.
     pub part: String,
-    /// Density at rest [kg/m³].
+    /// Density at rest [kg/m³]; a set of the library brings its own.
+    #[schemars(with = "Option<f64>", transform = not_null)]
     pub density_kg_per_m3: f64,
-    /// The constitutive law.
+    /// The constitutive law, or a set of the library: `{"library": "muscle/zhai_2019_ogden"}`. What the part or the material say beside
+    /// the name replaces what the set has.
+    #[schemars(with = "WrittenMaterial")]
     pub material: MaterialDocument,
+    /// Name of the set of the library that the material is from; not written, as its numbers are.
+    #[serde(default, skip_serializing)]
+    #[schemars(skip)]
+    pub library: Option<String>,
     /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): beside the law's stress acts 2 η dev d, d the rate of deformation. In explicit
     /// steps only.
     #[serde(default, skip_serializing_if = "is_nothing")]

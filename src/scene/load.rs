@@ -10,7 +10,7 @@ use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap};
-use super::{Scene, SceneBody, json, schema};
+use super::{Scene, SceneBody, json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
@@ -64,6 +64,7 @@ pub fn load_parsed(
     if checked.is_cut_short {
         return Err(Problems(checked.problems));
     }
+    named_materials::resolve_scene(&mut checked);
     let mended = std::mem::take(&mut checked.mended);
     let document: SceneDocument = match serde_path_to_error::deserialize(&mended) {
         Ok(document) => document,

@@ -1,10 +1,11 @@
 //! "What does this law give at this deformation?": the input and output of `contuse material`.
 
 use super::document::MaterialDocument;
+use super::named_materials::WrittenMaterial;
 use super::problem::{Pointer, Problem, Problems};
 use super::structure;
 use super::validate::Findings;
-use super::{json, schema};
+use super::{json, named_materials, schema};
 use crate::mechanics::material::PointStress;
 use crate::mechanics::tensor::Mat3;
 use schemars::JsonSchema;
@@ -16,7 +17,8 @@ use std::sync::LazyLock;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialQuestion {
-    /// The law.
+    /// The law, or a set of the library.
+    #[schemars(with = "WrittenMaterial")]
     pub material: MaterialDocument,
     /// Deformation gradient F, rows spatial [-]; not needed along a path.
     #[serde(rename = "F", default, skip_serializing_if = "Option::is_none")]
@@ -85,6 +87,7 @@ impl MaterialQuestions {
         if checked.is_cut_short {
             return Err(Problems(checked.problems));
         }
+        named_materials::resolve_questions(&mut checked);
         let questions: Self = match serde_path_to_error::deserialize(&checked.mended) {
             Ok(questions) => questions,
             Err(error) => {

@@ -4,7 +4,8 @@
 //! the document with its meshes, placed. Between them [`load()`] goes through five stages, and collects all problems:
 //!
 //! 1. `json`: bytes → JSON value; repeated keys.
-//! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy.
+//! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy, in which
+//!    `named_materials` then puts the sets of the library in the place of their names.
 //! 3. `validate`: what the document alone can tell.
 //! 4. `build`: the meshes, in their places, with material axes; then what only they can tell.
 //! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene can tell, explicit or implicit
@@ -31,6 +32,7 @@ pub mod measures_document;
 pub mod mesh_document;
 mod misfit;
 mod motion;
+pub mod named_materials;
 pub mod problem;
 pub mod prony_document;
 pub mod recipe;

@@ -151,8 +151,9 @@ impl Walk<'_> {
     /// compared; when it chooses none, what there is to choose is told.
     fn compare_variants(&mut self, found: &Value, at: &Pointer, schema: &Value, variants: &[Value]) {
         let choices = choices(variants, self.root);
-        let chosen =
-            only(&choices, |c| c.is_made_by(found)).or_else(|| only(&choices, |c| c.has_type_of(found)));
+        let chosen = only(&choices, |c| c.is_made_by(found))
+            .or_else(|| only(&choices, |c| c.tag().is_some() && c.is_made_by(found)))
+            .or_else(|| only(&choices, |c| c.has_type_of(found)));
         if let Some(variant) = chosen.and_then(|i| variants.get(i)) {
             return self.compare(found, at, variant);
         }

@@ -8,6 +8,7 @@ mod families;
 mod fung;
 mod holzapfel_gasser_ogden;
 mod law;
+pub mod library;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;

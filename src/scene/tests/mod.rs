@@ -2,6 +2,7 @@
 
 mod broken;
 mod cells;
+mod library;
 mod rigid;
 
 use super::*;

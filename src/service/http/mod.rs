@@ -6,6 +6,7 @@ mod exports;
 mod extract;
 mod jobs;
 mod judges;
+mod materials;
 mod meshes;
 mod openapi;
 mod pages;
@@ -61,6 +62,8 @@ fn routes() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(what_if::ask))
         .routes(routes!(meshes::upload))
         .routes(routes!(meshes::get))
+        .routes(routes!(materials::list))
+        .routes(routes!(materials::get))
         .routes(routes!(pages::healthz))
         .routes(routes!(pages::readyz))
         .routes(routes!(pages::metrics))

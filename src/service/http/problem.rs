@@ -90,6 +90,13 @@ impl Problem {
             .remedy("Upload it to /v1/meshes; its id is in the answer.")
     }
 
+    /// The library has no such set; `nearest` says which there are.
+    pub fn no_such_material(nearest: &str) -> Self {
+        let (title, detail) = ("Material not found", "The library has no set of this name.");
+        Self::new(StatusCode::NOT_FOUND, "material-not-found", title, detail)
+            .remedy(format!("All are at /v1/materials; {nearest}"))
+    }
+
     /// The address exists, but not for this method.
     pub fn method_not_allowed() -> Self {
         let detail = "This address does not take this method; the header Allow names those that it takes.";

@@ -1,0 +1,94 @@
+//! Parts whose material is a name of the library.
+
+use super::*;
+use crate::scene::materials::library::find;
+
+const LAW: &str = "/bodies/1/parts/1";
+
+/// The sound scene with a part by its name, and what stands beside it.
+fn named(part: Value) -> Value {
+    with(LAW, part)
+}
+
+fn part(loaded: &Loaded) -> &document::PartDocument {
+    &loaded.scene.document.bodies[1].parts[1]
+}
+
+#[test]
+fn a_part_by_name_is_the_part_written_out() {
+    for set in materials::library::sets().iter().filter(|set| set.material.family_count() == 0) {
+        let name = &set.name;
+        let by_name = load_value(&named(json!({"part": "*", "material": {"library": name}}))).unwrap();
+        let mut out =
+            json!({"part": "*", "material": set.material, "density_kg_per_m3": set.density_kg_per_m3});
+        if let Some(prony) = &set.prony_series {
+            out["prony_series"] = json!(prony);
+        }
+        if let Some(viscosity) = set.shear_viscosity_pa_s {
+            out["shear_viscosity_pa_s"] = json!(viscosity);
+        }
+        let by_numbers = load_value(&named(out)).unwrap();
+        assert_eq!(by_name.scene.content_hash, by_numbers.scene.content_hash, "{name}");
+        assert_eq!(by_name.scene.bodies[1].materials, by_numbers.scene.bodies[1].materials, "{name}");
+        assert_eq!(part(&by_name).library.as_deref(), Some(name.as_str()));
+        assert_eq!(part(&by_numbers).library, None);
+    }
+}
+
+#[test]
+fn what_stands_beside_the_name_replaces_the_sets_own() {
+    let loaded = load_value(&named(json!({
+        "part": "*", "density_kg_per_m3": 900, "shear_viscosity_pa_s": 0, "prony_series": null,
+        "material": {"library": "fat/naseri_2018_ogden", "bulk_modulus_pa": 1e6, "valid_to": {"stretch": [0.5, 1.2]}}
+    })))
+    .unwrap();
+    let found = part(&loaded);
+    assert_eq!((found.density_kg_per_m3, found.prony_series.as_ref()), (900.0, None));
+    let mut expected = find("fat/naseri_2018_ogden").unwrap().material.clone();
+    let document::MaterialDocument::Ogden(law) = &mut expected else { panic!("{expected:?}") };
+    law.bulk_modulus_pa = 1e6;
+    law.valid_to = serde_json::from_value(json!({"stretch": [0.5, 1.2]})).unwrap();
+    assert_eq!(found.material, expected);
+}
+
+#[test]
+fn breaks_of_named_materials_are_reported_where_they_are() {
+    let at = |place: &str| format!("{LAW}{place}");
+    for (part, place, code) in [
+        (
+            json!({"part": "*", "material": {"library": "fat/naseri"}}),
+            at("/material/library"),
+            "unknown_material",
+        ),
+        (json!({"part": "*", "material": {"library": 3}}), at("/material/library"), "wrong_type"),
+        (
+            json!({"part": "*", "material": {"library": "fat/thigh_mre", "c10_pa": 1}}),
+            at("/material/c10_pa"),
+            "unknown_field",
+        ),
+        (
+            json!({"part": "*", "material": {"law": "neo_hookean", "c10_pa": 5e3, "bulk_modulus_pa": 2e7}}),
+            at("/density_kg_per_m3"),
+            "missing_field",
+        ),
+        (
+            json!({"part": "*", "library": "fat/thigh_mre", "material": {"library": "fat/thigh_mre"}}),
+            at("/library"),
+            "unknown_field",
+        ),
+        (
+            json!({"part": "*", "material": {"library": "fat/thigh_mre", "bulk_modulus_pa": -1}}),
+            at("/material/bulk_modulus_pa"),
+            "not_positive",
+        ),
+    ] {
+        let found = problems(&named(part.clone()));
+        let errors: Vec<_> = found.iter().filter(|problem| problem.is_error()).collect();
+        assert!(
+            matches!(errors[..], [one] if one.pointer == place && one.code == code && !one.remedy.is_empty()),
+            "{part}: {found:#?}"
+        );
+    }
+    let found = problems(&named(json!({"part": "*", "material": {"library": "fat/naseri_2018_ogdn"}})));
+    assert!(found[0].remedy.contains("did you mean \"fat/naseri_2018_ogden\""), "{found:#?}");
+}

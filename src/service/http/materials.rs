@@ -1,0 +1,26 @@
+//! `/v1/materials`: the named sets of the library, as `contuse materials --json` has them.
+
+use super::problem::{Problem, ProblemBody};
+use crate::scene::materials::library::{MaterialSet, find, nearest_to, sets};
+use axum::Json;
+use axum::extract::Path;
+
+/// All sets of material parameters that a scene can name, with their sources.
+#[utoipa::path(get, path = "/v1/materials", tag = "materials", operation_id = "list_materials",
+    responses((status = 200, description = "The sets, family by family", body = [MaterialSet])))]
+pub async fn list() -> Json<&'static [MaterialSet]> {
+    Json(sets())
+}
+
+/// One set.
+#[utoipa::path(get, path = "/v1/materials/{family}/{set}", tag = "materials", operation_id = "get_material",
+    params(
+        ("family" = String, Path, description = "What stands before the `/` of its name: `muscle`, `fat`, `skin`, …"),
+        ("set" = String, Path, description = "What stands behind it")),
+    responses(
+        (status = 200, description = "The set", body = MaterialSet),
+        (status = 404, description = "No such set", body = ProblemBody, content_type = "application/problem+json")))]
+pub async fn get(Path((family, set)): Path<(String, String)>) -> Result<Json<&'static MaterialSet>, Problem> {
+    let name = format!("{family}/{set}");
+    find(&name).map(Json).ok_or_else(|| Problem::no_such_material(&nearest_to(&name)))
+}
