@@ -51,8 +51,8 @@ impl Absorbed {
     pub fn by_state(&self) -> f64 {
         self.strain + self.kinetic + self.dissipated - self.not_from_contact
     }
-    /// Energy given by the impact: the absorbed energy, plus the loss at the tissue's own contact nodes, which a continuum does not
-    /// have [J].
+    /// Energy given by the impact: the absorbed energy, plus the loss at contact nodes that a continuum would have
+    /// passed on [J].
     pub fn given(&self) -> f64 {
         self.by_state() + self.contact_loss
     }
@@ -155,7 +155,7 @@ impl AbsorbedEnergy {
             kinetic: tissue.kinetic_since(&start[0], &self.frame),
             dissipated: sum(|b| b.viscous_j + b.eroded_j + b.algorithmic_j),
             not_from_contact: tissue.given_since(&start[0], &self.frame),
-            contact_loss: self.tissue.contact_loss(energy),
+            contact_loss: self.tissue.of_its_pairs(energy, |pair| pair.numerical_j),
             work: tissue.contact_work(sum(|b| b.contact_work_j), &self.frame),
         };
         if self.now.by_state() > self.peak.by_state() {

@@ -17,7 +17,7 @@
 use super::motion::Motion;
 use super::rigid::RigidWork;
 use super::state::State;
-use crate::mechanics::contact::stencil::{Stencil, weighted};
+use crate::mechanics::contact::stencil::weighted;
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction};
 use crate::mechanics::force::Activity;
 use crate::mechanics::tensor::Vec3;
@@ -75,9 +75,6 @@ pub struct PairLedger {
     pub friction_j: f64,
     /// Numerical contact dissipation so far: loss of lumped contact nodes at impact activation [J].
     pub numerical_j: f64,
-    /// The part of it that the slave's nodes lose [J]: an impulse changes the kinetic energies of both sides in the ratio of their
-    /// compliances in its direction.
-    pub numerical_of_slave_j: f64,
     /// Energy lost so far by rigid bodies stopped by a plane or by each other, according to their impact law: they do
     /// not rebound [J].
     pub impact_j: f64,
@@ -421,7 +418,6 @@ impl Ledger {
             self.algorithmic[slave_body] += lost;
         } else {
             pair.numerical_j += lost;
-            pair.numerical_of_slave_j += lost * slave_fraction(stencil, &impulse, &work.plan.inverse_mass);
         }
     }
 
@@ -532,11 +528,4 @@ fn common_motion(work: &StepWork, energy: &Energy) -> f64 {
         v * (p - 0.5 * mass * v)
     };
     momentum.iter().zip(&held).map(along).sum()
-}
-/// Compliance of the slave's side in the direction of an impulse, as a fraction of that of both sides [-], with `inverse_mass` [1/kg]
-/// a node and axis. The rotation of rigid bodies is not in it.
-fn slave_fraction(stencil: &Stencil, impulse: &Vec3, inverse_mass: &[Vec3]) -> f64 {
-    let of = |(node, w): (u32, f64)| w * w * inverse_mass[node as usize].component_mul(impulse).dot(impulse);
-    let (slave, master): (f64, f64) = (stencil.slave().map(of).sum(), stencil.master().map(of).sum());
-    if slave + master > 0.0 { slave / (slave + master) } else { 0.5 }
 }

@@ -109,15 +109,13 @@ impl Side {
             bodies,
         }
     }
+}
 
-    /// Numerical contact dissipation of the side's own nodes in its contacts with others [J].
-    pub fn contact_loss(&self, energy: &Energy) -> f64 {
-        let own = |(sign, pair): (&f64, &PairLedger)| match *sign {
-            0.0 => 0.0,
-            sign if sign > 0.0 => pair.numerical_of_slave_j,
-            _ => pair.numerical_j - pair.numerical_of_slave_j,
-        };
-        self.signs.iter().zip(&energy.pairs).map(own).sum()
+impl Side {
+    /// Sum of a ledger entry over the pairs that touch the side from outside.
+    pub fn of_its_pairs(&self, energy: &Energy, line: fn(&PairLedger) -> f64) -> f64 {
+        let touching = self.signs.iter().zip(&energy.pairs).filter(|(sign, _)| **sign != 0.0);
+        touching.map(|(_, pair)| line(pair)).sum()
     }
 }
 
