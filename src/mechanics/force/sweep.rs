@@ -31,20 +31,14 @@ pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
     fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces);
 }
 
-/// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
+/// The kernel of a law and a formulation. A coupled law knows no mean dilatation: its elements are fully integrated.
 pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
-    with_kernel_law!(parameters.material, law => kernel_of(law, parameters.formulation))
-}
-
-fn kernel_of<L: Law>(law: L, formulation: Formulation) -> Box<dyn Kernel> {
-    // The constant stands first, so that the kernel is not compiled for a law that has no use for it.
-    if L::HAS_VOLUMETRIC && formulation == Formulation::MeanDilatation {
-        return new_kernel(law, GaussPoints::<true>);
-    }
-    match formulation {
+    let is_split = parameters.material.volumetric().is_some();
+    with_kernel_law!(parameters.material, law => match parameters.formulation {
+        Formulation::MeanDilatation if is_split => new_kernel(law, GaussPoints::<true>),
         Formulation::Full | Formulation::MeanDilatation => new_kernel(law, GaussPoints::<false>),
         Formulation::Reduced => new_kernel(law, OnePoint),
-    }
+    })
 }
 
 fn new_kernel<L: Law + std::fmt::Debug, E: ElementKernel>(law: L, element: E) -> Box<dyn Kernel> {

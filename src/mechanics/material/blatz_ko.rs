@@ -15,7 +15,6 @@ pub struct BlatzKo {
 
 impl Law for BlatzKo {
     const NAME: &'static str = "Blatz–Ko";
-    const HAS_VOLUMETRIC: bool = false;
     const FITTED: Deformations = Deformations { stretch: [0.4, 2.0], jacobian: [0.4, 2.0] };
 
     /// With r = J^(−1/3) the energy is `μ/2 [r² (Ī2 − 3) + (r − 1)² (3r³ + 6r² + 4r + 2)/r³]`, which keeps its digits at rest.

@@ -58,8 +58,6 @@ pub struct TotalResponse<R> {
 pub trait Law: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// Its name, for people.
     const NAME: &'static str;
-    /// Whether it can keep a U(J) apart. For a law that cannot, no kernel of mean dilatation is compiled.
-    const HAS_VOLUMETRIC: bool = true;
     /// What its parameters are usually fitted to.
     const FITTED: Deformations;
 

@@ -109,11 +109,11 @@ laws! { $:
     own [
         mooney_rivlin::MooneyRivlin,
         neo_hookean::NeoHookean,
-        neo_hookean::CoupledNeoHookean,
         holzapfel_gasser_ogden::HolzapfelGasserOgden,
-        blatz_ko::BlatzKo,
     ]
     shared [
+        neo_hookean::CoupledNeoHookean,
+        blatz_ko::BlatzKo,
         yeoh::Yeoh,
         exponential_invariants::Demiray,
         exponential_invariants::VerondaWestmann,

@@ -72,7 +72,6 @@ pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sy
 
 impl Law for CoupledNeoHookean {
     const NAME: &'static str = "coupled neo-Hookean";
-    const HAS_VOLUMETRIC: bool = false;
     const FITTED: Deformations = Deformations { jacobian: [0.7, 1.4], ..TISSUE };
 
     /// The bound is `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
