@@ -1,6 +1,5 @@
 //! Whether the laws stay within the deformations that they are good for, part by part, at the look times.
 
-use crate::mechanics::element::POINTS;
 use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
 use crate::mechanics::material::Validity;
 use crate::mesh::hexahedron::{gauss_points, jacobian};
@@ -143,7 +142,7 @@ impl LawRanges {
         for (lane, slot) in slots.enumerate() {
             let part = &mut self.parts[self.part_of[slot] as usize];
             let body = &mut self.bodies[part.in_body];
-            for q in 0..POINTS {
+            for q in 0..points.count {
                 let stretch = |strain: f64| (1.0 + 2.0 * strain).max(0.0).sqrt();
                 let least = stretch(points.least_principal_strain[q][lane]);
                 let largest = stretch(points.principal_strain[q][lane]);

@@ -11,7 +11,7 @@ use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -209,7 +209,7 @@ fn add_body(
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(scene, document, body)?;
 
-    let mass = lumped_mass(document, body, |element| geometry[element].corner_volume);
+    let mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
@@ -222,7 +222,7 @@ fn add_body(
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
-    add_blocks(&mut parts.blocks, &globals, document, body, geometry);
+    add_blocks(&mut parts.blocks, &globals, document, body, geometry)?;
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
     let faces: Vec<[u32; 4]> = surface::skin(&mesh.hexes).iter().map(global).collect();
@@ -311,7 +311,8 @@ fn reference_geometry(
     let mass = ContactMass::new(scene.contact.mass_redistribution, &body.mesh);
     let of_element = |element: usize| {
         let (corners, hex) = (body.mesh.corners(element), &body.mesh.hexes[element]);
-        let geometry = ReferenceGeometry::with_mass_at(&corners, |volume| mass.moved(hex, volume));
+        let geometry =
+            ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| mass.moved(hex, volume));
         if geometry.smallest_jacobian > 0.0 {
             return Ok(geometry);
         }
@@ -378,13 +379,13 @@ fn add_blocks(
     document: &BodyDocument,
     body: &SceneBody,
     geometry: Vec<ReferenceGeometry>,
-) {
+) -> Result<(), CompileError> {
     let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
     for (e, geometry) in geometry.into_iter().enumerate() {
         inputs[body.part_entry[e] as usize].push(BlockInput {
             element: globals.first_element + e as u32,
-            nodes: body.mesh.hexes[e].map(|node| node + globals.first_node),
-            corners: body.mesh.corners(e),
+            nodes: body.mesh.hexes[e].iter().map(|node| node + globals.first_node).collect(),
+            corners: body.mesh.corners(e).to_vec(),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });
@@ -404,6 +405,7 @@ fn add_blocks(
             erosion: part.erosion.as_ref().map(ErosionDocument::limits),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
-        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
+        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs)?);
     }
+    Ok(())
 }

@@ -20,7 +20,12 @@ const ALLOWED: [(&str, &str, &str); 7] = [
          proximal uzawa",
         "mod.rs calls the solver of a name and has what all share; not yet untangled",
     ),
-    ("src/mechanics/force", "block chunk pressure reduced sweep totals", "not yet untangled"),
+    (
+        "src/mechanics/force",
+        "assembly block chunk conserving erosion first_pass forces memory packed points pressure rate reduced stiffness sweep \
+         totals viscous",
+        "packed.rs lists the passes, which read the block that it is packed for; not yet untangled",
+    ),
     (
         "src/service/http",
         "edge events exports extract jobs meshes mod openapi pages recording studies what_if",

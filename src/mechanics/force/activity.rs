@@ -131,8 +131,8 @@ impl Activity {
             let nodes = block.nodes_of_chunk(chunk.chunk as usize);
             for i in 0..chunk.batches.len() {
                 let is_reached = || {
-                    let batch = block.batch_of_chunk(chunk.chunk as usize, i);
-                    batch.nodes.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
+                    let batch = block.nodes_of_batch(chunk.chunk as usize, i);
+                    batch.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
                 };
                 if chunk.awake & (1 << i) == 0 && is_reached() {
                     self.wake_batch(block, chunk, i);
@@ -145,7 +145,7 @@ impl Activity {
     fn wake_batch(&mut self, block: &ElementBlock, chunk: &mut ChunkForces, i: usize) {
         chunk.awake |= 1 << i;
         let nodes = block.nodes_of_chunk(chunk.chunk as usize);
-        for node in block.batch_of_chunk(chunk.chunk as usize, i).nodes.as_flattened() {
+        for node in block.nodes_of_batch(chunk.chunk as usize, i).as_flattened() {
             self.active[nodes[*node as usize] as usize / Self::NODES] = true;
         }
     }

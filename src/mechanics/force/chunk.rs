@@ -4,7 +4,8 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
-use super::block::{Batch, BlockInput, ElementBlock};
+use super::block::{BlockInput, ElementBlock};
+use super::packed::Batch;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::tensor::Vec3;
@@ -27,9 +28,12 @@ impl Chunk {
 }
 
 /// Cuts a block into chunks and numbers the nodes of its batches within them, in the order of their first use.
-pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<Chunk>, Vec<u32>) {
+pub(super) fn cut_chunks<E, const N: usize, const Q: usize>(
+    batches: &mut [Batch<E, N, Q>],
+    inputs: &[BlockInput],
+) -> (Vec<Chunk>, Vec<u32>) {
     let (mut chunks, mut chunk_nodes) = (Vec::new(), Vec::new());
-    let highest = inputs.iter().flat_map(|input| input.nodes).max().map_or(0, |node| node as usize + 1);
+    let highest = inputs.iter().flat_map(|input| &input.nodes).max().map_or(0, |node| *node as usize + 1);
     let mut number = vec![u16::MAX; highest];
     let first_batches = (0..).step_by(Chunk::BATCHES);
     for ((first, batches), inputs) in
@@ -37,7 +41,7 @@ pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<C
     {
         let first_node = chunk_nodes.len();
         for (batch, lanes) in batches.iter_mut().zip(inputs.chunks(BATCH)) {
-            for corner in 0..8 {
+            for corner in 0..N {
                 for lane in 0..BATCH {
                     let node = lanes[lane.min(lanes.len() - 1)].nodes[corner];
                     let number = &mut number[node as usize];

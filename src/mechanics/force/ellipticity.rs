@@ -12,12 +12,13 @@ impl ElementBlock {
         let material = &self.parameters.material;
         let points = self.points_of(slot / BATCH, u);
         let lane = slot % BATCH;
-        let F = points.F.map(|F| Mat3::from_fn(|i, j| F[3 * i + j].0[lane]));
-        let J = F.map(|F| F.determinant());
+        let of_points = &points.F[..self.kind.point_count()];
+        let F: Vec<Mat3> = of_points.iter().map(|F| Mat3::from_fn(|i, j| F[3 * i + j].0[lane])).collect();
+        let J: Vec<f64> = F.iter().map(Mat3::determinant).collect();
         if !J.iter().all(|J| *J > 0.0) {
             return None;
         }
-        let volume = points.volume.map(|V| V.0[lane]);
+        let volume: Vec<f64> = points.volume[..F.len()].iter().map(|V| V.0[lane]).collect();
         let mean = J.iter().zip(&volume).map(|(J, V)| J * V).sum::<f64>() / volume.iter().sum::<f64>();
         let families = material.family_count();
         let first = (slot / BATCH) * families;

@@ -16,6 +16,7 @@ mod erosion;
 mod first_pass;
 mod forces;
 mod memory;
+mod packed;
 mod points;
 mod pressure;
 mod rate;
@@ -29,7 +30,9 @@ mod viscous;
 
 pub use activity::Activity;
 pub use assembly::Assembly;
-pub use block::{BlockInput, BlockParameters, ElementBlock, ErosionLimits, Formulation};
+pub use block::{
+    BlockError, BlockInput, BlockParameters, ElementBlock, ErosionLimits, Formulation, NodeList,
+};
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
 pub use points::{PointBatch, PointField, PointInput, PointScalar};

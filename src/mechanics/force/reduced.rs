@@ -8,12 +8,18 @@
 //! not lock. The force is the exact gradient of W. A linear field gives each node the integral of its shape function's
 //! gradient times the one stress, as exact quadrature would: the patch test is passed on any hexahedron.
 
-use super::block::{BlockInput, BlockParameters, ElementBlock};
+use super::block::{BlockInput, BlockParameters, Formulation};
+use super::packed::InBlocks;
 use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::rows::{load_corners, load_fibres, store_corners};
-use super::sweep::{BatchLanes, ElementKernel, ElementSweep, corners_may_fold};
+use super::stiffness::Stiffness;
+use super::sweep::{
+    BatchLanes, ElementKernel, ElementSweep, GaussPoints, Kernel, corners_may_fold, new_kernel,
+};
 use super::totals::BatchTotals;
-use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
+use crate::mechanics::element::{
+    Hex8, Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue,
+};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
@@ -58,6 +64,57 @@ pub(super) struct ReducedBatch {
     pub length: Row,
 }
 
+/// What the passes need of the batches of a one-point formulation.
+pub(super) trait OnePointBatch<E: InBlocks<N, Q>, const N: usize, const Q: usize>:
+    std::fmt::Debug + Send + Sync + Sized + 'static
+{
+    /// From the elements of a batch; `None` in other formulations.
+    fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self>;
+    /// The sweep of a law.
+    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<E, N, Q>>;
+    /// H̄ [-] of the elements of a register, from nodal displacements [m].
+    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
+    /// Tangent stiffness of the elements of a register.
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, E, N, Q>);
+}
+
+/// Of elements that have no such formulation.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum NoOnePoint {}
+
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointBatch<E, N, Q> for NoOnePoint {
+    fn pack(_: &[BlockInput], _: &BlockParameters) -> Option<Self> {
+        None
+    }
+    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<E, N, Q>> {
+        new_kernel(law, GaussPoints::<false>)
+    }
+    fn mean_gradient<S: Simd>(&self, _: S, _: usize, _: &[[Row; N]; 3]) -> Tensor<Lane<S>> {
+        match *self {}
+    }
+    fn eval_stiffness<S: Simd, L: Law>(&self, _: S, _: usize, _: &mut Stiffness<'_, L, E, N, Q>) {
+        match *self {}
+    }
+}
+
+impl OnePointBatch<Hex8, 8, 8> for ReducedBatch {
+    fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self> {
+        (parameters.formulation == Formulation::Reduced).then(|| Self::new(chunk, parameters))
+    }
+    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<Hex8, 8, 8>> {
+        new_kernel(law, OnePoint)
+    }
+    #[inline(always)]
+    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
+        let (A, B) = self.gradient_vectors(simd, part);
+        Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
+    }
+    #[inline(always)]
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, Hex8, 8, 8>) {
+        to.eval_one_point(simd, part, self);
+    }
+}
+
 impl ReducedBatch {
     /// From the elements of a batch.
     pub fn new(chunk: &[BlockInput], parameters: &BlockParameters) -> Self {
@@ -81,7 +138,8 @@ impl ReducedBatch {
             length: Row([1.0; BATCH]),
         };
         for (lane, input) in chunk.iter().enumerate() {
-            let modal = ModalGeometry::new(&input.corners);
+            let corners = std::array::from_fn(|a| input.corners.get(a).copied().unwrap_or_default());
+            let modal = ModalGeometry::new(&corners);
             let hourglass = Hourglass::new(&modal, mu, K);
             batch.volume[lane] = modal.volume;
             for k in 0..3 {
@@ -110,13 +168,6 @@ impl ReducedBatch {
             batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
         }
         batch
-    }
-
-    /// H̄ [-] of the elements of a register, from nodal displacements [m].
-    #[inline(always)]
-    pub fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
-        let (A, B) = self.gradient_vectors(simd, part);
-        Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
     }
 
     /// A and B of the elements of a register.
@@ -231,12 +282,12 @@ impl<S: Simd> OnePointElement<Lane<S>> {
 fn frequency_eigenvalue(
     modal: &ModalGeometry,
     hourglass: &Hourglass<f64>,
-    corner_volume: &[f64; 8],
+    corner_volume: &[f64],
     tangent_at_rest: f64,
 ) -> f64 {
     let (b, gamma) = (modal.mean_gradients(), modal.hourglass_vectors());
     let kappa = hourglass.stiffness_bound().map(|kappa| kappa / tangent_at_rest.max(f64::MIN_POSITIVE));
-    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    let scale: Vec<f64> = corner_volume.iter().map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
     largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
         std::array::from_fn(|c| {
             let stabilisation: f64 =
@@ -248,9 +299,9 @@ fn frequency_eigenvalue(
 
 /// The largest λ with `ω² ≤ β λ/ρ`, β the stiffness against the unit base vectors: of the 8×8 matrix
 /// `D^(−½) [Σ_k λ_k λ_kᵀ/|G_k|²] D^(−½)`, D the corner volumes, λ_k those combinations of corners that are l_k [1/m⁵].
-fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64; 8]) -> f64 {
+fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64]) -> f64 {
     let linear = Modes::linear_vectors();
-    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    let scale: Vec<f64> = corner_volume.iter().map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
     largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
         std::array::from_fn(|c| {
             let of = |k: usize| hourglass.inverse_length[k].powi(2) * linear[k][a] * linear[k][c];
@@ -274,20 +325,14 @@ fn tangent_at_rest(material: &Material) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnePoint;
 
-impl ElementKernel for OnePoint {
-    type Batch = ReducedBatch;
-
-    fn batches(self, block: &ElementBlock) -> &[ReducedBatch] {
-        &block.reduced
-    }
-
+impl ElementKernel<Hex8, 8, 8> for OnePoint {
     #[inline(always)]
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, ReducedBatch>,
+        element: &ElementSweep<L, Hex8, 8, 8>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes,
+        lanes: &mut BatchLanes<8>,
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -296,7 +341,7 @@ impl ElementKernel for OnePoint {
                 Lane::load(simd, $x, part)
             };
         }
-        let (law, batch) = (&element.law, element.batch);
+        let (law, Some(batch)) = (&element.law, element.one_point) else { return };
         let zero = Lane::splat(simd, 0.0);
         let modes = Aligned(Modes::new(&load_corners(simd, &lanes.nodal, part)));
         let (A, B) = batch.gradient_vectors(simd, part);
@@ -329,12 +374,12 @@ impl ElementKernel for OnePoint {
         let mut forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
         let (mut stabilisation, mut corner_frequency) = (hourglass.energy, zero);
         if one_point.0.corners_may_fold(k.j, &hourglass, part) {
-            let corners = element.corners.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
+            let corners = element.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
             for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
                 *f += *on;
             }
             stabilisation += corners.energy;
-            corner_frequency = corners.stiffness * load!(&element.corners.inverse_least_mass);
+            corner_frequency = corners.stiffness * load!(&element.batch.inverse_least_mass);
         }
         store_corners(&forces, &mut lanes.nodal, part);
         volume.mul_add(psi, stabilisation).store(&mut totals.strain, part);
