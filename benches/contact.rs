@@ -7,10 +7,10 @@ use contuse::mechanics::contact::detection::Detector;
 use contuse::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
 use contuse::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use contuse::mechanics::tensor::Vec3;
-use contuse::mesh::MeshError;
 use contuse::mesh::generate::block::Block;
 use contuse::mesh::generate::hollow_ball::HollowBall;
 use contuse::mesh::surface::{skin, skin_nodes};
+use contuse::mesh::{Cells, MeshError};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 
@@ -45,12 +45,11 @@ impl Pressed {
         }
         .generate()?;
         let first = block.nodes.len() as u32;
-        let ball_hexes: Vec<[u32; 8]> = ball.hexes.iter().map(|hex| hex.map(|node| node + first)).collect();
-        let surface = |hexes: &[[u32; 8]]| {
-            let faces = skin(hexes);
+        let surface = |cells: &Cells| {
+            let faces = skin(cells);
             Surface { nodes: skin_nodes(&faces), faces }
         };
-        let surfaces = [surface(&block.hexes), surface(&ball_hexes)];
+        let surfaces = [surface(&block.cells), surface(&ball.cells.map(|node| node + first))];
         let pairs = [ContactPair {
             name: "ball–block".into(),
             slave: 1,

@@ -121,14 +121,16 @@ impl Bench {
             prony: contuse::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
+        let hexes = mesh.cells.hexes()?;
+        let corners = |e: usize| hexes[e].map(|node| mesh.nodes[node as usize]);
         let input = |e: usize| BlockInput {
             element: e as u32,
-            nodes: mesh.hexes[e].to_vec(),
-            corners: mesh.corners(e).to_vec(),
+            nodes: hexes[e].to_vec(),
+            corners: corners(e).to_vec(),
             axes: Mat3::identity(),
-            geometry: ReferenceGeometry::new(ElementKind::Hex8, &mesh.corners(e)),
+            geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners(e)),
         };
-        let inputs: Vec<BlockInput> = (0..mesh.hexes.len()).map(input).collect();
+        let inputs: Vec<BlockInput> = (0..hexes.len()).map(input).collect();
         let blocks = [ElementBlock::new(0, parameters, 0, &inputs).ok()?];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
         let mut history = ElementForces::no_history(&blocks);
@@ -146,7 +148,7 @@ impl Bench {
 #[divan::bench(args = cases())]
 fn force_sweep(bencher: Bencher, case: Case) {
     let Some(mut bench) = Bench::new(&case) else { return };
-    bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| bench.sweep());
+    bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.sweep());
 }
 
 /// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a look at the velocities of a
@@ -159,7 +161,7 @@ fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
     let limit = if SLOW { f64::MAX } else { 0.0 };
     let Bench { forces, blocks, u, mesh, .. } = &mut bench;
     bencher
-        .counter(ItemsCount::new(mesh.hexes.len()))
+        .counter(ItemsCount::new(mesh.cells.len()))
         .bench_local(|| forces.largest_stretch_rate(&Threads::ONE, blocks, black_box(u), 1e-9, limit));
 }
 
@@ -171,7 +173,7 @@ fn assembly(bencher: Bencher, counts: [u32; 3]) {
     bench.sweep();
     let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);
     let mut sums = vec![Vec3::zeros(); bench.mesh.nodes.len()];
-    bencher.counter(ItemsCount::new(bench.mesh.hexes.len())).bench_local(|| {
+    bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| {
         for (node, sum) in sums.iter_mut().enumerate() {
             *sum = black_box(&bench.forces).at_node(&assembly, node);
         }

@@ -10,10 +10,11 @@
 //! 2. [`plan`]: the scene compiled to what it needs, and nothing else.
 //! 3. [`step`]: the state, the integrators, the energy ledger, the loop.
 //! 4. [`mechanics`]: the mathematics: laws, elements, contact.
-//! 5. [`mesh`], [`measure`], [`record`], [`study`], [`report`], and on top `service` and [`cli`].
+//! 5. [`mesh`], [`measure`], [`record`], [`study`], [`report`], and on top `service` and [`cli`]; [`blobs`] is where they keep bytes.
 //!
-//! Imports run one way: `mechanics < mesh < scene < plan < step < measure < record < study < report < service < cli`.
+//! Imports run one way: `blobs < mechanics < mesh < scene < plan < step < measure < record < study < report < service < cli`.
 
+pub mod blobs;
 pub mod cli;
 pub mod measure;
 pub mod mechanics;
@@ -26,3 +27,5 @@ pub mod scene;
 pub mod service;
 pub mod step;
 pub mod study;
+
+pub(crate) use mechanics::material::{with_kernel_law, with_law};

@@ -54,6 +54,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
         bytes(report.memory_bytes)
     )?;
     write_elements(report, out)?;
+    write_refinements(report, out)?;
     write_step(report, out)?;
     write_rigid_bodies(report, out)?;
     write_contact(report, out)?;
@@ -80,6 +81,14 @@ fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         ]
     });
     write_table(&header, &rows.collect::<Vec<_>>(), out)
+}
+
+fn write_refinements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+    if report.refinements.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nLocal refinement")?;
+    report.refinements.iter().try_for_each(|refinement| writeln!(out, "  {}", refinement.in_words()))
 }
 
 fn write_step(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {

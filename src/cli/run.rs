@@ -6,7 +6,7 @@ use super::{CliError, Exit};
 use crate::measure::summary::Shown;
 use crate::measure::{Summary, render_table};
 use crate::record::{ContactProblemRecorder, McapRecorder, RecordingInfo, partial_path};
-use crate::scene::document::ErrorBarsDocument;
+use crate::scene::document::{ErrorBarsDocument, SceneDocument};
 use crate::scene::{Budget, FolderSource, Loaded, load};
 use crate::step::{Ending, Failure, Interrupt, Recorder};
 use crate::study::{Phase, Progress, RunRequest, RunResult, run_scene};
@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 const BAR_LENGTH: u64 = 1000;
 
 /// Arguments of `contuse run`.
+#[allow(clippy::struct_excessive_bools)] // one a flag
 #[derive(Args, Debug)]
 pub struct RunArgs {
     /// The scene document; its mesh files lie beside it.
@@ -44,6 +45,15 @@ pub struct RunArgs {
     /// Leave out the cheaper runs that give the numbers their error bars.
     #[arg(long)]
     pub no_error_bars: bool,
+    /// Run on finer and finer meshes until the error bars of peak force, impulse and energy given to the tissue are at most this, such as 5%.
+    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "no_error_bars")]
+    pub accuracy: Option<f64>,
+    /// What all meshes of `--accuracy` together may take, such as 30s [default: 60s].
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "no_error_bars")]
+    pub within: Option<f64>,
+    /// Run the meshes as they are given, also where the scene asks for an accuracy.
+    #[arg(long, conflicts_with_all = ["accuracy", "within"])]
+    pub as_is: bool,
     /// Write the contact problems that the run meets to this folder, one JSON file every twentieth step with contacts.
     #[arg(long, value_name = "DIR")]
     pub save_contact_problems: Option<PathBuf>,
@@ -61,9 +71,7 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
     let deadline = deadline(args.deadline_s)?;
     let (document_json, mut loaded) = read_scene(&args.scene)?;
     loaded.scene.put_back(&args.keep.keep);
-    if args.no_error_bars {
-        loaded.scene.document.solver.error_bars = ErrorBarsDocument::None;
-    }
+    ask(args, &mut loaded.scene.document);
     let path = args.output.clone().unwrap_or_else(|| default_output(&loaded.scene.document.name));
     check_output(&path)?;
     if !args.quiet {
@@ -96,6 +104,39 @@ pub fn run(args: &RunArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
         eprintln!("{} contact problem(s) saved", saved.files());
     }
     Ok(exit_of(&result.outcome.ending, &result.summary.results))
+}
+
+/// Puts the flags on error bars and accuracy into the document.
+fn ask(args: &RunArgs, document: &mut SceneDocument) {
+    if args.no_error_bars || args.as_is {
+        document.accuracy = None;
+    }
+    if args.no_error_bars {
+        document.solver.error_bars = ErrorBarsDocument::None;
+    }
+    if args.accuracy.is_some() || args.within.is_some() {
+        let accuracy = document.accuracy.get_or_insert_default();
+        accuracy.relative = args.accuracy.unwrap_or(accuracy.relative);
+        accuracy.time_budget_s = args.within.unwrap_or(accuracy.time_budget_s);
+    }
+}
+
+/// "5%", "5" or "0.5 %" as a fraction.
+fn percent(text: &str) -> Result<f64, String> {
+    let number: f64 =
+        text.trim_end_matches('%').trim().parse().map_err(|_| format!("{text} is no number; give 5%"))?;
+    if number > 0.0 && number <= 100.0 {
+        Ok(number / 100.0)
+    } else {
+        Err(format!("{text} is not above 0 % and at most 100 %"))
+    }
+}
+
+/// "30s" or "30" as seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    let number: f64 =
+        text.trim_end_matches('s').trim().parse().map_err(|_| format!("{text} is no time; give 30s"))?;
+    if number > 0.0 && number.is_finite() { Ok(number) } else { Err(format!("{text} is not above 0 s")) }
 }
 
 /// When to stop.
@@ -225,20 +266,15 @@ fn json_of(summary: &Summary) -> Result<String, CliError> {
 
 /// A failure in full: cause, place, time, remedy.
 fn diagnosis(failure: &Failure) -> String {
-    let cause = serde_json::to_value(failure.cause)
-        .ok()
-        .and_then(|c| c.as_str().map(str::to_owned))
-        .unwrap_or_default();
-    let what = format!("contuse: the run failed: {cause}\n  {}\n", failure.message);
-    let when = format!("  when: t = {:.6e} s, step {}\n", failure.time_s, failure.step);
+    let what = format!("contuse: the run failed: {}\n  {}\n", failure.cause.name(), failure.message);
+    let when = failure.time_s.zip(failure.step);
+    let when = when.map(|(time_s, step)| format!("  when: t = {time_s:.6e} s, step {step}\n"));
     let place = failure.element.as_ref().map(|place| {
-        let [x, y, z] = place.position_m;
-        format!(
-            "  where: element {} of part {} of body {}, at ({x:.6}, {y:.6}, {z:.6}) m\n",
-            place.element, place.part, place.body
-        )
+        let at = place.position_m.map(|[x, y, z]| format!(", at ({x:.6}, {y:.6}, {z:.6}) m"));
+        let (element, part, body) = (place.element, &place.part, &place.body);
+        format!("  where: element {element} of part {part} of body {body}{}\n", at.unwrap_or_default())
     });
-    what + &when + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
+    what + &when.unwrap_or_default() + &place.unwrap_or_default() + &format!("  remedy: {}\n", failure.remedy)
 }
 
 /// The exit code of a run.
@@ -272,14 +308,14 @@ mod tests {
             body: "thigh".into(),
             part: "muscle".into(),
             element: 7,
-            position_m: [0.1, 0.0, -0.2],
+            position_m: Some([0.1, 0.0, -0.2]),
         };
         let failure = Failure {
             cause: FailureCause::ElementInverted,
             message: "J = -0.1.".into(),
             remedy: "Refine.".into(),
-            time_s: 1.5e-5,
-            step: 42,
+            time_s: Some(1.5e-5),
+            step: Some(42),
             element: Some(element),
         };
         let text = diagnosis(&failure);

@@ -106,7 +106,7 @@ pub fn what_if(args: &WhatIfArgs, out: &mut dyn Write) -> Result<Exit, CliError>
     let source = FolderSource::new(folder);
     check(&question, &base, &source, &Budget::COMMAND_LINE).map_err(Problems)?;
     let cache = match &args.cache {
-        Some(folder) => Cache::in_folder(folder)?,
+        Some(folder) => Cache::in_folder(folder).map_err(|error| CliError::Other(Box::new(error)))?,
         None => Cache::default(),
     };
     let cancelled = watch_for_ctrl_c()?;

@@ -40,12 +40,18 @@ pub struct Absorbed {
     pub not_from_contact: f64,
     /// Work of the contact reactions on the tissue [J].
     pub work: f64,
+    /// Numerical contact dissipation of the pairs that touch it from outside [J].
+    pub contact_loss: f64,
 }
 
 impl Absorbed {
     /// Strain + kinetic + dissipated − what did not come through contact [J].
     pub fn by_state(&self) -> f64 {
         self.strain + self.kinetic + self.dissipated - self.not_from_contact
+    }
+    /// What the impact has given it: absorbed, and what contact nodes lost that a continuum would have passed on [J].
+    pub fn given(&self) -> f64 {
+        self.by_state() + self.contact_loss
     }
     /// What the tissue could give back: strain + kinetic [J].
     pub fn recoverable(&self) -> f64 {
@@ -146,6 +152,7 @@ impl AbsorbedEnergy {
             kinetic: tissue.kinetic_since(&start[0], &self.frame),
             dissipated: sum(|b| b.viscous_j + b.eroded_j + b.algorithmic_j),
             not_from_contact: tissue.given_since(&start[0], &self.frame),
+            contact_loss: self.tissue.of_its_pairs(energy, |pair| pair.numerical_j),
             work: tissue.contact_work(sum(|b| b.contact_work_j), &self.frame),
         };
         if self.now.by_state() > self.peak.by_state() {

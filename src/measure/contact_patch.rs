@@ -5,6 +5,7 @@
 
 use super::face_shape::{FaceShape, Shadow, distinct};
 use crate::mechanics::contact::Surface;
+use crate::mechanics::followers::Followers;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::{Mat3, Vec3};
 use crate::step::Frame;
@@ -224,7 +225,13 @@ impl PatchGeometry {
             for (node, share) in contact.stencil.side(self.is_master) {
                 let weight = if self.is_master { 1.0 } else { share };
                 let force = share * p_n / frame.mean_step;
-                self.press(node, &normal, (weight, force), &position, &limit);
+                self.press(
+                    node,
+                    &normal,
+                    (weight, force),
+                    &position,
+                    (&limit, frame.plan.assembly.followers()),
+                );
             }
         }
         let spacing = self.spacing();
@@ -243,14 +250,15 @@ impl PatchGeometry {
         })
     }
 
-    /// Adds a contact to a node, with its weight there and its force [N] along the normal `n`. The node counts once.
+    /// Adds a contact to a node, with its weight there and its force [N] along the normal `n`. The node counts once, with its share of
+    /// the areas of those that follow it.
     fn press(
         &mut self,
         node: u32,
         n: &Vec3,
         (weight, normal_force): (f64, f64),
         position: &impl Fn(u32) -> Vec3,
-        limit: &Limit,
+        (limit, followers): (&Limit, &Followers),
     ) {
         let place = self.nodes.binary_search(&node).ok();
         if let Some((of, at)) = place.map(|place| self.places[place])
@@ -264,7 +272,11 @@ impl PatchGeometry {
         if let Some(place) = place {
             self.places[place] = (self.evaluation, self.pressed.len() as u32);
         }
-        let tributary = self.tributary_area(node, n, position, limit);
+        let mut tributary = self.tributary_area(node, n, position, limit);
+        for (follower, w) in followers.led_by(node as usize) {
+            let of_follower = self.tributary_area(*follower, n, position, limit);
+            tributary = std::array::from_fn(|i| tributary[i] + w * of_follower[i]);
+        }
         self.pressed.push(Pressed { position: position(node), tributary, weight, normal_force });
     }
 

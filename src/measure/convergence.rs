@@ -89,6 +89,39 @@ pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f
     SAFETY_ASSUMED * (better - value).abs() * step(own) / (step(few) - step(many)).abs()
 }
 
+/// Uncertainty of the last of at least three values on meshes of the sizes h, from coarse to fine: `(h, value)`.
+///
+/// A straight line φ₀ + a h is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130, with
+/// the order held at one, that of impacts). Where the values lie on it but for less than they spread, σ < Δφ, the uncertainty is
+/// `1.25 |a h| + σ + |φ − φ_fit|`; where they scatter, that with a factor of 3 in place of 1.25, and times σ/Δφ.
+pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
+    let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };
+    let count = levels.len() as f64;
+    // The weighted means and moments of the line.
+    let weight_sum: f64 = levels.iter().map(|(h, _)| h.recip()).sum();
+    let mean = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        levels.iter().map(|&(h, phi)| of(h, phi) / (h * weight_sum)).sum()
+    };
+    let (mean_h, mean_phi) = (mean(&|h, _| h), mean(&|_, phi| phi));
+    let slope = mean(&|h, phi| (h - mean_h) * (phi - mean_phi)) / mean(&|h, _| (h - mean_h).powi(2));
+    let fit = |h: f64| mean_phi + slope * (h - mean_h);
+    // Scatter about the line, and what the values differ by from one to the next.
+    let scatter = (count * mean(&|h, phi| (phi - fit(h)).powi(2)) / (count - 2.0)).sqrt();
+    let [least, most] = levels
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], (_, phi)| [phi.min(least), phi.max(most)]);
+    let spread = (most - least) / (count - 1.0);
+    if spread == 0.0 {
+        return 0.0;
+    }
+    let (of_line, off_line) = ((slope * finest).abs(), scatter + (value - fit(finest)).abs());
+    if scatter < spread {
+        SAFETY_OBSERVED * of_line + off_line
+    } else {
+        SAFETY_ASSUMED * scatter / spread * (of_line + off_line)
+    }
+}
+
 /// The reference of values on meshes from coarse to fine, each finer by [`REFINEMENT`]; `None` without values.
 pub fn extrapolate(values: &[f64]) -> Option<Reference> {
     let finest = *values.last()?;
@@ -131,6 +164,7 @@ pub fn observed_order(coarse: f64, middle: f64, fine: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
 
@@ -167,6 +201,27 @@ mod tests {
         }
         assert!(extrapolate(&[1.0]).is_some_and(|r| r.uncertainty().is_infinite()));
         assert_eq!(extrapolate(&[]), None);
+    }
+
+    #[test]
+    fn a_fitted_uncertainty_holds_the_error_of_smooth_sequences_and_grows_with_scatter() {
+        let levels = |order: f64, noise: [f64; 3]| -> Vec<(f64, f64)> {
+            [2.0, 1.41, 1.0]
+                .into_iter()
+                .zip(noise)
+                .map(|(h, e): (f64, f64)| (h, 5.0 + 0.1 * h.powf(order) + e))
+                .collect()
+        };
+        let quiet = fitted_uncertainty(&levels(1.0, [0.0; 3]));
+        assert!((quiet - 1.25 * 0.1).abs() < 1e-12, "{quiet}");
+        for order in [0.7, 1.5, 2.0] {
+            let found = fitted_uncertainty(&levels(order, [0.0; 3]));
+            assert!(found > 0.1 && found < 0.5, "order {order}: {found}");
+        }
+        let loud = fitted_uncertainty(&levels(1.0, [0.05, -0.05, 0.05]));
+        assert!(loud > 2.0 * quiet, "{loud}");
+        assert_eq!(fitted_uncertainty(&[(2.0, 3.0), (1.5, 3.0), (1.0, 3.0)]), 0.0);
+        assert_eq!(fitted_uncertainty(&[]), f64::INFINITY);
     }
 
     #[test]

@@ -35,7 +35,7 @@ impl Deflection {
         let mut nodes: Vec<u32> = plan.measures.tissue_skin.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let holds = |node: &u32| plan.inverse_mass[*node as usize].iter().any(|m| *m == 0.0);
+        let holds = |node: &u32| (0..3).any(|axis| plan.holds(*node as usize, axis));
         let bodies = plan
             .bodies
             .iter()
@@ -50,7 +50,7 @@ impl Deflection {
         if gone != self.gone {
             self.gone = gone;
             let intact = frame.plan.bodies.iter().flat_map(|body| body.intact(frame.erosion));
-            let held: BTreeSet<u32> = intact.flat_map(|(_, hex)| *hex).collect();
+            let held: BTreeSet<u32> = intact.flat_map(|cell| cell.nodes).copied().collect();
             self.nodes.retain(|node| held.contains(node));
         }
         let mut now = 0.0_f64;

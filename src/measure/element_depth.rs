@@ -2,6 +2,7 @@
 
 use crate::mechanics::element::POINTS;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::cell::CellPoints;
 use crate::mesh::distance::DepthField;
 
 /// Points whose depths differ by less than this share of their element's extent lie in one level.
@@ -12,7 +13,7 @@ pub struct Place<'a> {
     /// Position of a quadrature point.
     pub point: &'a dyn Fn(usize) -> Vec3,
     /// Positions of the nodes.
-    pub nodes: &'a dyn Fn() -> [Vec3; 8],
+    pub nodes: &'a dyn Fn() -> CellPoints,
 }
 
 /// Reference depths, remembered.
@@ -43,9 +44,9 @@ impl ElementDepths {
     pub fn edges(&mut self, slot: usize, place: &Place) -> [f64; 2] {
         let known = &mut self.edges[slot];
         if known[0].is_nan() {
-            let depths = (place.nodes)().map(|X| self.skin.depth(&X));
-            *known =
-                depths.iter().fold([f64::INFINITY, 0.0], |[least, most], d| [least.min(*d), most.max(*d)]);
+            let nodes = (place.nodes)();
+            let depths = nodes.iter().map(|X| self.skin.depth(X));
+            *known = depths.fold([f64::INFINITY, 0.0], |[least, most], d| [least.min(d), most.max(d)]);
         }
         *known
     }

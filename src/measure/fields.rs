@@ -2,6 +2,7 @@
 
 use crate::mechanics::element::{Hex8, POINTS, shape_at};
 use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
+use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
 
@@ -22,8 +23,8 @@ pub struct Fields {
     /// Volume around each node, and of each element [m³]; empty where no such field is asked for.
     nodal_volume: Vec<f64>,
     element_volume: Vec<f64>,
-    /// Corner nodes of every element (global numbers).
-    hexes: Vec<[u32; 8]>,
+    /// Every element, by its nodes (global numbers).
+    cells: Cells,
     /// N_a at each quadrature point.
     shape: [[f64; 8]; POINTS],
 }
@@ -51,7 +52,7 @@ impl Fields {
         let mut fields = Self {
             nodal_volume: vec![0.0; if fields.is_nodal() { nodes } else { 0 }],
             element_volume: vec![0.0; fields.element_cauchy.len()],
-            hexes: plan.bodies.iter().flat_map(|b| b.hexes.iter().copied()).collect(),
+            cells: plan.bodies.iter().flat_map(|b| b.cells.iter()).collect(),
             shape: shape_at_points(),
             ..fields
         };
@@ -72,7 +73,7 @@ impl Fields {
             return;
         }
         for (shape, volume) in self.shape.iter().zip(volume) {
-            for (&node, N) in self.hexes[element as usize].iter().zip(shape) {
+            for (&node, N) in self.cells.nodes(element as usize).iter().zip(shape) {
                 self.nodal_volume[node as usize] += N * volume;
             }
         }
@@ -101,7 +102,7 @@ impl Fields {
                 }
             }
         }
-        let (hexes, shape) = (&self.hexes, &self.shape);
+        let (cells, shape) = (&self.cells, &self.shape);
         for (field, values) in [
             (&mut self.von_mises, &points.von_mises),
             (&mut self.pressure, &points.pressure),
@@ -112,7 +113,7 @@ impl Fields {
             }
             let corners = corner_sums(shape, &points.volume, values);
             for (lane, &element) in elements.iter().enumerate() {
-                for (&node, sums) in hexes[element as usize].iter().zip(&corners) {
+                for (&node, sums) in cells.nodes(element as usize).iter().zip(&corners) {
                     field[node as usize] += sums[lane];
                 }
             }
@@ -172,7 +173,7 @@ mod tests {
             element_cauchy: vec![[0.0; 6]; 2],
             nodal_volume: vec![0.0; 12],
             element_volume: vec![0.0; 2],
-            hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]],
+            cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
             shape: shape_at_points(),
             ..Fields::default()
         };
@@ -200,7 +201,7 @@ mod tests {
         let mut fields = Fields {
             von_mises: vec![0.0; 12],
             nodal_volume: vec![0.0; 12],
-            hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]],
+            cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
             shape: shape_at_points(),
             ..Fields::default()
         };
@@ -222,7 +223,7 @@ mod tests {
         let mut fields = Fields {
             pressure: vec![0.0; 8],
             nodal_volume: vec![0.0; 8],
-            hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
+            cells: vec![[0, 1, 2, 3, 4, 5, 6, 7]].into(),
             shape: shape_at_points(),
             ..Fields::default()
         };

@@ -2,7 +2,7 @@
 
 use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
 use crate::mechanics::material::Validity;
-use crate::mesh::hexahedron::{gauss_points, jacobian};
+use crate::mesh::cell::CellPoints;
 use crate::plan::Plan;
 use crate::step::Frame;
 use std::ops::Range;
@@ -183,13 +183,14 @@ impl LawRanges {
             let body = &frame.plan.bodies[block.body];
             let elements = block.elements.iter().enumerate();
             for (slot, element) in elements.filter(|(_, element)| !frame.erosion.contains(**element)) {
-                let hex = &body.hexes[(element - body.elements.start) as usize];
-                let at_rest = hex.map(|node| frame.plan.X[node as usize]);
-                let now = hex.map(|node| frame.position_in(block.body, node));
+                let cell = body.cells.get((element - body.elements.start) as usize);
+                let at_rest = cell.points(&frame.plan.X);
+                let now = CellPoints::new(cell.nodes, |node| frame.position_in(block.body, node));
                 let part = &mut self.parts[self.part_of[block.first_slot + slot] as usize];
-                for xi in gauss_points() {
-                    let rest = jacobian(&at_rest, xi).determinant();
-                    let J = jacobian(&now, xi).determinant() / rest;
+                let table = cell.kind.table();
+                for &(xi, _) in table.quadrature {
+                    let rest = (table.jacobian)(&at_rest, xi).determinant();
+                    let J = (table.jacobian)(&now, xi).determinant() / rest;
                     if J <= 0.0 {
                         part.jacobian[0] = part.jacobian[0].min(J);
                         part.has_turned_over = true;

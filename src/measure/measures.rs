@@ -10,7 +10,7 @@ use super::law_range::LawRanges;
 use super::pair::{PairMeasures, pairs_of};
 use super::penetration::Penetration;
 use super::stress_depth::StressDepth;
-use super::summary::ErrorBars;
+use super::summary::{AskedAccuracy, ErrorBars};
 use super::wave_reach::WaveSpeed;
 use crate::mesh::MeshError;
 use crate::plan::Plan;
@@ -53,6 +53,8 @@ pub struct Measures {
     pub scene_warnings: Vec<String>,
     /// Where the numbers' error bars come from.
     pub error_bars: ErrorBars,
+    /// How exact they were asked to be.
+    pub accuracy: Option<AskedAccuracy>,
 }
 
 impl Measures {
@@ -73,10 +75,10 @@ impl Measures {
         Self { scene_warnings, ..self }
     }
 
-    /// Gives the numbers error bars.
+    /// Gives the numbers error bars, and an accuracy that they shall have.
     #[must_use]
-    pub fn with_error_bars(self, error_bars: ErrorBars) -> Self {
-        Self { error_bars, ..self }
+    pub fn with_error_bars(self, error_bars: ErrorBars, accuracy: Option<AskedAccuracy>) -> Self {
+        Self { error_bars, accuracy, ..self }
     }
 
     /// The pairs in which the tissue is struck: by the projectiles, where there are any, however it rests on others.
@@ -106,7 +108,7 @@ impl Measures {
                     let body = &frame.plan.bodies[block.body];
                     let nodes = |lane: usize| {
                         let element = block.elements[slots.start + lane] - body.elements.start;
-                        body.hexes[element as usize].map(|node| frame.plan.X[node as usize])
+                        body.cells.points(element as usize, &frame.plan.X)
                     };
                     stress.accumulate(block.body, among_all, points, position, nodes);
                 }
@@ -140,6 +142,7 @@ impl Measures {
             artificial_ends: self.artificial_ends.take(),
             scene_warnings: std::mem::take(&mut self.scene_warnings),
             error_bars: std::mem::take(&mut self.error_bars),
+            accuracy: self.accuracy.take(),
             ..Self::default()
         };
         Ok(())

@@ -12,8 +12,8 @@ use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::hexahedron::{gauss_points, jacobian, volume_m3};
-use crate::mesh::locate::{Locator, place};
+use crate::mesh::Cells;
+use crate::mesh::locate::Locator;
 use crate::plan::PlanBody;
 use crate::step::Frame;
 use std::borrow::Cow;
@@ -77,7 +77,7 @@ enum Side<'a> {
 
 /// A body of elements where it is, without those that are gone.
 struct Mesh<'a> {
-    hexes: Cow<'a, [[u32; 8]]>,
+    cells: Cow<'a, Cells>,
     skin: Cow<'a, Surface>,
     x: &'a [Vec3],
     bounds: [Vec3; 2],
@@ -327,24 +327,23 @@ fn half_extents(shape: &Shape) -> Vec3 {
 impl<'a> Mesh<'a> {
     fn new(body: &'a PlanBody, erosion: &Erosion, x: &'a [Vec3]) -> Self {
         let skin = body.skin_after(erosion);
-        let hexes = match &skin {
-            Cow::Borrowed(_) => Cow::Borrowed(&body.hexes[..]),
-            Cow::Owned(_) => body.intact(erosion).map(|(_, hex)| *hex).collect(),
+        let cells = match &skin {
+            Cow::Borrowed(_) => Cow::Borrowed(&body.cells),
+            Cow::Owned(_) => Cow::Owned(body.intact(erosion).collect()),
         };
         let nodes = skin.nodes.iter().map(|&node| x[node as usize]);
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let bounds = nodes.fold(nothing, |[low, high], x| [low.inf(&x), high.sup(&x)]);
-        Self { hexes, skin, x, bounds }
+        Self { cells, skin, x, bounds }
     }
 
     /// What finds the elements that come into a box.
     fn elements_near(&self, place: &[Vec3; 2]) -> Locator<'_> {
-        Locator::within(place, &self.hexes, self.x)
+        Locator::within(place, &self.cells, self.x)
     }
 
     fn volume(&self) -> f64 {
-        let corners = |hex: &[u32; 8]| hex.map(|node| self.x[node as usize]);
-        self.hexes.iter().map(|hex| volume_m3(&corners(hex))).sum()
+        self.cells.iter().map(|cell| cell.kind.volume_m3(&cell.points(self.x))).sum()
     }
 
     /// Distance [m] to the nearest face of those taken, and its size [m].
@@ -364,14 +363,14 @@ impl<'a> Mesh<'a> {
         best
     }
 
-    /// Calls `take` with each element, its Gauss points within a box, and their volumes [m³].
+    /// Calls `take` with each element, its quadrature points within a box, and their volumes [m³].
     fn for_each_volume_point(
         &self,
         [low, high]: &[Vec3; 2],
         mut take: impl FnMut(usize, &Vec3, &dyn Fn() -> f64),
     ) {
-        for (element, hex) in self.hexes.iter().enumerate() {
-            let corners = hex.map(|node| self.x[node as usize]);
+        for (element, cell) in self.cells.iter().enumerate() {
+            let corners = cell.points(self.x);
             let is_beside = |i: usize| {
                 corners.iter().all(|corner| corner[i] < low[i])
                     || corners.iter().all(|corner| corner[i] > high[i])
@@ -379,10 +378,11 @@ impl<'a> Mesh<'a> {
             if (0..3).any(is_beside) {
                 continue;
             }
-            for xi in gauss_points() {
-                let point = place(&corners, xi);
+            let table = cell.kind.table();
+            for &(xi, weight) in table.quadrature {
+                let point = (table.place)(&corners, xi);
                 if point >= *low && point <= *high {
-                    take(element, &point, &|| jacobian(&corners, xi).determinant());
+                    take(element, &point, &|| (table.jacobian)(&corners, xi).determinant() * weight);
                 }
             }
         }
@@ -394,14 +394,15 @@ impl<'a> Mesh<'a> {
     fn look_at_itself(&self) -> Found {
         let mut found = Found::default();
         let is_apart = |around: &[u32], other: &[u32]| !other.iter().any(|node| around.contains(node));
-        let hexes = &self.hexes;
+        let cells = &self.cells;
         let mut around = Vec::new();
         let elements = OnceCell::new();
         let locator = || elements.get_or_init(|| self.elements_near(&self.bounds));
         for (node, normal) in nodes_inside(&self.skin, self.x) {
             around.clear();
-            around.extend(hexes.iter().filter(|hex| hex.contains(&node)).flatten());
-            let apart = |e: usize| is_apart(&around, &hexes[e]);
+            let with_node = cells.iter().filter(|cell| cell.nodes.contains(&node));
+            around.extend(with_node.flat_map(|cell| cell.nodes));
+            let apart = |e: usize| is_apart(&around, cells.nodes(e));
             if locator().element_at(&self.x[node as usize], apart).is_none() {
                 continue;
             }
@@ -415,7 +416,7 @@ impl<'a> Mesh<'a> {
         }
         if found.depth > 0.0 {
             self.for_each_volume_point(&self.bounds, |element, point, weight| {
-                if locator().element_at(point, |e| is_apart(&hexes[element], &hexes[e])).is_some() {
+                if locator().element_at(point, |e| is_apart(cells.nodes(element), cells.nodes(e))).is_some() {
                     // Each of the two counts it.
                     found.volume += 0.5 * weight();
                 }

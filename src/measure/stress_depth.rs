@@ -7,6 +7,7 @@ use super::element_depth::{ElementDepths, Place};
 use super::wave_reach::WaveReach;
 use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::cell::CellPoints;
 use crate::mesh::distance::DepthField;
 use crate::plan::Plan;
 use crate::scene::document::Role;
@@ -215,7 +216,7 @@ impl StressDepth {
         slots: Range<usize>,
         points: &PointBatch,
         position: impl Fn(usize, usize) -> Vec3,
-        nodes: impl Fn(usize) -> [Vec3; 8],
+        nodes: impl Fn(usize) -> CellPoints,
     ) {
         if !self.bodies.contains(&body) {
             return;
@@ -366,7 +367,7 @@ mod tests {
             (points.volume[q][0], points.von_mises[q][0], points.psi[q][0]) = (0.25, stress, stress);
         }
         let corner = |i: usize| Vec3::new(0.5, 0.5, z - if i < 4 { 0.05 } else { -0.05 });
-        let nodes = |_| std::array::from_fn(corner);
+        let nodes = |_| CellPoints::new(&[0, 1, 2, 3, 4, 5, 6, 7], |i| corner(i as usize));
         measure.accumulate(body, slot..slot + 1, &points, |_, _| Vec3::new(0.5, 0.5, z), nodes);
     }
 
@@ -416,7 +417,10 @@ mod tests {
             0..1,
             &points,
             |_, q| Vec3::new(0.5, 0.5, height(q < 4)),
-            |_| std::array::from_fn(|i| corners[i % 4] - Vec3::z() * f64::from(u8::from(i < 4))),
+            |_| {
+                let corner = |i: u32| corners[i as usize % 4] - Vec3::z() * f64::from(u8::from(i < 4));
+                CellPoints::new(&[0, 1, 2, 3, 4, 5, 6, 7], corner)
+            },
         );
         measure.end();
         let [low, high] = [&measure.exceedances[0], &measure.exceedances[1]];

@@ -86,6 +86,8 @@ impl<R: Real> SubAssign for Dual<R> {
 }
 
 impl<R: Real> Real for Dual<R> {
+    const HAS_SLOPE: bool = true;
+
     #[inline(always)]
     fn constant(self, c: f64) -> Self {
         Self { value: self.value.constant(c), slope: self.value.zero() }
@@ -114,6 +116,10 @@ impl<R: Real> Real for Dual<R> {
         Self { value: self.value.ln_1p(), slope: self.slope / (self.value + 1.0) }
     }
     #[inline(always)]
+    fn ln(self) -> Self {
+        Self { value: self.value.ln(), slope: self.slope / self.value }
+    }
+    #[inline(always)]
     fn max(self, o: Self) -> Self {
         (self - o).select_positive(self, o)
     }
@@ -136,5 +142,9 @@ impl<R: Real> Real for Dual<R> {
     fn seed_inverse_cbrt_1p(self) -> Self {
         // Only a seed: Halley's iteration rebuilds the derivative together with the value.
         Self { value: self.value.seed_inverse_cbrt_1p(), slope: self.value.zero() }
+    }
+    #[inline(always)]
+    fn detached(self) -> Self {
+        Self { value: self.value, slope: self.value.zero() }
     }
 }

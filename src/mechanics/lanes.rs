@@ -70,6 +70,26 @@ impl<S: Simd> Lane<S> {
     fn with(self, v: S::f64s) -> Self {
         Self { v, simd: self.simd }
     }
+    /// ln(self + lost), `lost` of the size of the last digit of self.
+    #[inline(always)]
+    fn ln_of_sum(self, lost: Self) -> Self {
+        // self = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x with all its digits.
+        let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
+        let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
+        let scale = self.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
+        // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
+        let k = self.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))
+            - 6_755_399_441_055_744.0;
+        let f = scale.mul_add(lost, scale * self - 1.0);
+        let s = f / (f + 2.0);
+        let s2 = s * s;
+        let mut p = self.constant(LN_SERIES[0]);
+        for c in &LN_SERIES[1..] {
+            p = p.mul_add(s2, self.constant(*c));
+        }
+        let low = k.mul_add(self.constant(LN_2_LOW), p * s);
+        k.mul_add(self.constant(LN_2_HIGH), low)
+    }
     /// (2^k, expm1(r)) with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, where f64 ends.
     #[inline(always)]
     fn split_exp(self) -> (Self, Self) {
@@ -149,24 +169,13 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        // 1 + x = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x with all its digits.
-        let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
-        let u = self + 1.0;
-        let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
-        let scale = u.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
-        // k as a number: put k + bias into the low bits of 2^52 · 1.5 and subtract.
-        let k = u.map_bits(|b| 6_755_399_441_055_744.0_f64.to_bits().wrapping_add_signed(exponent(b)))
-            - 6_755_399_441_055_744.0;
         // x − (u − 1) is what rounding 1 + x lost.
-        let f = scale.mul_add(self - (u - 1.0), scale * u - 1.0);
-        let s = f / (f + 2.0);
-        let s2 = s * s;
-        let mut p = self.constant(LN_SERIES[0]);
-        for c in &LN_SERIES[1..] {
-            p = p.mul_add(s2, self.constant(*c));
-        }
-        let low = k.mul_add(self.constant(LN_2_LOW), p * s);
-        k.mul_add(self.constant(LN_2_HIGH), low)
+        let u = self + 1.0;
+        u.ln_of_sum(self - (u - 1.0))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.ln_of_sum(self.zero())
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
@@ -250,6 +259,7 @@ mod tests {
     struct Exp;
     struct ExpM1;
     struct Ln1p;
+    struct Ln;
     struct InverseCbrt;
     impl Function for Exp {
         fn eval<R: Real>(&self, x: R) -> R {
@@ -264,6 +274,11 @@ mod tests {
     impl Function for Ln1p {
         fn eval<R: Real>(&self, x: R) -> R {
             x.ln_1p()
+        }
+    }
+    impl Function for Ln {
+        fn eval<R: Real>(&self, x: R) -> R {
+            x.ln()
         }
     }
     impl Function for InverseCbrt {
@@ -296,11 +311,14 @@ mod tests {
         let tiny: Vec<f64> = (0..40).map(|i| 10f64.powi(-i) * 0.7).flat_map(|x| [x, -x]).collect();
         let above_minus_one: Vec<f64> =
             (1..4000).map(|i| f64::from(i) * 0.003 - 0.999).chain(tiny.clone()).collect();
+        let positive: Vec<f64> =
+            (-300..300).map(|i| 1.37 * 10f64.powi(i)).chain([f64::MIN_POSITIVE, 1.0, 0.999]).collect();
         for arch in [pulp::Arch::Scalar, pulp::Arch::new()] {
             arch.dispatch(Compare(&spread, Exp, 3.0));
             arch.dispatch(Compare(&tiny, ExpM1, 3.0));
             arch.dispatch(Compare(&spread, ExpM1, 4.0));
             arch.dispatch(Compare(&above_minus_one, Ln1p, 3.0));
+            arch.dispatch(Compare(&positive, Ln, 3.0));
             arch.dispatch(Compare(&above_minus_one, InverseCbrt, 4.0));
         }
     }

@@ -8,6 +8,7 @@ pub mod contact;
 pub mod dual;
 pub mod element;
 pub mod face_load;
+pub mod followers;
 pub mod force;
 pub mod lanes;
 pub mod material;

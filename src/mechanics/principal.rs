@@ -43,23 +43,36 @@ impl<R: Real> Sym<R> {
         self.trace() * (-1.0 / 3.0)
     }
 
-    /// Largest eigenvalue, in closed form (Smith 1961): with q = tr/3, the deviator B, p² = B:B / 6 and
-    /// cos 3φ = det B / (2 p³) it is q + 2 p cos φ. An iteration would take longer than the law itself.
+    /// Largest eigenvalue, the mean and that of the deviator.
     #[inline(always)]
     pub fn largest_principal(&self) -> R {
         let q = self.trace() * (1.0 / 3.0);
-        let B = self.deviator();
-        let p = (B.norm_squared() * (1.0 / 6.0)).sqrt();
+        let (p, third) = self.deviator().size_and_angle();
+        (p * third).mul_add(p.constant(2.0), q)
+    }
+
+    /// Largest eigenvalue of a deviator.
+    #[inline(always)]
+    pub fn largest_of_deviator(&self) -> R {
+        let (p, third) = self.size_and_angle();
+        p * third * 2.0
+    }
+
+    /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ, in closed form (Smith 1961): p² = B:B / 6 and
+    /// cos 3φ = det B / (2 p³). An iteration would take longer than the law itself.
+    #[inline(always)]
+    fn size_and_angle(&self) -> (R, R) {
+        let p = (self.norm_squared() * (1.0 / 6.0)).sqrt();
         let one = p.constant(1.0);
         // Of a multiple of the identity B is zero: 0/tiny, not 0/0.
-        let scaled = B.scaled(one / p.max(p.constant(f64::MIN_POSITIVE)));
+        let scaled = self.scaled(one / p.max(p.constant(f64::MIN_POSITIVE)));
         let cosine = (scaled.determinant() * 0.5).min(one).max(-one);
         let t = ((cosine + 1.0) * 0.5).sqrt() * 2.0 - 1.0;
         let mut third = t.constant(THIRD_OF_ANGLE[0]);
         for c in &THIRD_OF_ANGLE[1..] {
             third = third.mul_add(t, t.constant(*c));
         }
-        (p * third).mul_add(p.constant(2.0), q)
+        (p, third)
     }
 }
 

@@ -22,6 +22,9 @@ pub trait Real:
     + AddAssign
     + SubAssign
 {
+    /// Whether it carries a derivative.
+    const HAS_SLOPE: bool = false;
+
     /// The constant `c` in the same lanes as `self`.
     #[must_use]
     fn constant(self, c: f64) -> Self;
@@ -40,6 +43,9 @@ pub trait Real:
     /// `ln(1 + self)`, accurate near 0.
     #[must_use]
     fn ln_1p(self) -> Self;
+    /// `ln(self)`, of a positive normal number.
+    #[must_use]
+    fn ln(self) -> Self;
     /// The larger of two.
     #[must_use]
     fn max(self, other: Self) -> Self;
@@ -55,6 +61,12 @@ pub trait Real:
     /// A rough `(1 + self)^(−1/3)` (within 5 %), the seed of [`inverse_cbrt_m1`].
     #[must_use]
     fn seed_inverse_cbrt_1p(self) -> Self;
+    /// The same value as a constant: where a formula gives the value and another the derivative.
+    #[must_use]
+    #[inline(always)]
+    fn detached(self) -> Self {
+        self
+    }
 
     /// `self * b − c`, fused where the machine can.
     #[must_use]
@@ -100,6 +112,10 @@ impl Real for f64 {
     #[inline(always)]
     fn ln_1p(self) -> Self {
         f64::ln_1p(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {

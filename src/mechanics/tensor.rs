@@ -220,6 +220,32 @@ impl<R: Real> Sym<R> {
         let y = (s[4] * a[2]).mul_add(twice, s[1] * a[1]);
         (s[2] * a[2]).mul_add(a[2], y.mul_add(a[1], x * a[0]))
     }
+    /// Bilinear form `a · s b`.
+    #[inline(always)]
+    pub fn bilinear_form(&self, a: &[R; 3], b: &[R; 3]) -> R {
+        let [x, y, z] = self.apply(b);
+        z.mul_add(a[2], y.mul_add(a[1], x * a[0]))
+    }
+    /// Matrix–vector product.
+    #[inline(always)]
+    pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
+        let s = &self.0;
+        [
+            s[5].mul_add(a[2], s[3].mul_add(a[1], s[0] * a[0])),
+            s[4].mul_add(a[2], s[1].mul_add(a[1], s[3] * a[0])),
+            s[2].mul_add(a[2], s[4].mul_add(a[1], s[5] * a[0])),
+        ]
+    }
+    /// `self + c (a⊗b + b⊗a)`.
+    #[inline(always)]
+    #[must_use]
+    pub fn plus_dyads(&self, c: R, a: &[R; 3], b: &[R; 3]) -> Self {
+        let mut out = *self;
+        for (o, (i, j)) in out.0.iter_mut().zip(Self::INDICES) {
+            *o = a[i].mul_add(b[j], a[j] * b[i]).mul_add(c, *o);
+        }
+        out
+    }
     /// `c · self`.
     #[inline(always)]
     #[must_use]

@@ -6,9 +6,9 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 
-/// The distance to a fixed set of quadrilateral faces, found by a tree of boxes.
+/// The distance to a fixed set of faces, quadrilaterals and triangles, found by a tree of boxes.
 ///
-/// Each face is taken as four triangles about its centre: that keeps the distance symmetric where the face is, and
+/// Each quadrilateral is taken as four triangles about its centre: that keeps the distance symmetric where the face is, and
 /// stays within a quarter of the warp of a face from the bilinear surface.
 pub struct DepthField {
     triangles: TriMesh,
@@ -28,6 +28,7 @@ impl DepthField {
         let mut triangles = Vec::with_capacity(faces.len() * 4);
         for face in faces {
             let base = vertices.len() as u32;
+            let is_triangle = face[2] == face[3];
             let mut centre = Vec3::zeros();
             for &a in face {
                 let x = positions.get(a as usize).ok_or_else(|| refuse(format!("there is no node {a}")))?;
@@ -36,6 +37,10 @@ impl DepthField {
                 }
                 centre += x * 0.25;
                 vertices.push(Vector::new(x.x, x.y, x.z));
+            }
+            if is_triangle {
+                triangles.push([base, base + 1, base + 2]);
+                continue;
             }
             vertices.push(Vector::new(centre.x, centre.y, centre.z));
             triangles.extend((0..4).map(|i| [base + i, base + (i + 1) % 4, base + 4]));
@@ -67,7 +72,7 @@ mod tests {
             x in 0.0..3.0_f64, y in 0.0..2.0_f64, z in 0.0..1.0_f64,
         ) {
             let mesh = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
-            let field = DepthField::new(&skin(&mesh.hexes), &mesh.nodes).unwrap();
+            let field = DepthField::new(&skin(&mesh.cells), &mesh.nodes).unwrap();
             let exact = [x, 3.0 - x, y, 2.0 - y, z, 1.0 - z].into_iter().fold(f64::INFINITY, f64::min);
             prop_assert!((field.depth(&Vec3::new(x, y, z)) - exact).abs() < 1e-12);
         }
@@ -77,7 +82,7 @@ mod tests {
     fn depth_from_the_top_alone_is_the_height_below_it() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0), [3, 3, 3], "b").generate().unwrap();
-        let faces = faces_within(&skin(&mesh.hexes), &mesh.node_sets["z_max"]);
+        let faces = faces_within(&skin(&mesh.cells), &mesh.node_sets["z_max"]);
         let field = DepthField::new(&faces, &mesh.nodes).unwrap();
         assert!((field.depth(&Vec3::new(0.3, 0.9, 0.2)) - 0.8).abs() < 1e-12);
         assert!((field.depth(&Vec3::new(0.5, 0.5, 1.25)) - 0.25).abs() < 1e-12, "outside counts the same");

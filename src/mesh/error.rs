@@ -1,5 +1,6 @@
 //! What can go wrong with a mesh.
 
+use super::cell::CellKind;
 use std::fmt;
 
 /// A number of a generator that is out of its range.
@@ -58,13 +59,10 @@ pub enum MeshError {
         /// What was expected, and what was found.
         message: String,
     },
-    /// Volume elements that are not eight-node hexahedra.
-    #[error(
-        "only eight-node hexahedra are understood in volumes, but the file holds {}: mesh it with hexahedra of first order",
-        list(kinds)
-    )]
+    /// Volume elements of kinds that are not read.
+    #[error("of volume elements {} are understood, but the file holds {}", list(&understood()), list(kinds))]
     UnsupportedElements {
-        /// Each kind found, with its count ("tetrahedron of 4 nodes (120)").
+        /// Each kind found, with its count ("pyramid of 5 nodes (120)").
         kinds: Vec<String>,
     },
     /// A file in a version, an encoding or with a keyword that is refused.
@@ -75,8 +73,8 @@ pub enum MeshError {
         /// What to do about it.
         remedy: String,
     },
-    /// No hexahedron anywhere.
-    #[error("the mesh has no hexahedra")]
+    /// No volume element anywhere.
+    #[error("the mesh has no volume elements")]
     Empty,
     /// A part was asked for that does not exist.
     #[error("no part is called {name:?}; the mesh has {}", list(known))]
@@ -85,6 +83,12 @@ pub enum MeshError {
         name: String,
         /// The names there are.
         known: Vec<String>,
+    },
+    /// A kind of cell that is not split into smaller ones.
+    #[error("a {kind} cannot be refined: refine the mesh where it is made")]
+    Unrefinable {
+        /// The kind.
+        kind: &'static str,
     },
     /// A transformation that would turn elements inside out or move them nowhere.
     #[error("a mesh is transformed by finite numbers and a positive scale, not by the scale {scale}")]
@@ -98,6 +102,11 @@ pub enum MeshError {
         /// Why not.
         reason: String,
     },
+}
+
+/// What the kinds that are read are called.
+fn understood() -> Vec<&'static str> {
+    CellKind::ALL.map(|kind| kind.table().title).to_vec()
 }
 
 /// Items one after the other, with commas.

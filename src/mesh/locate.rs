@@ -1,6 +1,7 @@
 //! Which element of a mesh a point lies in, wherever the mesh has moved to.
 
-use super::hexahedron::{CORNERS, jacobian};
+use super::cell::CellKind;
+use super::cells::Cells;
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::math::Vector;
@@ -8,12 +9,12 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
 /// Newton's steps for the natural coordinates of a point.
 const MOST_STEPS: usize = 20;
-/// How far beyond ±1 Newton's method may go on the way.
+/// Natural coordinates that Newton's method may reach on the way.
 const FAR: f64 = 4.0;
 
-/// Hexahedra at given positions, found by a tree of boxes.
+/// Cells at given positions, found by a tree of boxes.
 pub struct Locator<'a> {
-    hexes: &'a [[u32; 8]],
+    cells: &'a Cells,
     x: &'a [Vec3],
     /// The elements of the leaves.
     near: Vec<u32>,
@@ -23,20 +24,25 @@ pub struct Locator<'a> {
 impl<'a> Locator<'a> {
     /// Of those elements at the positions `x` [m] of all nodes, which must be finite, whose boxes meet the box of points that will be
     /// asked for.
-    pub fn within([low, high]: &[Vec3; 2], hexes: &'a [[u32; 8]], x: &'a [Vec3]) -> Self {
+    pub fn within([low, high]: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
         let place = Aabb::new(to_parry(low), to_parry(high));
-        let all = (0..).zip(hexes).map(|(element, hex)| (element, aabb(&corners(hex, x))));
+        let all = (0..).zip(cells.iter()).map(|(element, cell)| (element, aabb(&cell.points(x))));
         let (near, boxes): (Vec<u32>, Vec<Aabb>) =
             all.filter(|(_, around)| around.intersects(&place)).unzip();
-        Self { hexes, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
+        Self { cells, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
     }
 
     /// The first element, of those that `takes` takes, in whose interior (or on whose surface) the point [m] lies: where the
-    /// trilinear map has natural coordinates within ±1 for it.
+    /// map of the cell has natural coordinates of the cell for it.
     pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
         let at = Aabb::new(to_parry(point), to_parry(point));
         let found = self.tree.intersect_aabb(&at).map(|leaf| self.near[leaf as usize] as usize);
-        found.filter(|&e| takes(e) && contains(&corners(&self.hexes[e], self.x), point)).min()
+        found.filter(|&e| takes(e) && self.contains(e, point)).min()
+    }
+
+    fn contains(&self, element: usize, point: &Vec3) -> bool {
+        let cell = self.cells.get(element);
+        contains(cell.kind, &cell.points(self.x), point)
     }
 }
 
@@ -44,36 +50,27 @@ fn to_parry(p: &Vec3) -> Vector {
     Vector::new(p.x, p.y, p.z)
 }
 
-fn corners(hex: &[u32; 8], x: &[Vec3]) -> [Vec3; 8] {
-    hex.map(|node| x[node as usize])
-}
-
-fn aabb(corners: &[Vec3; 8]) -> Aabb {
-    let low = corners.iter().fold(corners[0], |low, c| low.inf(c));
-    let high = corners.iter().fold(corners[0], |high, c| high.sup(c));
+fn aabb(points: &[Vec3]) -> Aabb {
+    let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let (low, high) = points.iter().fold(nothing, |(low, high), x| (low.inf(x), high.sup(x)));
     Aabb::new(to_parry(&low), to_parry(&high))
 }
 
-/// The place x(ξ) [m] of the trilinear map.
-pub fn place(corners: &[Vec3; 8], xi: [f64; 3]) -> Vec3 {
-    let weight = |c: &[f64; 3]| 0.125 * (0..3).map(|i| 1.0 + c[i] * xi[i]).product::<f64>();
-    corners.iter().zip(&CORNERS).map(|(x, c)| x * weight(c)).sum()
-}
-
-/// Whether x(ξ) = p has a solution with |ξ_i| ≤ 1, by Newton's method; an element crushed so far that it has none is not entered.
-fn contains(corners: &[Vec3; 8], point: &Vec3) -> bool {
-    let mut xi = Vec3::zeros();
+/// Whether x(ξ) = p has a solution in the reference cell, by Newton's method; an element crushed so far that it has none is not entered.
+fn contains(kind: CellKind, x: &[Vec3], point: &Vec3) -> bool {
+    let table = kind.table();
+    let mut xi = Vec3::from(table.centre);
     for _ in 0..MOST_STEPS {
         let at = [xi.x, xi.y, xi.z];
-        let map = jacobian(corners, at);
-        let Some(step) = map.lu().solve(&(point - place(corners, at))) else { return false };
+        let map = (table.jacobian)(x, at);
+        let Some(step) = map.lu().solve(&(point - (table.place)(x, at))) else { return false };
         xi += step;
         if !(xi.amax() <= FAR) {
             return false;
         }
         if step.amax() <= 1e-12 {
             // A folded corner lies over other places a second time.
-            return xi.amax() <= 1.0 && map.determinant() > 0.0;
+            return kind.contains(&xi) && map.determinant() > 0.0;
         }
     }
     false
@@ -93,7 +90,7 @@ mod tests {
             [(2.5, 2.6, Some(2)), (1.5, 2.6, Some(2)), (0.1, 2.6, Some(2)), (5.0, 6.0, None)]
         {
             let place = [Vec3::new(low, 0.4, 0.4), Vec3::new(high, 0.6, 0.6)];
-            let locator = Locator::within(&place, &mesh.hexes, &mesh.nodes);
+            let locator = Locator::within(&place, &mesh.cells, &mesh.nodes);
             assert_eq!(locator.element_at(&place[1], |_| true), found);
         }
     }
@@ -107,12 +104,12 @@ mod tests {
             Vec3::new((p.z + 3.0) * sine, p.y + 0.1 * p.x * p.z, (p.z + 3.0) * cosine)
         };
         let x: Vec<Vec3> = mesh.nodes.iter().map(bent).collect();
-        let locator = Locator::within(&[Vec3::repeat(-10.0), Vec3::repeat(10.0)], &mesh.hexes, &x);
-        for (element, hex) in mesh.hexes.iter().enumerate() {
+        let locator = Locator::within(&[Vec3::repeat(-10.0), Vec3::repeat(10.0)], &mesh.cells, &x);
+        for (element, cell) in mesh.cells.iter().enumerate() {
             for k in 0..20 {
                 let t = f64::from(k);
                 let xi = [0.618_034, 0.754_878, 0.569_840].map(|step| 1.9 * (t * step).fract() - 0.95);
-                let point = place(&corners(hex, &x), xi);
+                let point = (cell.kind.table().place)(&cell.points(&x), xi);
                 assert_eq!(locator.element_at(&point, |_| true), Some(element));
                 assert_eq!(locator.element_at(&point, |e| e != element), None);
             }

@@ -1,13 +1,16 @@
 //! Meshes: read, write, generate, surface, quality.
 //!
-//! A [`Mesh`] is plain data in metres. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
+//! A [`Mesh`] is plain data in metres: nodes, and [`Cells`] of the kinds in `cell`. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
 //! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin,
 //! and `triangulated_skin` with `walk` where a ray meets it and where one gets to over it.
 
+pub mod cell;
+pub mod cells;
 pub mod distance;
 pub mod error;
 pub mod generate;
-pub mod hexahedron;
+pub mod hanging;
+pub mod local_refinement;
 pub mod locate;
 pub mod names;
 pub mod quality;
@@ -18,20 +21,22 @@ pub mod triangulated_skin;
 pub mod walk;
 pub mod write;
 
+pub use cell::CellKind;
+pub use cells::{Cell, Cells};
 pub use error::{MeshError, ParameterProblem, Place};
+pub use hanging::HangingNodes;
 
 use crate::mechanics::tensor::Vec3;
 use nalgebra::Rotation3;
 use std::collections::BTreeMap;
 
-/// A mesh of eight-node hexahedra in named parts, with named node sets.
+/// A mesh of cells in named parts, with named node sets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Positions X [m], one a node.
     pub nodes: Vec<Vec3>,
-    /// Corner nodes of each hex8: 0–3 counter-clockwise on the bottom seen from the top, 4–7 above them (the order of
-    /// Gmsh, Abaqus and VTK).
-    pub hexes: Vec<[u32; 8]>,
+    /// The elements: kind and nodes of each.
+    pub cells: Cells,
     /// Part of each element, an index into `parts`.
     pub part_of: Vec<u32>,
     /// Names of the parts ("muscle", "rubber", …).
@@ -41,31 +46,32 @@ pub struct Mesh {
     /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty when
     /// the mesh carries none (then the axes are x, y, z, or what the scene says).
     pub axes: Vec<[Vec3; 3]>,
+    /// Nodes that hang between coarse and fine elements.
+    pub hanging: HangingNodes,
     /// What the surface approximates, for the notes of the report ("faceted ball: 1.7 % below the exact volume").
     pub notes: Vec<String>,
 }
 
 impl Mesh {
-    /// Corner positions [m] of one element.
-    ///
-    /// # Panics
-    /// When `element` is out of range.
-    pub fn corners(&self, element: usize) -> [Vec3; 8] {
-        self.hexes[element].map(|a| self.nodes[a as usize])
+    /// Volume of the mesh [m³], the sum of its elements by their interpolation.
+    pub fn volume_m3(&self) -> f64 {
+        (0..self.cells.len()).map(|element| self.element_volume_m3(element)).sum()
     }
 
-    /// Volume of the mesh [m³], the sum of its trilinear elements.
-    pub fn volume_m3(&self) -> f64 {
-        (0..self.hexes.len()).map(|e| hexahedron::volume_m3(&self.corners(e))).sum()
+    /// Volume of one element [m³]; negative when it is inside out.
+    ///
+    /// # Panics
+    /// When there is no such element.
+    pub fn element_volume_m3(&self, element: usize) -> f64 {
+        let cell = self.cells.get(element);
+        cell.kind.volume_m3(&cell.points(&self.nodes))
     }
 
     /// Volume of one part [m³]; zero when the mesh has no such part.
     pub fn part_volume_m3(&self, name: &str) -> f64 {
         let Some(part) = self.parts.iter().position(|p| p == name) else { return 0.0 };
-        (0..self.hexes.len())
-            .filter(|&e| self.part_of[e] as usize == part)
-            .map(|e| hexahedron::volume_m3(&self.corners(e)))
-            .sum()
+        let of_part = (0..self.cells.len()).filter(|&e| self.part_of[e] as usize == part);
+        of_part.map(|element| self.element_volume_m3(element)).sum()
     }
 
     /// The smallest box that holds all nodes: lower and upper corner [m]. `None` without nodes.
@@ -96,12 +102,13 @@ impl Mesh {
             nodes: self.nodes.clone(),
             parts: kept_parts,
             node_sets: self.node_sets.clone(),
+            hanging: self.hanging.clone(),
             notes: self.notes.clone(),
             ..Mesh::default()
         };
-        for (e, hex) in self.hexes.iter().enumerate() {
+        for (e, cell) in self.cells.iter().enumerate() {
             if let Some(part) = new_part[self.part_of[e] as usize] {
-                out.hexes.push(*hex);
+                out.cells.push(cell.kind, cell.nodes);
                 out.part_of.push(part);
                 out.axes.extend(self.axes.get(e));
             }
@@ -114,7 +121,7 @@ impl Mesh {
     /// their order; node sets follow, and sets left empty go.
     pub fn drop_unused_nodes(&mut self) -> usize {
         let mut used = vec![false; self.nodes.len()];
-        self.hexes.iter().flatten().for_each(|&a| used[a as usize] = true);
+        self.cells.connectivity().iter().for_each(|&a| used[a as usize] = true);
 
         let mut new_index = vec![u32::MAX; self.nodes.len()];
         let mut kept = Vec::with_capacity(self.nodes.len());
@@ -129,7 +136,7 @@ impl Mesh {
             return 0;
         }
         self.nodes = kept;
-        self.hexes.iter_mut().flatten().for_each(|a| *a = new_index[*a as usize]);
+        self.cells = self.cells.map(|a| new_index[a as usize]);
         for set in self.node_sets.values_mut() {
             set.retain(|&a| used[a as usize]);
             for a in set {
@@ -137,6 +144,7 @@ impl Mesh {
             }
         }
         self.node_sets.retain(|_, set| !set.is_empty());
+        self.hanging.renumber(|node| used[node as usize].then(|| new_index[node as usize]));
         dropped
     }
 
@@ -183,7 +191,7 @@ mod tests {
     #[test]
     fn selected_part_keeps_only_its_nodes_sets_and_axes() {
         let high = two_cubes().select_parts(&["high"]).unwrap();
-        assert_eq!((high.nodes.len(), high.hexes.len()), (8, 1));
+        assert_eq!((high.nodes.len(), high.cells.len()), (8, 1));
         assert_eq!(high.parts, ["high"]);
         assert_eq!(high.part_of, [0]);
         assert_eq!(high.axes, [[Vec3::y(), Vec3::z(), Vec3::x()]]);

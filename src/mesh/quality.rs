@@ -1,7 +1,7 @@
 //! How good the elements of a mesh are: scaled Jacobians, sizes, and what is left over.
 
 use super::Mesh;
-use super::hexahedron::{CORNERS, EDGES, gauss_points, jacobian, scaled_determinant, volume_m3};
+use super::cell::CellKind;
 use crate::mechanics::tensor::Vec3;
 
 /// How many element ids a list in [`Quality`] names at most; the counts are of all.
@@ -10,9 +10,10 @@ pub const LISTED: usize = 100;
 /// How good one element is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementQuality {
-    /// Smallest scaled Jacobian at the 2×2×2 Gauss points [-], in [−1, 1].
+    /// Smallest scaled Jacobian at the quadrature points [-], in [−1, 1].
     pub gauss_scaled_jacobian: f64,
-    /// Smallest scaled Jacobian at the eight corners [-], in [−1, 1]; 1 for a brick.
+    /// Smallest scaled Jacobian at the corners [-], in [−1, 1]; 1 for a brick, a regular tetrahedron, and a wedge of edges that are all
+    /// equal.
     pub corner_scaled_jacobian: f64,
     /// Volume [m³].
     pub volume_m3: f64,
@@ -33,18 +34,21 @@ impl ElementQuality {
     }
 }
 
-/// Judges one element by its corner positions [m].
-pub fn element_quality(corners: &[Vec3; 8]) -> ElementQuality {
-    let smallest = |points: &[[f64; 3]; 8]| {
-        points.iter().map(|&xi| scaled_determinant(&jacobian(corners, xi))).fold(f64::INFINITY, f64::min)
-    };
-    let edges = EDGES.map(|[a, b]| (corners[a] - corners[b]).norm());
+/// Judges one element by the positions [m] of its nodes.
+pub fn element_quality(kind: CellKind, x: &[Vec3]) -> ElementQuality {
+    let table = kind.table();
+    let smallest = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+    let lengths = table.edges.iter().map(|&[a, b]| (x[a] - x[b]).norm());
     ElementQuality {
-        gauss_scaled_jacobian: smallest(&gauss_points()),
-        corner_scaled_jacobian: smallest(&CORNERS),
-        volume_m3: volume_m3(corners),
-        min_edge_m: edges.iter().copied().fold(f64::INFINITY, f64::min),
-        max_edge_m: edges.iter().copied().fold(0.0, f64::max),
+        gauss_scaled_jacobian: smallest(
+            &mut table.quadrature.iter().map(|&(xi, _)| kind.scaled_jacobian(x, xi)),
+        ),
+        corner_scaled_jacobian: smallest(
+            &mut (0..table.corners).map(|corner| kind.corner_scaled_jacobian(x, corner)),
+        ),
+        volume_m3: kind.volume_m3(x),
+        min_edge_m: lengths.clone().fold(f64::INFINITY, f64::min),
+        max_edge_m: lengths.fold(0.0, f64::max),
     }
 }
 
@@ -114,12 +118,11 @@ pub fn quality(mesh: &Mesh) -> Option<Quality> {
         unused_nodes: unused_nodes(mesh),
         coincident_nodes: coincident_nodes(&mesh.nodes),
     };
-    if mesh.hexes.is_empty() {
+    if mesh.cells.is_empty() {
         return None;
     }
-    for e in 0..mesh.hexes.len() {
-        let element = element_quality(&mesh.corners(e));
-        let e = e as u32;
+    for (e, cell) in (0..).zip(mesh.cells.iter()) {
+        let element = element_quality(cell.kind, &cell.points(&mesh.nodes));
         if element.min_scaled_jacobian() < out.min_scaled_jacobian {
             out.min_scaled_jacobian = element.min_scaled_jacobian();
             out.worst_element = e;
@@ -142,9 +145,9 @@ pub fn quality(mesh: &Mesh) -> Option<Quality> {
 
 /// The first element, counted from 0, whose edges or volume leave the range of `f64`; its quality is no number.
 pub fn first_beyond_range(mesh: &Mesh) -> Option<usize> {
-    (0..mesh.hexes.len()).find(|&e| {
+    mesh.cells.iter().position(|cell| {
         let ElementQuality { volume_m3, max_edge_m, gauss_scaled_jacobian, .. } =
-            element_quality(&mesh.corners(e));
+            element_quality(cell.kind, &cell.points(&mesh.nodes));
         ![volume_m3, max_edge_m, gauss_scaled_jacobian].iter().all(|number| number.is_finite())
     })
 }
@@ -152,7 +155,7 @@ pub fn first_beyond_range(mesh: &Mesh) -> Option<usize> {
 /// Nodes that no element names.
 fn unused_nodes(mesh: &Mesh) -> Offenders {
     let mut used = vec![false; mesh.nodes.len()];
-    mesh.hexes.iter().flatten().for_each(|&a| used[a as usize] = true);
+    mesh.cells.connectivity().iter().for_each(|&a| used[a as usize] = true);
     let mut out = Offenders::default();
     (0..mesh.nodes.len()).filter(|&a| !used[a]).for_each(|a| out.push(a as u32));
     out
@@ -199,7 +202,9 @@ mod tests {
     #[test]
     fn an_element_inside_out_is_named() {
         let mut mesh = block();
-        mesh.hexes[1].rotate_left(4);
+        let mut hexes = mesh.cells.hexes().unwrap().to_vec();
+        hexes[1].rotate_left(4);
+        mesh.cells = hexes.into();
         let quality = quality(&mesh).unwrap();
         assert_eq!(quality.negative, Offenders { count: 1, first: vec![1] });
         assert_eq!(quality.worst_element, 1);
@@ -209,7 +214,7 @@ mod tests {
     #[test]
     fn a_wedge_is_poor_but_not_negative() {
         let mut mesh = block();
-        let hex = mesh.hexes[2];
+        let hex = mesh.cells.nodes(2);
         // Corner 6 falls on corner 7.
         mesh.nodes[hex[6] as usize] = mesh.nodes[hex[7] as usize];
         let quality = quality(&mesh).unwrap();
@@ -223,7 +228,7 @@ mod tests {
     fn an_element_that_is_too_large_for_numbers_is_named() {
         let mut mesh = block();
         assert_eq!(first_beyond_range(&mesh), None);
-        let top = mesh.hexes[2][6] as usize;
+        let top = mesh.cells.nodes(2)[6] as usize;
         for far in [1e308, 1e200] {
             mesh.nodes[top] = Vec3::repeat(far);
             assert_eq!(first_beyond_range(&mesh), Some(2), "{far}");

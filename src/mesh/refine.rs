@@ -1,47 +1,52 @@
-//! Uniform refinement: each hexahedron becomes eight.
+//! Uniform refinement: each cell becomes eight of its kind.
 
-use super::Mesh;
-use super::hexahedron::{CORNERS, EDGES, FACES};
+use super::cell::MOST_NODES;
+use super::cells::{Cell, Cells};
 use super::surface::{skin, skin_nodes};
-use std::collections::HashMap;
+use super::{HangingNodes, Mesh, MeshError};
+use crate::mechanics::tensor::Vec3;
+use std::collections::{BTreeMap, HashMap};
 
-/// Splits each element into eight at the middle of its edges, faces and volume.
+/// Splits each element into eight at the middle of its edges, quadrilateral faces and volume.
 ///
-/// New nodes lie on the trilinear element, so that the volume and the facets of a curved surface stay what they are (a
+/// New nodes lie on the interpolation of the element, so that the volume and the facets of a curved surface stay what they are (a
 /// generator with `refined` follows the true shape instead). Old nodes keep their numbers. Parts and material axes are
 /// inherited. A new node belongs to a node set when all corners of its edge, face or element do; where a set lies
 /// wholly on the skin, the new node must lie there too, lest an edge across a plate one element thick joins a set that
 /// holds both its sides.
-#[must_use]
-pub fn refined(mesh: &Mesh) -> Mesh {
-    let mut split = Split { nodes: mesh.nodes.clone(), middles: HashMap::new(), parents: Vec::new() };
-    let mut hexes = Vec::with_capacity(mesh.hexes.len() * 8);
-    for hex in &mesh.hexes {
-        let lattice = split.lattice(hex);
-        hexes.extend((0..8).map(|octant| child(&lattice, octant)));
+///
+/// # Errors
+/// `Unrefinable` when a kind of cell in it cannot be split.
+pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
+    let mut split = Split::new(mesh);
+    let mut cells = Cells::default();
+    for cell in mesh.cells.iter() {
+        split.add_children(cell, &mut cells)?;
     }
     let each_eight_times = |e: usize| e / 8;
-    let fine_skin = skin_nodes(&skin(&hexes));
-    let coarse_skin = skin_nodes(&skin(&mesh.hexes));
-    let node_sets = mesh
-        .node_sets
-        .iter()
-        .map(|(name, set)| (name.clone(), split.refined_set(set, &coarse_skin, &fine_skin)))
-        .collect();
-    Mesh {
-        part_of: (0..hexes.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
-        axes: (0..hexes.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
+    // Where nothing hung, nothing will.
+    let hanging = if mesh.hanging.is_empty() { HangingNodes::default() } else { split.hanging(&cells) };
+    let fine_skin = skin_nodes(&hanging.skin(skin(&cells)));
+    let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.cells)));
+    let node_sets = split.refined_sets(mesh, &coarse_skin, &fine_skin);
+    Ok(Mesh {
+        part_of: (0..cells.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
+        axes: (0..cells.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
         nodes: split.nodes,
-        hexes,
+        cells,
         parts: mesh.parts.clone(),
         node_sets,
+        hanging,
         notes: mesh.notes.clone(),
-    }
+    })
 }
 
+/// Nodes of a cell that is split, its new ones counted.
+const MOST_SPLIT_NODES: usize = 27;
+
 /// The nodes of a mesh that is being split.
-struct Split {
-    nodes: Vec<crate::mechanics::tensor::Vec3>,
+pub(super) struct Split {
+    pub nodes: Vec<Vec3>,
     /// Middle node of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
     middles: HashMap<[u32; 8], u32>,
     /// Corners of each new node, in the order of the new nodes.
@@ -49,44 +54,88 @@ struct Split {
 }
 
 impl Split {
+    /// Of a mesh; what hangs in it is the middle of something already.
+    pub fn new(mesh: &Mesh) -> Self {
+        let middles = mesh.hanging.each().map(|(node, corners)| (key(corners), node)).collect();
+        Self { nodes: mesh.nodes.clone(), middles, parents: Vec::new() }
+    }
+
+    /// Nodes in the middle of an edge or a face that one of these elements has whole.
+    pub fn hanging(&self, cells: &Cells) -> HangingNodes {
+        let mut between = BTreeMap::new();
+        for cell in cells.iter() {
+            for corners in edges_and_faces(cell) {
+                if let Some(node) = self.made_middle(&corners) {
+                    between.entry(node).or_insert(corners);
+                }
+            }
+        }
+        HangingNodes::new(between)
+    }
+
+    /// The node in the middle of these corners, if it has been made.
+    pub fn made_middle(&self, corners: &[u32]) -> Option<u32> {
+        self.middles.get(&key(corners)).copied()
+    }
+
     /// The node in the middle of these corners, made when first asked for.
     fn middle(&mut self, corners: &[u32]) -> u32 {
-        let mut key = [u32::MAX; 8];
-        key[..corners.len()].copy_from_slice(corners);
-        key.sort_unstable();
+        let key = key(corners);
         *self.middles.entry(key).or_insert_with(|| {
-            let sum = key.iter().take(corners.len()).map(|&a| self.nodes[a as usize]);
-            let middle = sum.sum::<crate::mechanics::tensor::Vec3>() / corners.len() as f64;
+            let sum: Vec3 = key.iter().take(corners.len()).map(|&a| self.nodes[a as usize]).sum();
+            let middle = sum / corners.len() as f64;
             self.nodes.push(middle);
             self.parents.push(corners.to_vec());
             (self.nodes.len() - 1) as u32
         })
     }
 
-    /// The 3×3×3 nodes of a split element, `[i + 3 j + 9 k]` with i along ξ, j along η, k along ζ.
-    fn lattice(&mut self, hex: &[u32; 8]) -> [u32; 27] {
-        let mut lattice = [0; 27];
-        for (c, &a) in hex.iter().enumerate() {
-            lattice[place(&[c])] = a;
+    /// The eight cells that one becomes.
+    pub fn add_children(&mut self, cell: Cell, out: &mut Cells) -> Result<(), MeshError> {
+        let table = cell.kind.table();
+        let unrefinable = || MeshError::Unrefinable { kind: table.title };
+        let split = table.split.as_ref().ok_or_else(unrefinable)?;
+
+        // Its own nodes, and the new ones behind them.
+        let mut nodes = [0; MOST_SPLIT_NODES];
+        let own = cell.nodes.len();
+        nodes[..own].copy_from_slice(cell.nodes);
+        for (i, corners) in split.middles.iter().enumerate() {
+            nodes[own + i] = {
+                let corners: Vec<u32> = corners.iter().map(|&corner| cell.nodes[corner]).collect();
+                self.middle(&corners)
+            };
         }
-        for edge in EDGES {
-            lattice[place(&edge)] = self.middle(&edge.map(|i| hex[i]));
+        for child in split.children {
+            let mut list = [0; MOST_NODES];
+            for (node, &i) in list.iter_mut().zip(*child) {
+                *node = nodes[i];
+            }
+            out.push(cell.kind, &list[..own]);
         }
-        for face in FACES {
-            lattice[place(&face)] = self.middle(&face.map(|i| hex[i]));
-        }
-        lattice[13] = self.middle(hex);
-        lattice
+        Ok(())
     }
 
-    /// A node set with the new nodes that belong to it.
+    /// The node sets of the mesh with the new nodes that belong to them; nodes of the skin before and after.
+    pub fn refined_sets(
+        &self,
+        mesh: &Mesh,
+        coarse_skin: &[u32],
+        fine_skin: &[u32],
+    ) -> BTreeMap<String, Vec<u32>> {
+        let refined =
+            |(name, set): (&String, &Vec<u32>)| (name.clone(), self.refined_set(set, coarse_skin, fine_skin));
+        mesh.node_sets.iter().map(refined).collect()
+    }
+
+    /// A node set with the new nodes that belong to it; these are in ascending order, after the corners that they are between.
     fn refined_set(&self, set: &[u32], coarse_skin: &[u32], fine_skin: &[u32]) -> Vec<u32> {
         let on_skin = set.iter().all(|a| coarse_skin.binary_search(a).is_ok());
         let first_new = self.nodes.len() - self.parents.len();
         let mut out = set.to_vec();
         for (i, parents) in self.parents.iter().enumerate() {
             let node = (first_new + i) as u32;
-            let inherits = parents.iter().all(|a| set.binary_search(a).is_ok());
+            let inherits = parents.iter().all(|a| out.binary_search(a).is_ok());
             if inherits && (!on_skin || fine_skin.binary_search(&node).is_ok()) {
                 out.push(node);
             }
@@ -95,30 +144,19 @@ impl Split {
     }
 }
 
-/// Where the middle of some corners lies in the 3×3×3 lattice.
-fn place(corners: &[usize]) -> usize {
-    let mut index = 0;
-    for (axis, stride) in [1, 3, 9].into_iter().enumerate() {
-        let sum: f64 = corners.iter().map(|&c| CORNERS[c][axis]).sum();
-        let step = if sum < -0.5 {
-            0
-        } else if sum > 0.5 {
-            2
-        } else {
-            1
-        };
-        index += stride * step;
-    }
-    index
+/// The nodes at the ends of each edge of a cell, and at the corners of each face.
+pub(super) fn edges_and_faces(cell: Cell<'_>) -> impl Iterator<Item = Vec<u32>> {
+    let table = cell.kind.table();
+    let sides = table.edges.iter().map(|edge| &edge[..]).chain(table.faces.iter().map(|face| face.corners));
+    sides.map(move |corners| corners.iter().map(|&i| cell.nodes[i]).collect())
 }
 
-/// The eighth of the lattice at corner `octant`, with its own corners in the order of a hexahedron.
-fn child(lattice: &[u32; 27], octant: usize) -> [u32; 8] {
-    let low = CORNERS[octant].map(|s| usize::from(s > 0.0));
-    CORNERS.map(|c| {
-        let [i, j, k] = std::array::from_fn(|axis| low[axis] + usize::from(c[axis] > 0.0));
-        lattice[i + 3 * j + 9 * k]
-    })
+/// Corners, whatever their order.
+fn key(corners: &[u32]) -> [u32; 8] {
+    let mut key = [u32::MAX; 8];
+    key[..corners.len()].copy_from_slice(corners);
+    key.sort_unstable();
+    key
 }
 
 #[cfg(test)]
@@ -129,14 +167,13 @@ mod tests {
     use super::super::quality::quality;
     use super::super::surface::topology_problems;
     use super::*;
-    use crate::mechanics::tensor::Vec3;
 
     #[test]
     fn a_split_block_is_the_block_with_twice_the_counts() {
         let coarse = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [3, 2, 1], "b");
-        let split = refined(&coarse.generate().unwrap());
+        let split = refined(&coarse.generate().unwrap()).unwrap();
         let fine = coarse.refined(2).generate().unwrap();
-        assert_eq!((split.nodes.len(), split.hexes.len()), (fine.nodes.len(), fine.hexes.len()));
+        assert_eq!((split.nodes.len(), split.cells.len()), (fine.nodes.len(), fine.cells.len()));
         for (name, set) in &fine.node_sets {
             let positions = |mesh: &Mesh, set: &[u32]| {
                 let mut x: Vec<[i64; 3]> = set
@@ -162,7 +199,7 @@ mod tests {
         both.extend(&plate.node_sets["z_max"]);
         both.sort_unstable();
         plate.node_sets.insert("both".into(), both);
-        let fine = refined(&plate);
+        let fine = refined(&plate).unwrap();
         let half_way = fine.node_sets["both"]
             .iter()
             .map(|&a| fine.nodes[a as usize])
@@ -174,9 +211,9 @@ mod tests {
     fn a_split_limb_keeps_volume_parts_and_axes() {
         let limb = LimbSegment { elements_around: 12, elements_along: 3, ..LimbSegment::default() };
         let coarse = limb.generate().unwrap();
-        let fine = refined(&coarse);
-        assert_eq!(fine.axes.len(), fine.hexes.len());
-        assert!(topology_problems(&fine.hexes).is_empty());
+        let fine = refined(&coarse).unwrap();
+        assert_eq!(fine.axes.len(), fine.cells.len());
+        assert!(topology_problems(&fine.cells).is_empty());
         for part in &coarse.parts {
             let (a, b) = (coarse.part_volume_m3(part), fine.part_volume_m3(part));
             assert!((a - b).abs() < 1e-12 * a, "{part}: {a} {b}");

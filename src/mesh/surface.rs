@@ -1,40 +1,49 @@
-//! The skin of a mesh: its outward quadrilateral faces.
+//! The skin of a mesh: its outward faces, quadrilaterals and triangles.
+//!
+//! A triangle is a quadrilateral whose last corner is there twice. Its bilinear map is the linear one of the triangle, so that areas and
+//! volumes by the rules for quadrilaterals are exact, and contact knows it as a triangle.
 
-use super::hexahedron::FACES;
+use super::cell::{CellFace, CellKind};
+use super::cells::{Cell, Cells};
 use crate::mechanics::tensor::Vec3;
 use std::fmt;
 
 /// The faces that belong to one element only, in the order of their elements.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Skin {
-    /// Corner nodes of each face, counter-clockwise seen from outside.
+    /// Corner nodes of each face, counter-clockwise seen from outside. A side of a quadratic cell is four triangles here.
     pub faces: Vec<[u32; 4]>,
     /// Element that each face belongs to.
     pub owner: Vec<u32>,
-    /// Which face of its owner each is, an index into [`FACES`].
+    /// Which side of its owner each is, an index into the faces of its kind.
     pub side: Vec<u8>,
 }
 
 impl Skin {
     /// The skin of these elements. Faces used more than once are inside; what else may be wrong with them,
     /// [`topology_problems`] says.
-    pub fn of(hexes: &[[u32; 8]]) -> Self {
-        let mut outer: Vec<(u32, u8)> = face_groups(&sorted_faces(hexes))
+    pub fn of(cells: &Cells) -> Self {
+        let mut outer: Vec<(u32, u8)> = face_groups(&sorted_faces(cells))
             .filter(|group| group.len() == 1)
             .map(|group| (group[0].element, group[0].side))
             .collect();
         outer.sort_unstable();
-        Self {
-            faces: outer.iter().map(|&(e, side)| face_of(&hexes[e as usize], side)).collect(),
-            owner: outer.iter().map(|&(e, _)| e).collect(),
-            side: outer.iter().map(|&(_, side)| side).collect(),
+        let mut skin = Self::default();
+        for (owner, side) in outer {
+            let cell = cells.get(owner as usize);
+            for facet in side_of(cell.kind, side).facets {
+                skin.faces.push(facet.map(|i| cell.nodes[i]));
+                skin.owner.push(owner);
+                skin.side.push(side);
+            }
         }
+        skin
     }
 }
 
 /// The faces that belong to one element only, counter-clockwise seen from outside, in the order of their elements.
-pub fn skin(hexes: &[[u32; 8]]) -> Vec<[u32; 4]> {
-    Skin::of(hexes).faces
+pub fn skin(cells: &Cells) -> Vec<[u32; 4]> {
+    Skin::of(cells).faces
 }
 
 /// The nodes of these faces, sorted and without repetition.
@@ -103,7 +112,7 @@ pub fn enclosed_volume_m3(faces: &[[u32; 4]], positions: &[Vec3]) -> f64 {
 /// Something that the topology of a mesh cannot be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TopologyProblem {
-    /// Two elements with the same eight nodes: the mass would count twice.
+    /// Two elements with the same corners: the mass would count twice.
     DuplicateElement {
         /// The element first in the list.
         first: u32,
@@ -127,6 +136,11 @@ pub enum TopologyProblem {
         /// The two elements.
         elements: [u32; 2],
     },
+    /// Two neighbours that share the corners of a face, but not the nodes between them: there they come apart.
+    NodesBetweenCorners {
+        /// The two elements.
+        elements: [u32; 2],
+    },
 }
 
 impl fmt::Display for TopologyProblem {
@@ -140,51 +154,66 @@ impl fmt::Display for TopologyProblem {
             Self::SameSideOfFace { elements: [a, b] } => {
                 write!(f, "elements {a} and {b} lie on the same side of their common face")
             }
+            Self::NodesBetweenCorners { elements: [a, b] } => {
+                write!(f, "elements {a} and {b} share the corners of a face, but not the nodes between them")
+            }
         }
     }
 }
 
 /// All that is wrong with how the elements hang together, in the order of the elements; empty for a sound mesh.
-pub fn topology_problems(hexes: &[[u32; 8]]) -> Vec<TopologyProblem> {
+pub fn topology_problems(cells: &Cells) -> Vec<TopologyProblem> {
     let mut problems = Vec::new();
-    for (e, hex) in hexes.iter().enumerate() {
-        if let Some(i) = (1..8).find(|&i| hex[..i].contains(&hex[i])) {
-            problems.push(TopologyProblem::RepeatedNode { element: e as u32, node: hex[i] });
+    for (e, Cell { nodes, .. }) in cells.iter().enumerate() {
+        if let Some(i) = (1..nodes.len()).find(|&i| nodes[..i].contains(&nodes[i])) {
+            problems.push(TopologyProblem::RepeatedNode { element: e as u32, node: nodes[i] });
         }
     }
-    let mut duplicate = vec![false; hexes.len()];
-    for (first, second) in duplicate_elements(hexes) {
+    let mut duplicate = vec![false; cells.len()];
+    for (first, second) in duplicate_elements(cells) {
         duplicate[second as usize] = true;
         problems.push(TopologyProblem::DuplicateElement { first, second });
     }
 
-    // A duplicate shares all its faces: it is reported once above, not six times here.
-    let mut shared = Vec::new();
-    for group in face_groups(&sorted_faces(hexes)) {
+    // A duplicate shares all its faces: it is reported once above, not at each of them.
+    let mut shared: Vec<(u32, TopologyProblem)> = Vec::new();
+    for group in face_groups(&sorted_faces(cells)) {
         let group: Vec<&Face> = group.iter().filter(|face| !duplicate[face.element as usize]).collect();
-        match group[..] {
-            [] | [_] => {}
-            [a, b]
-                if opposite(
-                    face_of(&hexes[a.element as usize], a.side),
-                    face_of(&hexes[b.element as usize], b.side),
-                ) => {}
-            [a, b] => shared.push(TopologyProblem::SameSideOfFace { elements: [a.element, b.element] }),
-            _ => shared.push(TopologyProblem::FaceSharedByMany {
+        let problem = match group[..] {
+            [] | [_] => None,
+            [a, b] => problem_between(cells, [a, b]),
+            _ => Some(TopologyProblem::FaceSharedByMany {
                 elements: group.iter().map(|face| face.element).collect(),
             }),
-        }
+        };
+        shared.extend(problem.map(|problem| (group[0].element, problem)));
     }
-    shared.sort_by_key(|problem| match problem {
-        TopologyProblem::SameSideOfFace { elements } => elements[0],
-        TopologyProblem::FaceSharedByMany { elements } => elements[0],
-        _ => u32::MAX,
-    });
-    problems.extend(shared);
+    shared.sort_by_key(|(first, _)| *first);
+    problems.extend(shared.into_iter().map(|(_, problem)| problem));
     problems
 }
 
-/// One side of one element, under the sorted nodes of that face.
+/// What is wrong with two neighbours at their common face.
+fn problem_between(cells: &Cells, faces: [&Face; 2]) -> Option<TopologyProblem> {
+    let [(a, of_a), (b, of_b)] = faces.map(|face| {
+        let cell = cells.get(face.element as usize);
+        (cell.nodes, side_of(cell.kind, face.side))
+    });
+    let elements = faces.map(|face| face.element);
+    if !opposite(chosen(a, of_a.corners), chosen(b, of_b.corners), of_a.corners.len()) {
+        return Some(TopologyProblem::SameSideOfFace { elements });
+    }
+    if of_a.facets.len().max(of_b.facets.len()) == 1 {
+        return None;
+    }
+    let all_nodes = |nodes: &[u32], face: &CellFace| {
+        skin_nodes(&face.facets.iter().map(|facet| facet.map(|i| nodes[i])).collect::<Vec<_>>())
+    };
+    let differ = all_nodes(a, of_a) != all_nodes(b, of_b);
+    differ.then_some(TopologyProblem::NodesBetweenCorners { elements })
+}
+
+/// One side of one element, under the sorted corners of that face; a triangle has a last one that no node has.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Face {
     key: [u32; 4],
@@ -193,11 +222,12 @@ struct Face {
 }
 
 /// All faces of all elements, equal faces next to each other.
-fn sorted_faces(hexes: &[[u32; 8]]) -> Vec<Face> {
-    let mut faces = Vec::with_capacity(hexes.len() * 6);
-    for (e, hex) in hexes.iter().enumerate() {
-        for side in 0..6 {
-            let mut key = face_of(hex, side);
+fn sorted_faces(cells: &Cells) -> Vec<Face> {
+    let count = cells.counts().iter().map(|(kind, count)| kind.table().faces.len() * count).sum();
+    let mut faces = Vec::with_capacity(count);
+    for (e, cell) in cells.iter().enumerate() {
+        for (side, face) in (0..).zip(cell.kind.table().faces) {
+            let mut key = chosen(cell.nodes, face.corners);
             key.sort_unstable();
             faces.push(Face { key, element: e as u32, side });
         }
@@ -206,33 +236,40 @@ fn sorted_faces(hexes: &[[u32; 8]]) -> Vec<Face> {
     faces
 }
 
+/// Some of the nodes of a cell, and `u32::MAX` behind them where they are fewer than four.
+fn chosen(nodes: &[u32], places: &[usize]) -> [u32; 4] {
+    match *places {
+        [a, b, c, d] => [nodes[a], nodes[b], nodes[c], nodes[d]],
+        [a, b, c] => [nodes[a], nodes[b], nodes[c], u32::MAX],
+        _ => [u32::MAX; 4],
+    }
+}
+
 /// The runs of equal faces.
 fn face_groups(sorted: &[Face]) -> impl Iterator<Item = &[Face]> {
     sorted.chunk_by(|a, b| a.key == b.key)
 }
 
-/// The nodes of one side of an element, counter-clockwise seen from outside.
-fn face_of(hex: &[u32; 8], side: u8) -> [u32; 4] {
-    FACES[usize::from(side)].map(|i| hex[i])
+/// One side of a kind.
+fn side_of(kind: CellKind, side: u8) -> &'static CellFace {
+    &kind.table().faces[usize::from(side)]
 }
 
-/// Whether two faces of the same four nodes run round in opposite senses.
-fn opposite(a: [u32; 4], b: [u32; 4]) -> bool {
+/// Whether two faces of the same `n` corners run round in opposite senses.
+fn opposite(a: [u32; 4], b: [u32; 4], n: usize) -> bool {
     let Some(start) = b.iter().position(|&node| node == a[0]) else { return false };
-    (0..4).all(|i| a[i] == b[(start + 4 - i) % 4])
+    (0..n).all(|i| a[i] == b[(start + n - i) % n])
 }
 
-/// Pairs (first, repetition) of elements with the same nodes, sorted.
-fn duplicate_elements(hexes: &[[u32; 8]]) -> Vec<(u32, u32)> {
-    let mut sorted: Vec<([u32; 8], u32)> = hexes
-        .iter()
-        .enumerate()
-        .map(|(e, hex)| {
-            let mut key = *hex;
-            key.sort_unstable();
-            (key, e as u32)
-        })
-        .collect();
+/// Pairs (first, repetition) of elements with the same corners, sorted.
+fn duplicate_elements(cells: &Cells) -> Vec<(u32, u32)> {
+    let key = |cell: Cell| {
+        let (mut key, corners) = ([u32::MAX; 8], cell.kind.table().corners);
+        key[..corners].copy_from_slice(&cell.nodes[..corners]);
+        key.sort_unstable();
+        key
+    };
+    let mut sorted: Vec<([u32; 8], u32)> = (0..).zip(cells.iter()).map(|(e, cell)| (key(cell), e)).collect();
     sorted.sort_unstable();
     let mut pairs: Vec<(u32, u32)> = sorted
         .chunk_by(|a, b| a.0 == b.0)
@@ -253,13 +290,15 @@ mod tests {
     fn skin_of_a_block_is_its_six_sides() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [3, 2, 2], "b").generate().unwrap();
-        let skin = Skin::of(&mesh.hexes);
+        let skin = Skin::of(&mesh.cells);
         assert_eq!(skin.faces.len(), 2 * (3 * 2 + 3 * 2 + 2 * 2));
         assert!((enclosed_volume_m3(&skin.faces, &mesh.nodes) - 6.0).abs() < 1e-13);
         let areas = tributary_areas(&skin.faces, &mesh.nodes);
         assert!((areas.iter().sum::<f64>() - 22.0).abs() < 1e-13);
         for (face, (&owner, &side)) in skin.faces.iter().zip(skin.owner.iter().zip(&skin.side)) {
-            assert_eq!(*face, face_of(&mesh.hexes[owner as usize], side));
+            let cell = mesh.cells.get(owner as usize);
+            let [facet] = side_of(cell.kind, side).facets else { panic!("a hexahedron has plain faces") };
+            assert_eq!(*face, facet.map(|i| cell.nodes[i]));
         }
         assert_eq!(skin_nodes(&skin.faces).len(), 4 * 3 * 3 - 2, "all but the two nodes inside");
     }
@@ -275,35 +314,35 @@ mod tests {
             part: "rubber".into(),
         };
         let mesh = ball.generate().unwrap();
-        let faces = skin(&mesh.hexes);
+        let faces = skin(&mesh.cells);
         assert_eq!(faces.len(), 2 * 6 * 16);
         let volume = enclosed_volume_m3(&faces, &mesh.nodes);
         assert!((volume - mesh.volume_m3()).abs() < 1e-12 * volume);
-        assert!(topology_problems(&mesh.hexes).is_empty());
+        assert!(topology_problems(&mesh.cells).is_empty());
     }
 
     #[test]
     fn each_topology_problem_is_found_once() {
+        let problems = |hexes: &[[u32; 8]]| topology_problems(&Cells::from(hexes.to_vec()));
         let a = [0, 1, 2, 3, 4, 5, 6, 7];
         let above = [4, 5, 6, 7, 8, 9, 10, 11];
         let turned = [6, 7, 4, 5, 2, 3, 0, 1];
-        assert_eq!(topology_problems(&[a, above]), []);
+        assert_eq!(problems(&[a, above]), []);
         assert_eq!(
-            topology_problems(&[a, above, turned]),
+            problems(&[a, above, turned]),
             [TopologyProblem::DuplicateElement { first: 0, second: 2 }]
         );
 
         let third = [4, 5, 6, 7, 12, 13, 14, 15];
-        let problems = topology_problems(&[a, above, third]);
-        assert_eq!(problems, [TopologyProblem::FaceSharedByMany { elements: vec![0, 1, 2] }]);
+        assert_eq!(
+            problems(&[a, above, third]),
+            [TopologyProblem::FaceSharedByMany { elements: vec![0, 1, 2] }]
+        );
 
         let folded_back = [12, 13, 14, 15, 4, 5, 6, 7];
-        let problems = topology_problems(&[a, folded_back]);
-        assert_eq!(problems, [TopologyProblem::SameSideOfFace { elements: [0, 1] }]);
+        assert_eq!(problems(&[a, folded_back]), [TopologyProblem::SameSideOfFace { elements: [0, 1] }]);
 
         let pinched = [4, 5, 6, 7, 8, 9, 10, 10];
-        assert!(
-            topology_problems(&[pinched]).contains(&TopologyProblem::RepeatedNode { element: 0, node: 10 })
-        );
+        assert!(problems(&[pinched]).contains(&TopologyProblem::RepeatedNode { element: 0, node: 10 }));
     }
 }

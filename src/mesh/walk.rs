@@ -131,7 +131,7 @@ mod tests {
     const RADIUS: f64 = 0.05;
 
     fn skin_of(mesh: &Mesh) -> TriangulatedSkin {
-        TriangulatedSkin::new(&skin(&mesh.hexes), mesh.nodes.clone())
+        TriangulatedSkin::new(&skin(&mesh.cells), mesh.nodes.clone())
     }
 
     fn ball() -> TriangulatedSkin {
@@ -215,7 +215,7 @@ mod tests {
         assert!(matches!(end.what, Obstacle::SharpEdge { turn_deg } if (turn_deg - 90.0).abs() < 1e-9));
         assert!((end.place - Vec3::new(0.6, 0.2, 0.2)).norm() < 1e-15 && (end.walked - 0.3).abs() < 1e-15);
 
-        let top = faces_within(&skin(&block.hexes), &block.node_sets["z_max"]);
+        let top = faces_within(&skin(&block.cells), &block.node_sets["z_max"]);
         let top = TriangulatedSkin::new(&top, block.nodes.clone());
         let end = top.walk(&from, &-Vec3::y(), 0.21).unwrap_err();
         assert_eq!(end.what, Obstacle::Border);

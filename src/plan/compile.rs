@@ -12,19 +12,23 @@ use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::surface;
+use crate::mesh::{Cells, Mesh, surface};
 use crate::scene::document::{Axis, BodyDocument, ErosionDocument, ErrorBarsDocument, Keep, SceneDocument};
+use crate::scene::elements::without_element;
 use crate::scene::{Scene, SceneBody};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Compiles a scene.
 ///
 /// # Errors
 /// Inverted elements and massless nodes, which validation reports earlier and in full.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
+    let _span = tracing::debug_span!("compile", scene = scene.document.name).entered();
     let document = &scene.document;
     let mut parts = Parts::default();
     for (body, mesh) in document.bodies.iter().zip(&scene.bodies) {
@@ -33,11 +37,16 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
             None => add_body(&mut parts, document, body, mesh)?,
         }
     }
+    let followers = Followers::new(parts.X.len(), &parts.ties);
+    // Each body's have been looked at by themselves.
+    parts.followers =
+        Arc::new(followers.map_err(|error| CompileError::Followers { body: String::new(), error })?);
     parts.loads = Loads::new(scene, &parts.bodies, &parts.X);
     for prescribed in &parts.loads.prescribed {
         parts.inverse_mass[prescribed.node as usize][prescribed.axis] = 0.0;
     }
-    let assembly = Assembly::new(parts.X.len(), &parts.blocks);
+    check_followers(&mut parts)?;
+    let assembly = Assembly::new(parts.X.len(), &parts.blocks).with(parts.followers.clone());
     let integrator = integrator(&document.integrator, &parts)?;
     let preload = preload(document, &parts)?;
     Ok(complete(scene, parts, assembly, (integrator, preload)))
@@ -65,6 +74,8 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         bodies: plan.bodies,
         rigid: plan.rigid.unwrap_or_default(),
         loads: plan.loads,
+        ties: BTreeMap::new(),
+        followers: plan.assembly.followers().clone(),
     };
     for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
         let nodes = &parts.bodies[index].nodes;
@@ -88,6 +99,9 @@ fn complete(
     (integrator, preload): (Integrator, Option<Box<Implicit>>),
 ) -> Plan {
     let document = &scene.document;
+    // What starts in motion or deformed does so as its masters do.
+    parts.followers.follow(&mut parts.u);
+    parts.followers.follow(&mut parts.v);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
     let mut forces = ElementForces::new(&parts.blocks);
     let steps = StableSteps::new(&parts.blocks, &parts.u, &mut forces);
@@ -205,14 +219,20 @@ fn add_body(
     body: &SceneBody,
 ) -> Result<(), CompileError> {
     let mesh = &body.mesh;
+    let hexes = hexahedra(document, mesh)?;
     let (first_node, first_element) =
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
-    let geometry = reference_geometry(scene, document, body)?;
+    let geometry = reference_geometry(scene, document, (mesh, hexes))?;
 
-    let mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
+    let mut mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
+    let inertia_lost = inertia_lost(scene, document, (body, hexes), &mass);
+    let ties = mesh.hanging.ties();
+    let followers = Followers::new(mesh.nodes.len(), &ties)
+        .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
+    followers.hand_over_shares(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
@@ -222,18 +242,19 @@ fn add_body(
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
-    add_blocks(&mut parts.blocks, &globals, document, body, geometry)?;
+    let elements = hexes.iter().zip(geometry);
+    add_blocks(&mut parts.blocks, &globals, document, body, elements)?;
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let faces: Vec<[u32; 4]> = surface::skin(&mesh.hexes).iter().map(global).collect();
+    let faces: Vec<[u32; 4]> = mesh.hanging.skin(surface::skin(&mesh.cells)).iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
         role: document.role,
         nodes: first_node..first_node + mesh.nodes.len() as u32,
-        elements: first_element..first_element + mesh.hexes.len() as u32,
+        elements: first_element..first_element + mesh.cells.len() as u32,
         flight_velocity: Vec3::from(document.velocity_m_per_s),
-        hexes: mesh.hexes.iter().map(|hex| hex.map(|node| node + first_node)).collect(),
+        cells: mesh.cells.map(|node| node + first_node),
         part_of: mesh.part_of.clone(),
         parts: mesh.parts.clone(),
         validity: validity_of_parts(document, body),
@@ -242,10 +263,29 @@ fn add_body(
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
-        inertia_lost: inertia_lost(scene, document, body, &mass),
+        inertia_lost,
     });
+    let global = |masters: Masters| masters.into_iter().map(|(node, w)| (node + first_node, w)).collect();
+    parts.ties.extend(ties.into_iter().map(|(node, masters)| (node + first_node, global(masters))));
     parts.X.extend_from_slice(&mesh.nodes);
     parts.mass.extend(mass);
+    Ok(())
+}
+
+/// Nodes that follow others have no inertia of their own, and are held and driven as their masters are: by no more than these.
+fn check_followers(parts: &mut Parts) -> Result<(), CompileError> {
+    let followers = parts.followers.clone();
+    for (node, masters) in followers.each() {
+        let inverse = std::mem::replace(&mut parts.inverse_mass[node as usize], Vec3::zeros());
+        let is_held = |axis: usize| inverse[axis] == 0.0;
+        let all_are = |axis: usize| masters.iter().all(|(m, _)| parts.inverse_mass[*m as usize][axis] == 0.0);
+        if (0..3).any(|axis| is_held(axis) && !all_are(axis)) {
+            let body = &parts.bodies[parts.bodies.partition_point(|body| body.nodes.end <= node)];
+            let (body, node) = (body.name.clone(), node - body.nodes.start);
+            return Err(CompileError::HeldFollower { body, node });
+        }
+    }
+    parts.loads.prescribed.retain(|prescribed| !followers.contains(prescribed.node as usize));
     Ok(())
 }
 
@@ -276,7 +316,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         nodes: centre..centre + 2,
         elements: first_element..first_element,
         flight_velocity: Vec3::from(document.velocity_m_per_s),
-        hexes: Vec::new(),
+        cells: Cells::default(),
         part_of: Vec::new(),
         parts: Vec::new(),
         validity: Vec::new(),
@@ -303,14 +343,22 @@ fn rigid_velocities(document: &BodyDocument, orientation: crate::mechanics::rigi
     [Vec3::zeros(), orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s))]
 }
 
+/// The elements of a mesh, all of which are hexahedra of eight nodes.
+fn hexahedra<'a>(document: &BodyDocument, mesh: &'a Mesh) -> Result<&'a [[u32; 8]], CompileError> {
+    mesh.cells.hexes().ok_or_else(|| CompileError::NoElement {
+        body: document.name.clone(),
+        reason: without_element(mesh).unwrap_or_default(),
+    })
+}
+
 fn reference_geometry(
     scene: &SceneDocument,
     document: &BodyDocument,
-    body: &SceneBody,
+    (mesh, hexes): (&Mesh, &[[u32; 8]]),
 ) -> Result<Vec<ReferenceGeometry>, CompileError> {
-    let mass = ContactMass::new(scene.contact.mass_redistribution, &body.mesh);
-    let of_element = |element: usize| {
-        let (corners, hex) = (body.mesh.corners(element), &body.mesh.hexes[element]);
+    let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
+    let of_element = |(element, hex): (usize, &[u32; 8])| {
+        let corners = hex.map(|node| mesh.nodes[node as usize]);
         let geometry =
             ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| mass.moved(hex, volume));
         if geometry.smallest_jacobian > 0.0 {
@@ -319,7 +367,7 @@ fn reference_geometry(
         let ratio = geometry.smallest_jacobian;
         Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
     };
-    (0..body.mesh.hexes.len()).map(of_element).collect()
+    hexes.iter().enumerate().map(of_element).collect()
 }
 
 /// 1/m along each axis, 0 where a fixed set holds it.
@@ -372,28 +420,26 @@ struct Globals {
     keeps_idle_fibres: bool,
 }
 
-/// One block for every entry of `parts` that has elements.
-fn add_blocks(
+/// One block for every entry of `parts` that has elements, which are given in their order.
+fn add_blocks<'a>(
     blocks: &mut Vec<ElementBlock>,
     globals: &Globals,
     document: &BodyDocument,
     body: &SceneBody,
-    geometry: Vec<ReferenceGeometry>,
+    elements: impl Iterator<Item = (&'a [u32; 8], ReferenceGeometry)>,
 ) -> Result<(), CompileError> {
     let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
-    for (e, geometry) in geometry.into_iter().enumerate() {
+    for (e, (hex, geometry)) in elements.enumerate() {
         inputs[body.part_entry[e] as usize].push(BlockInput {
             element: globals.first_element + e as u32,
-            nodes: body.mesh.hexes[e].iter().map(|node| node + globals.first_node).collect(),
-            corners: body.mesh.corners(e).to_vec(),
+            nodes: hex.map(|node| node + globals.first_node).to_vec(),
+            corners: hex.map(|node| body.mesh.nodes[node as usize]).to_vec(),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });
     }
-    for ((part, material), inputs) in document.parts.iter().zip(&body.materials).zip(inputs) {
-        if inputs.is_empty() {
-            continue;
-        }
+    let entries = document.parts.iter().zip(&body.materials).zip(inputs);
+    for ((part, material), inputs) in entries.filter(|(_, inputs)| !inputs.is_empty()) {
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
             formulation: part.element(material),

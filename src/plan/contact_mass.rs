@@ -25,7 +25,7 @@ impl ContactMass {
     pub fn new(alpha: f64, mesh: &Mesh) -> Self {
         let mut is_skin = vec![false; mesh.nodes.len()];
         if alpha > 0.0 {
-            for node in skin_nodes(&skin(&mesh.hexes)) {
+            for node in skin_nodes(&mesh.hanging.skin(skin(&mesh.cells))) {
                 is_skin[node as usize] = true;
             }
         }
@@ -56,9 +56,9 @@ pub(super) fn lumped_mass(
     corner_volume: impl Fn(usize) -> Vec<f64>,
 ) -> Vec<f64> {
     let mut mass = vec![0.0; body.mesh.nodes.len()];
-    for (e, hex) in body.mesh.hexes.iter().enumerate() {
+    for (e, cell) in body.mesh.cells.iter().enumerate() {
         let density = document.parts[body.part_entry[e] as usize].density_kg_per_m3;
-        for (node, volume) in hex.iter().zip(corner_volume(e)) {
+        for (node, volume) in cell.nodes.iter().zip(corner_volume(e)) {
             mass[*node as usize] += density * volume;
         }
     }
@@ -69,7 +69,7 @@ pub(super) fn lumped_mass(
 pub(super) fn inertia_lost(
     scene: &SceneDocument,
     document: &BodyDocument,
-    body: &SceneBody,
+    (body, hexes): (&SceneBody, &[[u32; 8]]),
     mass: &[f64],
 ) -> f64 {
     if scene.contact.mass_redistribution == 0.0 {
@@ -81,7 +81,8 @@ pub(super) fn inertia_lost(
         nodes().map(|(X, m)| m * (X - center).norm_squared()).sum::<f64>()
     };
     let even = lumped_mass(document, body, |element| {
-        ReferenceGeometry::new(ElementKind::Hex8, &body.mesh.corners(element)).corner_volume
+        let corners = hexes[element].map(|node| body.mesh.nodes[node as usize]);
+        ReferenceGeometry::new(ElementKind::Hex8, &corners).corner_volume
     });
     1.0 - polar(mass) / polar(&even)
 }
@@ -97,8 +98,8 @@ mod tests {
             Block::uniform([0.0; 3].into(), [1.0, 2.0, 3.0].into(), [3, 4, 5], "block").generate().unwrap();
         let mass = ContactMass::new(0.75, &mesh);
         let mut lighter = 0;
-        for (e, hex) in mesh.hexes.iter().enumerate() {
-            let corners = mesh.corners(e);
+        for hex in mesh.cells.hexes().unwrap_or_default() {
+            let corners = hex.map(|node| mesh.nodes[node as usize]);
             let before = ReferenceGeometry::new(ElementKind::Hex8, &corners);
             let after = ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| {
                 mass.moved(hex, volume)

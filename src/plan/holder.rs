@@ -31,7 +31,7 @@ impl Holder {
             let nodes = plan.bodies.iter().enumerate().filter(|(b, _)| is_of(*b));
             let nodes = nodes.flat_map(|(_, body)| body.nodes.start as usize..body.nodes.end as usize);
             // A driven node is a held one that is told its way.
-            let without_mass = nodes.filter(|node| plan.inverse_mass[*node][axis] == 0.0).count();
+            let without_mass = nodes.filter(|node| plan.holds(*node, axis)).count();
             match (on_plane || without_mass > driven.len(), driven.is_empty()) {
                 (true, _) => Hold::Fixed,
                 (false, false) => Hold::Driven(driven),

@@ -38,8 +38,11 @@ impl MemoryReport {
         let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
         let rows = plan.blocks.iter().map(|block| block.batch_count() * block.history_rows()).sum();
         let viscous = usize::from(plan.is_viscous());
-        let bodies: u64 =
-            plan.bodies.iter().map(|b| bytes(b.hexes.len(), 36) + bytes(b.skin.faces.len(), 16)).sum();
+        let bodies: u64 = plan
+            .bodies
+            .iter()
+            .map(|b| bytes(b.cells.connectivity().len() + b.cells.len(), 4) + bytes(b.skin.faces.len(), 16))
+            .sum();
         let systems = match &plan.integrator {
             Integrator::Explicit(_) => 0,
             Integrator::Implicit(implicit) => implicit.systems.memory_bytes,

@@ -11,6 +11,7 @@ mod left_out;
 mod loads;
 mod memory;
 mod parts;
+mod refinement;
 mod report;
 mod rigid;
 mod stable_step;
@@ -27,6 +28,7 @@ pub use left_out::LeftOut;
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use memory::MemoryReport;
 pub use parts::CompileError;
+pub use refinement::RefinementReport;
 pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
 pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
@@ -40,7 +42,7 @@ use crate::mechanics::lanes::Row;
 use crate::mechanics::material::Validity;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::surface;
+use crate::mesh::{Cell, Cells, surface};
 use crate::scene::document::{FieldName, ForceFilter, PersonDocument, Role};
 use serde::Serialize;
 use std::borrow::Cow;
@@ -56,15 +58,15 @@ pub struct Plan {
     pub bodies: Vec<PlanBody>,
     /// Reference positions X [m], nodes × 3.
     pub X: Vec<Vec3>,
-    /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body.
+    /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for nodes that follow others, whose masters have it.
     pub mass: Vec<f64>,
-    /// 1/m along each axis [1/kg], 0 where the node is held fixed; 1/I [1/(kg m²)] for the spin of a rigid body; nodes × 3.
+    /// 1/m along each axis [1/kg], 0 where the node is held fixed or follows others; 1/I [1/(kg m²)] for the spin of a rigid body; nodes × 3.
     pub inverse_mass: Vec<Vec3>,
     /// The rigid bodies; `None` when there are none.
     pub rigid: Option<RigidPlan>,
     /// Elements, in blocks of one kernel each.
     pub blocks: Vec<ElementBlock>,
-    /// Which force contributions each node sums, in which order.
+    /// Which force contributions each node sums, in which order; and which nodes follow others.
     pub assembly: crate::mechanics::force::Assembly,
     /// Contact, when anything may touch.
     pub contact: Option<ContactPlan>,
@@ -122,8 +124,8 @@ pub struct PlanBody {
     pub elements: Range<u32>,
     /// Velocity V_b of its frame [m/s]: x = X + V_b t + u.
     pub flight_velocity: Vec3,
-    /// Corner nodes (global) of its hex8, in the order of the elements.
-    pub hexes: Vec<[u32; 8]>,
+    /// Kind and nodes (global) of its elements, in their order.
+    pub cells: Cells,
     /// Part of each of its elements, an index into `parts`.
     pub part_of: Vec<u32>,
     /// Names of its parts.
@@ -145,9 +147,10 @@ pub struct PlanBody {
 }
 
 impl PlanBody {
-    /// Its elements that are left, in the order of their numbers: number and corner nodes.
-    pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = (u32, &'a [u32; 8])> {
-        self.elements.clone().zip(&self.hexes).filter(|(element, _)| !erosion.contains(*element))
+    /// Its elements that are left, in the order of their numbers.
+    pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = Cell<'a>> {
+        let numbered = self.elements.clone().zip(self.cells.iter());
+        numbered.filter(|(element, _)| !erosion.contains(*element)).map(|(_, cell)| cell)
     }
 
     /// Its skin without the elements that are gone: faces that they have laid bare are in it, their own are not.
@@ -155,8 +158,7 @@ impl PlanBody {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
             return Cow::Borrowed(&self.skin);
         }
-        let hexes: Vec<[u32; 8]> = self.intact(erosion).map(|(_, hex)| *hex).collect();
-        let faces = surface::skin(&hexes);
+        let faces = surface::skin(&self.intact(erosion).collect());
         Cow::Owned(Surface { nodes: surface::skin_nodes(&faces), faces })
     }
 }
@@ -408,6 +410,10 @@ impl Plan {
             return Vec3::repeat(self.mass[node]);
         }
         self.inverse_mass[node].map(|inverse| 1.0 / inverse)
+    }
+    /// Whether a node is held or driven along an axis; one that follows others is not, whoever holds them.
+    pub fn holds(&self, node: usize, axis: usize) -> bool {
+        self.inverse_mass[node][axis] == 0.0 && !self.assembly.followers().contains(node)
     }
     /// The body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {

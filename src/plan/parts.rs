@@ -3,9 +3,12 @@
 use super::PlanBody;
 use super::loads::Loads;
 use super::rigid::RigidPlan;
+use crate::mechanics::followers::{FollowerError, Followers, Masters};
 use crate::mechanics::force::{BlockError, ElementBlock};
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Why a validated scene could not be compiled.
 #[derive(Debug, thiserror::Error, PartialEq)]
@@ -20,6 +23,14 @@ pub enum CompileError {
         /// Smallest determinant over the mean.
         ratio: f64,
     },
+    /// A mesh holds cells that there is no element for; validation reports them earlier.
+    #[error("body `{body}`: {reason}")]
+    NoElement {
+        /// Body.
+        body: String,
+        /// Which cells.
+        reason: String,
+    },
     /// A node belongs to no element, or to elements without mass.
     #[error("node {node} of body `{body}` has no mass")]
     MasslessNode {
@@ -27,6 +38,22 @@ pub enum CompileError {
         body: String,
         /// Node in the body.
         node: usize,
+    },
+    /// Nodes of the mesh cannot follow others as it says.
+    #[error("body `{body}`: {error}")]
+    Followers {
+        /// Body.
+        body: String,
+        /// Why; nodes in the body.
+        error: FollowerError,
+    },
+    /// A node that follows others is held or driven, and they are not.
+    #[error("node {node} of body `{body}` is held or driven, but follows nodes that are not all")]
+    HeldFollower {
+        /// Body.
+        body: String,
+        /// Node in the body.
+        node: u32,
     },
     /// Nobody has chosen explicit or implicit steps; validation does.
     #[error("the integrator of the scene is still to be chosen")]
@@ -51,4 +78,7 @@ pub(super) struct Parts {
     pub bodies: Vec<PlanBody>,
     pub rigid: RigidPlan,
     pub loads: Loads,
+    /// Whom nodes follow, as the meshes say.
+    pub ties: BTreeMap<u32, Masters>,
+    pub followers: Arc<Followers>,
 }

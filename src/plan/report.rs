@@ -2,13 +2,13 @@
 
 use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
+use super::refinement::RefinementReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
 use crate::mechanics::contact::solvers::Method;
 use crate::mechanics::force::{ElementBlock, Formulation};
-use crate::mechanics::material::Material;
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};
 use serde::Serialize;
@@ -37,6 +37,9 @@ pub struct PlanReport {
     pub expected_run_time_s: f64,
     /// Elements by kernel.
     pub blocks: Vec<BlockReport>,
+    /// Bodies that are locally refined.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refinements: Vec<RefinementReport>,
     /// Rigid bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
@@ -178,6 +181,8 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
     kept.extend(statics_in_words(plan));
+    let refinements = RefinementReport::of(plan, scene);
+    kept.extend(refinements.iter().map(RefinementReport::in_words));
     kept.extend(words.chain(pairs.iter().map(PairReport::in_words)));
     let solver = plan.contact.as_ref().and_then(|contact| contact.solver);
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
@@ -203,6 +208,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         integrator,
         kept,
         blocks,
+        refinements,
         rigid_bodies,
         pairs,
         left_out: left_out(plan, scene),
@@ -250,17 +256,11 @@ fn of_block(
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
     let parts: BTreeSet<u32> =
         block.elements.iter().map(|e| body.part_of[(e - body.elements.start) as usize]).collect();
-    let law = match p.material {
-        Material::MooneyRivlin(_) => "Mooney–Rivlin",
-        Material::NeoHookean(_) => "neo-Hookean",
-        Material::CoupledNeoHookean(_) => "coupled neo-Hookean",
-        Material::HolzapfelGasserOgden(_) => "Holzapfel–Gasser–Ogden",
-    };
     BlockReport {
         body: body.name.clone(),
         parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
         elements: block.elements.len(),
-        law: law.into(),
+        law: p.material.name().into(),
         fibre_families: p.material.family_count(),
         formulation: match p.formulation {
             Formulation::MeanDilatation => "mean dilatation",

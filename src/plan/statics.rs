@@ -1,8 +1,8 @@
 //! Equilibrium without mass: which bodies nothing but contact holds, and how the systems of such bodies stay regular.
 
 use super::PlanBody;
+use super::parts::Parts;
 use crate::mechanics::contact::closest_point::Patch;
-use crate::mechanics::force::ElementBlock;
 use crate::mechanics::tensor::Vec3;
 use nalgebra::{Matrix6, Vector6};
 
@@ -36,16 +36,13 @@ pub struct Unheld {
 }
 
 impl Statics {
-    /// Of bodies with these inverse masses [1/kg], zero where a node is held.
-    pub(super) fn new(
-        bodies: &[PlanBody],
-        blocks: &[ElementBlock],
-        X: &[Vec3],
-        inverse_mass: &[Vec3],
-    ) -> Self {
+    /// Of what a plan is put together from; the inverse mass of a node that is held is zero.
+    pub(super) fn new(Parts { bodies, blocks, X, inverse_mass, followers, .. }: &Parts) -> Self {
         let of_body = |(index, body): (usize, &PlanBody)| {
             let nodes = || body.nodes.start as usize..body.nodes.end as usize;
-            let motions = free_motions(nodes(), X, inverse_mass);
+            // A node that follows others holds nobody.
+            let own_nodes = nodes().filter(|node| !followers.contains(*node));
+            let motions = free_motions(own_nodes, X, inverse_mass);
             let own = blocks.iter().filter(|block| block.body == index).map(|block| &block.parameters);
             // The softest part moves most.
             let square = own.map(|p| p.material.moduli_at_rest().0 / p.density).fold(f64::INFINITY, f64::min);

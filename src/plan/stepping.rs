@@ -53,8 +53,8 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
 /// The unknowns of implicit steps, in the order of elimination.
 fn unknowns(parts: &Parts) -> Result<Unknowns, SparseError> {
     let is_free = |node: usize, axis: usize| parts.inverse_mass[node][axis] > 0.0;
-    let hexes = parts.bodies.iter().flat_map(|body| &body.hexes);
-    Unknowns::new(parts.X.len(), is_free, hexes)
+    let elements = parts.bodies.iter().flat_map(|body| body.cells.iter());
+    Unknowns::with_followers(parts.X.len(), is_free, elements.map(|cell| cell.nodes), parts.followers.clone())
 }
 
 /// Equilibrium without mass; the step and the smallest step [s] of the pseudo-time.
@@ -67,7 +67,7 @@ fn quasi_static(
     Ok(Implicit {
         step,
         smallest_step,
-        statics: Some(Statics::new(&parts.bodies, &parts.blocks, &parts.X, &parts.inverse_mass)),
+        statics: Some(Statics::new(parts)),
         theta: 1.0,
         xi: 1.0,
         energy_momentum: false,

@@ -94,8 +94,10 @@ impl McapRecorder {
                 rigid.push(add_rigid_channels(&mut writer, plan, (body, index), name)?);
                 continue;
             }
-            let channel = writer.add_channel(&format!("{}{name}", reference::TOPIC), reference::SCHEMA)?;
-            writer.write(channel, 0.0, &reference::message(plan, body))?;
+            let mesh = reference::message(plan, body);
+            let channel =
+                writer.add_channel(&format!("{}{name}", reference::TOPIC), reference::schema(&mesh))?;
+            writer.write(channel, 0.0, &mesh)?;
             if plan.fields.is_empty() {
                 continue;
             }

@@ -2,13 +2,13 @@
 
 use super::RecordError;
 use super::writer::TimeScale;
+use crate::blobs::hexadecimal;
 use crate::measure::summary::NOTICE;
 use crate::mesh::Mesh;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 /// Name of the metadata record about the run.
 pub const RUN_METADATA: &str = "contuse.run";
@@ -44,13 +44,13 @@ impl RecordingInfo {
 fn mesh_hash(mesh: &Mesh) -> String {
     let mut hash = Sha256::new();
     mesh.nodes.iter().flat_map(|x| x.iter()).for_each(|x| hash.update(x.to_le_bytes()));
-    mesh.hexes.iter().flatten().for_each(|node| hash.update(node.to_le_bytes()));
+    // Hexahedra alone are known by their nodes, as they were when there was nothing else.
+    if mesh.cells.hexes().is_none() {
+        mesh.cells.iter().for_each(|cell| hash.update([cell.kind.table().vtk.number]));
+    }
+    mesh.cells.connectivity().iter().for_each(|node| hash.update(node.to_le_bytes()));
     mesh.part_of.iter().for_each(|part| hash.update(part.to_le_bytes()));
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hexadecimal(&hash.finalize())
 }
 
 /// The metadata record about the run; colours go from 0 to `top` [Pa].

@@ -2,13 +2,21 @@
 
 use super::packed;
 use super::proto::contuse::ReferenceMesh;
+use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::Role;
 
 /// Topic, before the body's name.
 pub const TOPIC: &str = "/reference/";
-/// Schema.
-pub const SCHEMA: &str = "contuse.v1.ReferenceMesh";
+/// Schema of a mesh of hexahedra.
+const SCHEMA: &str = "contuse.v1.ReferenceMesh";
+/// Schema of a mesh with other cells.
+const MIXED_SCHEMA: &str = "contuse.v1.MixedReferenceMesh";
+
+/// The schema that a message keeps to.
+pub fn schema(message: &ReferenceMesh) -> &'static str {
+    if message.hexes.is_some() { SCHEMA } else { MIXED_SCHEMA }
+}
 
 /// The name of a role.
 pub(super) fn role_name(role: Role) -> &'static str {
@@ -23,7 +31,7 @@ pub(super) fn role_name(role: Role) -> &'static str {
 pub fn message(plan: &Plan, body: usize) -> ReferenceMesh {
     let body = &plan.bodies[body];
     let (first, last) = (body.nodes.start, body.nodes.end as usize);
-    ReferenceMesh {
+    let mut message = ReferenceMesh {
         time_s: 0.0,
         body: body.name.clone(),
         role: role_name(body.role).into(),
@@ -33,8 +41,58 @@ pub fn message(plan: &Plan, body: usize) -> ReferenceMesh {
             "m",
             plan.X[first as usize..last].iter().map(|x| [x.x, x.y, x.z]),
         )),
-        hexes: Some(packed::u32s("hexes", body.hexes.iter().map(|hex| hex.map(|node| node - first)))),
         part_of: Some(packed::u32s("part_of", body.part_of.iter().map(|&part| [part]))),
         flight_velocity_m_per_s: Some(body.flight_velocity.into()),
+        ..ReferenceMesh::default()
+    };
+    put_cells(&body.cells, first, &mut message);
+    message
+}
+
+/// Puts in the cells, whose nodes are counted from the body's `first`.
+fn put_cells(cells: &Cells, first: u32, message: &mut ReferenceMesh) {
+    if let Some(hexes) = cells.hexes() {
+        let local = hexes.iter().map(|hex| hex.map(|node| node - first));
+        message.hexes = Some(packed::u32s("hexes", local));
+        return;
+    }
+    let types = cells.iter().map(|cell| cell.kind.table().vtk.number);
+    message.cell_types = Some(packed::u8s("cell_types", types));
+    let mut nodes = Vec::with_capacity(cells.connectivity().len());
+    for cell in cells.iter() {
+        let start = nodes.len();
+        nodes.resize(start + cell.nodes.len(), [0]);
+        for (&place, &node) in cell.kind.table().vtk.order.iter().zip(cell.nodes) {
+            nodes[start + place] = [node - first];
+        }
+    }
+    message.cell_nodes = Some(packed::u32s("cell_nodes", nodes));
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::*;
+    use crate::mesh::CellKind;
+
+    #[test]
+    fn mixed_cells_are_told_with_their_types_in_the_order_of_vtk() {
+        let mut cells = Cells::from(vec![[10, 11, 12, 13, 14, 15, 16, 17]]);
+        let mut message = ReferenceMesh::default();
+        put_cells(&cells, 10, &mut message);
+        assert_eq!(schema(&message), SCHEMA);
+        let hexes = message.hexes.unwrap();
+        assert_eq!((hexes.count, hexes.components), (1, 8));
+        assert!(message.cell_types.is_none() && message.cell_nodes.is_none());
+
+        cells.push(CellKind::Wedge6, &[14, 15, 16, 18, 19, 20]);
+        let mut message = ReferenceMesh::default();
+        put_cells(&cells, 10, &mut message);
+        assert_eq!((schema(&message), &message.hexes), (MIXED_SCHEMA, &None));
+        assert_eq!(message.cell_types.unwrap().data, [12, 13]);
+        let nodes = message.cell_nodes.unwrap();
+        let numbers: Vec<u32> =
+            nodes.data.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect();
+        assert_eq!(numbers, [0, 1, 2, 3, 4, 5, 6, 7, 4, 6, 5, 8, 10, 9]);
     }
 }

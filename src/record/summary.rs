@@ -58,6 +58,6 @@ fn error(quantity: &Quantity, factor: f64) -> Option<NumberError> {
         ErrorEstimate::Estimated(e) => {
             Some(NumberError { half_width: factor * e.total, resolved: e.resolved })
         }
-        ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder | ErrorEstimate::NothingTouched => None,
+        ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
     }
 }

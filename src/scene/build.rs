@@ -2,10 +2,14 @@
 
 use super::RigidSceneBody;
 use super::budget::Budget;
-use super::document::{BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument};
+use super::document::{
+    BodyDocument, MeshDocument, MeshFileDocument, PlacementDocument, RigidDocument, SceneDocument,
+};
+use super::elements;
 use super::frames::{NoAxes, element_axes};
 use super::problem::{Pointer, Problem, suggest};
 use super::recipe::Recipe;
+use super::refinement::Meshes;
 use super::source::{MeshSource, MeshSourceError};
 use super::validate::Findings;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -25,6 +29,14 @@ pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
         inertia: rigid.inertia(mass),
         pose: rigid.pose()?,
     })
+}
+
+/// A mesh after local refinement.
+pub struct Refined {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Elements before, and how many of them were split; `None` where nothing was to be refined.
+    pub refined: Option<[usize; 2]>,
 }
 
 /// Makes the meshes of a scene; a file that several bodies name is read once.
@@ -65,6 +77,21 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// The mesh of a body as it asks to be refined, of those of all bodies in their places.
+    pub fn refined(
+        &mut self,
+        (document, placed): (&SceneDocument, &[Option<Mesh>]),
+        index: usize,
+        out: &mut Findings,
+    ) -> Option<Refined> {
+        let mesh = placed[index].as_ref()?;
+        let meshes = Meshes { document, placed };
+        let (fine, split) = meshes.refined(index, self.elements_left, out)?;
+        let before = mesh.cells.len();
+        self.elements_left -= (fine.cells.len() - before) as u64;
+        Some(Refined { mesh: fine, refined: Some([before, split]) })
+    }
+
     fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
         // The size is arithmetic: it is known before a byte is allocated.
         self.spend(recipe.element_count(), here, out)?;
@@ -99,10 +126,16 @@ impl<'a> Builder<'a> {
             None => mesh,
             Some(parts) => selected(&mesh, parts, &here.key("parts"), out)?,
         };
+        if let Some(problem) = elements::refusal(&mesh, &place) {
+            out.push(problem.value(file.name.as_str()));
+            return None;
+        }
         let children = 8_u64.checked_pow(file.refine).unwrap_or(u64::MAX);
-        let place = if file.refine > 0 { here.key("refine") } else { here.clone() };
-        self.spend((mesh.hexes.len() as u64).saturating_mul(children), &place, out)?;
-        Some((0..file.refine).fold(mesh, |mesh, _| refined(&mesh)))
+        let refine = here.key("refine");
+        let place = if file.refine > 0 { refine.clone() } else { here.clone() };
+        self.spend((mesh.cells.len() as u64).saturating_mul(children), &place, out)?;
+        let finer = (0..file.refine).try_fold(mesh, |mesh, _| refined(&mesh));
+        finer.map_err(|error| out.push(mesh_problem(&error, &refine))).ok()
     }
 
     fn read(&mut self, name: &str, place: &Pointer) -> Result<Mesh, Problem> {
@@ -196,7 +229,7 @@ pub fn body_axes(
         return Some(Vec::new());
     }
     let parts = Pointer::root().key("bodies").index(index).key("parts");
-    let mut axes = Vec::with_capacity(mesh.hexes.len());
+    let mut axes = Vec::with_capacity(mesh.cells.len());
     let mut refused = vec![false; body.parts.len()];
     for (element, &entry) in part_entry.iter().enumerate() {
         let entry = entry as usize;

@@ -3,22 +3,12 @@
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
 //! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
 
+use crate::mechanics::followers::Followers;
 use crate::mechanics::force::Formulation;
 use crate::mechanics::material::Material;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
-
-/// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
-type Nanoseconds = [f64; 2];
-
-const MOONEY_RIVLIN_MEAN_DILATATION: Nanoseconds = [186.0, 246.0];
-const MOONEY_RIVLIN_FULL: Nanoseconds = [204.0, 274.0];
-const MOONEY_RIVLIN_REDUCED: Nanoseconds = [84.0, 156.0];
-/// The matrix of Holzapfel–Gasser–Ogden and the coupled form are counted like the neo-Hookean law.
-const NEO_HOOKEAN_MEAN_DILATATION: Nanoseconds = [167.0, 233.0];
-const NEO_HOOKEAN_FULL: Nanoseconds = [196.0, 256.0];
-const NEO_HOOKEAN_REDUCED: Nanoseconds = [83.0, 157.0];
-/// Each family of fibres, on top of its neo-Hookean matrix.
-const FIBRE_FAMILY: Nanoseconds = [48.0, 31.0];
+use crate::mesh::Mesh;
+use std::sync::Arc;
 
 /// The rest of a step [ns]: sums, ledger and measures for each node, contact for each node of a slave surface. What whole
 /// runs of `ball_on_block` and `flashball_thigh` take beyond their elements, parted by estimate.
@@ -39,11 +29,11 @@ const COLUMN: f64 = 0.03;
 /// Share of the slave nodes that are candidates at a time, with as many master nodes.
 const TOUCHED: f64 = 0.1;
 
-/// Shear viscosity, on top of any law.
-const VISCOUS: Nanoseconds = [90.0, 110.0];
+/// Shear viscosity, on top of any law [ns]: while the data of the elements lie in the cache, and when they do not.
+const VISCOUS: [f64; 2] = [90.0, 110.0];
 
-/// Relaxation, on top of any law.
-const RELAXING: Nanoseconds = [250.0, 300.0];
+/// Relaxation, on top of any law [ns], likewise.
+const RELAXING: [f64; 2] = [250.0, 300.0];
 
 /// Up to so many bytes the data of the elements lie in the cache.
 const CACHE_BYTES: usize = 4_000_000;
@@ -55,18 +45,16 @@ pub fn element_s(
     viscous: [bool; 2],
     swept_bytes: usize,
 ) -> f64 {
-    let matrix = match (material, formulation) {
-        (Material::MooneyRivlin(_), Formulation::MeanDilatation) => MOONEY_RIVLIN_MEAN_DILATATION,
-        (Material::MooneyRivlin(_), Formulation::Full) => MOONEY_RIVLIN_FULL,
-        (Material::MooneyRivlin(_), Formulation::Reduced) => MOONEY_RIVLIN_REDUCED,
-        (_, Formulation::MeanDilatation) => NEO_HOOKEAN_MEAN_DILATATION,
-        (_, Formulation::Full) => NEO_HOOKEAN_FULL,
-        (_, Formulation::Reduced) => NEO_HOOKEAN_REDUCED,
+    let time = material.element_time();
+    let matrix = match formulation {
+        Formulation::MeanDilatation => time.mean_dilatation,
+        Formulation::Full => time.full,
+        Formulation::Reduced => time.reduced,
     };
     let place = usize::from(swept_bytes > CACHE_BYTES);
     let viscous: f64 =
         [VISCOUS, RELAXING].iter().zip(viscous).filter(|(_, is)| *is).map(|(time, _)| time[place]).sum();
-    1e-9 * (viscous + matrix[place] + material.family_count() as f64 * FIBRE_FAMILY[place])
+    1e-9 * (viscous + matrix[place] + material.family_count() as f64 * time.family[place])
 }
 
 /// What a step works on.
@@ -109,12 +97,20 @@ pub struct FactorSize {
 }
 
 impl FactorSize {
-    /// Of a body, all of whose nodes are free, by its elements; nothing is factored.
+    /// Of a body, all of whose nodes are free but those that hang; nothing is factored.
     ///
     /// # Errors
     /// [`SparseError`].
-    pub fn of(nodes: usize, elements: &[[u32; 8]]) -> Result<Self, SparseError> {
-        let unknowns = Unknowns::new(nodes, |_, _| true, elements.iter())?;
+    pub fn of(mesh: &Mesh) -> Result<Self, SparseError> {
+        let nodes = mesh.nodes.len();
+        // Nodes that cannot follow are told when the scene is compiled.
+        let followers = Arc::new(Followers::new(nodes, &mesh.hanging.ties()).unwrap_or_default());
+        let unknowns = Unknowns::with_followers(
+            nodes,
+            |_, _| true,
+            mesh.cells.iter().map(|cell| cell.nodes),
+            followers,
+        )?;
         let factor = Cholesky::new(&SymmetricMatrix::new(&unknowns))?;
         Ok(Self { entries: factor.entries() as f64, flops: factor.flops() })
     }

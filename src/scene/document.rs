@@ -7,16 +7,16 @@ use crate::mechanics::material::{Material, PronySeries};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use super::accuracy_document::{AccuracyDocument, AskedNumber};
 pub use super::integrator_document::IntegratorDocument;
 pub use super::loads_document::{FaceLoadDocument, PreloadDocument, PrescribedDocument, RampDocument};
-pub use super::material_document::{
-    Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument,
-};
+pub use super::materials::{Families, I4Invariants, MaterialDocument, MatrixDocument, VolumetricDocument};
 pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument, Region};
 pub use super::mesh_document::{
-    Count, Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
+    Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
 };
+pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
 pub use super::solver_document::{ContactSolver, ErrorBarsDocument, Keep, SolverDocument};
 
@@ -57,6 +57,9 @@ pub struct SceneDocument {
     /// How to solve, apart from what.
     #[serde(default, skip_serializing_if = "SolverDocument::is_default")]
     pub solver: SolverDocument,
+    /// How exact the numbers shall be, and how long that may take; without it the meshes are run as they are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracyDocument>,
     /// What to record and how often.
     #[serde(default)]
     pub record: RecordDocument,
@@ -96,6 +99,9 @@ pub struct BodyDocument {
     /// Where it stands, applied to the mesh: scale, then rotation, then translation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementDocument>,
+    /// Where the elements of the placed mesh are to be small.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub refinement: Vec<RefinementDocument>,
     /// Node sets chosen by place, besides those that the mesh brings.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<SetDocument>,

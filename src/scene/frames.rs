@@ -42,7 +42,8 @@ pub fn element_axes(frame: Option<&FibreFrameDocument>, mesh: &Mesh, element: us
         }
         Some(FibreFrameDocument::Cylindrical { origin_m, axis }) => {
             let e1 = Vec3::from(*axis).try_normalize(0.0).ok_or(NoAxes::Degenerate)?;
-            let center = mesh.hexes[element].iter().map(|&a| mesh.nodes[a as usize]).sum::<Vec3>() / 8.0;
+            let corners = mesh.cells.points(element, &mesh.nodes);
+            let center = corners.iter().sum::<Vec3>() / corners.len() as f64;
             let arm = center - Vec3::from(*origin_m);
             let radial = arm - e1 * e1.dot(&arm);
             let on_axis = NoAxes::OnAxis { element: element as u32 };
@@ -72,7 +73,7 @@ mod tests {
             [[1, -1, -1], [3, -1, -1], [3, 1, -1], [1, 1, -1], [1, -1, 1], [3, -1, 1], [3, 1, 1], [1, 1, 1]];
         let mut mesh = Mesh {
             nodes: corners.map(|c| Vec3::from(c.map(f64::from))).to_vec(),
-            hexes: vec![[0, 1, 2, 3, 4, 5, 6, 7]],
+            cells: vec![[0, 1, 2, 3, 4, 5, 6, 7]].into(),
             ..Mesh::default()
         };
         let frame = FibreFrameDocument::Cylindrical { origin_m: [0.0; 3], axis: [0.0, 2.0, 0.0] };

@@ -94,11 +94,7 @@ pub fn choose(
     } else if system_bytes(load.nodes as u64) > budget.memory_bytes {
         (None, "the matrix of implicit steps would not fit into the memory that is allowed".to_owned())
     } else {
-        match bodies
-            .iter()
-            .map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes))
-            .sum::<Result<FactorSize, _>>()
-        {
+        match bodies.iter().map(|b| FactorSize::of(&b.mesh)).sum::<Result<FactorSize, _>>() {
             Err(error) => (None, format!("there is no factor of implicit steps: {error}")),
             Ok(factor) => {
                 let implicit = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&factor));
@@ -132,7 +128,7 @@ fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
 }
 
 fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
-    let elements: usize = bodies.iter().map(|body| body.mesh.hexes.len()).sum();
+    let elements: usize = bodies.iter().map(|body| body.mesh.cells.len()).sum();
     let swept_bytes = elements * BYTES_PER_ELEMENT as usize;
     let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
@@ -147,7 +143,8 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         body.part_entry.iter().map(of_entry).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let skins: usize = bodies.iter().map(|body| skin_nodes(&skin(&body.mesh.hexes)).len()).sum();
+    let skins: usize =
+        bodies.iter().map(|body| skin_nodes(&body.mesh.hanging.skin(skin(&body.mesh.cells))).len()).sum();
     StepLoad {
         elements,
         sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),

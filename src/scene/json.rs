@@ -71,6 +71,7 @@ impl Trace {
         &self,
         mut reader: serde_json::Deserializer<R>,
     ) -> Result<Value, serde_json::Error> {
+        let _span = tracing::debug_span!("parse").entered();
         let value = Node(self).deserialize(&mut reader)?;
         reader.end().map(|()| value)
     }

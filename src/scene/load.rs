@@ -1,7 +1,7 @@
 //! Bytes → [`Scene`], or all that is wrong with it.
 
 use super::budget::Budget;
-use super::build::{Builder, body_axes, rigid_body};
+use super::build::{Builder, Refined, body_axes, rigid_body};
 use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
@@ -11,10 +11,12 @@ use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
 use super::validate::{Findings, check_document, loads, meshes, overlap};
 use super::{Scene, SceneBody, json, schema};
+use crate::blobs::hexadecimal;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// A scene that can run, with what is worth saying before it does.
@@ -187,7 +189,9 @@ pub fn on_meshes_of(
         (&a.rigid, &a.mesh, &a.placement, &a.sets) == (&b.rigid, &b.mesh, &b.placement, &b.sets)
             && (&a.initial_deformation, &a.fixed, &a.prescribed)
                 == (&b.initial_deformation, &b.fixed, &b.prescribed)
-            && a.face_loads == b.face_loads
+            && (&a.face_loads, &a.refinement) == (&b.face_loads, &b.refinement)
+            && (!document.is_refined_around_impact()
+                || Vec3::from(a.velocity_m_per_s) == Vec3::from(b.velocity_m_per_s))
             && parts(a) == parts(b)
     };
     let is_same = known.len() == document.bodies.len()
@@ -243,14 +247,15 @@ fn examine(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> (Findings, Option<Parts>) {
+    let _span = tracing::debug_span!("load", scene = document.name).entered();
     let mut out = check_document(document, budget);
     let mut builder = Builder::new(source, budget);
-    let made: Vec<Option<(SceneBody, BodySummary)>> = document
-        .bodies
-        .iter()
-        .enumerate()
-        .map(|(i, _)| make_body(i, document, &mut builder, &mut out))
-        .collect();
+    let meshes = make_meshes(document, &mut builder);
+    let mut made: Vec<Option<(SceneBody, BodySummary)>> = Vec::new();
+    for (i, (mesh, found)) in meshes.into_iter().enumerate() {
+        out.0.extend(found.0);
+        made.push(make_body(i, document, mesh, &mut out));
+    }
     let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
     // What follows calculates with the numbers, so they must be sound.
     if !whole || out.0.iter().any(Problem::is_error) {
@@ -268,10 +273,29 @@ fn examine(
     (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files }))
 }
 
+/// The meshes of all bodies in their places, refined where they ask for it, and what was found on the way; none of rigid bodies.
+fn make_meshes(document: &SceneDocument, builder: &mut Builder) -> Vec<(Option<Refined>, Findings)> {
+    let mut found: Vec<Findings> = document.bodies.iter().map(|_| Findings::default()).collect();
+    let bodies = (0..).zip(&document.bodies).zip(&mut found);
+    let mut placed: Vec<Option<Mesh>> = bodies
+        .map(|((i, body), out)| body.rigid.is_none().then(|| builder.body_mesh(i, body, out)).flatten())
+        .collect();
+    let asks = |i: usize| !document.bodies[i].refinement.is_empty();
+    let mut fine: Vec<Option<Refined>> = (0..placed.len())
+        .map(|i| asks(i).then(|| builder.refined((document, &placed), i, &mut found[i])).flatten())
+        .collect();
+    let take = |(i, out)| {
+        let whole = |mesh| Refined { mesh, refined: None };
+        let mesh: Option<Refined> = if asks(i) { fine[i].take() } else { placed[i].take().map(whole) };
+        (mesh, out)
+    };
+    found.into_iter().enumerate().map(take).collect()
+}
+
 fn make_body(
     index: usize,
     document: &SceneDocument,
-    builder: &mut Builder,
+    mesh: Option<Refined>,
     out: &mut Findings,
 ) -> Option<(SceneBody, BodySummary)> {
     let body = &document.bodies[index];
@@ -280,7 +304,7 @@ fn make_body(
         let summary = BodySummary::rigid(body, &rigid);
         return Some((SceneBody { rigid: Some(rigid), ..SceneBody::default() }, summary));
     }
-    let mut mesh = builder.body_mesh(index, body, out)?;
+    let Refined { mut mesh, refined } = mesh?;
     meshes::add_sets(index, body, &mut mesh, out);
     meshes::check_sets(index, body, &mesh, &document.measures, out);
     loads::check_mesh(index, body, &mesh, out);
@@ -290,7 +314,7 @@ fn make_body(
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
     let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    Some((SceneBody { rigid: None, mesh, materials, part_entry, axes }, summary))
+    Some((SceneBody { rigid: None, mesh, refined, materials, part_entry, axes }, summary))
 }
 
 /// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.
@@ -303,8 +327,5 @@ fn content_hash(document: &SceneDocument, file_hashes: &BTreeMap<String, [u8; 32
         hash.update(name);
         hash.update(of_file);
     }
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hexadecimal(&hash.finalize())
 }

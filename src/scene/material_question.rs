@@ -3,7 +3,7 @@
 use super::document::MaterialDocument;
 use super::problem::{Pointer, Problem, Problems};
 use super::structure;
-use super::validate::{Findings, materials};
+use super::validate::Findings;
 use super::{json, schema};
 use crate::mechanics::material::PointStress;
 use crate::mechanics::tensor::Mat3;
@@ -94,7 +94,7 @@ impl MaterialQuestions {
         };
         let mut found = Findings::default();
         for (pointer, question) in questions.each() {
-            materials::check(&question.material, &pointer.key("material"), &mut found);
+            question.material.check(&pointer.key("material"), &mut found);
         }
         // No step is taken here, so a stiff volume costs nothing.
         found.0.retain(|problem| problem.code != "stiff_volume");

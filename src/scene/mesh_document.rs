@@ -57,6 +57,11 @@ fn is_one(ratio: &f64) -> bool {
     ratio.to_bits() == 1.0_f64.to_bits()
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_nought(length: &f64) -> bool {
+    length.to_bits() == 0.0_f64.to_bits()
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -162,72 +167,36 @@ pub enum Generator {
         /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
         #[serde(default = "uniform", skip_serializing_if = "is_uniform")]
         grading: [f64; 2],
+        /// Distance from the middle along x and y within which the elements are the smallest, and uniform [m].
+        #[serde(default, skip_serializing_if = "is_nought")]
+        uniform_within_m: f64,
     },
     /// A limb along y with an elliptic section: bone hole, muscle, fat, skin; parts `muscle`, `fat`, `skin`; node sets
     /// `bone`, `skin_outer`, `end_low`, `end_high`; material axes e1 along the limb, e2 circumferential, e3 outwards.
     LimbSegment(LimbSegmentDocument),
 }
 
-/// A number of elements along one direction, and their grading.
-#[derive(Debug)]
-pub struct Count<'a> {
-    /// How many.
-    pub elements: &'a mut u32,
-    /// Size ratio of the largest to the smallest; `None` where they are all alike.
-    pub grading: Option<&'a mut f64>,
-    /// Geometric series that they make: two where the smallest lie inside.
-    pub series: u32,
-}
-
 impl Generator {
     /// Every number of elements, to be changed.
-    pub fn counts_mut(&mut self) -> Vec<Count<'_>> {
-        fn even(elements: &mut u32) -> Count<'_> {
-            Count { elements, grading: None, series: 1 }
-        }
+    pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         match self {
-            Self::HollowBall { elements_around, elements_through, .. } => {
-                vec![even(elements_around), even(elements_through)]
+            Self::HollowBall { elements_around, elements_through, .. }
+            | Self::SolidBall { elements_around, elements_through, .. } => {
+                vec![elements_around, elements_through]
             }
-            Self::SolidBall { elements_around, elements_through, grading, .. } => vec![
-                Count { elements: elements_around, grading: Some(grading), series: 2 },
-                even(elements_through),
-            ],
             Self::Cylinder { elements_around, elements_through, elements_along, .. } => {
-                vec![even(elements_around), even(elements_through), even(elements_along)]
+                vec![elements_around, elements_through, elements_along]
             }
-            Self::Block { elements, grading: None, .. } => elements.iter_mut().map(even).collect(),
-            Self::Block { elements, grading: Some(grading), .. } => elements
-                .iter_mut()
-                .zip(grading)
-                .map(|(elements, grading)| Count { elements, grading: Some(grading), series: 2 })
-                .collect(),
-            Self::LayeredBlock { layers, elements, grading, .. } => {
-                let across = elements.iter_mut().zip(grading);
-                let through = layers.iter_mut().map(|layer| even(&mut layer.elements));
-                across
-                    .map(|(elements, grading)| Count { elements, grading: Some(grading), series: 2 })
-                    .chain(through)
-                    .collect()
+            Self::Block { elements, .. } => elements.iter_mut().collect(),
+            Self::LayeredBlock { layers, elements, .. } => {
+                elements.iter_mut().chain(layers.iter_mut().map(|layer| &mut layer.elements)).collect()
             }
             Self::LimbSegment(limb) => vec![
-                Count {
-                    elements: &mut limb.elements_around,
-                    grading: Some(&mut limb.grading_around),
-                    series: 2,
-                },
-                Count {
-                    elements: &mut limb.elements_along,
-                    grading: Some(&mut limb.grading_along),
-                    series: 2,
-                },
-                Count {
-                    elements: &mut limb.muscle_elements,
-                    grading: Some(&mut limb.grading_muscle),
-                    series: 1,
-                },
-                even(&mut limb.fat_elements),
-                even(&mut limb.skin_elements),
+                &mut limb.elements_around,
+                &mut limb.elements_along,
+                &mut limb.muscle_elements,
+                &mut limb.fat_elements,
+                &mut limb.skin_elements,
             ],
         }
     }
@@ -294,4 +263,8 @@ pub struct LimbSegmentDocument {
     /// Thickness ratio of the innermost to the outermost layer of the muscle.
     #[serde(default = "one")]
     pub grading_muscle: f64,
+    /// Distance from the impact, along the limb and around it, within which the elements are the smallest, and uniform [m]:
+    /// somewhat more than the radius of the contact patch.
+    #[serde(default, skip_serializing_if = "is_nought")]
+    pub uniform_within_m: f64,
 }

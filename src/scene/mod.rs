@@ -10,12 +10,14 @@
 //! 5. `validate::overlap`, `integrator_choice` and `validate::estimate`: what only the whole scene can tell, explicit or implicit
 //!    steps where that is left open, and what the run will cost.
 
+pub mod accuracy_document;
 pub mod budget;
 pub mod build;
 mod choice;
 pub mod cost;
 mod deformation;
 pub mod document;
+pub mod elements;
 pub mod exposed_faces;
 pub mod frames;
 pub mod integrator_choice;
@@ -23,8 +25,8 @@ pub mod integrator_document;
 pub mod json;
 pub mod load;
 pub mod loads_document;
-pub mod material_document;
 pub mod material_question;
+pub mod materials;
 pub mod measures_document;
 pub mod mesh_document;
 mod misfit;
@@ -32,6 +34,8 @@ mod motion;
 pub mod problem;
 pub mod prony_document;
 pub mod recipe;
+pub mod refinement;
+pub mod refinement_document;
 mod refusal;
 pub mod rigid_document;
 pub mod schema;
@@ -53,8 +57,8 @@ pub use source::{FolderSource, MeshBytes, MeshSource, MeshSourceError, NoFiles};
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::Mesh;
 use crate::mesh::refine::refined;
+use crate::mesh::{Mesh, MeshError};
 use document::{Keep, SceneDocument};
 use std::collections::BTreeMap;
 
@@ -87,17 +91,26 @@ impl Scene {
         }
     }
 
+    /// Elements of all bodies.
+    pub fn element_count(&self) -> usize {
+        self.bodies.iter().map(|body| body.mesh.cells.len()).sum()
+    }
+
     /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a
     /// generator knows a true surface; document and content hash stay those of the coarser meshes.
-    pub fn split_on_facets(&mut self) {
+    ///
+    /// # Errors
+    /// `Unrefinable` when a mesh has cells that cannot be split; then some bodies may be split already.
+    pub fn split_on_facets(&mut self) -> Result<(), MeshError> {
         fn eightfold<T: Clone>(of_elements: &[T]) -> Vec<T> {
             of_elements.iter().flat_map(|of_element| std::iter::repeat_n(of_element.clone(), 8)).collect()
         }
         for body in self.bodies.iter_mut().filter(|body| body.rigid.is_none()) {
-            body.mesh = refined(&body.mesh);
+            body.mesh = refined(&body.mesh)?;
             body.part_entry = eightfold(&body.part_entry);
             body.axes = eightfold(&body.axes);
         }
+        Ok(())
     }
 }
 
@@ -121,6 +134,8 @@ pub struct SceneBody {
     pub rigid: Option<RigidSceneBody>,
     /// Its mesh, placed; empty for a rigid body.
     pub mesh: Mesh,
+    /// Elements of the mesh before local refinement, and how many of them were split.
+    pub refined: Option<[usize; 2]>,
     /// The law of each entry of the body's `parts`.
     pub materials: Vec<crate::mechanics::material::Material>,
     /// For every element the index of its entry in the body's `parts`.

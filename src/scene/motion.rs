@@ -1,6 +1,6 @@
 //! What of a scene is motion: how its bodies fly and spin, and how they rub. It can change while meshes and masses stay.
 
-use super::document::{ContactDocument, ContactPairs, SceneDocument};
+use super::document::{Around, ContactDocument, ContactPairs, SceneDocument};
 
 impl SceneDocument {
     /// Whether the two documents ask the same but for velocities, spins and coefficients of friction.
@@ -11,7 +11,9 @@ impl SceneDocument {
     /// The document with nothing in motion, and no friction.
     fn at_rest(&self) -> Self {
         let mut still = self.clone();
-        for body in &mut still.bodies {
+        // What is refined around the impact is so by how the bodies fly.
+        let stands = !self.is_refined_around_impact();
+        for body in still.bodies.iter_mut().filter(|_| stands) {
             body.velocity_m_per_s = [0.0; 3];
             body.spin_rad_per_s = [0.0; 3];
         }
@@ -22,6 +24,14 @@ impl SceneDocument {
             }
         }
         still
+    }
+}
+
+impl SceneDocument {
+    /// Whether a mesh depends on where bodies fly.
+    pub fn is_refined_around_impact(&self) -> bool {
+        let mut refinements = self.bodies.iter().flat_map(|body| &body.refinement);
+        refinements.any(|refinement| refinement.around == Around::Impact)
     }
 }
 

@@ -18,19 +18,22 @@ pub enum Severity {
 
 /// One problem: where, what was found, what the limit is, and what to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = SceneProblem))]
 pub struct Problem {
-    /// Error or warning.
+    /// `error` or `warning`.
+    #[cfg_attr(feature = "service", schema(value_type = String))]
     pub severity: Severity,
-    /// Kind of the problem, in snake case and stable, for programs.
+    /// Kind of the problem, stable, for programs.
+    #[cfg_attr(feature = "service", schema(value_type = String))]
     pub code: Cow<'static, str>,
-    /// JSON pointer (RFC 6901) to the place in the scene document; empty for the whole document.
+    /// Where in the document, as a JSON pointer (RFC 6901); empty for the whole document.
     pub pointer: String,
-    /// The value found there, shortened when it is long; null when there is none.
+    /// What is wrong.
+    pub message: String,
+    /// The value found, shortened when it is long; null when there is none.
     pub value: Value,
     /// What the value must keep to ("> 0").
     pub limit: String,
-    /// What is wrong, for people.
-    pub message: String,
     /// What to do about it.
     pub remedy: String,
 }
@@ -49,9 +52,9 @@ impl Problem {
             severity,
             code: Cow::Borrowed(code),
             pointer: pointer.0.clone(),
+            message,
             value: Value::Null,
             limit: String::new(),
-            message,
             remedy: String::new(),
         }
     }
@@ -71,6 +74,12 @@ impl Problem {
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = remedy.into();
+        self
+    }
+    /// Of a document that stands at this place of another.
+    #[must_use]
+    pub fn under(mut self, place: &Pointer) -> Self {
+        self.pointer.insert_str(0, &place.0);
         self
     }
     /// As the only one.
@@ -125,6 +134,23 @@ impl Problems {
     /// How many of them keep the scene from running.
     pub fn error_count(&self) -> usize {
         self.0.iter().filter(|p| p.is_error()).count()
+    }
+    /// Those of a document that stands at this place of another.
+    #[must_use]
+    pub fn under(self, place: &Pointer) -> Self {
+        Self(self.0.into_iter().map(|problem| problem.under(place)).collect())
+    }
+    /// All of them, or what was found good if there are none.
+    ///
+    /// # Errors
+    /// These problems, and then those that were found.
+    pub fn then<T>(mut self, found: Result<T, Self>) -> Result<T, Self> {
+        match found {
+            Ok(good) if self.0.is_empty() => return Ok(good),
+            Ok(_) => {}
+            Err(Self(others)) => self.0.extend(others),
+        }
+        Err(self)
     }
     /// The first that keeps the scene from running.
     pub fn first_error(&self) -> Option<&Problem> {

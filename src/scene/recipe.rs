@@ -5,6 +5,7 @@ use super::problem::{Pointer, Problem};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::generate::block::{Block, Cuts};
 use crate::mesh::generate::cylinder::Cylinder;
+use crate::mesh::generate::grading::Grading;
 use crate::mesh::generate::hollow_ball::HollowBall;
 use crate::mesh::generate::layered_block::{Layer, LayeredBlock};
 use crate::mesh::generate::limb_segment::LimbSegment;
@@ -97,7 +98,14 @@ impl Recipe {
             Generator::Block { min_m, max_m, elements, grading, grading_center_m } => {
                 Self::Block(block(min_m, max_m, elements, grading, grading_center_m))
             }
-            Generator::LayeredBlock { top_center_m, size_m, ref layers, elements, grading } => {
+            Generator::LayeredBlock {
+                top_center_m,
+                size_m,
+                ref layers,
+                elements,
+                grading,
+                uniform_within_m,
+            } => {
                 let layer = |layer: &LayerDocument| Layer {
                     part: layer.part.clone(),
                     thickness_m: layer.thickness_m,
@@ -110,6 +118,7 @@ impl Recipe {
                     layers,
                     elements,
                     grading,
+                    uniform_within_m,
                 })
             }
             Generator::LimbSegment(ref limb) => Self::LimbSegment(limb_segment(limb)),
@@ -198,7 +207,7 @@ fn block(
         Some(ratio) => Cuts::Towards {
             count: elements[axis],
             position_m: center_m.map_or(0.5 * (min_m[axis] + max_m[axis]), |c| c[axis]),
-            ratio: ratio[axis],
+            grading: Grading::from_point(ratio[axis]),
         },
     };
     Block {
@@ -231,6 +240,7 @@ pub fn limb_segment(limb: &LimbSegmentDocument) -> LimbSegment {
         grading_around: limb.grading_around,
         grading_along: limb.grading_along,
         grading_muscle: limb.grading_muscle,
+        uniform_within_m: limb.uniform_within_m,
     }
 }
 
@@ -271,6 +281,7 @@ mod tests {
             layers: vec![layer],
             elements: [1; 2],
             grading: [1.0; 2],
+            uniform_within_m: 0.0,
         };
         let found = Recipe::new(&plate).problems(&Pointer::root());
         let pointers: Vec<_> = found.iter().map(|p| p.pointer.as_str()).collect();

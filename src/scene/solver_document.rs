@@ -94,8 +94,8 @@ pub enum ErrorBarsDocument {
     /// generated meshes can be made coarser.
     #[default]
     TwoLevels,
-    /// From a fourth run besides, with a quarter of the numbers of elements: the order of the mesh is observed and no more assumed,
-    /// and a number whose three values show none has no error bar. Numbers of elements must be one or divisible by four.
+    /// From a fourth run besides, on a mesh between the two (numbers of elements divided by √2): a straight line is fitted to the three
+    /// values of each number, and scatter about it widens the error bar. They add two thirds to the run's time.
     ThreeLevels,
     /// There are none.
     None,

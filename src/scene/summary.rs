@@ -4,7 +4,6 @@ use super::RigidSceneBody;
 use super::document::BodyDocument;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::hexahedron::volume_m3;
 use crate::mesh::quality::Quality;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -87,13 +86,13 @@ impl BodySummary {
         for (element, &entry) in part_entry.iter().enumerate() {
             let part = &mut parts[mesh.part_of[element] as usize];
             part.elements += 1;
-            part.mass_kg += body.parts[entry as usize].density_kg_per_m3 * volume_m3(&mesh.corners(element));
+            part.mass_kg += body.parts[entry as usize].density_kg_per_m3 * mesh.element_volume_m3(element);
         }
         let corner = |x: &Vec3| [x.x, x.y, x.z];
         Self {
             name: body.name.clone(),
             nodes: mesh.nodes.len(),
-            elements: mesh.hexes.len(),
+            elements: mesh.cells.len(),
             volume_m3: quality.volume_m3,
             mass_kg: parts.iter().map(|p| p.mass_kg).sum(),
             bounding_box_m: [corner(&quality.bounding_box_m[0]), corner(&quality.bounding_box_m[1])],

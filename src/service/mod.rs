@@ -6,25 +6,25 @@
 //!
 //! - [`jobs`]: what can be asked of jobs, without HTTP.
 //! - [`http`]: the calls; `http/problem.rs` is the only place that knows status codes.
-//! - [`blobs`]: recordings and meshes that are whole.
+//! - [`shelves`]: what recordings, meshes, snapshots and results are called in the [store of blobs](crate::blobs).
 //! - [`config`], [`metrics`], [`server`]: limits, counters, the listener.
 
-pub mod blobs;
 pub mod config;
 pub mod http;
 pub mod jobs;
 pub mod meshes;
 pub mod metrics;
 pub mod server;
+pub mod shelves;
 mod stall;
 
-use blobs::FolderBlobs;
+use crate::blobs::FolderBlobs;
 use config::ServiceConfig;
 use http::{App, Judges};
 use jobs::JobsError;
+use jobs::data_folder::DataFolder;
 use jobs::engine::Engine;
 use jobs::queue::{Queue, Storage};
-use jobs::recordings::DataFolder;
 use jobs::store::SqliteStore;
 use jobs::worker;
 use metrics::Metrics;
@@ -82,7 +82,7 @@ impl Service {
         let folder = DataFolder::open(&config.data)?;
         let storage = Storage {
             jobs: Arc::new(SqliteStore::open(&folder.store_file()).await?),
-            blobs: Arc::new(FolderBlobs::new(&config.data)),
+            blobs: Arc::new(FolderBlobs::open(&config.data).map_err(JobsError::from)?),
             folder,
         };
         let queue = Queue::open(storage, Arc::clone(&config), engine, Arc::clone(&metrics)).await?;

@@ -9,10 +9,11 @@ use crate::mechanics::contact::detection::Detector;
 use crate::mechanics::contact::gauss_seidel::{self, Options, Workspace};
 use crate::mechanics::contact::guard::Guard;
 use crate::mechanics::contact::problem::ProblemError;
-use crate::mechanics::contact::projection::project_positions;
+use crate::mechanics::contact::projection::{MovableNodes, project_positions};
 use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::rigid_projection::RigidProjection;
 use crate::mechanics::contact::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
+use crate::mechanics::contact::stencil::MOST_NODES;
 use crate::mechanics::contact::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
 use crate::mechanics::force::Erosion;
@@ -216,8 +217,31 @@ impl<'p> ContactStep<'p> {
     }
 
     /// Finds the contacts that may close within a step of length `h` [s] from the positions `x` [m] with the velocities `v`
-    /// [m/s]; `phase` as in [`ContactStep::solve`].
+    /// [m/s]; `phase` as in [`ContactStep::solve`]. They act on nodes that follow nobody.
     pub fn detect(
+        &mut self,
+        plan: &Plan,
+        rigid: Option<&RigidStep>,
+        x: &[Vec3],
+        h: f64,
+        phase: Phase,
+        v: &[Vec3],
+    ) -> Result<(), (FailureCause, String)> {
+        self.find(plan, rigid, x, h, phase, v)?;
+        let followers = plan.assembly.followers();
+        if followers.is_empty() {
+            return Ok(());
+        }
+        for contact in &mut self.contacts {
+            let too_many =
+                || (FailureCause::Internal, format!("A contact has more than {MOST_NODES} nodes."));
+            contact.stencil = contact.stencil.without(followers).ok_or_else(too_many)?;
+        }
+        Ok(())
+    }
+
+    /// The contacts of the surfaces as they are.
+    fn find(
         &mut self,
         plan: &Plan,
         rigid: Option<&RigidStep>,
@@ -325,18 +349,12 @@ impl<'p> ContactStep<'p> {
 
     /// Moves what is left inside back out, in a step of a `share` of the usual one [-]: (node, shift), a node possibly more than once.
     /// Rigid bodies are turned too, in `poses`.
-    pub fn project(
-        &mut self,
-        x: &mut [Vec3],
-        poses: &mut [Pose],
-        inverse_mass: &[Vec3],
-        share: f64,
-    ) -> &[(u32, Vec3)] {
-        let by = (inverse_mass, share);
+    pub fn project(&mut self, plan: &Plan, x: &mut [Vec3], poses: &mut [Pose], share: f64) -> &[(u32, Vec3)] {
+        let nodes = MovableNodes { inverse_mass: &plan.inverse_mass, followers: plan.assembly.followers() };
         let meshes = self.contacts.partition_point(|c| (c.pair as usize) < self.plan.mesh_pairs);
-        project_positions(&self.contacts[..meshes], &self.detector, by, x, &mut self.moved);
+        project_positions(&self.contacts[..meshes], &self.detector, (nodes, share), x, &mut self.moved);
         if let Some(RigidContact { plan, detector, projection, .. }) = &mut self.rigid {
-            projection.project(detector, &plan.of_pairs, by, x, poses, &mut self.moved);
+            projection.project(detector, &plan.of_pairs, (nodes, share), x, poses, &mut self.moved);
         }
         &self.moved
     }

@@ -26,9 +26,9 @@ pub(super) fn erode(
     }
     let corners = |element: u32| {
         let body = &plan.bodies[plan.body_of_element(element)];
-        body.hexes[(element - body.elements.start) as usize]
+        body.cells.nodes((element - body.elements.start) as usize)
     };
-    let mut nodes: Vec<u32> = eroding.iter().flat_map(|eroding| corners(eroding.element)).collect();
+    let mut nodes: Vec<u32> = eroding.iter().flat_map(|eroding| corners(eroding.element)).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     let power = |forces: &ElementForces, node: u32| {

@@ -212,6 +212,7 @@ impl Stepper for ExplicitStepper<'_> {
                 u.iter_mut().zip(v_after).for_each(|(u, v)| *u += *v * h);
             }
         });
+        self.plan.assembly.followers().follow(&mut state.u);
         // Nodes that are not stepped have zero in both.
         std::mem::swap(&mut state.v, &mut self.v_after);
         std::mem::swap(&mut state.viscous_force, &mut self.f_viscous);
@@ -232,7 +233,7 @@ impl Stepper for ExplicitStepper<'_> {
             state.projected.clear();
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
             let share = (self.step / self.plan.report.stable_step_s).min(1.0);
-            let shifts = contact.project(&mut self.x, poses, &self.plan.inverse_mass, share);
+            let shifts = contact.project(self.plan, &mut self.x, poses, share);
             state.projected.extend_from_slice(shifts);
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;
@@ -245,6 +246,7 @@ impl Stepper for ExplicitStepper<'_> {
             let moved = state.projected.iter().map(|(node, _)| *node);
             self.activity.wake_nodes(&mut self.forces, blocks, assembly, moved);
             state.ledger.add_projection(self.plan, &state.projected, &self.f_int);
+            self.plan.assembly.followers().follow(&mut state.u);
         }
     }
 
@@ -434,6 +436,7 @@ impl ExplicitStepper<'_> {
         if let Some(rigid) = &self.rigid {
             rigid.damp(state, damping, &mut self.v_after);
         }
+        self.plan.assembly.followers().follow(&mut self.v_after);
     }
 
     /// Impulses that the prescribed motion takes, the reactions of contacts known.
@@ -466,6 +469,7 @@ impl ExplicitStepper<'_> {
         let Some(contact) = &mut self.contact else { return Ok(()) };
         let rigid = self.rigid.as_ref();
         let solved = contact.solve(self.plan, rigid, &self.x, self.step, phase, &mut self.v_after);
+        self.plan.assembly.followers().follow(&mut self.v_after);
         self.extremes.most_contacts = self.extremes.most_contacts.max(contact.results().0.len());
         solved.map_err(|(cause, message)| Failure::new(state, cause, message))
     }

@@ -7,22 +7,21 @@ use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// The cause, as a code that programs can match.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// Why a run or a job failed, as a code that programs can match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailureCause))]
 #[serde(rename_all = "snake_case")]
 pub enum FailureCause {
+    /// The scene that was accepted is not valid any more (a mesh is gone, the engine changed).
+    InvalidScene,
     /// An element's Jacobian became zero or negative.
     ElementInverted,
     /// The stable step fell below what can finish.
     StepCollapsed,
     /// The same where the law of the material softens: waves of some direction have no real speed there.
     EllipticityLost,
-    /// The step is longer than a rigid body's rotation allows.
-    StepTooLong,
-    /// A fibre was stretched beyond what its exponential can represent.
-    FibreOverstretched,
     /// The contact solver did not reach its tolerance.
     ContactNotConverged,
     /// No reactions can stop what contact must stop: bodies are squeezed or wedged between parts that cannot give way.
@@ -33,20 +32,27 @@ pub enum FailureCause {
     NothingHolds,
     /// The energy balance failed its gate.
     EnergyGate,
+    /// The step is longer than a rigid body's rotation allows.
+    StepTooLong,
+    /// A fibre was stretched beyond what its exponential can represent.
+    FibreOverstretched,
     /// A number became infinite or not a number.
     NotFinite,
     /// The wall-clock budget ran out.
     Deadline,
     /// The run took more steps, or recorded more, than it was estimated to and may.
     Budget,
+    /// The process that ran it was lost, more often than a job may lose one.
+    WorkerLost,
     /// The recording could not be written.
     RecordingFailed,
     /// The machine or the engine failed, not the scene.
     Internal,
 }
 
-/// An element of the scene, in the words of the user.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The element that a failure is about, in the words of the user.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = FailedElement))]
 pub struct ElementPlace {
     /// Name of the body.
     pub body: String,
@@ -54,34 +60,44 @@ pub struct ElementPlace {
     pub part: String,
     /// Index of the element in the body, from 0.
     pub element: u32,
-    /// Its centre at that time [m].
-    pub position_m: [f64; 3],
+    /// Its centre at that time [m]; absent when that is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_m: Option<[f64; 3]>,
 }
 
 /// A diagnosis: never a panic, never a bare code.
-#[derive(Clone, Debug, PartialEq, Serialize, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = JobFailure))]
 #[error("{message} {remedy}")]
 pub struct Failure {
     /// The cause.
     pub cause: FailureCause,
     /// What happened, with values and limits, in a sentence.
     pub message: String,
-    /// What the user can do.
+    /// What to do about it.
     pub remedy: String,
-    /// Simulated time [s].
-    pub time_s: f64,
+    /// Simulated time [s]; absent where no run had begun, or the time is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
     /// Step.
-    pub step: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<u64>,
     /// Where, when it is about an element.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<ElementPlace>,
 }
 
 impl Failure {
+    /// Of no run: with the remedy of its cause, no time and no place.
+    pub fn of_no_run(cause: FailureCause, message: impl Into<String>) -> Self {
+        let (message, remedy) = (message.into(), cause.remedy().into());
+        Self { cause, message, remedy, time_s: None, step: None, element: None }
+    }
+
     /// At the time of `state`, with the remedy of its cause and no place.
     pub(super) fn new(state: &State, cause: FailureCause, message: String) -> Self {
-        let remedy = cause.remedy().into();
-        Self { cause, message, remedy, time_s: state.time, step: state.step, element: None }
+        let time_s = Some(state.time).filter(|time| time.is_finite());
+        Self { time_s, step: Some(state.step), ..Self::of_no_run(cause, message) }
     }
 
     /// That the time is over.
@@ -100,9 +116,16 @@ const WITHOUT_ERROR_BARS: &str = "Or do without error bars, which come from runs
     `solver.error_bars` = \"none\").";
 
 impl FailureCause {
+    /// The code as it is written.
+    pub fn name(self) -> String {
+        let written = serde_json::to_value(self).ok();
+        written.and_then(|code| code.as_str().map(str::to_owned)).unwrap_or_else(|| "failed".into())
+    }
+
     /// What a user can do about it, in plain words.
     pub fn remedy(self) -> &'static str {
         match self {
+            Self::InvalidScene => "Send the scene to /v1/jobs/validate, which says more about every problem.",
             Self::ElementInverted => {
                 "Try `formulation: \"reduced\"` for the named part, lower the speed, or end the run before this time."
             }
@@ -116,7 +139,7 @@ impl FailureCause {
             }
             Self::StepTooLong => "Give a smaller `integrator.max_step_s`, or a slower spin.",
             Self::FibreOverstretched => {
-                "Lower the fibre exponent k2, or take parameters fitted at this stretch."
+                "Lower the exponent of the law (k2 of fibres, b, C2, 1/c), or take parameters fitted at this stretch."
             }
             Self::ContactNotConverged => {
                 "Raise `contact.tolerance`, name another solver (`solver.contact` = \"hybrid\"), lower the friction, or avoid bodies \
@@ -145,6 +168,9 @@ impl FailureCause {
             Self::Budget => {
                 "End the run before this time, record less, or enlarge the elements that set the step at the end; or run it where the \
                  budget is larger."
+            }
+            Self::WorkerLost => {
+                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
             }
             Self::Internal => "Try again with fewer threads; if it stays, keep the scene and report it.",
             Self::RecordingFailed => {
@@ -189,8 +215,11 @@ pub(super) fn check_block(
     }
     let (exponent, slot) = totals.fibre_exponent;
     if exponent > FIBRE_EXPONENT_LIMIT {
+        let law = block.parameters.material;
+        let what = if law.family_count() > 0 { "A fibre" } else { "The tissue" };
         let message = format!(
-            "A fibre is overstretched: the exponent k2 E² of its energy reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT})."
+            "{what} is overstretched: the exponent of its energy ({}) reached {exponent:.1} (limit {FIBRE_EXPONENT_LIMIT}).",
+            law.name()
         );
         return Err(diagnose(FailureCause::FibreOverstretched, slot, message));
     }
@@ -207,7 +236,7 @@ pub(super) fn check_block(
 
 /// The element that is being stretched or crushed fastest along an edge or a diagonal.
 pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
-    let rate = |hex: &[u32; 8]| {
+    let rate = |hex: &[u32]| {
         let along = |(a, b): (usize, usize)| {
             let (a, b) = (hex[a] as usize, hex[b] as usize);
             let dX = plan.X[b] - plan.X[a];
@@ -215,7 +244,8 @@ pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u
         };
         HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)
     };
-    let rates = plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.hexes.iter().map(rate)));
+    let rates =
+        plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(|cell| rate(cell.nodes))));
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 
@@ -237,13 +267,13 @@ pub(super) fn place_element(plan: &Plan, state: &State, element: u32) -> Element
     let b = plan.body_of_element(element);
     let body = &plan.bodies[b];
     let local = element - body.elements.start;
-    let nodes = &body.hexes[local as usize];
+    let nodes = body.cells.nodes(local as usize);
     let center: Vec3 =
         nodes.iter().map(|node| state.position(plan, b, *node as usize)).sum::<Vec3>() / nodes.len() as f64;
     ElementPlace {
         body: body.name.clone(),
         part: body.parts[body.part_of[local as usize] as usize].clone(),
         element: local,
-        position_m: center.into(),
+        position_m: Some(center.into()).filter(|x: &[f64; 3]| x.iter().all(|c| c.is_finite())),
     }
 }

@@ -88,6 +88,22 @@ pub enum Ending {
     },
 }
 
+impl Ending {
+    /// What went wrong.
+    pub fn failure(&self) -> Option<&Failure> {
+        match self {
+            Self::Failed { failure } => Some(failure),
+            Self::Finished | Self::Cancelled => None,
+        }
+    }
+}
+
+impl From<Failure> for Ending {
+    fn from(failure: Failure) -> Self {
+        Self::Failed { failure }
+    }
+}
+
 /// The end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {

@@ -38,6 +38,7 @@ pub(super) fn eval_forces(plan: &Plan, u: &[Vec3], time: LoadTime, forces: &mut 
             }
         }
     }
+    plan.assembly.followers().hand_over(forces);
 }
 
 /// Each pressure at a time [Pa].

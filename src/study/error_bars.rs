@@ -1,28 +1,21 @@
 //! A run with its error bars, and the cheaper runs that they come from.
 
 use super::setting::Setting;
-use super::single::{RunError, RunRequest, RunResult, ending_name, is_stop, run_with_error_bars};
-use super::variant::{NotRun, Variants};
+use super::single::{ending_name, is_stop};
+use super::variant::Variants;
 use crate::measure::depth_profile::DepthProfile;
-use crate::measure::{Cheaper, CheaperRuns, ErrorBars, REFINEMENT};
+use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
 use crate::scene::{Budget, NoFiles, Scene};
 use crate::step::{Ending, Interrupt};
+use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The mesh of the cheaper runs.
+/// The mesh of half the numbers of elements, the coarsest one.
 const COARSE: Setting = Setting { mesh_level: -1, ..Setting::OWN };
-/// The mesh that shows an order, where one is asked for.
-const COARSER: Setting = Setting { mesh_level: -2, ..Setting::OWN };
+/// The mesh between that and the run's own, where three are asked for.
+const BETWEEN: Setting = Setting { mesh_factor: FRAC_1_SQRT_2, ..Setting::OWN };
 /// How much looser the contact solver is.
 const LOOSER: f64 = 1e3;
-
-/// Runs a scene, with the error bars that it asks for.
-///
-/// # Errors
-/// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
-pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
-    run_with_error_bars(request, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
-}
 
 /// Runs what the scene asks for, or says why there are no error bars. With the stresses from each of `depths` on [m].
 pub(super) fn error_bars(
@@ -40,63 +33,78 @@ pub(super) fn error_bars(
             "a mesh from a file is not made coarser (`contuse study error` makes it finer, which takes longer)".into(),
         );
     }
-    let loose = Setting { contact_tolerance: Some(LOOSER * document.contact.tolerance), ..COARSE };
     let variants = Variants { document, source: &NoFiles, budget: &Budget::COMMAND_LINE, threads, interrupt };
     let runs = || {
-        // Three of the runs have the same meshes.
-        let like = scene_of(&variants, COARSE, None, None)?;
-        let run = |setting: Setting, longest: Option<f64>| {
-            let scene = scene_of(&variants, setting, longest, Some(&like))?;
-            results(&variants, setting, &scene, depths)
+        let mesh = scene_of(&variants, COARSE)?;
+        let coarse = results(&variants, &mesh, depths)?;
+        let [small_steps, loose_contact] = step_and_contact(&variants, &mesh, coarse.steps, depths)?;
+        let levels = if document.solver.error_bars == ErrorBarsDocument::ThreeLevels {
+            let between = scene_of(&variants, BETWEEN)?;
+            let run = results(&variants, &between, depths)?;
+            let size = |coarser: &Scene| relative_size(document, &coarser.document);
+            vec![Level { size: size(&mesh), run: coarse }, Level { size: size(&between), run }]
+        } else {
+            vec![Level { size: least_relative_size(document, &mesh.document), run: coarse }]
         };
-        let coarse = results(&variants, COARSE, &like, depths)?;
-        // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
-        let longest = document.end_time_s / (REFINEMENT * coarse.steps as f64);
-        let three_levels = document.solver.error_bars == ErrorBarsDocument::ThreeLevels;
-        Ok(CheaperRuns {
-            refinement: coarsening(document),
-            small_steps: run(COARSE, Some(longest))?,
-            loose_contact: run(loose, None)?,
-            coarser: three_levels.then(|| run(COARSER, None)).transpose()?,
-            coarse,
-        })
+        Ok(CheaperRuns { levels, small_steps, loose_contact })
     };
     runs().map_or_else(ErrorBars::Unknown, |runs| ErrorBars::From(Box::new(runs)))
 }
 
-/// The least ratio of numbers of elements between the two meshes, of those that are not one: halves are rounded up.
-fn coarsening(document: &SceneDocument) -> f64 {
-    let mut document = document.clone();
-    let mut least = REFINEMENT;
-    for body in &mut document.bodies {
-        if let Some(MeshDocument::Generator(generator)) = &mut body.mesh {
-            for count in generator.counts_mut().iter().filter(|count| *count.elements > 1) {
-                let elements = *count.elements;
-                least = least.min(f64::from(elements) / f64::from(elements.div_ceil(2)));
+/// Ratios of the numbers of elements of two scenes that differ in nothing else, those that are one in the finer left out.
+fn ratios(fine: &SceneDocument, coarse: &SceneDocument) -> Vec<f64> {
+    let counts = |document: &SceneDocument| -> Vec<u32> {
+        let meshes = document.bodies.iter().filter_map(|body| body.mesh.clone());
+        let of_mesh = |mesh: MeshDocument| match mesh {
+            MeshDocument::Generator(mut generator) => {
+                generator.counts_mut().into_iter().map(|count| *count).collect()
             }
-        }
-    }
-    least
+            MeshDocument::File(file) => vec![1_u32.checked_shl(file.refine).unwrap_or(u32::MAX)],
+        };
+        meshes.flat_map(of_mesh).collect()
+    };
+    let pairs = counts(fine).into_iter().zip(counts(coarse));
+    pairs.filter(|(fine, _)| *fine > 1).map(|(fine, coarse)| f64::from(fine) / f64::from(coarse)).collect()
 }
 
-/// The scene with a setting, and no step beyond `longest` [s].
-fn scene_of(
+/// Element size of a coarser scene in units of a finer one's [-]: the mean of all directions, since numbers of elements are rounded.
+pub(super) fn relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
+    let ratios = ratios(fine, coarse);
+    (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
+}
+
+/// The least of them: what two meshes alone may be believed to differ by.
+fn least_relative_size(fine: &SceneDocument, coarse: &SceneDocument) -> f64 {
+    ratios(fine, coarse).into_iter().reduce(f64::min).unwrap_or(REFINEMENT)
+}
+
+/// The same scene with half of its steps at least, and with a looser contact solver.
+pub(super) fn step_and_contact(
     variants: &Variants,
-    setting: Setting,
-    longest: Option<f64>,
-    like: Option<&Scene>,
-) -> Result<Scene, String> {
-    variants.scene(&setting, longest, like).map_err(|error| no_run(setting, &error))
+    mesh: &Scene,
+    steps: u64,
+    depths: &[f64],
+) -> Result<[Cheaper; 2], String> {
+    let (mut small_steps, mut loose) = (mesh.clone(), mesh.clone());
+    // Half of the steps that were taken, whatever had cut them: stability, strain, or the times of the fields.
+    small_steps.document.integrator.limit_step(mesh.document.end_time_s / (REFINEMENT * steps as f64));
+    loose.document.contact.tolerance *= LOOSER;
+    Ok([results(variants, &small_steps, depths)?, results(variants, &loose, depths)?])
 }
 
-fn no_run(setting: Setting, error: &NotRun) -> String {
-    format!("no run on the coarser mesh ({}): {error}", setting.name())
+/// The scene with a setting.
+fn scene_of(variants: &Variants, setting: Setting) -> Result<Scene, String> {
+    variants
+        .scene(&setting, None, None)
+        .map_err(|error| format!("no run on the coarser mesh ({}): {error}", setting.name()))
 }
 
-/// A run of the scene with a setting; it must come to its end.
-fn results(variants: &Variants, setting: Setting, scene: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
+/// A run on a coarser mesh; it must come to its end.
+fn results(variants: &Variants, mesh: &Scene, depths: &[f64]) -> Result<Cheaper, String> {
     let mut profile = DepthProfile::new(depths.to_vec());
-    let result = variants.run_scene(scene, Some(&mut profile)).map_err(|error| no_run(setting, &error))?;
+    let result = variants
+        .run_scene(mesh, Some(&mut profile))
+        .map_err(|error| format!("no run on the coarser mesh: {error}"))?;
     match &result.outcome.ending {
         Ending::Finished => {
             Ok(Cheaper::new(result.summary.values(), profile.peaks_from_each(), result.outcome.steps))
@@ -106,7 +114,7 @@ fn results(variants: &Variants, setting: Setting, scene: &Scene, depths: &[f64])
                 "the run was stopped ({stop}) during the cheaper ones that error bars come from; allow more time, or leave them out \
                  (`--no-error-bars`)"
             ),
-            name => format!("the run on the coarser mesh ({}) ended as {name}", setting.name()),
+            name => format!("a run on the coarser mesh ended as {name}"),
         }),
     }
 }

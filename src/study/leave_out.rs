@@ -4,7 +4,7 @@
 //! Whatever a plan leaves out adds exact zeros, or is never looked at, so putting it back must leave every bit of the
 //! motion, of the impulses and of the energies ([`Theory::Bitwise`]); a run that does not is a fault of the program.
 
-use super::error_bars::run_scene;
+use super::run::run_scene;
 use super::single::{RunError, RunRequest, RunResult, ending_name};
 use crate::measure::Sink;
 use crate::record::{McapRecorder, RecordingInfo};

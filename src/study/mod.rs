@@ -1,5 +1,6 @@
 //! Studies: from the one run of a scene to many.
 
+mod accuracy;
 pub mod coverage;
 pub mod error;
 mod error_bars;
@@ -8,16 +9,17 @@ pub mod palette;
 #[cfg(feature = "png")]
 mod png;
 pub mod progress;
+mod run;
 pub mod setting;
 pub mod single;
 pub mod stability;
 mod variant;
 pub mod what_if;
 
-pub use error_bars::run_scene;
 pub use leave_out::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};
 #[cfg(feature = "png")]
 pub use png::png;
 pub use progress::{Phase, Progress};
+pub use run::run_scene;
 pub use setting::Setting;
 pub use single::{RunError, RunRequest, RunResult, process_cpu_s};

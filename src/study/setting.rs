@@ -1,8 +1,7 @@
 //! A setting of the numerics: what a study changes in a scene without changing its question.
 
 use crate::scene::document::{
-    ContactSolver, Count, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument,
-    SceneDocument,
+    ContactSolver, ErrorBarsDocument, Formulation, Generator, IntegratorDocument, MeshDocument, SceneDocument,
 };
 use serde::Serialize;
 
@@ -14,6 +13,9 @@ const NAMED_CUT: f64 = 2.0;
 pub struct Setting {
     /// Mesh: 0 that of the document, +1 every element split into eight, −1 numbers of elements halved.
     pub mesh_level: i32,
+    /// Numbers of elements of generated meshes are multiplied by this, and rounded.
+    #[serde(skip_serializing_if = "is_one")]
+    pub mesh_factor: f64,
     /// The mesh is that of the level below with every element split into eight on its facets: the nodes that are new are not on
     /// the true surface.
     #[serde(skip_serializing_if = "is_false")]
@@ -41,6 +43,7 @@ impl Setting {
     /// What the document says.
     pub const OWN: Self = Self {
         mesh_level: 0,
+        mesh_factor: 1.0,
         on_facets: false,
         formulation: None,
         step_divisor: 1.0,
@@ -56,13 +59,18 @@ impl Setting {
         let mut document = document.clone();
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
-        if self.mesh_level != 0 && document.bodies.iter().all(|body| body.mesh.is_none()) {
+        document.accuracy = None;
+        if (self.mesh_level != 0 || !is_one(&self.mesh_factor))
+            && document.bodies.iter().all(|body| body.mesh.is_none())
+        {
             return None;
         }
         for body in &mut document.bodies {
             // A rigid body has no mesh.
             if let Some(mesh) = &mut body.mesh {
-                change_mesh(mesh, self.mesh_level - i32::from(self.on_facets))?;
+                let factor = self.mesh_factor * 2.0_f64.powi(self.mesh_level - i32::from(self.on_facets));
+                change_mesh(mesh, factor)?;
+                body.refinement.iter_mut().for_each(|refinement| refinement.size_m /= factor);
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);
@@ -108,6 +116,7 @@ impl Setting {
     fn named(&self, implicit_steps: impl Fn(f64) -> String) -> String {
         let parts = [
             Some(format!("mesh {:+}", self.mesh_level).replace("+0", "0")),
+            (!is_one(&self.mesh_factor)).then(|| format!("numbers of elements × {:.2}", self.mesh_factor)),
             self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
@@ -122,45 +131,47 @@ impl Setting {
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
+fn is_one(factor: &f64) -> bool {
+    factor.to_bits() == 1.0_f64.to_bits()
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // serde's signature
 fn is_false(flag: &bool) -> bool {
     !flag
 }
 
-fn change_mesh(mesh: &mut MeshDocument, level: i32) -> Option<()> {
+/// `factor` times the numbers of elements. Meshes from files are split only, so by powers of two; what they were split into already
+/// may be left whole. `None` where it cannot be, or would change nothing.
+fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
+    if is_one(&factor) {
+        return Some(());
+    }
     match mesh {
         MeshDocument::File(file) => {
-            file.refine = file.refine.checked_add_signed(level)?;
+            let levels = factor.log2().round();
+            let is_split = (levels.exp2() / factor - 1.0).abs() < 1e-9;
+            #[allow(clippy::cast_possible_truncation)] // it is small
+            let levels = is_split.then_some(levels as i32)?;
+            file.refine = file.refine.checked_add_signed(levels)?;
             Some(())
         }
-        MeshDocument::Generator(generator) => change_counts(generator, level),
+        MeshDocument::Generator(generator) => change_counts(generator, factor),
     }
 }
 
-/// Doubles or halves the numbers of elements; where a number is odd, or one, a half is rounded up. `None` when nothing would
-/// change.
-fn change_counts(generator: &mut Generator, level: i32) -> Option<()> {
-    let factor = 2_u32.checked_pow(level.unsigned_abs())?;
-    let mut has_changed = level == 0;
-    for Count { elements, grading, series } in generator.counts_mut() {
-        let before = *elements;
-        *elements = if level < 0 { before.div_ceil(factor) } else { before.checked_mul(factor)? };
-        has_changed |= *elements != before;
-        if let Some(grading) = grading {
-            *grading = nested_grading(*grading, before.div_ceil(series), elements.div_ceil(series));
-        }
+/// Numbers of elements times a factor; halves are rounded up, and one is the least. `None` when nothing would
+/// change. Gradings stay: their size fields are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
+fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
+    let mut has_changed = false;
+    for elements in generator.counts_mut() {
+        let count = (f64::from(*elements) * factor).round().max(1.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // the bound is checked, and it is positive
+        let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;
+        has_changed |= *elements != count;
+        *elements = count;
     }
     has_changed.then_some(())
-}
-
-/// The grading of `after` elements in a geometric series whose cuts are among those of `before` elements, or hold them.
-///
-/// n elements of ratio G grow by q = G^(1/(n−1)) from one to the next; two of them merged grow by q².
-fn nested_grading(grading: f64, before: u32, after: u32) -> f64 {
-    if before < 2 || after == before {
-        return grading;
-    }
-    let growth = grading.ln() / f64::from(before - 1) * f64::from(before) / f64::from(after);
-    (growth * f64::from(after - 1)).exp()
 }
 
 #[cfg(test)]
@@ -176,13 +187,5 @@ mod tests {
         );
         assert_eq!(setting.name_with_mean_step(0.26), "mesh 0, implicit steps of 5.0e-1 s");
         assert_eq!(Setting::OWN.name_with_mean_step(1e-9), "mesh 0");
-    }
-
-    #[test]
-    fn gradings_are_those_of_merged_elements() {
-        // 1, 2, 4, 8 → 3, 12
-        assert!((nested_grading(8.0, 4, 2) - 4.0).abs() < 1e-12);
-        assert!((nested_grading(4.0, 2, 4) - 8.0).abs() < 1e-12);
-        assert!((nested_grading(5.0, 1, 2) - 5.0).abs() < 1e-12);
     }
 }

@@ -2,7 +2,9 @@
 
 use super::progress::{Phase, Progress};
 use crate::measure::artificial_end::ArtificialEnds;
-use crate::measure::{ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, Sink, Summary};
+use crate::measure::{
+    AskedAccuracy, ErrorBars, MeasuredEnd, MeasuredFrame, Measures, MeasuringRecorder, Sink, Summary,
+};
 use crate::plan::{CompileError, Plan, PlanReport, compile};
 use crate::record::on_own_thread;
 use crate::scene::Scene;
@@ -56,12 +58,13 @@ pub enum RunError {
     Compile(#[from] CompileError),
 }
 
-/// Runs a scene, with the error bars that `error_bars` finds once it is known to compile.
+/// Runs a scene, with the error bars that `error_bars` finds once it is known to compile, and the accuracy that is asked of them.
 ///
 /// # Errors
 /// When the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub(super) fn run_with_error_bars(
     request: RunRequest,
+    accuracy: Option<AskedAccuracy>,
     error_bars: impl FnOnce(&RunRequest) -> ErrorBars,
 ) -> Result<RunResult, RunError> {
     let (wall, cpu) = (Instant::now(), process_cpu_s());
@@ -73,7 +76,7 @@ pub(super) fn run_with_error_bars(
         if plan.settle.is_some() || plan.preload.is_some() { Phase::Settling } else { Phase::Stepping };
     (request.progress)(Progress::beginning(phase));
 
-    let measures = measures_of(request.scene, &plan).with_error_bars(error_bars);
+    let measures = measures_of(request.scene, &plan).with_error_bars(error_bars, accuracy);
     let mut teller = Teller { tell: request.progress, told: None };
     let is_kept = !request.sinks.is_empty();
     let mut measuring = MeasuringRecorder::new(measures);
@@ -114,10 +117,7 @@ pub(super) fn ending_name(ending: &Ending) -> String {
     match ending {
         Ending::Finished => "finished".into(),
         Ending::Cancelled => "cancelled".into(),
-        Ending::Failed { failure } => serde_json::to_value(failure.cause)
-            .ok()
-            .and_then(|cause| cause.as_str().map(str::to_owned))
-            .unwrap_or_else(|| "failed".into()),
+        Ending::Failed { failure } => failure.cause.name(),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::setting::Setting;
 use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
 use crate::measure::ErrorBars;
+use crate::mesh::MeshError;
 use crate::scene::document::{Generator, MeshDocument, SceneDocument};
 use crate::scene::{Budget, MeshSource, Problems, Scene, load_document, on_meshes_of};
 use crate::step::{Interrupt, Recorder};
@@ -34,6 +35,9 @@ pub(super) enum NotRun {
     /// The scene with the setting is refused.
     #[error("{}", .0.first_error().map_or_else(|| .0.to_string(), ToString::to_string))]
     Refused(Problems),
+    /// Its meshes cannot be split.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// It cannot be compiled.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -51,7 +55,7 @@ impl Variants<'_> {
         }
         let mut scene = self.scene(setting, longest, None)?;
         if setting.on_facets {
-            scene.split_on_facets();
+            scene.split_on_facets()?;
         }
         self.run_scene(&scene, None)
     }
@@ -83,7 +87,7 @@ impl Variants<'_> {
             also: also.map(|recorder| recorder as &mut dyn Recorder),
         };
         // Settings have none of their own: they are what error bars are made of.
-        Ok(run_with_error_bars(request, |_| ErrorBars::NotAsked)?)
+        Ok(run_with_error_bars(request, None, |_| ErrorBars::NotAsked)?)
     }
 }
 

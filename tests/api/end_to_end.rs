@@ -2,7 +2,7 @@
 
 use crate::support::client::Client;
 use crate::support::*;
-use contuse::service::jobs::recordings::hexadecimal;
+use contuse::blobs::hexadecimal;
 use mcap::{MessageStream, Summary};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};

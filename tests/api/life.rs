@@ -9,7 +9,7 @@ use std::time::Duration;
 fn one_process_has_the_data() {
     let server = Server::start();
     let path = server.data.path().to_owned();
-    assert!(contuse::service::jobs::recordings::DataFolder::open(&path).is_err());
+    assert!(contuse::service::jobs::data_folder::DataFolder::open(&path).is_err());
 }
 
 #[test]
@@ -55,4 +55,33 @@ fn shutdown_ends_event_streams() {
     assert_eq!(events.next().unwrap().kind, "queued");
     let _data: Arc<_> = server.stop();
     assert_eq!(events.next(), None);
+}
+
+#[test]
+fn what_nothing_refers_to_is_gone_with_the_next_process() {
+    let server = Server::start();
+    let mesh = [("Content-Type", "application/octet-stream")];
+    assert_eq!(server.client().send("POST", "/v1/meshes", &mesh, b"$MeshFormat").status, 201);
+    finished(&server.client(), &quick());
+    let mut kept = server.files();
+    let data = server.stop();
+    // A recording whose job somebody lost stays; nothing of a run, a look at one or an upload that was cut off does.
+    let orphan = data.path().join("recordings/00000000-0000-7000-8000-000000000000.mcap");
+    kept.push(orphan);
+    for lost in [
+        "runs/1.mcap.partial",
+        "snapshots/1-1.mcap",
+        "meshes/1.msh",
+        "recordings/1.mcap.partial",
+        "1-0.partial",
+    ] {
+        std::fs::create_dir_all(data.path().join(lost).parent().unwrap()).unwrap();
+        std::fs::write(data.path().join(lost), "$").unwrap();
+    }
+    std::fs::write(kept.last().unwrap(), "$").unwrap();
+    let again = Server::on(data, |_| {});
+    let mut left = again.files();
+    left.sort();
+    kept.sort();
+    assert_eq!(left, kept);
 }

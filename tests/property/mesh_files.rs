@@ -29,8 +29,8 @@ fn abaqus(mesh: &Mesh) -> String {
         text += &format!("{}, {:e}, {:e}, {:e}\n", i + 1, x.x, x.y, x.z);
     }
     text += "*ELEMENT, TYPE=C3D8, ELSET=block\n";
-    for (i, hex) in mesh.hexes.iter().enumerate() {
-        let nodes: Vec<String> = hex.iter().map(|node| (node + 1).to_string()).collect();
+    for (i, cell) in mesh.cells.iter().enumerate() {
+        let nodes: Vec<String> = cell.nodes.iter().map(|node| (node + 1).to_string()).collect();
         text += &format!("{}, {}\n", i + 1, nodes.join(", "));
     }
     text += "*NSET, NSET=some\n1, 2, 3\n*NSET, NSET=range, GENERATE\n1, 7, 2\n*ELSET, ELSET=part\n1, 2\n";
@@ -116,9 +116,9 @@ fn check(format: MeshFormat, bytes: &[u8]) -> Result<(), TestCaseError> {
     match read_mesh(bytes, format) {
         Ok(mesh) => {
             let nodes = mesh.nodes.len();
-            prop_assert!(!mesh.hexes.is_empty() && mesh.part_of.len() == mesh.hexes.len());
+            prop_assert!(!mesh.cells.is_empty() && mesh.part_of.len() == mesh.cells.len());
             prop_assert!(mesh.nodes.iter().all(|x| x.iter().all(|c| c.is_finite())));
-            prop_assert!(mesh.hexes.iter().flatten().all(|node| (*node as usize) < nodes));
+            prop_assert!(mesh.cells.connectivity().iter().all(|node| (*node as usize) < nodes));
             // A file has some bytes for each node.
             prop_assert!(nodes <= bytes.len());
         }
@@ -131,7 +131,7 @@ fn check(format: MeshFormat, bytes: &[u8]) -> Result<(), TestCaseError> {
 fn the_files_are_read_as_they_are() {
     for (format, bytes) in FILES.iter() {
         let mesh = read_mesh(bytes, *format).unwrap();
-        assert_eq!((mesh.nodes.len(), mesh.hexes.len()), (24, 6));
+        assert_eq!((mesh.nodes.len(), mesh.cells.len()), (24, 6));
     }
 }
 

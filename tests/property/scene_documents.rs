@@ -27,8 +27,8 @@ fn check(folder: &Path, bytes: &[u8]) -> Result<(), TestCaseError> {
         Ok(loaded) => {
             prop_assert!(loaded.warnings.iter().all(|p| !p.is_error()));
             for body in &loaded.scene.bodies {
-                prop_assert_eq!(body.part_entry.len(), body.mesh.hexes.len());
-                prop_assert!(body.axes.is_empty() || body.axes.len() == body.mesh.hexes.len());
+                prop_assert_eq!(body.part_entry.len(), body.mesh.cells.len());
+                prop_assert!(body.axes.is_empty() || body.axes.len() == body.mesh.cells.len());
                 prop_assert!(body.mesh.nodes.iter().all(|x| x.iter().all(|c| c.is_finite())));
             }
         }

@@ -149,6 +149,17 @@ def check_cadence(recording: Recording) -> str:
     return f"{len(steps)} energies, {len(field_times)} field times, {bodies} bodies"
 
 
+def cells_of(mesh) -> tuple[int, np.ndarray]:
+    """Number of cells of a reference mesh, and the nodes of all of them."""
+    if mesh.DESCRIPTOR.name == "ReferenceMesh":
+        hexes = unpack(mesh.hexes)
+        need(hexes.shape[1] == 8, "hexahedra have eight nodes")
+        return len(hexes), hexes.ravel()
+    types, nodes = unpack(mesh.cell_types), unpack(mesh.cell_nodes)
+    need(len(nodes) == sum({10: 4, 12: 8, 13: 6, 24: 10}[int(kind)] for kind in types), "cells have the nodes of their types")
+    return len(types), nodes
+
+
 def check_arrays(recording: Recording) -> str:
     """Packed arrays have their lengths and are finite."""
     asked = json.loads(recording.metadata["contuse.run"]["fields"])
@@ -156,16 +167,16 @@ def check_arrays(recording: Recording) -> str:
     for topic in recording.topics("/reference/"):
         mesh = recording.of(topic)[0]
         name = topic.removeprefix("/reference/")
-        nodes, hexes = unpack(mesh.positions), unpack(mesh.hexes)
-        need(nodes.shape[1] == 3 and hexes.shape[1] == 8 and hexes.max() < len(nodes), f"{topic} is no mesh")
-        need(len(unpack(mesh.part_of)) == len(hexes), f"{topic}: parts")
+        nodes, (cells, corners) = unpack(mesh.positions), cells_of(mesh)
+        need(nodes.shape[1] == 3 and corners.max() < len(nodes), f"{topic} is no mesh")
+        need(len(unpack(mesh.part_of)) == cells, f"{topic}: parts")
         for stress in recording.of(f"/stress/{name}"):
             arrays = {a.name: unpack(a) for a in stress.nodal}
             need(set(arrays) == {NODAL[f] for f in asked if f in NODAL}, f"{topic}: nodal fields {list(arrays)}")
             need(all(len(a) == len(nodes) for a in arrays.values()), f"{topic}: a nodal field is too short")
             for a in stress.element:
                 arrays[a.name] = unpack(a)
-                need(arrays[a.name].shape == (len(hexes), 6), f"{topic}: {a.name}")
+                need(arrays[a.name].shape == (cells, 6), f"{topic}: {a.name}")
             need(("cauchy_pa" in arrays) == ("element_cauchy_stress" in asked), f"{topic}: element fields")
             need(all(np.isfinite(a).all() for a in arrays.values()), f"{topic}: a field is not finite")
             need(all((arrays[k] >= 0).all() for k in arrays if k == "von_mises_pa"), f"{topic}: negative von Mises")

@@ -1,4 +1,4 @@
-"""Compiles api/recording.proto and the Foxglove schemas to api/recording.fds, the descriptors that every recording carries.
+"""Compiles api/recording.proto, api/mixed_mesh.proto and the Foxglove schemas to api/recording.fds, the descriptors that every recording carries.
 
     python tests/python/compile_schemas.py           writes api/recording.fds
     python tests/python/compile_schemas.py --check   fails when api/recording.fds is not what the .proto files say, or
@@ -15,7 +15,7 @@ from google.protobuf import descriptor_pb2
 from grpc_tools import protoc
 
 API = pathlib.Path(__file__).resolve().parents[2] / "api"
-ROOTS = ["recording.proto", "foxglove/SceneUpdate.proto", "foxglove/PointCloud.proto", "foxglove/Log.proto"]
+ROOTS = ["recording.proto", "mixed_mesh.proto", "foxglove/SceneUpdate.proto", "foxglove/PointCloud.proto", "foxglove/Log.proto"]
 
 
 def compile_schemas() -> descriptor_pb2.FileDescriptorSet:

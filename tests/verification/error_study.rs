@@ -73,10 +73,10 @@ fn a_split_on_the_facets_tells_the_error_of_the_geometry() {
     };
     let (own, finer) = (scene(4, 2), scene(8, 4));
     let mut on_facets = own.clone();
-    on_facets.split_on_facets();
+    on_facets.split_on_facets().unwrap();
     let [own_volume, on_facets_volume, finer_volume] =
         [&own, &on_facets, &finer].map(|scene| scene.bodies[0].mesh.volume_m3());
-    assert_eq!(on_facets.bodies[0].mesh.hexes.len(), finer.bodies[0].mesh.hexes.len());
+    assert_eq!(on_facets.bodies[0].mesh.cells.len(), finer.bodies[0].mesh.cells.len());
     assert_eq!(on_facets.bodies[0].part_entry.len(), finer.bodies[0].part_entry.len());
     assert_close(on_facets_volume, own_volume, 1e-12, "volume of the ball, split on its facets [m³]");
     let exact = 4.0 / 3.0 * std::f64::consts::PI;

@@ -5,6 +5,7 @@
 // Symbols of the field: F, J, P. A test may stop at the first surprise; exactly is what is meant where it is compared.
 #![allow(non_snake_case, clippy::unwrap_used, clippy::float_cmp)]
 
+mod accuracy;
 mod ball_on_block;
 mod bar_on_wall;
 mod breathing_hollow_ball;
@@ -19,6 +20,7 @@ mod crushing;
 mod energy_momentum;
 mod erosion;
 mod error_study;
+mod followers;
 mod free_flight;
 mod hertz;
 mod hertz_impact;
@@ -26,8 +28,10 @@ mod impact_offset;
 mod implicit;
 mod incline;
 mod invariance;
+mod laws;
 mod ledger;
 mod left_out;
+mod local_refinement;
 mod manufactured_solution;
 mod material_points;
 mod momentum;

@@ -43,7 +43,7 @@ fn body_force(X: &Vec3) -> Vec3 {
 
 /// Visits the Gauss points of all elements of the regular mesh: X, weight [m³], and shape functions of the corners.
 fn visit(plan: &Plan, mut at: impl FnMut(&[u32; 8], &Vec3, f64, &[f64; 8])) {
-    for hex in &plan.bodies[0].hexes {
+    for hex in plan.bodies[0].cells.hexes().unwrap() {
         let (low, high) = (plan.X[hex[0] as usize], plan.X[hex[6] as usize]);
         let size = high - low;
         for (x, wx) in GAUSS {

@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { lineMaterial, surfaceMaterial } from "./materials.js";
-import { planeSection, skinOf } from "./hexahedra.js";
+import { planeSection, skinOf } from "./cells.js";
 
 /** Light lines: both maps begin dark, and most of a body is at the beginning. */
 const EDGE = [0.93, 0.96, 1, 0.2];
@@ -18,8 +18,8 @@ export class BodyMesh {
 
   constructor(body, shared) {
     this.#body = body;
-    const points = body.hexes ? Float32Array.from(body.X) : body.skin.points;
-    const skin = body.hexes ? skinOf(body.hexes, points.length / 3) : { triangles: body.skin.triangles, lines: null };
+    const points = body.cells ? Float32Array.from(body.X) : body.skin.points;
+    const skin = body.cells ? skinOf(body.cells, points.length / 3) : { triangles: body.skin.triangles, lines: null };
     this.#material = surfaceMaterial(shared);
     this.#skin.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
     this.#skin.setAttribute("value", new THREE.BufferAttribute(new Float32Array(points.length / 3), 1));
@@ -62,9 +62,9 @@ export class BodyMesh {
   }
 
   #showSection(state, values, cut) {
-    const isCut = cut && this.#body.hexes;
+    const isCut = cut && this.#body.cells;
     const section = isCut
-      ? planeSection({ hexes: this.#body.hexes, positions: state.positions, values, ...cut })
+      ? planeSection({ cells: this.#body.cells, positions: state.positions, values, ...cut })
       : { positions: new Float32Array(0), values: new Float32Array(0), lines: new Float32Array(0) };
     this.#section.setAttribute("position", new THREE.BufferAttribute(section.positions, 3));
     this.#section.setAttribute("value", new THREE.BufferAttribute(section.values, 1));

@@ -83,9 +83,9 @@ function verdict(p, q, difference) {
 
 /** Bodies of both whose nodes can be compared one by one. */
 function commonBodies([a, b]) {
-  const names = [...a.recording.bodies.values()].filter(({ name, hexes }) => {
+  const names = [...a.recording.bodies.values()].filter(({ name, cells }) => {
     const other = b.recording.bodies.get(name);
-    return hexes && other?.hexes?.length === hexes.length && other.hexes.every((node, i) => node === hexes[i]);
+    return cells && other?.cells && cells.equals(other.cells);
   });
   return new Set(names.map(({ name }) => name));
 }

@@ -3,7 +3,7 @@
 import { button, checkbox, html, select } from "../dom.js";
 import { niceAbove } from "../format.js";
 import { FIELDS } from "../mesh/colours.js";
-import { boxAround } from "../mesh/hexahedra.js";
+import { boxAround } from "../mesh/cells.js";
 import { impactLine } from "../plots/depth_profile.js";
 import { mainImpact, resultsOf } from "../summary/headline.js";
 

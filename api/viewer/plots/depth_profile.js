@@ -1,6 +1,6 @@
 // The field below the skin: along the line of the impact, straight in from where the contact force is centred, layer by layer.
 
-import { valuesAlong } from "../mesh/hexahedra.js";
+import { valuesAlong } from "../mesh/cells.js";
 import { flatPatch } from "./patch.js";
 import { Layers } from "./layers.js";
 import { Plot, lineStyle } from "./plot.js";
@@ -55,7 +55,7 @@ export class DepthProfile {
     const { centre, direction } = this.#line;
     // From well outside, so that a skin that bulges is met.
     const origin = centre.map((c, k) => c - direction[k] * DEEPEST);
-    const hits = valuesAlong({ hexes: this.#body.hexes, positions: state.positions, values, origin, direction });
+    const hits = valuesAlong({ cells: this.#body.cells, positions: state.positions, values, origin, direction });
     const depths = [];
     const columns = this.#layers.curves.map(() => []);
     for (const { s, value, element } of hits) {

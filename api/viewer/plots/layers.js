@@ -9,9 +9,9 @@ export class Layers {
   curves;
   #ofElement;
 
-  constructor({ hexes, partOf, parts }, field) {
-    const shared = field.isMean ? nodesOfSeveral(hexes, partOf) : new Set();
-    const isMixed = (element) => hexes.subarray(8 * element, 8 * element + 8).some((node) => shared.has(node));
+  constructor({ cells, partOf, parts }, field) {
+    const shared = field.isMean ? nodesOfSeveral(cells, partOf) : new Set();
+    const isMixed = (element) => cells.nodesOf(element).some((node) => shared.has(node));
     // Part by part, and what is inside one layer first.
     const keys = Array.from(partOf, (part, element) => 2 * part + (isMixed(element) ? 1 : 0));
     const order = [...new Set(keys)].sort((a, b) => a - b);
@@ -30,13 +30,14 @@ export class Layers {
 }
 
 /** The nodes that elements of more than one part share. */
-function nodesOfSeveral(hexes, partOf) {
+function nodesOfSeveral(cells, partOf) {
   const first = new Map();
   const shared = new Set();
-  hexes.forEach((node, i) => {
-    const part = partOf[i >> 3];
-    if (!first.has(node)) first.set(node, part);
-    else if (first.get(node) !== part) shared.add(node);
+  partOf.forEach((part, element) => {
+    for (const node of cells.nodesOf(element)) {
+      if (!first.has(node)) first.set(node, part);
+      else if (first.get(node) !== part) shared.add(node);
+    }
   });
   return shared;
 }

@@ -1,7 +1,7 @@
 // A layout for Lichtblick and Foxglove that shows a recording: skins in space, forces and energies over time.
 
 import { number, timeUnit } from "../format.js";
-import { boxAround } from "../mesh/hexahedra.js";
+import { boxAround } from "../mesh/cells.js";
 
 export function layoutOf(recording) {
   const topics = recording.topics ?? [];

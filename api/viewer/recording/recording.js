@@ -1,6 +1,7 @@
 // A recording, read once from the beginning to the end through its index: what the page shows of it.
 
 import { McapIndexedReader } from "../vendor/mcap/McapIndexedReader.js";
+import { Cells } from "../mesh/cells.js";
 import { decompress } from "../vendor/fzstd/index.mjs";
 import { HttpRange } from "./http_range.js";
 import { decoderOf } from "./protobuf.js";
@@ -16,13 +17,18 @@ function unpacked(packed) {
   return new ARRAYS[packed.dtype](packed.data.slice().buffer);
 }
 
+/** The elements of a reference mesh: hexahedra alone, or cells with their types. */
+function cellsOf(message) {
+  return message.cell_types ? new Cells(unpacked(message.cell_nodes), unpacked(message.cell_types)) : new Cells(unpacked(message.hexes));
+}
+
 const xyz = (vector) => (vector ? [vector.x, vector.y, vector.z] : [0, 0, 0]);
 
 export class Recording {
   /** Metadata of the run and of its end, by name of the record. */
   run = {};
   ending = {};
-  /** Bodies: name, role, and `X` [m], `hexes` (deformable) or `skin` {points, triangles} (rigid). */
+  /** Bodies: name, role, and `X` [m], `cells` (deformable) or `skin` {points, triangles} (rigid). */
   bodies = new Map();
   /** States at the field times: `time` [s], `bodies` by name ({positions, fields} or {pose}), `contacts` by pair. */
   frames = [];
@@ -106,7 +112,7 @@ export class Recording {
     const V = xyz(message.flight_velocity_m_per_s);
     const body = { name: message.body, role: message.role, parts: message.parts, V };
     body.X = unpacked(message.positions);
-    body.hexes = unpacked(message.hexes);
+    body.cells = cellsOf(message);
     body.partOf = unpacked(message.part_of);
     this.bodies.set(body.name, body);
     this.#names.set(topicName, body.name);
@@ -166,7 +172,7 @@ export class Recording {
 
   /** The body of role `tissue`, or else the first that deforms. */
   get tissue() {
-    const deformable = [...this.bodies.values()].filter((body) => body.hexes);
+    const deformable = [...this.bodies.values()].filter((body) => body.cells);
     return deformable.find((body) => body.role === "tissue") ?? deformable[0];
   }
 

@@ -3,7 +3,7 @@
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use crate::scene::document::Role;
-use crate::step::Energy;
+use crate::step::{Energy, PairLedger};
 
 /// The frame that energies are told in.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,6 +108,14 @@ impl Side {
             mass: bodies.iter().map(|&b| plan.bodies[b].mass).sum(),
             bodies,
         }
+    }
+}
+
+impl Side {
+    /// The sum of a line of the ledger over the pairs that touch it from outside.
+    pub fn of_its_pairs(&self, energy: &Energy, line: fn(&PairLedger) -> f64) -> f64 {
+        let touching = self.signs.iter().zip(&energy.pairs).filter(|(sign, _)| **sign != 0.0);
+        touching.map(|(_, pair)| line(pair)).sum()
     }
 }
 

@@ -83,7 +83,7 @@ fn a_contact_between_nodes_is_one_nodes_worth_and_what_is_not_covered_does_not_c
         geometry.evaluation += 1;
         geometry.pressed.clear();
         for &(node, weight) in contacts {
-            geometry.press(node, &-Vec3::z(), (weight, 1.0), &position, limit);
+            geometry.press(node, &-Vec3::z(), (weight, 1.0), &position, (limit, &Followers::default()));
         }
         geometry.pressed.iter().map(Pressed::area).sum::<f64>()
     };

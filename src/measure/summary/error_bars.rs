@@ -1,11 +1,10 @@
 //! Error bars: what a number may be off by, from cheaper runs of the same scene.
 //!
-//! Three runs on a mesh of half the numbers of elements: as the scene says, with half the step, and with a looser contact
-//! solver. The first against the run itself gives the error of the mesh, the others against the first those of step and
-//! solver. Orders are *assumed* first, and said to be; on request a fourth run, on a quarter of the numbers of elements, lets the
-//! order of the mesh be *observed*.
+//! One or more runs on coarser meshes; on the coarsest of them one with half the step, and one with a looser contact solver. The
+//! meshes against the run itself give the error of the mesh, the other two against the first those of step and
+//! solver. First order is assumed: of two meshes with a factor of safety, of more as the line through all of them, whose scatter widens the bar.
 
-use super::super::convergence::{Reference, are_equal, assumed_error, assumed_step_error, extrapolate};
+use super::super::convergence::{assumed_error, assumed_step_error, fitted_uncertainty};
 use super::listed::Listed;
 use super::quantity::{ErrorEstimate, Estimate};
 use super::results::{Impact, Results};
@@ -30,16 +29,21 @@ impl std::fmt::Display for ErrorBars {
         match self {
             Self::NotAsked => f.write_str("not estimated: nobody asked for error bars"),
             Self::Unknown(why) => write!(f, "not estimated: {why}"),
-            Self::From(runs) if runs.coarser.is_some() => f.write_str(
-                "estimated from runs on two coarser meshes (numbers of elements divided by 2 and 4): three levels, order observed, \
-                 factor of safety 1.25; of the steps first order assumed, factor of safety 3",
-            ),
-            Self::From(runs) => write!(
-                f,
-                "estimated from runs on a coarser mesh (numbers of elements divided by {:.2} to 2, layers of one element kept): \
-                 two levels, first order assumed, factor of safety 3",
-                runs.refinement
-            ),
+            Self::From(runs) => {
+                let sizes: Vec<String> =
+                    runs.levels.iter().map(|level| format!("{:.2}", level.size)).collect();
+                let rule = match sizes.len() {
+                    1 => "first order assumed, factor of safety 3",
+                    _ => {
+                        "a first-order fit to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
+                    }
+                };
+                write!(
+                    f,
+                    "estimated from runs on coarser meshes (element size × {}): {rule}",
+                    sizes.join(", ")
+                )
+            }
         }
     }
 }
@@ -84,75 +88,84 @@ impl Cheaper {
     }
 }
 
+/// A run on a coarser mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Level {
+    /// Size of its elements, in units of the run's own [-]; the least where it is not the same everywhere.
+    pub size: f64,
+    /// What came out.
+    pub run: Cheaper,
+}
+
 /// The cheaper runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheaperRuns {
-    /// Ratio of the element sizes of the coarser mesh and the run's own [-]; the least where it is not the same everywhere.
-    pub refinement: f64,
-    /// On the coarser mesh.
-    pub coarse: Cheaper,
-    /// There, with half the step.
+    /// On coarser meshes, the coarsest first; at least one.
+    pub levels: Vec<Level>,
+    /// On the coarsest mesh, with half the step.
     pub small_steps: Cheaper,
     /// There, with a looser contact solver.
     pub loose_contact: Cheaper,
-    /// On the mesh that is coarser by two again, where the order is to be observed; `refinement` is two then.
-    pub coarser: Option<Cheaper>,
+}
+
+/// Values of one number in the cheaper runs.
+struct Values<'a> {
+    /// In those of [`CheaperRuns::levels`].
+    levels: &'a [f64],
+    small_steps: f64,
+    loose_contact: f64,
 }
 
 /// What the cheaper runs say of one number.
 struct Differences {
     mesh: f64,
-    order: Option<f64>,
     step: f64,
     contact: f64,
 }
 
 impl CheaperRuns {
+    /// All of them.
+    fn all(&self) -> impl Iterator<Item = &Cheaper> {
+        self.levels.iter().map(|level| &level.run).chain([&self.small_steps, &self.loose_contact])
+    }
+
     /// Error of the largest von Mises stress from a depth on [Pa]: `own`, that of the asked depth of this index, in a run of
     /// `own_steps` steps. `None` where it cannot be told.
     pub fn error_below(&self, index: usize, own: f64, own_steps: u64) -> Option<f64> {
-        let all = [&self.coarse, &self.small_steps, &self.loose_contact].into_iter().chain(&self.coarser);
-        all.into_iter().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
+        self.all().all(|run| run.von_mises_below_pa.len() > index).then_some(())?;
         let of = |run: &Cheaper| run.von_mises_below_pa[index];
-        let values = [&self.coarse, &self.small_steps, &self.loose_contact].map(of);
-        let found = self.differences(own, own_steps, &values, self.coarser.as_ref().map(of))?;
+        let levels: Vec<f64> = self.levels.iter().map(|level| of(&level.run)).collect();
+        let values = Values {
+            levels: &levels,
+            small_steps: of(&self.small_steps),
+            loose_contact: of(&self.loose_contact),
+        };
+        let found = self.differences(own, own_steps, &values)?;
         let total = found.mesh + found.step + found.contact;
         total.is_finite().then_some(total)
     }
 
-    /// How far the cheaper runs (coarse, small steps, loose contact; coarser) are from a number of a run of so many steps; `None`
-    /// where three meshes allow no order.
-    fn differences(
-        &self,
-        own: f64,
-        own_steps: u64,
-        &[coarse, small_steps, loose]: &[f64; 3],
-        coarser: Option<f64>,
-    ) -> Option<Differences> {
-        let (mesh, order) = self.mesh_error(coarser, coarse, own)?;
-        let steps = (self.coarse.steps, self.small_steps.steps);
+    /// How far the cheaper runs are from a number of a run of so many steps; `None` without any.
+    fn differences(&self, own: f64, own_steps: u64, values: &Values) -> Option<Differences> {
+        let (coarsest, value) = (self.levels.first()?, *values.levels.first()?);
+        let steps = (coarsest.run.steps, self.small_steps.steps);
         Some(Differences {
-            mesh,
-            order,
-            step: assumed_step_error(own_steps, steps, (coarse, small_steps)),
+            mesh: self.mesh_error(own, values.levels),
+            step: assumed_step_error(own_steps, steps, (value, values.small_steps)),
             // The tolerance is loosened far more than twofold: the difference itself is the bound.
-            contact: (loose - coarse).abs(),
+            contact: (values.loose_contact - value).abs(),
         })
     }
 
-    /// Error of the mesh and its observed order; `None` where three meshes allow no order.
-    fn mesh_error(&self, coarser: Option<f64>, coarse: f64, own: f64) -> Option<(f64, Option<f64>)> {
-        let Some(coarser) = coarser else {
-            return Some((assumed_error(coarse, own, self.refinement), None));
-        };
-        match extrapolate(&[coarser, coarse, own])? {
-            Reference::Extrapolated { uncertainty, order, .. } => Some((uncertainty, Some(order))),
-            // Equal values have no order, and no error but rounding.
-            Reference::Finest { uncertainty, .. } if are_equal(coarser, coarse) && are_equal(coarse, own) => {
-                Some((uncertainty, None))
-            }
-            Reference::Finest { .. } | Reference::Exact { .. } | Reference::Unknown { .. } => None,
+    /// Error of the mesh.
+    fn mesh_error(&self, own: f64, values: &[f64]) -> f64 {
+        if let ([level], [value]) = (&self.levels[..], values) {
+            return assumed_error(*value, own, level.size);
         }
+        let mut levels: Vec<_> =
+            self.levels.iter().map(|level| level.size).zip(values.iter().copied()).collect();
+        levels.push((1.0, own));
+        fitted_uncertainty(&levels)
     }
 }
 
@@ -174,24 +187,23 @@ impl Results {
     /// Gives every number of a run of so many steps [s] its error bar; those that a cheaper run does not have keep theirs.
     pub(super) fn estimate_errors(&mut self, runs: &CheaperRuns, own_steps: u64, time_s: f64) {
         let own_step = time_s / own_steps as f64;
-        let numbers: [Vec<f64>; 3] =
-            [&runs.coarse, &runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
-        let coarser = runs.coarser.as_ref().map(|run| run.numbers(self));
+        let levels: Vec<Vec<f64>> = runs.levels.iter().map(|level| level.run.numbers(self)).collect();
+        let [small_steps, loose_contact] =
+            [&runs.small_steps, &runs.loose_contact].map(|run| run.numbers(self));
         let mut all_listed = self.list_mut();
         let count = all_listed.len();
-        if numbers.iter().chain(&coarser).any(|run| run.len() != count) {
+        if levels.iter().chain([&small_steps, &loose_contact]).any(|run| run.len() != count) {
             return;
         }
         for (i, Listed { quantity, steps_known, spacing, missing, is_peak }) in
             all_listed.iter_mut().enumerate()
         {
-            let Some(Differences { mesh, order, step, contact }) = runs.differences(
-                quantity.value,
-                own_steps,
-                &numbers.each_ref().map(|run| run[i]),
-                coarser.as_ref().map(|run| run[i]),
-            ) else {
-                quantity.error = ErrorEstimate::NoOrder;
+            let of_levels: Vec<f64> = levels.iter().map(|run| run[i]).collect();
+            let values =
+                Values { levels: &of_levels, small_steps: small_steps[i], loose_contact: loose_contact[i] };
+            let Some(Differences { mesh, step, contact }) =
+                runs.differences(quantity.value, own_steps, &values)
+            else {
                 continue;
             };
             let mesh = mesh.max(*missing);
@@ -199,9 +211,9 @@ impl Results {
             let total = mesh + step + contact + resolution;
             if total.is_finite() {
                 // A peak at a point may grow with every mesh: two of them cannot tell.
-                let may_converge = !*is_peak || runs.coarser.is_some();
+                let may_converge = !*is_peak || runs.levels.len() > 1;
                 let resolved = total == 0.0 || may_converge && total < quantity.value.abs();
-                let estimate = Estimate { total, mesh, step, contact, resolution, order, resolved };
+                let estimate = Estimate { total, mesh, step, contact, resolution, resolved };
                 quantity.error = ErrorEstimate::Estimated(estimate);
             }
         }
@@ -254,25 +266,23 @@ mod tests {
         error
     }
 
-    fn runs(values: [f64; 3], coarser: Option<f64>) -> CheaperRuns {
+    fn runs(values: [f64; 3]) -> CheaperRuns {
         let [coarse, small_steps, loose] = values;
         CheaperRuns {
-            refinement: 2.0,
-            coarse: cheaper(coarse, 100),
+            levels: vec![Level { size: 2.0, run: cheaper(coarse, 100) }],
             small_steps: cheaper(small_steps, 200),
             loose_contact: cheaper(loose, 100),
-            coarser: coarser.map(|value| cheaper(value, 50)),
         }
     }
 
     #[test]
     fn errors_come_from_the_differences() {
         let mut own = results(10.0);
-        own.estimate_errors(&runs([9.0, 9.1, 8.99], None), 200, 1.0);
+        own.estimate_errors(&runs([9.0, 9.1, 8.99]), 200, 1.0);
         let error = estimate(&own.impacts[0].peak_force_n);
         assert!((error.mesh - 3.0).abs() < 1e-12 && (error.step - 0.3).abs() < 1e-12, "{error:?}");
         assert!((error.contact - 0.01).abs() < 1e-12 && (error.total - 3.31).abs() < 1e-9, "{error:?}");
-        assert!(error.resolved && error.order.is_none());
+        assert!(error.resolved);
         // A duration is not known better than to its first and its last step.
         let duration = estimate(&own.impacts[0].contact_duration_s);
         assert!((duration.resolution - 2.0 / 200.0).abs() < 1e-9, "{duration:?}");
@@ -283,28 +293,30 @@ mod tests {
     #[test]
     fn steps_as_long_as_on_the_coarser_mesh_have_twice_the_error() {
         let mut own = results(10.0);
-        own.estimate_errors(&runs([10.0, 10.1, 10.0], None), 100, 1.0);
+        own.estimate_errors(&runs([10.0, 10.1, 10.0]), 100, 1.0);
         let error = estimate(&own.impacts[0].peak_force_n);
         assert!((error.step - 0.6).abs() < 1e-9, "{error:?}");
     }
 
     #[test]
-    fn an_order_is_observed_on_three_meshes_or_there_is_no_error_bar() {
-        // 10 + h²: 14, 11, 10.25
-        let mut own = results(10.25);
-        own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(14.0)), 200, 1.0);
-        let error = estimate(&own.impacts[0].impulse_n_s);
-        assert!(error.order.is_some_and(|p| (p - 2.0).abs() < 1e-12), "{error:?}");
-        assert!((error.mesh - 1.25 * 0.25).abs() < 1e-12, "{error:?}");
+    fn three_meshes_are_fitted_and_their_scatter_widens_the_bar() {
+        // 10 + h at h = 4, 2, 1.
+        let mut all = runs([14.0, 14.0, 14.0]);
+        all.levels =
+            vec![Level { size: 4.0, run: cheaper(14.0, 100) }, Level { size: 2.0, run: cheaper(12.0, 100) }];
+        let mut own = results(11.0);
+        own.estimate_errors(&all, 200, 1.0);
+        let smooth = estimate(&own.impacts[0].impulse_n_s);
+        assert!((smooth.mesh - 1.25).abs() < 1e-12, "{smooth:?}");
         // Up, then down.
-        own = results(10.25);
-        own.estimate_errors(&runs([11.0, 11.0, 11.0], Some(10.0)), 200, 1.0);
-        assert_eq!(own.impacts[0].impulse_n_s.error, ErrorEstimate::NoOrder);
+        own = results(13.0);
+        own.estimate_errors(&all, 200, 1.0);
+        assert!(estimate(&own.impacts[0].impulse_n_s).mesh > 2.0 * smooth.mesh);
     }
 
     #[test]
     fn stresses_below_a_depth_have_errors_where_all_runs_have_them() {
-        let mut runs = runs([9.0, 9.1, 8.99], None);
+        let mut runs = runs([9.0, 9.1, 8.99]);
         let error = runs.error_below(0, 10.0, 200).unwrap();
         assert!((error - 3.31).abs() < 1e-12, "{error}");
         assert_eq!(runs.error_below(1, 10.0, 200), None);
@@ -316,7 +328,7 @@ mod tests {
     fn nothing_at_all_is_resolved() {
         let mut own = results(0.0);
         own.impacts[0].contact_span_s = None;
-        own.estimate_errors(&runs([0.0; 3], None), 200, 1.0);
+        own.estimate_errors(&runs([0.0; 3]), 200, 1.0);
         let [force, duration] =
             [&own.impacts[0].peak_force_n, &own.impacts[0].contact_duration_s].map(estimate);
         assert!(force.resolved && force.total == 0.0, "{force:?}");
@@ -329,7 +341,7 @@ mod tests {
     #[test]
     fn a_number_below_its_error_is_not_resolved() {
         let mut own = results(1.0);
-        own.estimate_errors(&runs([2.0; 3], None), 200, 1.0);
+        own.estimate_errors(&runs([2.0; 3]), 200, 1.0);
         assert!(!estimate(&own.impacts[0].impulse_n_s).resolved);
     }
 }

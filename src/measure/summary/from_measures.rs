@@ -137,6 +137,7 @@ fn tissue(measures: &Measures, state: &RunState, mint: Mint) -> Option<Tissue> {
     let deflection = Peak { value: d.largest, position: d.position, time: d.time };
     Some(Tissue {
         frame_velocity_m_per_s: absorbed.velocity().into(),
+        energy_given_j: mint.quantity(absorbed.now.given()),
         absorbed_energy_j: mint.quantity(absorbed.now.by_state()),
         absorbed_energy_by_work_j: mint.quantity(absorbed.now.work),
         absorbed_split: split(&absorbed.now),

@@ -241,7 +241,6 @@ mod tests {
             step: 0.0,
             contact: 0.0,
             resolution: 0.0,
-            order: None,
             resolved: true,
         };
         let error =

@@ -88,7 +88,7 @@ impl Results {
         let absorbed =
             [&mut t.absorbed_energy_j, &mut t.absorbed_energy_by_work_j, &mut t.peak_absorbed_energy_j];
         all.extend(absorbed.map(|energy| Listed { missing: lost, ..Listed::sum(energy) }));
-        let sums = [&mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
+        let sums = [&mut t.energy_given_j, &mut t.deflection_mm.quantity, &mut t.viscous_response_m2_per_s];
         all.extend(sums.into_iter().chain(&mut t.projectile_loss_j).map(Listed::sum));
         all.extend(t.peaks.list_mut().into_iter().flatten().map(|peak| Listed::peak(&mut peak.quantity)));
         for split in [&mut t.absorbed_split, &mut t.peak_absorbed_split] {

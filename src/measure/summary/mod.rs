@@ -2,6 +2,7 @@
 //!
 //! A run that fails a gate gives no plain numbers: what it computed stands under `withheld`, with the reason.
 
+mod accuracy;
 mod erosion;
 mod error_bars;
 mod from_measures;
@@ -17,7 +18,8 @@ mod table;
 mod words;
 mod written;
 
-pub use error_bars::{Cheaper, CheaperRuns, ErrorBars};
+pub use accuracy::{Accuracy, AccuracyOf, AskedAccuracy};
+pub use error_bars::{Cheaper, CheaperRuns, ErrorBars, Level};
 pub use gates::Gate;
 pub use injury::InjuryMeasure;
 pub use laws::LawRange;
@@ -85,6 +87,9 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// Where the error bars come from, or why there are none.
     pub error_bars: String,
+    /// Whether the numbers are as exact as was asked for; absent where nothing was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
 }
 
 impl Summary {
@@ -126,6 +131,7 @@ impl Summary {
                 .filter(|w| !warnings.contains(w))
                 .collect::<Vec<_>>(),
         );
+        let accuracy = measures.accuracy.as_ref().map(|asked| Accuracy::of(asked, &values));
         let law_ranges = left_laws(&measures.laws);
         let erosion = erosion(&measures.eroded, plan);
         let time_s = outcome.map_or(measures.time, |o| o.time_s);
@@ -150,6 +156,7 @@ impl Summary {
             gates,
             warnings,
             error_bars,
+            accuracy,
         }
     }
 

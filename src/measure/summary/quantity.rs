@@ -29,9 +29,6 @@ pub enum ErrorEstimate {
     /// Nobody looked.
     #[serde(rename = "not estimated")]
     NotEstimated,
-    /// Three meshes were looked at, and do not approach a limit from one side at a believable order.
-    #[serde(rename = "not estimated: the three meshes show no order of convergence")]
-    NoOrder,
     /// Nothing touched: there is no impact that the number could be of.
     #[serde(rename = "nothing touched")]
     NothingTouched,
@@ -72,9 +69,6 @@ pub struct Estimate {
     pub contact: f64,
     /// What cannot be told apart: a time within its steps, a depth within two quadrature points, a sum within its rounding.
     pub resolution: f64,
-    /// Observed order of convergence of the mesh; absent where the first is assumed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub order: Option<f64>,
     /// Whether the number is larger than its error, or both are zero. A peak at a point never is on two meshes, which cannot tell
     /// whether it converges.
     pub resolved: bool,

@@ -78,6 +78,7 @@ pub fn render_table(summary: &Summary) -> String {
         );
     }
     table.line(&format!("  error bars: {}", summary.error_bars));
+    summary.accuracy.iter().for_each(|accuracy| table.line(&format!("  {}", accuracy.words())));
     if !summary.warnings.is_empty() {
         table.heading("Warnings");
         summary.warnings.iter().for_each(|warning| table.line(&format!("  {warning}")));
@@ -148,6 +149,7 @@ impl Table {
             let [x, y, z] = tissue.frame_velocity_m_per_s.map(number);
             self.row("energies in its own frame, which moves at", &format!("({x}, {y}, {z}) m/s"), "");
         }
+        self.quantity("energy given to the tissue at the end", &tissue.energy_given_j, "J");
         self.quantity("absorbed energy at the end", &tissue.absorbed_energy_j, "J");
         self.row("  from the work of the reactions", &plain(&tissue.absorbed_energy_by_work_j, 1.0, "J"), "");
         self.split(&tissue.absorbed_split, &tissue.absorbed_energy_j);
@@ -228,7 +230,6 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
         ErrorEstimate::Estimated(error) => error,
         ErrorEstimate::NotEstimated => return "error not estimated".into(),
         ErrorEstimate::NothingTouched => return "nothing touched".into(),
-        ErrorEstimate::NoOrder => return "error not estimated: the meshes show no order".into(),
     };
     let [total, mesh, step, contact] =
         [error.total, error.mesh, error.step, error.contact].map(|e| rounded(scale * e));
@@ -239,10 +240,9 @@ fn error_of(quantity: &Quantity, scale: f64, unit: &str) -> String {
     } else {
         String::new()
     };
-    let order = error.order.map(|order| format!(" of order {order:.1}")).unwrap_or_default();
     let verdict = if error.resolved { "" } else { ": NOT RESOLVED" };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    format!("± {total}{unit} (mesh {mesh}{order}, step {step}, contact {contact}{points}){verdict}")
+    format!("± {total}{unit} (mesh {mesh}, step {step}, contact {contact}{points}){verdict}")
 }
 
 fn ending(state: &RunState) -> &'static str {
@@ -273,7 +273,6 @@ mod tests {
                 step: 0.0,
                 contact: 0.0,
                 resolution: 0.0,
-                order: None,
                 resolved: error < value.abs(),
             }),
             gate: GateResult::Passed,

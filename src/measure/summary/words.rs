@@ -58,7 +58,7 @@ fn nothing_touched(results: &Results, is_over: bool) -> String {
 fn value(quantity: &Quantity, unit: &str) -> String {
     match &quantity.error {
         ErrorEstimate::NothingTouched => "nothing".into(),
-        ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder => {
+        ErrorEstimate::NotEstimated => {
             format!("about {} {unit} (error not estimated)", rounded(quantity.value))
         }
         ErrorEstimate::Estimated(error) if error.resolved => {
@@ -180,6 +180,7 @@ mod tests {
             not_from_contact_j: zero(),
         };
         Tissue {
+            energy_given_j: zero(),
             absorbed_energy_j: zero(),
             absorbed_energy_by_work_j: zero(),
             absorbed_split: split(),

@@ -7,8 +7,9 @@
 use super::ALLOWED;
 use super::detection::Detector;
 use super::narrow_phase::eval_proximity;
-use super::stencil::Stencil;
+use super::stencil::{Stencil, weighted};
 use super::{Contact, Kind};
+use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 
 /// At most this share of the face's size is removed from a contact in a step of usual length, and less in a shorter one, as where elements
@@ -20,6 +21,27 @@ pub const SLOW: f64 = 0.1;
 pub const TOLERANCE: f64 = 1e-8;
 /// Passes over the contacts, which share nodes.
 const PASSES: usize = 4;
+
+/// How nodes may be moved.
+#[derive(Clone, Copy)]
+pub struct MovableNodes<'a> {
+    /// 1/m [1/kg] per node and axis.
+    pub inverse_mass: &'a [Vec3],
+    /// Those that only follow others.
+    pub followers: &'a Followers,
+}
+
+impl MovableNodes<'_> {
+    /// Moves a node by `step` [m], and those that follow it by their share.
+    pub(super) fn shift(self, (node, step): (u32, Vec3), x: &mut [Vec3], moved: &mut Vec<(u32, Vec3)>) {
+        x[node as usize] += step;
+        moved.push((node, step));
+        for (follower, w) in self.followers.led_by(node as usize) {
+            x[*follower as usize] += step * *w;
+            moved.push((*follower, step * *w));
+        }
+    }
+}
 
 /// What a projection did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,12 +57,12 @@ pub struct ProjectionReport {
 /// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
 ///
 /// Gaps are measured anew, for the same node and face or with the same weights; a node that has slid off its face is left to the next detection.
-/// `inverse_mass` [1/kg] per node and axis; `share` of [`CAP`] that may be removed [-]. `moved` is cleared and receives each displacement (node, Δx [m]) that was
+/// `nodes` says how they may be moved; `share` of [`CAP`] that may be removed [-]. `moved` is cleared and receives each displacement (node, Δx [m]) that was
 /// applied, a node possibly more than once, so that its work against the internal forces can be counted.
 pub fn project_positions(
     contacts: &[Contact],
     detector: &Detector,
-    (inverse_mass, share): (&[Vec3], f64),
+    (nodes, share): (MovableNodes, f64),
     x: &mut [Vec3],
     moved: &mut Vec<(u32, Vec3)>,
 ) -> ProjectionReport {
@@ -54,7 +76,7 @@ pub fn project_positions(
             report.left = report.left.max(found.depth);
             let slow = if contact.kind == Kind::Fixed { SLOW } else { 1.0 };
             let cap = slow * share * CAP / PASSES as f64 * found.size;
-            if separate(&found, found.depth.min(cap), inverse_mass, x, moved) {
+            if separate(&found, found.depth.min(cap), nodes, x, moved) {
                 corrected += 1;
             }
         }
@@ -116,12 +138,14 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
 /// Of a master node in a face of the slave, beyond what it may.
 fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
     let skin = detector.slave_skin(contact.pair as usize);
-    let (node, _) = contact.stencil.master().next()?;
+    // The node of the master, or those that it follows.
+    let node = contact.stencil.side(true);
+    let place = weighted(node.clone(), |n| x[n as usize]);
     let size = skin.sizes[contact.face as usize];
-    let p = eval_proximity(skin, contact.face, &x[node as usize], x).filter(|p| !p.beyond)?;
+    let p = eval_proximity(skin, contact.face, &place, x).filter(|p| !p.beyond)?;
     let depth = -p.gap - ALLOWED * size;
     let of_face = skin.faces[contact.face as usize].into_iter().zip(p.weights);
-    let stencil = Stencil::new(of_face, [(node, 1.0)])?;
+    let stencil = Stencil::new(of_face, node)?;
     (depth > TOLERANCE * size).then_some(Penetration { depth, normal: -p.normal, stencil, size })
 }
 
@@ -129,12 +153,14 @@ fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Opti
 fn separate(
     found: &Penetration,
     distance: f64,
-    inverse_mass: &[Vec3],
+    movable: MovableNodes,
     x: &mut [Vec3],
     moved: &mut Vec<(u32, Vec3)>,
 ) -> bool {
-    let n = &found.normal;
-    let nodes = found.stencil.each();
+    let (n, inverse_mass) = (&found.normal, movable.inverse_mass);
+    // Stencils of so many nodes have been turned down by detection.
+    let Some(stencil) = found.stencil.without(movable.followers) else { return false };
+    let nodes = stencil.each();
     let compliance: f64 =
         nodes.clone().map(|(node, w)| w * w * inverse_mass[node as usize].component_mul(n).dot(n)).sum();
     let impulse = distance / compliance;
@@ -144,8 +170,7 @@ fn separate(
     for (node, w) in nodes {
         let step = inverse_mass[node as usize].component_mul(n) * (w * impulse);
         if step != Vec3::zeros() {
-            x[node as usize] += step;
-            moved.push((node, step));
+            movable.shift((node, step), x, moved);
         }
     }
     true

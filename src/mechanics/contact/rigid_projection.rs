@@ -11,7 +11,7 @@
 //! of one face do not lift each other in turn, and a gap that is open stays so.
 
 use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
-use super::projection::{CAP, SLOW, TOLERANCE};
+use super::projection::{CAP, MovableNodes, SLOW, TOLERANCE};
 use super::rigid_detection::{RigidDetector, RigidMotion};
 use super::rigid_faces::ALLOWED;
 use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
@@ -46,12 +46,12 @@ impl RigidProjection {
     }
 
     /// Moves and turns what overlaps at the places `x` [m] and `poses` apart. `of_pairs`: the rigid bodies of each pair;
-    /// `inverse_mass` [1/kg] per node and axis; `share` of [`CAP`] that may be removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
+    /// `nodes` says how those of meshes may be moved; `share` of [`CAP`] that may be removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
         detector: &mut RigidDetector,
         of_pairs: &[[Option<u32>; 2]],
-        (inverse_mass, share): (&[Vec3], f64),
+        (nodes, share): (MovableNodes, f64),
         x: &mut [Vec3],
         poses: &mut [Pose],
         moved: &mut Vec<(u32, Vec3)>,
@@ -61,6 +61,12 @@ impl RigidProjection {
         // Places that are not finite are found by the next step.
         if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
             return;
+        }
+        for contact in &mut self.contacts {
+            // Stencils of too many nodes have been turned down by the step.
+            if let Some(stencil) = contact.stencil.without(nodes.followers) {
+                contact.stencil = stencil;
+            }
         }
         // Between nodes a face takes up what linearisation leaves, to twice what it may be entered by.
         for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
@@ -82,13 +88,12 @@ impl RigidProjection {
         }
         let rigid = RigidSides { of_pairs, bodies, poses };
         let Self { contacts, laws, d, reactions, workspace, .. } = self;
-        solve_with_rigid(contacts, laws, &rigid, inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
+        solve_with_rigid(contacts, laws, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
         for contact in &self.contacts {
             for &node in contact.stencil.nodes() {
                 let step = std::mem::replace(&mut self.d[node as usize], Vec3::zeros());
                 if step != Vec3::zeros() {
-                    x[node as usize] += step;
-                    moved.push((node, step));
+                    nodes.shift((node, step), x, moved);
                 }
             }
         }

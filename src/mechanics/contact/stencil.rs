@@ -1,5 +1,6 @@
 //! The nodes of a contact with signed weights: how the velocity of a contact is made of those of its nodes.
 
+use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
@@ -67,6 +68,19 @@ impl Stencil {
         self.weights[count] = weight;
         self.count += 1;
         Some(())
+    }
+
+    /// The same with the nodes that move its nodes in the place of those that follow others: relative velocity and power of an impulse
+    /// stay. `None` where they are more than [`MOST_NODES`].
+    pub fn without(&self, followers: &Followers) -> Option<Self> {
+        if !self.nodes().iter().any(|node| followers.contains(*node as usize)) {
+            return Some(self.clone());
+        }
+        let movers = |is_master: bool| {
+            let nodes = self.side(is_master);
+            nodes.flat_map(|(node, w)| followers.movers(node).map(move |(mover, share)| (mover, w * share)))
+        };
+        Self::new(movers(false), movers(true))
     }
 
     fn len_of_slave(&self) -> usize {
@@ -141,5 +155,22 @@ mod tests {
         let plane = Stencil::node_on_face(2, &[2; 4], &[0.0; 4]);
         assert_eq!(plane, Stencil::of_node(2));
         assert_eq!(Stencil::new([(0, 1.0)], (1..40).map(|n| (n, 1.0 / 39.0))), None);
+    }
+
+    #[test]
+    fn a_follower_is_replaced_by_whom_it_follows() {
+        let ties = std::collections::BTreeMap::from([
+            (7, vec![(1, 0.5), (2, 0.5)]),
+            (4, vec![(5, 0.25), (6, 0.75)]),
+        ]);
+        let followers = Followers::new(8, &ties).unwrap();
+        let stencil = Stencil::node_on_face(7, &[3, 4, 5, 0], &[0.5, 0.25, 0.25, 0.0]);
+        let free = stencil.without(&followers).unwrap();
+        assert_eq!(free.slave().collect::<Vec<_>>(), [(1, 0.5), (2, 0.5)]);
+        assert_eq!(free.master().collect::<Vec<_>>(), [(3, -0.5), (5, -0.3125), (6, -0.1875)]);
+        let mut v: Vec<Vec3> = (0..8).map(|i| Vec3::new(f64::from(i * i), 1.0, f64::from(i).sin())).collect();
+        followers.follow(&mut v);
+        assert!((free.difference(&v) - stencil.difference(&v)).norm() < 1e-14);
+        assert_eq!(free.without(&Followers::default()), Some(free.clone()));
     }
 }

@@ -23,6 +23,9 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     const LENGTHS: &'static [(usize, usize)];
     /// Whether corners can fold while all points are well, so that [`Element::corner_penalty`] is asked for.
     const FOLDS: bool = false;
+    /// Whether each law has kernels of its own for it, where it has for any; else one kernel serves all laws, matched at every point: for
+    /// an element whose speed matters less than the size of the program.
+    const KERNELS_OF_LAWS: bool = true;
     /// Local gradients of a nodal field at all points; or local stresses, work-conjugate to them.
     type Local<R: Real>: Copy;
 

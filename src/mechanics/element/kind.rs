@@ -2,10 +2,12 @@
 
 use super::{Element, POINTS};
 
-/// The list: calls a macro with name, nodes, points and one-point formulation (of [`crate::mechanics::force`]) of every element.
+/// The list: calls a macro with what follows its name, and name, nodes, points and one-point formulation (of [`crate::mechanics::force`])
+/// of every element.
 macro_rules! for_each_element {
-    ($then:ident) => {
+    ($then:ident $($first:tt)*) => {
         $then! {
+            $($first)*
             Hex8, 8, 8, ReducedBatch;
             Tet4, 4, 1, NoOnePoint;
         }

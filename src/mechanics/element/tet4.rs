@@ -18,6 +18,7 @@ impl Element<4, 1> for Tet4 {
     const SCALE: f64 = 2.449_489_742_783_178;
     /// Six lengths are as many as a rate of strain has components.
     const LENGTHS: &'static [(usize, usize)] = &[(0, 1), (0, 2), (0, 3), (1, 2), (2, 3), (3, 1)];
+    const KERNELS_OF_LAWS: bool = false;
     type Local<R: Real> = Tensor<R>;
 
     #[inline(always)]

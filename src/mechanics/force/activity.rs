@@ -62,7 +62,7 @@ impl Activity {
             for i in 0..chunk.batches.len() {
                 let history = &chunk.history[i * rows..(i + 1) * rows];
                 if history.iter().any(|row| row.0.iter().any(|x| *x != 0.0)) {
-                    self.wake_batch(&blocks[chunk.block as usize], chunk, i);
+                    self.wake_batch(&blocks[chunk.block as usize], assembly, chunk, i);
                 }
             }
         }
@@ -70,7 +70,7 @@ impl Activity {
         for node in (0..u.len()).filter(|node| !at_rest(node)) {
             self.note(assembly, node);
         }
-        self.spread(forces, blocks);
+        self.spread(forces, blocks, assembly);
     }
 
     /// Wakes the elements of those nodes that have begun to move, among the nodes that are stepped.
@@ -94,7 +94,7 @@ impl Activity {
                 }
             }
         }
-        self.spread(forces, blocks);
+        self.spread(forces, blocks, assembly);
     }
 
     /// Wakes the elements of nodes that have been moved from outside.
@@ -108,11 +108,18 @@ impl Activity {
         for node in nodes {
             self.note(assembly, node as usize);
         }
-        self.spread(forces, blocks);
+        self.spread(forces, blocks, assembly);
     }
 
-    /// A node has moved.
+    /// A node has moved, and those that follow it.
     fn note(&mut self, assembly: &Assembly, node: usize) {
+        self.note_itself(assembly, node);
+        for (follower, _) in assembly.followers().led_by(node) {
+            self.note_itself(assembly, *follower as usize);
+        }
+    }
+
+    fn note_itself(&mut self, assembly: &Assembly, node: usize) {
         if !self.moved[node] {
             self.moved[node] = true;
             self.active[node / Self::NODES] = true;
@@ -121,7 +128,7 @@ impl Activity {
     }
 
     /// Wakes the sleeping batches of dirty chunks that have a node that has moved.
-    fn spread(&mut self, forces: &mut ElementForces, blocks: &[ElementBlock]) {
+    fn spread(&mut self, forces: &mut ElementForces, blocks: &[ElementBlock], assembly: &Assembly) {
         self.dirty.sort_unstable();
         self.dirty.dedup();
         for d in 0..self.dirty.len() {
@@ -129,24 +136,31 @@ impl Activity {
             let chunk = &mut forces.chunks[c as usize];
             let block = &blocks[chunk.block as usize];
             let nodes = block.nodes_of_chunk(chunk.chunk as usize);
+            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             for i in 0..chunk.batches.len() {
                 let is_reached = || {
-                    let batch = block.nodes_of_batch(chunk.chunk as usize, i);
+                    let batch = block.nodes_of_batch(first + i);
                     batch.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
                 };
                 if chunk.awake & (1 << i) == 0 && is_reached() {
-                    self.wake_batch(block, chunk, i);
+                    self.wake_batch(block, assembly, chunk, i);
                 }
             }
         }
         self.dirty.clear();
     }
 
-    fn wake_batch(&mut self, block: &ElementBlock, chunk: &mut ChunkForces, i: usize) {
+    /// A batch acts on its nodes from here on, and on those that they follow.
+    fn wake_batch(&mut self, block: &ElementBlock, assembly: &Assembly, chunk: &mut ChunkForces, i: usize) {
         chunk.awake |= 1 << i;
         let nodes = block.nodes_of_chunk(chunk.chunk as usize);
-        for node in block.nodes_of_batch(chunk.chunk as usize, i).as_flattened() {
-            self.active[nodes[*node as usize] as usize / Self::NODES] = true;
+        let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+        for node in block.nodes_of_batch(first + i).as_flattened() {
+            let node = nodes[*node as usize] as usize;
+            self.active[node / Self::NODES] = true;
+            for (master, _) in assembly.followers().masters(node) {
+                self.active[*master as usize / Self::NODES] = true;
+            }
         }
     }
 }

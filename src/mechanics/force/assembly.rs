@@ -1,8 +1,9 @@
 //! The sum of forces at each node over its chunks, in a fixed order.
 
 use super::block::ElementBlock;
-use super::chunk::ChunkForces;
+use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
+use std::sync::Arc;
 
 /// Where each node finds its share in each chunk: a compressed list, ascending in the chunk.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -11,6 +12,8 @@ pub struct Assembly {
     start: Vec<u32>,
     /// (chunk over all blocks, node in the chunk).
     places: Vec<(u32, u32)>,
+    /// Nodes that follow others: these sum their forces.
+    followers: Arc<Followers>,
 }
 
 impl Assembly {
@@ -33,7 +36,7 @@ impl Assembly {
                 *place += 1;
             }
         }
-        Self { start, places }
+        Self { start, places, followers: Arc::default() }
     }
 
     /// The chunks of a node, each with the number of the node in it.
@@ -42,18 +45,40 @@ impl Assembly {
         &self.places[self.start[node] as usize..self.start[node + 1] as usize]
     }
 
-    /// Sum of the element forces [N] at a node.
+    /// The same with nodes that follow others.
+    #[must_use]
+    pub fn with(self, followers: Arc<Followers>) -> Self {
+        Self { followers, ..self }
+    }
+
+    /// The nodes that follow others.
+    pub fn followers(&self) -> &Arc<Followers> {
+        &self.followers
+    }
+
+    /// Sum of a force of each chunk's nodes, by chunk and node in it, at a node. A node gets its shares of those of its followers, in
+    /// ascending order, a follower nothing.
     #[inline]
-    pub(super) fn sum_at(&self, node: usize, chunks: &[ChunkForces]) -> Vec3 {
-        let mut sum = Vec3::zeros();
-        for (chunk, i) in self.places(node) {
-            sum += chunks[*chunk as usize].force[*i as usize];
+    pub(super) fn sum_at(&self, node: usize, force: impl Fn(usize, usize) -> Vec3) -> Vec3 {
+        let own = |node: usize| {
+            let mut sum = Vec3::zeros();
+            for (chunk, i) in self.places(node) {
+                sum += force(*chunk as usize, *i as usize);
+            }
+            sum
+        };
+        if self.followers.is_empty() {
+            return own(node);
         }
-        sum
+        if self.followers.contains(node) {
+            return Vec3::zeros();
+        }
+        let led = self.followers.led_by(node);
+        led.iter().fold(own(node), |sum, (follower, w)| sum + own(*follower as usize) * *w)
     }
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
-        4 * self.start.len() + 8 * self.places.len()
+        4 * self.start.len() + 8 * self.places.len() + self.followers.memory()
     }
 }

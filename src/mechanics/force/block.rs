@@ -1,111 +1,11 @@
 //! A block of elements: one body, one law, one formulation.
 
-use super::chunk::{Chunk, ChunkForces};
-use super::packed::{Elements, pack_elements};
-use super::sweep::SweepInput;
-use crate::mechanics::element::{ElementKind, MOST_NODES, ReferenceGeometry};
+use super::chunk::Chunk;
+use super::packed::{Elements, with_elements};
+use super::parameters::{BlockError, BlockInput, BlockParameters, Formulation};
+use crate::mechanics::element::{ElementKind, MOST_NODES};
 use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::material::{Material, PronySeries};
-use crate::mechanics::tensor::{Mat3, Vec3};
-
-/// How the energy of an element is integrated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Formulation {
-    /// The points of the element for everything.
-    Full,
-    /// The same, and one mean dilatation for the volumetric energy of a split law; coupled laws are integrated fully.
-    MeanDilatation,
-    /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
-    Reduced,
-}
-
-impl Formulation {
-    /// Whether an element has it: the one place that says so.
-    pub fn is_of(self, kind: ElementKind) -> bool {
-        match self {
-            Self::Full => true,
-            // At one point the mean is the point's own.
-            Self::MeanDilatation => kind.point_count() > 1,
-            Self::Reduced => kind == ElementKind::Hex8,
-        }
-    }
-}
-
-/// Elements that no block can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BlockError {
-    /// Their kind has no such formulation.
-    #[error("elements of kind {0:?} have no formulation {1:?}")]
-    Formulation(ElementKind, Formulation),
-    /// They are of several kinds, or have not the nodes of their kind.
-    #[error("the elements of a block are of one kind, with all its nodes")]
-    Kinds,
-}
-
-/// Law, formulation, density and viscosity of a block.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockParameters {
-    /// The constitutive law.
-    pub material: Material,
-    /// How it is integrated.
-    pub formulation: Formulation,
-    /// Density at rest ρ [kg/m³].
-    pub density: f64,
-    /// Linear bulk viscosity b1 [-].
-    pub linear_viscosity: f64,
-    /// Quadratic bulk viscosity b2 [-].
-    pub quadratic_viscosity: f64,
-    /// Shear viscosity η of the material [Pa s].
-    pub shear_viscosity: f64,
-    /// Relaxation of the isochoric stress.
-    pub prony: PronySeries,
-    /// What its elements bear; `None` for ever.
-    pub erosion: Option<ErosionLimits>,
-}
-
-impl BlockParameters {
-    /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
-    pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity > 0.0 || !self.prony.is_none()
-    }
-    /// Whether compression has a viscous pressure.
-    pub fn has_bulk_viscosity(&self) -> bool {
-        self.linear_viscosity > 0.0 || self.quadratic_viscosity > 0.0
-    }
-    /// As [`BlockParameters::wave_speed`], along fibres that all lie in its direction [m/s]: nothing small is faster.
-    pub fn fastest_wave(&self) -> f64 {
-        self.wave_speed().hypot((self.material.fibre_modulus_at_rest() / self.density).sqrt())
-    }
-    /// Speed of dilatational waves at rest, √((K + 4/3 G)/ρ) [m/s]; fibres apart.
-    pub fn wave_speed(&self) -> f64 {
-        let (G, K) = self.material.moduli_at_rest();
-        ((K + 4.0 / 3.0 * G) / self.density).sqrt()
-    }
-}
-
-/// What the elements of a part bear.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErosionLimits {
-    /// Largest principal stretch of F̄ [-]; infinite without this limit.
-    pub stretch: f64,
-    /// Least mean volume ratio [-]; 0 without this limit.
-    pub volume_ratio: f64,
-}
-
-/// One element to put into a block.
-#[derive(Clone, Debug)]
-pub struct BlockInput {
-    /// Global number of the element.
-    pub element: u32,
-    /// Its nodes (global).
-    pub nodes: Vec<u32>,
-    /// Their reference positions X [m].
-    pub corners: Vec<Vec3>,
-    /// Its material axes, columns e1, e2, e3 in reference axes.
-    pub axes: Mat3,
-    /// Its kind and reference geometry.
-    pub geometry: ReferenceGeometry,
-}
+use crate::mechanics::tensor::Vec3;
 
 /// Rows of history of bulk viscosity, where there is any.
 pub(super) const BULK_ROWS: usize = 2;
@@ -123,7 +23,7 @@ pub struct ElementBlock {
     pub first_slot: usize,
     /// What its elements are.
     pub kind: ElementKind,
-    pub(super) packed: Box<dyn Elements>,
+    pub(super) packed: Elements,
     /// Fibre directions in reference axes: `[batch × families][axis][lane]`.
     pub(super) fibres: Vec<[Row; 3]>,
     pub(super) chunks: Vec<Chunk>,
@@ -152,7 +52,7 @@ impl ElementBlock {
         if !parameters.formulation.is_of(kind) {
             return Err(BlockError::Formulation(kind, parameters.formulation));
         }
-        let (packed, chunks, chunk_nodes) = pack_elements(kind, &parameters, inputs);
+        let (packed, chunks, chunk_nodes) = Elements::cut(kind, &parameters, inputs);
         let elements = inputs.iter().map(|i| i.element).collect();
         let mut block = Self {
             body,
@@ -220,7 +120,7 @@ impl ElementBlock {
     /// Nodes of the element in a slot of this block.
     pub fn nodes_of(&self, slot: usize) -> NodeList {
         let batch = slot / BATCH;
-        let (nodes, own) = (self.nodes_of_chunk(batch / Chunk::BATCHES), self.packed.nodes(batch));
+        let (nodes, own) = (self.nodes_of_chunk(batch / Chunk::BATCHES), self.nodes_of_batch(batch));
         let mut list = NodeList { nodes: [0; MOST_NODES], count: own.len() };
         for (node, own) in list.nodes.iter_mut().zip(own) {
             *node = nodes[own[slot % BATCH] as usize];
@@ -234,22 +134,23 @@ impl ElementBlock {
         &self.chunk_nodes[range.start as usize..range.end as usize]
     }
 
-    /// Nodes of the i-th batch of a chunk, in its own numbering.
-    pub(super) fn nodes_of_batch(&self, chunk: usize, i: usize) -> &[[u16; BATCH]] {
-        self.packed.nodes(self.chunks[chunk].batches.start as usize + i)
-    }
-
-    /// Sweeps the batches of a chunk that are awake: element forces, energies, stable steps.
-    pub(super) fn sweep(&self, input: &SweepInput, forces: &mut ChunkForces) {
-        self.packed.sweep(self, input, forces);
+    /// Nodes of a batch, in the numbering of its chunk: `[node][lane]`.
+    pub(super) fn nodes_of_batch(&self, batch: usize) -> &[[u16; BATCH]] {
+        with_elements!(&self.packed, elements => &elements.batches[batch].nodes)
     }
 
     /// Bytes in memory.
     pub fn memory(&self) -> usize {
-        self.packed.memory()
+        with_elements!(&self.packed, elements => size_of_val(&elements.batches[..]) + size_of_val(&elements.one_point[..]))
             + self.fibres.len() * size_of::<[Row; 3]>()
             + 4 * (self.elements.len() + self.chunk_nodes.len())
             + self.chunks.len() * size_of::<Chunk>()
+    }
+
+    /// Fibre directions of a batch, `[family][axis][lane]`.
+    pub(super) fn fibres_of(&self, batch: usize) -> &[[Row; 3]] {
+        let families = self.parameters.material.family_count();
+        &self.fibres[batch * families..(batch + 1) * families]
     }
 
     /// Rotates the law's families into each element's axes; nothing for laws without fibres.

@@ -14,7 +14,7 @@
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
-use super::packed::{Batch, InBlocks, Packed};
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, load_corners, store_corners};
 use super::{ElementForces, Threads};
 use crate::mechanics::element::Element;
@@ -67,7 +67,10 @@ impl ElementBlock {
         let [before, after] = [before, after].map(|u| nodes.iter().map(|node| u[*node as usize]).collect());
         let mut g = vec![Vec3::zeros(); nodes.len()];
         let chunk = &self.chunks[forces.chunk as usize];
-        let square = self.packed.change_of_strain(chunk, &[before, after], &mut g);
+        let (ends, to) = (&[before, after], &mut g[..]);
+        let square = with_elements!(&self.packed, elements => {
+            pulp::Arch::new().dispatch(ChangeOfStrain { elements, chunk, ends, g: to })
+        });
         if square > 0.0 {
             for (force, g) in forces.force.iter_mut().zip(&g) {
                 *force += g * (lacking / square);
@@ -77,12 +80,12 @@ impl ElementBlock {
 }
 
 /// The sum Σ_q w ΔE:ΔE [m³] over a chunk, and its g [m²].
-pub(super) struct ChangeOfStrain<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    pub elements: &'a Packed<E, N, Q>,
-    pub chunk: &'a Chunk,
+struct ChangeOfStrain<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
+    chunk: &'a Chunk,
     /// Displacements of the nodes of the chunk before and after the step [m].
-    pub ends: &'a [Vec<Vec3>; 2],
-    pub g: &'a mut [Vec3],
+    ends: &'a [Vec<Vec3>; 2],
+    g: &'a mut [Vec3],
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ChangeOfStrain<'_, E, N, Q> {

@@ -4,9 +4,10 @@
 //! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
 //! swept as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
 
-use super::block::{ElementBlock, ErosionLimits};
+use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
-use super::packed::{Batch, InBlocks, Packed};
+use super::packed::{Batch, InBlocks, Packed, with_elements};
+use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
 use crate::mechanics::element::Element;
@@ -109,7 +110,7 @@ impl ElementForces {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
             if let Some(limits) = block.parameters.erosion {
-                block.packed.judge(block, limits, chunk);
+                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Judge { elements, block, limits, chunk }));
             }
         });
         let mut found = Vec::new();
@@ -134,11 +135,11 @@ impl ElementForces {
 }
 
 /// Looks at the elements of a chunk that are awake and not gone, at the displacements of its last sweep.
-pub(super) struct Judge<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    pub elements: &'a Packed<E, N, Q>,
-    pub block: &'a ElementBlock,
-    pub limits: ErosionLimits,
-    pub chunk: &'a mut ChunkForces,
+struct Judge<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
+    block: &'a ElementBlock,
+    limits: ErosionLimits,
+    chunk: &'a mut ChunkForces,
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Judge<'_, E, N, Q> {

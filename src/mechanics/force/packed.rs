@@ -1,20 +1,10 @@
-//! The elements of a block in batches: constants lane by lane, of one kind, behind one dynamic call a chunk.
+//! The elements of a block in batches: constants lane by lane, of one kind.
 
-use super::block::{BlockInput, BlockParameters, ElementBlock, ErosionLimits};
-use super::chunk::{Chunk, ChunkForces};
-use super::conserving::ChangeOfStrain;
-use super::erosion::Judge;
-use super::memory::Memory;
-use super::points::{PointBatch, PointInput, Points};
-use super::rate::Rate;
+use super::chunk::{Chunk, cut_chunks};
+use super::parameters::{BlockInput, BlockParameters, Formulation};
 use super::reduced::{NoOnePoint, OnePointBatch, ReducedBatch};
-use super::stiffness::{Stiffness, StiffnessBatch};
-use super::sweep::{self, Kernel, SweepInput};
-use super::viscous::Viscous;
 use crate::mechanics::element::{self, Element, ElementKind, corner_stiffness, for_each_element};
 use crate::mechanics::lanes::{BATCH, Row};
-use crate::mechanics::tensor::Vec3;
-use crate::with_law;
 use std::marker::PhantomData;
 
 /// Constants of a batch of elements, lane by lane: 328 bytes a hexahedron.
@@ -47,119 +37,90 @@ pub(super) struct Batch<E, const N: usize, const Q: usize> {
 
 /// An element with its one-point formulation.
 pub(super) trait InBlocks<const N: usize, const Q: usize>: Element<N, Q> {
+    /// Which one it is.
+    const KIND: ElementKind;
     /// Further constants of the batches of one-point elements.
-    type OnePoint: OnePointBatch<Self, N, Q>;
+    type OnePoint: OnePointBatch<N>;
 }
 
-/// What blocks ask of their elements: every pass, whatever their kind.
-pub(super) trait Elements: std::fmt::Debug + Send + Sync {
-    /// Nodes of a batch, numbered within the chunk: `[node][lane]`.
-    fn nodes(&self, batch: usize) -> &[[u16; BATCH]];
-    /// 1/w of each point of a batch [1/m³].
-    fn inverse_weights(&self, batch: usize) -> &[Row];
-    /// Forces, energies and stable steps of the batches of a chunk that are awake.
-    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces);
-    /// Adds the forces of shear viscosity of a chunk, whose displacements and velocities are gathered.
-    fn add_viscous(&self, block: &ElementBlock, chunk: &mut ChunkForces);
-    /// Adds the forces of memory of a chunk, whose displacements are gathered.
-    fn add_memory(&self, block: &ElementBlock, input: &SweepInput, chunk: &mut ChunkForces);
-    /// Notes which elements of a chunk are beyond their limits.
-    fn judge(&self, block: &ElementBlock, limits: ErosionLimits, chunk: &mut ChunkForces);
-    /// Shortest length of a chunk, and its largest rate (`exact`) or by how much that exceeds `allowed` [1/s]; see [`Rate`].
-    fn rate(&self, block: &ElementBlock, chunk: &ChunkForces, allowed: f64, exact: bool) -> (f64, f64);
-    /// Σ_q w ΔE:ΔE [m³] of a chunk between two displacements of its nodes [m], and g [m²]; see [`ChangeOfStrain`].
-    fn change_of_strain(&self, chunk: &Chunk, ends: &[Vec<Vec3>; 2], g: &mut [Vec3]) -> f64;
-    /// All points of a batch.
-    fn eval_points(&self, block: &ElementBlock, batch: usize, input: PointInput, points: &mut PointBatch);
-    /// Tangent stiffness of a batch at the displacements `u` [m], nodes × 3.
-    fn eval_stiffness(&self, block: &ElementBlock, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch);
-    /// Bytes in memory.
-    fn memory(&self) -> usize;
-}
-
-/// The batches of a block.
+/// The batches of a block whose elements are of one kind.
 #[derive(Debug)]
 pub(super) struct Packed<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub batches: Vec<Batch<E, N, Q>>,
     /// Empty in other formulations.
     pub one_point: Vec<E::OnePoint>,
-    kernel: Box<dyn Kernel<E, N, Q>>,
 }
 
 /// Elements with their chunks and the global nodes of those.
-pub(super) type Cut = (Box<dyn Elements>, Vec<Chunk>, Vec<u32>);
+type Cut<T> = (T, Vec<Chunk>, Vec<u32>);
 
+/// Makes of the list of elements the enum [`Elements`], and `with_elements!`, which matches it. `$dollar` is a dollar sign, for the inner
+/// macro.
 macro_rules! in_blocks {
-    ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
+    ($dollar:tt $($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
         $(impl InBlocks<$N, $Q> for element::$Kind {
+            const KIND: ElementKind = ElementKind::$Kind;
             type OnePoint = $OnePoint;
-        })*
-
-        /// Packs elements of one kind into batches and cuts these into chunks.
-        pub(super) fn pack_elements(kind: ElementKind, parameters: &BlockParameters, inputs: &[BlockInput]) -> Cut {
-            match kind { $(ElementKind::$Kind => Packed::<element::$Kind, $N, $Q>::cut(parameters, inputs),)* }
         }
+        // A kernel of all laws would take a mean dilatation of coupled ones.
+        const _: () = assert!(
+            <element::$Kind as Element<$N, $Q>>::KERNELS_OF_LAWS || !Formulation::MeanDilatation.is_of(ElementKind::$Kind)
+        );)*
+
+        /// The batches of a block, by the kind of its elements.
+        #[derive(Debug)]
+        pub(super) enum Elements {
+            $($Kind(Packed<element::$Kind, $N, $Q>),)*
+        }
+
+        impl Elements {
+            /// Packs elements of one kind into batches and cuts these into chunks.
+            pub fn cut(kind: ElementKind, parameters: &BlockParameters, inputs: &[BlockInput]) -> Cut<Self> {
+                match kind {
+                    $(ElementKind::$Kind => {
+                        let (packed, chunks, nodes) = Packed::cut(parameters, inputs);
+                        (Self::$Kind(packed), chunks, nodes)
+                    })*
+                }
+            }
+        }
+
+        /// Runs `$body` with `$elements` bound to the [`Packed`] elements of a block; with a material also `$law` to what the kernels of
+        /// such elements are compiled for.
+        macro_rules! with_elements {
+            ($dollar packed:expr, $dollar elements:ident => $dollar body:expr) => {
+                match $dollar packed {
+                    $($crate::mechanics::force::packed::Elements::$Kind($dollar elements) => $dollar body,)*
+                }
+            };
+            ($dollar packed:expr, $dollar material:expr; $dollar elements:ident, $dollar law:ident => $dollar body:expr) => {
+                match $dollar packed {
+                    $($crate::mechanics::force::packed::Elements::$Kind($dollar elements) => {
+                        // Of a constant: the branch that is not taken is not compiled.
+                        if <$crate::mechanics::element::$Kind as $crate::mechanics::element::Element<$N, $Q>>::KERNELS_OF_LAWS {
+                            $crate::with_kernel_law!($dollar material, $dollar law => $dollar body)
+                        } else {
+                            let $dollar law = $dollar material;
+                            $dollar body
+                        }
+                    })*
+                }
+            };
+        }
+        pub(super) use with_elements;
     };
 }
-for_each_element!(in_blocks);
+for_each_element!(in_blocks $);
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Packed<E, N, Q> {
-    fn cut(parameters: &BlockParameters, inputs: &[BlockInput]) -> Cut {
-        let mut packed = Self {
-            batches: inputs.chunks(BATCH).map(|lanes| pack(lanes, parameters)).collect(),
-            one_point: inputs
-                .chunks(BATCH)
-                .filter_map(|lanes| E::OnePoint::pack(lanes, parameters))
-                .collect(),
-            kernel: sweep::kernel(parameters),
-        };
-        let (chunks, nodes) = super::chunk::cut_chunks(&mut packed.batches, inputs);
-        (Box::new(packed), chunks, nodes)
-    }
-}
-
-impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> Elements for Packed<E, N, Q> {
-    fn nodes(&self, batch: usize) -> &[[u16; BATCH]] {
-        &self.batches[batch].nodes
-    }
-    fn inverse_weights(&self, batch: usize) -> &[Row] {
-        &self.batches[batch].inverse_weight
-    }
-    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces) {
-        self.kernel.sweep(self, block, input, forces);
-    }
-    fn add_viscous(&self, block: &ElementBlock, chunk: &mut ChunkForces) {
-        pulp::Arch::new().dispatch(Viscous { elements: self, block, chunk });
-    }
-    fn add_memory(&self, block: &ElementBlock, input: &SweepInput, chunk: &mut ChunkForces) {
-        with_law!(block.parameters.material, law => pulp::Arch::new().dispatch(Memory { law, elements: self, block, input, chunk }));
-    }
-    fn judge(&self, block: &ElementBlock, limits: ErosionLimits, chunk: &mut ChunkForces) {
-        pulp::Arch::new().dispatch(Judge { elements: self, block, limits, chunk });
-    }
-    fn rate(&self, block: &ElementBlock, chunk: &ChunkForces, allowed: f64, exact: bool) -> (f64, f64) {
-        let (elements, range) = (self, &block.chunks[chunk.chunk as usize].batches);
-        if exact {
-            pulp::Arch::new().dispatch(Rate::<true, E, N, Q> { elements, range, chunk, allowed })
-        } else {
-            pulp::Arch::new().dispatch(Rate::<false, E, N, Q> { elements, range, chunk, allowed })
-        }
-    }
-    fn change_of_strain(&self, chunk: &Chunk, ends: &[Vec<Vec3>; 2], g: &mut [Vec3]) -> f64 {
-        pulp::Arch::new().dispatch(ChangeOfStrain { elements: self, chunk, ends, g })
-    }
-    fn eval_points(&self, block: &ElementBlock, batch: usize, input: PointInput, points: &mut PointBatch) {
-        with_law!(block.parameters.material, law => {
-            pulp::Arch::new().dispatch(Points::new(law, (self, block, batch), input, points));
-        });
-    }
-    fn eval_stiffness(&self, block: &ElementBlock, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
-        with_law!(block.parameters.material, law => {
-            pulp::Arch::new().dispatch(Stiffness::new(law, (self, block, batch), u, stiffness));
-        });
-    }
-    fn memory(&self) -> usize {
-        size_of_val(&self.batches[..]) + size_of_val(&self.one_point[..])
+    fn cut(parameters: &BlockParameters, inputs: &[BlockInput]) -> Cut<Self> {
+        let lanes = || inputs.chunks(BATCH);
+        let mut batches: Vec<_> = lanes().map(|lanes| pack(lanes, parameters)).collect();
+        let one_point = lanes().filter_map(|lanes| E::OnePoint::pack(lanes, parameters)).collect();
+        let mut nodes: Vec<_> =
+            batches.iter_mut().map(|batch: &mut Batch<E, N, Q>| &mut batch.nodes).collect();
+        let (chunks, nodes) = cut_chunks(&mut nodes, inputs);
+        (Self { batches, one_point }, chunks, nodes)
     }
 }
 

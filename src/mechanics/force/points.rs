@@ -1,13 +1,14 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{ElementBlock, Formulation};
+use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
 use super::memory::load_sym;
-use super::packed::{Batch, InBlocks, Packed};
+use super::packed::{Batch, InBlocks, with_elements};
+use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
-use super::rows::{keep_still, load_corners, load_fibres};
+use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::POINTS;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -111,7 +112,7 @@ impl ElementBlock {
         for b in 0..self.batch_count() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
             let is_still = |node: &u16| input.u[nodes[*node as usize] as usize] == Vec3::zeros();
-            if self.packed.nodes(b).as_flattened().iter().all(is_still) {
+            if self.nodes_of_batch(b).as_flattened().iter().all(is_still) {
                 continue;
             }
             self.eval_points(b, input, &mut points);
@@ -142,7 +143,8 @@ impl ElementBlock {
 
     /// Reference volume of the quadrature points of the element in a slot of this block [m³]; 0 beyond their number.
     pub fn point_volumes(&self, slot: usize) -> [f64; POINTS] {
-        let rows = self.packed.inverse_weights(slot / BATCH);
+        let rows: &[Row] =
+            with_elements!(&self.packed, elements => &elements.batches[slot / BATCH].inverse_weight);
         std::array::from_fn(|q| rows.get(q).map_or(0.0, |row| 1.0 / row.0[slot % BATCH]))
     }
 
@@ -169,7 +171,23 @@ impl ElementBlock {
 
     /// All points of one batch.
     fn eval_points(&self, b: usize, input: PointInput, points: &mut PointBatch) {
-        self.packed.eval_points(self, b, input, points);
+        let PointInput { u, v, history, erosion } = input;
+        let eta = self.parameters.shear_viscosity;
+        with_elements!(&self.packed, self.parameters.material; elements, law => pulp::Arch::new().dispatch(Points {
+            element: PointLaw {
+                law,
+                formulation: self.parameters.formulation,
+                batch: &elements.batches[b],
+                reduced: elements.one_point.get(b),
+                fibres: self.fibres_of(b),
+                memory: self.memory_of(b, history),
+            },
+            nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
+            eroded: erosion.of_batch(self, b),
+            u,
+            viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
+            to: points,
+        }));
     }
 }
 
@@ -218,7 +236,7 @@ struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
 }
 
 /// One batch at one time.
-pub(super) struct Points<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+struct Points<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     element: PointLaw<'a, L, E, N, Q>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
@@ -245,44 +263,10 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Poi
     }
 }
 
-impl<'a, L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'a, L, E, N, Q> {
-    /// Of a batch of a block.
-    pub fn new(
-        law: L,
-        (elements, block, b): (&'a Packed<E, N, Q>, &'a ElementBlock, usize),
-        PointInput { u, v, history, erosion }: PointInput<'a>,
-        to: &'a mut PointBatch,
-    ) -> Self {
-        let eta = block.parameters.shear_viscosity;
-        let families = block.parameters.material.family_count();
-        Self {
-            element: PointLaw {
-                law,
-                formulation: block.parameters.formulation,
-                batch: &elements.batches[b],
-                reduced: elements.one_point.get(b),
-                fibres: &block.fibres[b * families..(b + 1) * families],
-                memory: block.memory_of(b, history),
-            },
-            nodes: block.nodes_of_chunk(b / Chunk::BATCHES),
-            eroded: erosion.of_batch(block, b),
-            u,
-            viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
-            to,
-        }
-    }
-
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, L, E, N, Q> {
     /// Nodal vectors of the batch, in lanes.
     fn gather(&self, from: &[Vec3]) -> [[Row; N]; 3] {
-        let mut to = [[Row::default(); N]; 3];
-        for corner in 0..N {
-            for lane in 0..BATCH {
-                let value = &from[self.nodes[self.element.batch.nodes[corner][lane] as usize] as usize];
-                for i in 0..3 {
-                    to[i][corner].0[lane] = value[i];
-                }
-            }
-        }
+        let mut to = gather_global(&self.element.batch.nodes, self.nodes, from);
         keep_still(self.eroded, &mut to);
         to
     }

@@ -2,7 +2,7 @@
 
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
-use super::packed::{Batch, InBlocks, Packed};
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{gather, keep_still};
 use super::{Assembly, ElementForces, Threads};
 use crate::mechanics::element::Element;
@@ -66,10 +66,10 @@ impl ElementForces {
             if difference * h > limit * chunk.shortest {
                 // Divisions are most of what exact rates cost: they wait until an element is seen to need them.
                 let allowed = CERTAIN * limit / h;
-                let (excess, shortest) = block.packed.rate(block, chunk, allowed, false);
+                let (excess, shortest) = block.rate::<false>(chunk, allowed);
                 chunk.shortest = shortest;
                 if !(excess <= 0.0) {
-                    (chunk.stretch_rate, _) = block.packed.rate(block, chunk, allowed, true);
+                    (chunk.stretch_rate, _) = block.rate::<true>(chunk, allowed);
                 }
             }
             chunk.shortest -= difference * h;
@@ -85,14 +85,24 @@ impl ElementForces {
     }
 }
 
+impl ElementBlock {
+    /// See [`Rate`].
+    fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
+        let range = &self.chunks[chunk.chunk as usize].batches;
+        with_elements!(&self.packed, elements => {
+            pulp::Arch::new().dispatch(Rate::<EXACT, _, _, _> { elements, range, chunk, allowed })
+        })
+    }
+}
+
 /// Shortest length of a chunk that stretch is relative to, from its `u` and `v`, beside its largest rate where that is `EXACT`,
 /// else by how much `|Δv·Δx|` exceeds `allowed` [1/s] times the square of that length at most.
-pub(super) struct Rate<'a, const EXACT: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    pub elements: &'a Packed<E, N, Q>,
+struct Rate<'a, const EXACT: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
     /// Batches of the chunk.
-    pub range: &'a Range<u32>,
-    pub chunk: &'a ChunkForces,
-    pub allowed: f64,
+    range: &'a Range<u32>,
+    chunk: &'a ChunkForces,
+    allowed: f64,
 }
 
 impl<const EXACT: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd

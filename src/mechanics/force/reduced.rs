@@ -1,4 +1,4 @@
-//! One-point elements: batches and kernel of [`Formulation::Reduced`](super::Formulation).
+//! One-point elements: batches of [`Formulation::Reduced`](super::Formulation), and their energy.
 //!
 //! ```text
 //! W(u) = V [ψ(F̄) + U(det F̄)] + ψ_hg          F̄ = I + H̄, the mean gradient
@@ -8,19 +8,11 @@
 //! not lock. The force is the exact gradient of W. A linear field gives each node the integral of its shape function's
 //! gradient times the one stress, as exact quadrature would: the patch test is passed on any hexahedron.
 
-use super::block::{BlockInput, BlockParameters, Formulation};
-use super::packed::InBlocks;
-use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
-use super::rows::{load_corners, load_fibres, store_corners};
-use super::stiffness::Stiffness;
-use super::sweep::{
-    BatchLanes, ElementKernel, ElementSweep, GaussPoints, Kernel, corners_may_fold, new_kernel,
-};
-use super::totals::BatchTotals;
-use crate::mechanics::element::{
-    Hex8, Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue,
-};
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
+use super::parameters::{BlockInput, BlockParameters, Formulation};
+use super::pressure::{Pressure, corners_may_fold, tangent_bound};
+use super::rows::load_corners;
+use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
@@ -64,54 +56,37 @@ pub(super) struct ReducedBatch {
     pub length: Row,
 }
 
-/// What the passes need of the batches of a one-point formulation.
-pub(super) trait OnePointBatch<E: InBlocks<N, Q>, const N: usize, const Q: usize>:
+/// What all passes need of the batches of a one-point formulation.
+pub(super) trait OnePointBatch<const N: usize>:
     std::fmt::Debug + Send + Sync + Sized + 'static
 {
     /// From the elements of a batch; `None` in other formulations.
     fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self>;
-    /// The sweep of a law.
-    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<E, N, Q>>;
     /// H̄ [-] of the elements of a register, from nodal displacements [m].
     fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
-    /// Tangent stiffness of the elements of a register.
-    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, E, N, Q>);
 }
 
 /// Of elements that have no such formulation.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NoOnePoint {}
 
-impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointBatch<E, N, Q> for NoOnePoint {
+impl<const N: usize> OnePointBatch<N> for NoOnePoint {
     fn pack(_: &[BlockInput], _: &BlockParameters) -> Option<Self> {
         None
-    }
-    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<E, N, Q>> {
-        new_kernel(law, GaussPoints::<false>)
     }
     fn mean_gradient<S: Simd>(&self, _: S, _: usize, _: &[[Row; N]; 3]) -> Tensor<Lane<S>> {
         match *self {}
     }
-    fn eval_stiffness<S: Simd, L: Law>(&self, _: S, _: usize, _: &mut Stiffness<'_, L, E, N, Q>) {
-        match *self {}
-    }
 }
 
-impl OnePointBatch<Hex8, 8, 8> for ReducedBatch {
+impl OnePointBatch<8> for ReducedBatch {
     fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self> {
         (parameters.formulation == Formulation::Reduced).then(|| Self::new(chunk, parameters))
-    }
-    fn kernel<L: Law + std::fmt::Debug>(law: L) -> Box<dyn Kernel<Hex8, 8, 8>> {
-        new_kernel(law, OnePoint)
     }
     #[inline(always)]
     fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
         let (A, B) = self.gradient_vectors(simd, part);
         Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
-    }
-    #[inline(always)]
-    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, Hex8, 8, 8>) {
-        to.eval_one_point(simd, part, self);
     }
 }
 
@@ -319,81 +294,6 @@ fn tangent_at_rest(material: &Material) -> f64 {
         let point = law.eval_with_bounds(&k, &invariants, material.fibre_directions());
         tangent_bound(point.stiffness_bound, &invariants, &Pressure { p: 0.0, stiffness })
     })
-}
-
-/// The formulation with one point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OnePoint;
-
-impl ElementKernel<Hex8, 8, 8> for OnePoint {
-    #[inline(always)]
-    fn sweep<S: Simd, L: Law>(
-        self,
-        element: &ElementSweep<L, Hex8, 8, 8>,
-        simd: S,
-        part: usize,
-        lanes: &mut BatchLanes<8>,
-        totals: &mut BatchTotals,
-    ) {
-        // A macro, not a closure: that would be compiled without the instruction set of this function.
-        macro_rules! load {
-            ($x:expr) => {
-                Lane::load(simd, $x, part)
-            };
-        }
-        let (law, Some(batch)) = (&element.law, element.one_point) else { return };
-        let zero = Lane::splat(simd, 0.0);
-        let modes = Aligned(Modes::new(&load_corners(simd, &lanes.nodal, part)));
-        let (A, B) = batch.gradient_vectors(simd, part);
-        let H = modes.0.mean_gradient(&A, &B);
-
-        // The law at the one point.
-        let k = Kinematics::new(&H);
-        let volume = load!(&batch.volume);
-        let viscous = viscous_pressure(
-            element.parameters,
-            element.inverse_step,
-            load!(&batch.length),
-            k.j,
-            load!(&lanes.before[0]),
-        );
-        let fibres = &load_fibres(simd, element.fibres, part)[..element.fibres.len()];
-        let invariants = Invariants::new(&k);
-        let point = law.eval_with_bounds(&k, &invariants, fibres);
-        let response = point.response;
-        let (mut psi, mut pressure) = (response.psi, Pressure { p: -viscous.0, stiffness: zero });
-        if let Some(U) = law.volumetric() {
-            psi += U.energy(k.j);
-            pressure = pressure_at(U, k.j, viscous.0);
-        }
-        let tangent = tangent_bound(point.stiffness_bound, &invariants, &pressure);
-
-        // The stabilisation, and the forces of both.
-        let one_point = Aligned(batch.one_point(simd, part, A, B));
-        let hourglass = one_point.0.hourglass(&modes.0, &H);
-        let mut forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
-        let (mut stabilisation, mut corner_frequency) = (hourglass.energy, zero);
-        if one_point.0.corners_may_fold(k.j, &hourglass, part) {
-            let corners = element.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
-            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
-                *f += *on;
-            }
-            stabilisation += corners.energy;
-            corner_frequency = corners.stiffness * load!(&element.batch.inverse_least_mass);
-        }
-        store_corners(&forces, &mut lanes.nodal, part);
-        volume.mul_add(psi, stabilisation).store(&mut totals.strain, part);
-        stabilisation.store(&mut totals.hourglass, part);
-        lanes.store_history(k.j, viscous.0, part);
-        lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
-        let bound = load!(&batch.frequency_bound);
-        let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
-        let base = load!(&batch.base_bound) * hourglass.base_stiffness;
-        let omega_squared = bound.mul_add(tangent, base + corner_frequency);
-        totals.store_step(omega_squared, bound * invariants.I2 * viscous.1, part);
-        k.j.store(&mut totals.smallest_j, part);
-        point.fibre_exponent.store(&mut totals.fibre_exponent, part);
-    }
 }
 
 #[cfg(test)]

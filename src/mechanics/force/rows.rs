@@ -18,6 +18,24 @@ pub(super) fn gather<const N: usize>(nodes: &[[u16; BATCH]; N], from: &[Vec3], t
     }
 }
 
+/// [`gather`] from the vectors of all nodes, `of_chunk` the global nodes of the chunk that the batch is in.
+pub(super) fn gather_global<const N: usize>(
+    nodes: &[[u16; BATCH]; N],
+    of_chunk: &[u32],
+    from: &[Vec3],
+) -> [[Row; N]; 3] {
+    let mut to = [[Row::default(); N]; 3];
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let value = &from[of_chunk[*node as usize] as usize];
+            for i in 0..3 {
+                to[i][corner].0[lane] = value[i];
+            }
+        }
+    }
+    to
+}
+
 /// Adds the reverse of [`gather`], corner by corner, lane by lane.
 #[inline(always)]
 pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N], to: &mut [Vec3]) {

@@ -10,14 +10,14 @@
 //! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included, and so is the corner penalty. Bulk viscosity is no part
 //! of implicit steps, so it is none of this either.
 
-use super::block::{ElementBlock, Formulation};
+use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::first_pass::FirstPass;
-use super::packed::{Batch, InBlocks, Packed};
-use super::pressure::Barrier;
-use super::reduced::{OnePointBatch, OnePointElement, ReducedBatch};
-use super::rows::{load_corners, load_fibres};
-use super::sweep::{corners_may_fold, point_is_crushed};
+use super::packed::{Batch, InBlocks, with_elements};
+use super::parameters::Formulation;
+use super::pressure::{Barrier, corners_may_fold, point_is_crushed};
+use super::reduced::{NoOnePoint, OnePointElement, ReducedBatch};
+use super::rows::{gather_global, load_corners, load_fibres};
 use crate::mechanics::dual::Dual;
 use crate::mechanics::element::{Element, Hex8, Hourglass, Modes};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -50,12 +50,21 @@ impl StiffnessBatch {
 impl ElementBlock {
     /// Tangent stiffness of the elements of a batch at the displacements `u` [m], nodes × 3.
     pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
-        self.packed.eval_stiffness(self, batch, u, stiffness);
+        let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
+        with_elements!(&self.packed, self.parameters.material; elements, law => pulp::Arch::new().dispatch(Stiffness {
+            law,
+            mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
+            batch: &elements.batches[batch],
+            reduced: elements.one_point.get(batch),
+            fibres: self.fibres_of(batch),
+            u: gather_global(&elements.batches[batch].nodes, nodes, u),
+            to: stiffness,
+        }));
     }
 }
 
 /// One batch, one law.
-pub(super) struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: L,
     mean_dilatation: bool,
     batch: &'a Batch<E, N, Q>,
@@ -66,7 +75,10 @@ pub(super) struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: u
     to: &'a mut StiffnessBatch,
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, E, N, Q> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, E, N, Q>
+where
+    E::OnePoint: OnePointStiffness<E, N, Q>,
+{
     type Output = ();
 
     #[inline(always)]
@@ -108,36 +120,7 @@ fn fixed_corners<R: Real, const N: usize>(values: &[[R; N]; 3]) -> [[Dual<R>; N]
     out
 }
 
-impl<'a, L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'a, L, E, N, Q> {
-    /// Of a batch of a block at the displacements `u` [m], nodes × 3.
-    pub fn new(
-        law: L,
-        (elements, block, b): (&'a Packed<E, N, Q>, &'a ElementBlock, usize),
-        u: &[Vec3],
-        to: &'a mut StiffnessBatch,
-    ) -> Self {
-        let (batch, families) = (&elements.batches[b], block.parameters.material.family_count());
-        let nodes = block.nodes_of_chunk(b / Chunk::BATCHES);
-        let mut nodal = [[Row::default(); N]; 3];
-        for corner in 0..N {
-            for lane in 0..BATCH {
-                let value = &u[nodes[batch.nodes[corner][lane] as usize] as usize];
-                for i in 0..3 {
-                    nodal[i][corner].0[lane] = value[i];
-                }
-            }
-        }
-        Self {
-            law,
-            mean_dilatation: block.parameters.formulation == Formulation::MeanDilatation,
-            batch,
-            reduced: elements.one_point.get(b),
-            fibres: &block.fibres[b * families..(b + 1) * families],
-            u: nodal,
-            to,
-        }
-    }
-
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L, E, N, Q> {
     /// Fibre directions of the elements of a register, without slope.
     #[inline(always)]
     fn directions<S: Simd>(&self, simd: S, part: usize) -> [[Dual<Lane<S>>; 3]; MAX_FAMILIES] {
@@ -229,35 +212,47 @@ impl<'a, L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'a
     }
 }
 
-impl<L: Law> Stiffness<'_, L, Hex8, 8, 8> {
-    /// One-point elements: the force differentiated along each nodal displacement.
+/// The stiffness of one-point elements.
+trait OnePointStiffness<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    /// Of the elements of a register.
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, E, N, Q>);
+}
+
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointStiffness<E, N, Q> for NoOnePoint {
+    fn eval_stiffness<S: Simd, L: Law>(&self, _: S, _: usize, _: &mut Stiffness<'_, L, E, N, Q>) {
+        match *self {}
+    }
+}
+
+impl OnePointStiffness<Hex8, 8, 8> for ReducedBatch {
+    /// The force differentiated along each nodal displacement.
     #[inline(always)]
-    pub fn eval_one_point<S: Simd>(&mut self, simd: S, part: usize, batch: &ReducedBatch) {
-        let (A, B) = batch.gradient_vectors(simd, part);
-        let at_point = batch.one_point(simd, part, A, B);
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, Hex8, 8, 8>) {
+        let (A, B) = self.gradient_vectors(simd, part);
+        let at_point = self.one_point(simd, part, A, B);
         let element = lift(&at_point);
-        let directions = self.directions(simd, part);
-        let mut u = fixed_corners(&load_corners(simd, &self.u, part));
+        let directions = to.directions(simd, part);
+        let mut u = fixed_corners(&load_corners(simd, &to.u, part));
         for column in 0..24 {
             let (b, j) = (column / 3, column % 3);
             u[j][b].slope = u[j][b].value.constant(1.0);
             let modes = Modes::new(&u);
             let H = modes.mean_gradient(&element.A, &element.B);
             let k = Kinematics::new(&H);
-            let p = self.law.volumetric().map_or(k.j.zero(), |U| U.pressure(k.j));
-            let P = self.law.eval(&k, &directions[..self.fibres.len()]).first_piola(&k, p);
+            let p = to.law.volumetric().map_or(k.j.zero(), |U| U.pressure(k.j));
+            let P = to.law.eval(&k, &directions[..to.fibres.len()]).first_piola(&k, p);
             let forces = element.nodal_forces(&P, &element.hourglass(&modes, &H));
             for a in b..8 {
                 for i in 0..3 {
-                    forces[i][a].slope.store(&mut self.to.0[corner_pair(a, b)][3 * i + j], part);
+                    forces[i][a].slope.store(&mut to.to.0[corner_pair(a, b)][3 * i + j], part);
                 }
             }
             u[j][b].slope = u[j][b].value.zero();
         }
-        let modes = Modes::new(&load_corners(simd, &self.u, part));
+        let modes = Modes::new(&load_corners(simd, &to.u, part));
         let H = modes.mean_gradient(&A, &B);
         if at_point.corners_may_fold(volume_change(&H), &at_point.hourglass(&modes, &H), part) {
-            self.add_corner_penalty(simd, part);
+            to.add_corner_penalty(simd, part);
         }
     }
 }

@@ -1,16 +1,18 @@
 //! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
 
-use super::block::{BULK_ROWS, BlockParameters, ElementBlock, Formulation};
+use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::packed::{Batch, InBlocks, Packed};
-use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
-use super::reduced::OnePointBatch;
+use super::parameters::BlockParameters;
+use super::pressure::{
+    Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
+};
 use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::element::{CornerResponse, Element};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
-use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
+use crate::mechanics::material::{Invariants, Kinematics, Law};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
@@ -26,69 +28,8 @@ pub struct SweepInput<'a> {
     pub history: &'a [Vec<Row>],
 }
 
-/// A monomorphised sweep behind one dynamic call a chunk.
-pub(super) trait Kernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>:
-    std::fmt::Debug + Send + Sync
-{
-    fn sweep(
-        &self,
-        elements: &Packed<E, N, Q>,
-        block: &ElementBlock,
-        input: &SweepInput,
-        forces: &mut ChunkForces,
-    );
-}
-
-/// The kernel of a law and a formulation. A coupled law, which knows no mean dilatation, costs no kernel for it.
-pub(super) fn kernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>(
-    parameters: &BlockParameters,
-) -> Box<dyn Kernel<E, N, Q>> {
-    let formulation = parameters.formulation;
-    match parameters.material {
-        Material::CoupledNeoHookean(law) => kernel_of_coupled(law, formulation),
-        Material::MooneyRivlin(law) => kernel_of_split(law, formulation),
-        Material::NeoHookean(law) => kernel_of_split(law, formulation),
-        Material::HolzapfelGasserOgden(law) => kernel_of_split(law, formulation),
-    }
-}
-
-fn kernel_of_split<L: Law + std::fmt::Debug, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
-    law: L,
-    formulation: Formulation,
-) -> Box<dyn Kernel<E, N, Q>> {
-    match formulation {
-        Formulation::MeanDilatation => new_kernel(law, GaussPoints::<true>),
-        Formulation::Full | Formulation::Reduced => kernel_of_coupled(law, formulation),
-    }
-}
-
-fn kernel_of_coupled<L: Law + std::fmt::Debug, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
-    law: L,
-    formulation: Formulation,
-) -> Box<dyn Kernel<E, N, Q>> {
-    match formulation {
-        Formulation::Full | Formulation::MeanDilatation => new_kernel(law, GaussPoints::<false>),
-        Formulation::Reduced => E::OnePoint::kernel(law),
-    }
-}
-
-pub(super) fn new_kernel<
-    L: Law + std::fmt::Debug,
-    K: ElementKernel<E, N, Q>,
-    E: InBlocks<N, Q>,
-    const N: usize,
-    const Q: usize,
->(
-    law: L,
-    formulation: K,
-) -> Box<dyn Kernel<E, N, Q>> {
-    Box::new(LawKernel { law, arch: pulp::Arch::new(), formulation })
-}
-
 /// What a formulation does to the elements of a batch that fit into a register.
-pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>:
-    Copy + std::fmt::Debug + Send + Sync + 'static
-{
+pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>: Copy {
     /// Forces and totals of the elements in the `part`-th register.
     fn sweep<S: Simd, L: Law>(
         self,
@@ -127,35 +68,14 @@ impl<const N: usize> BatchLanes<N> {
     }
 }
 
-#[derive(Debug)]
-struct LawKernel<L, K> {
-    law: L,
-    arch: pulp::Arch,
-    formulation: K,
-}
-
-impl<L: Law + std::fmt::Debug, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize>
-    Kernel<E, N, Q> for LawKernel<L, K>
-{
-    fn sweep(
-        &self,
-        elements: &Packed<E, N, Q>,
-        block: &ElementBlock,
-        input: &SweepInput,
-        forces: &mut ChunkForces,
-    ) {
-        let (law, formulation) = (self.law, self.formulation);
-        self.arch.dispatch(Sweep { law, formulation, elements, block, input, forces });
-    }
-}
-
-struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    law: L,
-    formulation: K,
-    elements: &'a Packed<E, N, Q>,
-    block: &'a ElementBlock,
-    input: &'a SweepInput<'a>,
-    forces: &'a mut ChunkForces,
+/// The sweep of a chunk: monomorphised for the law, the formulation and the element.
+pub(super) struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    pub law: L,
+    pub formulation: K,
+    pub elements: &'a Packed<E, N, Q>,
+    pub block: &'a ElementBlock,
+    pub input: &'a SweepInput<'a>,
+    pub forces: &'a mut ChunkForces,
 }
 
 impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd
@@ -235,23 +155,6 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
     ) {
         element.sweep::<S, MEAN>(simd, part, lanes, totals);
     }
-}
-
-/// J − 1 at the points above which no corner is looked at: none of an incompressible element is penalised there.
-const CORNERS_ARE_WELL: f64 = -0.1;
-
-/// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
-#[inline(always)]
-pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
-    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
-}
-
-/// Whether a point of an element of a register is in reach of the barrier.
-#[inline(always)]
-pub(super) fn point_is_crushed<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
-    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| Barrier::reaches(*j))
 }
 
 impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {

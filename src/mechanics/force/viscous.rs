@@ -10,7 +10,8 @@
 
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
-use super::packed::{Batch, InBlocks, Packed};
+use super::memory::Memory;
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, SweepInput, Threads};
@@ -58,10 +59,12 @@ impl ElementForces {
                 chunk.v[i] = v[*node as usize];
             }
             if block.parameters.shear_viscosity > 0.0 {
-                block.packed.add_viscous(block, chunk);
+                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Viscous { elements, block, chunk }));
             }
             if !block.parameters.prony.is_none() {
-                block.packed.add_memory(block, input, chunk);
+                with_elements!(&block.packed, block.parameters.material; elements, law => {
+                    pulp::Arch::new().dispatch(Memory { law, elements, block, input, chunk });
+                });
             }
             let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
@@ -71,16 +74,15 @@ impl ElementForces {
     /// Sum of the viscous forces [N] at a node.
     #[inline]
     pub fn viscous_at_node(&self, assembly: &Assembly, node: usize) -> Vec3 {
-        let of_chunk = |(chunk, i): &(u32, u32)| self.chunks[*chunk as usize].viscous.get(*i as usize);
-        assembly.places(node).iter().filter_map(of_chunk).sum()
+        assembly.sum_at(node, |chunk, i| self.chunks[chunk].viscous.get(i).copied().unwrap_or_default())
     }
 }
 
 /// The viscous forces of a chunk, from its displacements and velocities.
-pub(super) struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    pub elements: &'a Packed<E, N, Q>,
-    pub block: &'a ElementBlock,
-    pub chunk: &'a mut ChunkForces,
+struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
+    block: &'a ElementBlock,
+    chunk: &'a mut ChunkForces,
 }
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_, E, N, Q> {

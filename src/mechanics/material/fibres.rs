@@ -29,6 +29,7 @@ impl FibreFamilies {
         Some(Self { directions: out, count: directions.len() })
     }
     /// The unit directions.
+    #[inline(always)]
     pub fn directions(&self) -> &[[f64; 3]] {
         &self.directions[..self.count]
     }

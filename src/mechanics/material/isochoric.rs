@@ -70,3 +70,44 @@ pub(super) fn bound_second_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &I
     let diagonal = y2.mul_sub(y2.constant(6.0), Y * (2.0 / 3.0));
     k.J23() * diagonal.mul_add(y2, spread) * c
 }
+
+/// Bound [Pa] of the Hessian of f(Ī1 − 3) with f′ = `slope` and f″ ≤ `curvature` [Pa]: `|f′| B + ⟨f″⟩ |∂Ī1/∂F|²`, B the bound of
+/// [`bound_first_invariant`] (which no negative eigenvalue exceeds either), `|∂Ī1/∂F|² = 4/9 J^(−4/3) I1 (I1 tr C⁻¹ − 9)`.
+#[inline(always)]
+pub(super) fn bound_function_of_first<R: Real>(
+    slope: R,
+    curvature: R,
+    k: &Kinematics<R>,
+    inv: &Invariants<R>,
+) -> R {
+    let j23 = k.j23_m1() + 1.0;
+    let excess = inv.I1 * inv.trace_C_inverse - 9.0;
+    let gradient_squared = excess.max(excess.zero()) * inv.I1 * (j23 * j23) * (4.0 / 9.0);
+    let bend = curvature.max(curvature.zero()) * gradient_squared;
+    slope.abs().mul_add(bound_first_invariant(1.0, k, inv), bend)
+}
+
+/// Bound [-] of the Hessian of `Ī1 − ½ Ī2`; its exact value 2 at rest.
+///
+/// Mode by mode (see [`bound_first_invariant`] and [`bound_second_invariant`]), with a = J^(−2/3), b = J^(2/3), t = yᵢyⱼ or y²:
+/// what Ī2 takes off is at least `b/2 (6 t² − ⅔ Y t)`, least at t = Y/18 or the smallest t; its `−4/Y y³⊗y³` adds at most
+/// `4 ⟨b Y/I1 − a⟩ + 4 b/Y |v|²` to `−4a/I1 s⊗s`, v the part of y³ across s, `|v|² = Σy⁶ − Y²/I1`. Rotation modes of the other sign
+/// are at most `2a − ⅔ a I1 t + b t (⅔ Y − 2 t)` at the ends of t.
+#[inline(always)]
+pub(super) fn bound_first_less_second<R: Real>(k: &Kinematics<R>, inv: &Invariants<R>) -> R {
+    let (a, b) = (k.j23_m1() + 1.0, k.J23());
+    let (I1, Y) = (inv.I1, inv.trace_C_inverse);
+    let zero = Y.zero();
+    let least = Y.constant(1.0) / inv.max_C;
+    let t = least.max(Y * (1.0 / 18.0));
+    let taken_off = b * t * (t * 6.0 - Y * (2.0 / 3.0)) * 0.5;
+    // Σy⁶ = Y³ − 3 Y I1/J² + 3/J²
+    let J2_inverse = k.J_inverse * k.J_inverse;
+    let sixth = Y * Y * Y + (Y * I1 - 1.0) * J2_inverse * -3.0;
+    let across = (sixth - Y * Y / I1).max(zero);
+    let added = (b * Y / I1 - a).max(zero) + b / Y * across;
+    let block = bound_first_invariant(1.0, k, inv) - taken_off + added * 4.0;
+    let skew = (I1 * least * (-1.0 / 3.0) + 1.0) * a * 2.0
+        + b * inv.max_C_inverse * (Y * (2.0 / 3.0) - least * 2.0).max(zero);
+    block.max(skew)
+}

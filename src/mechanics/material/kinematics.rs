@@ -80,6 +80,14 @@ impl<R: Real> Kinematics<R> {
         self.a * (self.a + 2.0)
     }
 
+    /// I2/3 − 1, without cancellation.
+    #[inline(always)]
+    pub fn mean_cof_C_m1(&self) -> R {
+        let trace = self.C_minus_I.trace();
+        let second = (trace * trace - self.C_minus_I.norm_squared()) * 0.5;
+        (trace * 2.0 + second) * (1.0 / 3.0)
+    }
+
     /// J^(2/3).
     #[inline(always)]
     pub fn J23(&self) -> R {

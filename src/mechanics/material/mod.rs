@@ -4,135 +4,180 @@
 //! rounding, so that no second formula can disagree with the first.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
+mod balzani;
+mod blatz_ko;
+mod element_time;
 mod ellipticity;
+mod exponential;
+mod exponential_invariants;
+mod fibre_terms;
 mod fibres;
+mod fung;
 mod holzapfel_gasser_ogden;
 mod isochoric;
 mod kinematics;
+mod law;
+mod logarithm;
 mod mooney_rivlin;
 mod neo_hookean;
+mod ogden;
 mod paths;
 mod prony;
+mod stability;
 mod tangent;
 #[cfg(test)]
 mod tests;
 mod validity;
 mod volumetric;
+mod weiss;
+mod yeoh;
 
+pub use element_time::ElementTime;
 pub use ellipticity::least_acoustic_eigenvalue;
+pub use exponential::FIBRE_EXPONENT_LIMIT;
+pub use fibre_terms::I4Form;
 pub use fibres::{FibreFamilies, MAX_FAMILIES};
-pub use holzapfel_gasser_ogden::{FIBRE_EXPONENT_LIMIT, HolzapfelGasserOgden, I4Form, MatrixForm};
+pub use fung::OrthotropicModuli;
+pub use holzapfel_gasser_ogden::MatrixForm;
 pub use kinematics::{Invariants, Kinematics, bound_largest, volume_change};
-pub use mooney_rivlin::MooneyRivlin;
-pub use neo_hookean::{CoupledNeoHookean, NeoHookean};
+pub use law::{BoundedResponse, Law, Response, TotalResponse};
+pub use ogden::{MAX_OGDEN_TERMS, OgdenTerm};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
 pub use prony::{Branch, BranchStep, MAX_BRANCHES, PronySeries, deviator_at, isochoric_stress};
+pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use validity::{Deformations, Validity};
 pub use volumetric::Volumetric;
+pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 
 use super::real::Real;
-use super::tensor::{Sym, Tensor};
+use super::tensor::Tensor;
 
-/// ψ and the stress at one point, as the laws have it: [`Response::first_piola`] makes P = ∂ψ/∂F of it.
-#[derive(Clone, Copy, Debug)]
-pub struct Response<R> {
-    /// Strain energy per reference volume [J/m³].
-    pub psi: R,
-    /// `C S / J` of the matrix, symmetric because the matrix is isotropic: P = cof F · matrix [Pa].
-    pub matrix: Sym<R>,
-    /// Second Piola–Kirchhoff stress S of the fibres: P = F S [Pa]; `None` for a law without.
-    pub fibres: Option<Sym<R>>,
-}
+/// Makes an enum of laws a law, matched at every point, with what kernels ask of it.
+macro_rules! law_by_match {
+    ($Any:ident: $($Law:ident)*) => {
+        impl Law for $Any {
+            const NAME: &'static str = "any law";
+            const FITTED: Deformations = <Yeoh as Law>::FITTED;
 
-impl<R: Real> Response<R> {
-    /// P = cof F (matrix + p I) + F S [Pa], rows spatial, with the pressure `p = U′` [Pa], positive in tension.
-    #[inline(always)]
-    pub fn first_piola(&self, k: &Kinematics<R>, p: R) -> Tensor<R> {
-        let P = k.cof.dot_sym(&self.matrix.plus_diagonal(p));
-        match &self.fibres {
-            Some(S) => P.plus_dot_sym(&k.F, S),
-            None => P,
-        }
-    }
-}
-
-/// What a law gives at one point, with what the stable step and the diagnosis take of it.
-#[derive(Clone, Copy, Debug)]
-pub struct BoundedResponse<R> {
-    /// ψ and stress.
-    pub response: Response<R>,
-    /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F²; exact (or nearly so) at rest, where it decides the stable
-    /// step of most scenes.
-    pub stiffness_bound: R,
-    /// The largest exponent k2 ⟨E_a⟩² [-] of the fibre families, 0 for a law without fibres. Beyond
-    /// [`FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports `FibreOverstretched`, with the
-    /// stretch from [`Material::overstretched_fibre`].
-    pub fibre_exponent: R,
-}
-
-/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point, everything in.
-#[derive(Clone, Copy, Debug)]
-pub struct TotalResponse<R> {
-    /// Strain energy per reference volume [J/m³].
-    pub psi: R,
-    /// First Piola–Kirchhoff stress [Pa].
-    pub P: Tensor<R>,
-}
-
-/// What a hyperelastic law gives at a point, *without* the volumetric energy `U(J)` of a split law.
-///
-/// A split law keeps `U` apart (see [`Law::volumetric`]), because the mean-dilatation element evaluates it once
-/// per element with `J̄`. A coupled law returns `None` there and puts everything into `eval`.
-pub trait Law: Copy + Send + Sync + 'static {
-    /// Number of fibre families that the law reads: 0 keeps every fibre array out of the block.
-    fn family_count(&self) -> usize {
-        0
-    }
-    /// ψ and stress of all but `U(J)`, with bounds for the step: together, because exponentials serve both. `fibres[a]` are
-    /// the reference unit directions.
-    fn eval_with_bounds<R: Real>(
-        &self,
-        k: &Kinematics<R>,
-        inv: &Invariants<R>,
-        fibres: &[[R; 3]],
-    ) -> BoundedResponse<R>;
-    /// ψ and stress alone; what the bounds take is not computed where the compiler sees that nobody asks.
-    #[inline(always)]
-    fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
-        self.eval_with_bounds(k, &Invariants::new(k), fibres).response
-    }
-    /// The volumetric energy `U(J)` of a split law, or `None` for a coupled one.
-    fn volumetric(&self) -> Option<Volumetric>;
-    /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
-    fn moduli_at_rest(&self) -> (f64, f64);
-}
-
-/// Any of the laws, by value: what a scene names and a plan keeps. Matched once per block of elements, outside the
-/// loops.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Material {
-    /// See [`MooneyRivlin`].
-    MooneyRivlin(MooneyRivlin),
-    /// See [`NeoHookean`].
-    NeoHookean(NeoHookean),
-    /// See [`CoupledNeoHookean`].
-    CoupledNeoHookean(CoupledNeoHookean),
-    /// See [`HolzapfelGasserOgden`].
-    HolzapfelGasserOgden(HolzapfelGasserOgden),
-}
-
-/// Runs `$body` with `$law` bound to the concrete law: the one place where the enum is matched.
-#[macro_export]
-macro_rules! with_law {
-    ($material:expr, $law:ident => $body:expr) => {
-        match $material {
-            $crate::mechanics::material::Material::MooneyRivlin($law) => $body,
-            $crate::mechanics::material::Material::NeoHookean($law) => $body,
-            $crate::mechanics::material::Material::CoupledNeoHookean($law) => $body,
-            $crate::mechanics::material::Material::HolzapfelGasserOgden($law) => $body,
+            fn fibre_directions(&self) -> &[[f64; 3]] {
+                match self {
+                    $(Self::$Law(law) => law.fibre_directions(),)*
+                }
+            }
+            #[inline(always)]
+            fn eval_with_bounds<R: Real>(
+                &self,
+                k: &Kinematics<R>,
+                inv: &Invariants<R>,
+                fibres: &[[R; 3]],
+            ) -> BoundedResponse<R> {
+                match self {
+                    $(Self::$Law(law) => law.eval_with_bounds(k, inv, fibres),)*
+                }
+            }
+            fn volumetric(&self) -> Option<Volumetric> {
+                match self {
+                    $(Self::$Law(law) => law.volumetric(),)*
+                }
+            }
+            fn moduli_at_rest(&self) -> (f64, f64) {
+                match self {
+                    $(Self::$Law(law) => law.moduli_at_rest(),)*
+                }
+            }
+            fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+                match self {
+                    $(Self::$Law(law) => law.with_isochoric_scaled(factor).map(Self::$Law),)*
+                }
+            }
         }
     };
+}
+
+/// Makes of the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`, which gives those laws that share
+/// their kernels as one [`SharedLaw`]. `$dollar` is a dollar sign, for the inner macros.
+macro_rules! laws {
+    ($dollar:tt: own [$($own_file:ident::$Own:ident),* $(,)?] shared [$($file:ident::$Shared:ident),* $(,)?]) => {
+        $(pub use $own_file::$Own;)*
+        $(pub use $file::$Shared;)*
+
+        /// Any of the laws, by value: what a scene names and a plan keeps. Matched once a chunk of elements, outside the
+        /// loops; as a law itself, at every point.
+        #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Material {
+            $(#[doc = concat!("See [`", stringify!($Own), "`].")] $Own($Own),)*
+            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
+        }
+
+        /// A law without kernels of its own: matched at every point, which costs little beside an exponential or a logarithm, and makes
+        /// the program a third smaller.
+        #[allow(clippy::large_enum_variant)] // as that
+        #[derive(Clone, Copy, Debug)]
+        pub enum SharedLaw {
+            $(#[doc = concat!("See [`", stringify!($Shared), "`].")] $Shared($Shared),)*
+        }
+
+        $(impl From<$Own> for Material {
+            fn from(law: $Own) -> Self {
+                Self::$Own(law)
+            }
+        })*
+        $(impl From<$Shared> for Material {
+            fn from(law: $Shared) -> Self {
+                Self::$Shared(law)
+            }
+        })*
+
+        law_by_match!(SharedLaw: $($Shared)*);
+        law_by_match!(Material: $($Own)* $($Shared)*);
+
+        /// Runs `$body` with `$law` bound to the concrete law.
+        macro_rules! with_law {
+            ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
+                match $dollar material {
+                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::mechanics::material::Material::$Shared($dollar law) => $dollar body,)*
+                }
+            };
+        }
+        pub(crate) use with_law;
+
+        /// Runs `$body` with `$law` bound to what kernels are compiled for.
+        macro_rules! with_kernel_law {
+            ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
+                match $dollar material {
+                    $($crate::mechanics::material::Material::$Own($dollar law) => $dollar body,)*
+                    $($crate::mechanics::material::Material::$Shared(law) => {
+                        let $dollar law = $crate::mechanics::material::SharedLaw::$Shared(law);
+                        $dollar body
+                    })*
+                }
+            };
+        }
+        pub(crate) use with_kernel_law;
+    };
+}
+
+// A new law is a file of this folder and a line here: with kernels of its own where its speed matters.
+laws! { $:
+    own [
+        mooney_rivlin::MooneyRivlin,
+        neo_hookean::NeoHookean,
+        neo_hookean::CoupledNeoHookean,
+        holzapfel_gasser_ogden::HolzapfelGasserOgden,
+        blatz_ko::BlatzKo,
+    ]
+    shared [
+        yeoh::Yeoh,
+        exponential_invariants::Demiray,
+        exponential_invariants::VerondaWestmann,
+        ogden::Ogden,
+        weiss::Weiss,
+        fung::FungOrthotropic,
+        balzani::Balzani,
+    ]
 }
 
 impl Material {
@@ -146,16 +191,25 @@ impl Material {
             TotalResponse { psi: response.psi + energy, P: response.first_piola(&k, pressure) }
         })
     }
+    /// The law's name, for people.
+    pub fn name(&self) -> &'static str {
+        with_law!(self, law => name_of(law))
+    }
+    /// What an element of it costs.
+    pub fn element_time(&self) -> ElementTime {
+        with_law!(self, law => law.element_time())
+    }
+    /// The range of the law where a scene gives no other.
+    pub fn validity(&self) -> Validity {
+        with_law!(self, law => validity_of(law))
+    }
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
     pub fn moduli_at_rest(&self) -> (f64, f64) {
         with_law!(self, law => law.moduli_at_rest())
     }
-    /// What fibres add to the stiffness along one direction at rest when they are pulled, at most [Pa]: 4 k1 a family.
+    /// See [`Law::fibre_modulus_at_rest`].
     pub fn fibre_modulus_at_rest(&self) -> f64 {
-        match self {
-            Self::HolzapfelGasserOgden(law) => 4.0 * law.k1 * law.families.directions().len() as f64,
-            Self::MooneyRivlin(_) | Self::NeoHookean(_) | Self::CoupledNeoHookean(_) => 0.0,
-        }
+        with_law!(self, law => law.fibre_modulus_at_rest())
     }
     /// Number of fibre families that the law reads.
     pub fn family_count(&self) -> usize {
@@ -163,53 +217,43 @@ impl Material {
     }
     /// The directions of the law's own fibre families, in the material axes.
     pub fn fibre_directions(&self) -> &[[f64; 3]] {
-        match self {
-            Self::HolzapfelGasserOgden(law) => law.families.directions(),
-            Self::MooneyRivlin(_) | Self::NeoHookean(_) | Self::CoupledNeoHookean(_) => &[],
-        }
+        with_law!(self, law => law.fibre_directions())
     }
-    /// The same law without the families of fibres that have no stiffness: energy and stress keep their bits, since each of
-    /// those would add zero.
+    /// See [`Law::without_idle_fibres`].
     #[must_use]
     pub fn without_idle_fibres(self) -> Self {
-        match self {
-            Self::HolzapfelGasserOgden(law) if law.k1 == 0.0 => {
-                Self::HolzapfelGasserOgden(HolzapfelGasserOgden { families: FibreFamilies::NONE, ..law })
-            }
-            other => other,
-        }
+        with_law!(self, law => law.without_idle_fibres().into())
     }
-    /// The same law with its isochoric stress times `factor` [-], `None` for a coupled law, which does not keep it apart.
+    /// See [`Law::with_isochoric_scaled`].
     #[must_use]
     pub fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
-        Some(match self {
-            Self::MooneyRivlin(law) => {
-                Self::MooneyRivlin(MooneyRivlin { c10: law.c10 * factor, c01: law.c01 * factor, ..law })
-            }
-            Self::NeoHookean(law) => Self::NeoHookean(NeoHookean { c10: law.c10 * factor, ..law }),
-            Self::HolzapfelGasserOgden(law) => Self::HolzapfelGasserOgden(HolzapfelGasserOgden {
-                c: law.c * factor,
-                k1: law.k1 * factor,
-                ..law
-            }),
-            Self::CoupledNeoHookean(_) => return None,
-        })
+        with_law!(self, law => law.with_isochoric_scaled(factor).map(Self::from))
     }
-    /// The stretch `|F a|` [-] of the most stretched family when a fibre exponent has passed
-    /// [`FIBRE_EXPONENT_LIMIT`], else `None`. `H = F − I` [-].
-    pub fn overstretched_fibre(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
+    /// The largest stretch [-] when an exponent has passed [`FIBRE_EXPONENT_LIMIT`], else `None`: `|F a|` of the most stretched
+    /// family, of a law without fibres a bound of the principal stretches. `H = F − I` [-].
+    pub fn overstretch(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
         let k = Kinematics::new(H);
-        let exponent =
-            with_law!(self, law => law.eval_with_bounds(&k, &Invariants::new(&k), fibres).fibre_exponent);
+        let inv = Invariants::new(&k);
+        let exponent = with_law!(self, law => law.eval_with_bounds(&k, &inv, fibres).fibre_exponent);
         // Not `>`: an exponent that is not a number has passed the limit too.
         if exponent <= FIBRE_EXPONENT_LIMIT {
             return None;
         }
         let stretch = |a: &[f64; 3]| k.F.apply(a).iter().map(|x| x * x).sum::<f64>().sqrt();
-        fibres.iter().map(stretch).reduce(f64::max)
+        Some(fibres.iter().map(stretch).reduce(f64::max).unwrap_or(inv.max_C.sqrt()))
     }
     /// The volumetric energy of a split law, `None` for a coupled one.
     pub fn volumetric(&self) -> Option<Volumetric> {
         with_law!(self, law => law.volumetric())
     }
+}
+
+/// [`Law::NAME`] of a value.
+fn name_of<L: Law>(_: &L) -> &'static str {
+    L::NAME
+}
+
+/// The range of the law of a value.
+fn validity_of<L: Law>(_: &L) -> Validity {
+    Validity::fitted_to(L::FITTED)
 }

@@ -3,7 +3,8 @@
 use super::isochoric::{
     bound_first_invariant, bound_second_invariant, eval_first_invariant, eval_second_invariant,
 };
-use super::{BoundedResponse, Invariants, Kinematics, Law, Response, Volumetric};
+use super::validity::NEARLY_INCOMPRESSIBLE;
+use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
 
 /// ψ = C10 (Ī1 − 3) + C01 (Ī2 − 3) + U(J)      (Mooney 1940; Rivlin 1948; isochoric split)
@@ -20,6 +21,8 @@ pub struct MooneyRivlin {
 }
 
 impl Law for MooneyRivlin {
+    const NAME: &'static str = "Mooney–Rivlin";
+    const FITTED: Deformations = Deformations { stretch: [0.5, 2.0], jacobian: NEARLY_INCOMPRESSIBLE };
     #[inline(always)]
     fn eval_with_bounds<R: Real>(
         &self,
@@ -44,5 +47,16 @@ impl Law for MooneyRivlin {
     #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (2.0 * (self.c10 + self.c01), self.volumetric.bulk_modulus())
+    }
+    fn element_time(&self) -> ElementTime {
+        ElementTime {
+            mean_dilatation: [186.0, 246.0],
+            full: [204.0, 274.0],
+            reduced: [84.0, 156.0],
+            ..ElementTime::NEO_HOOKEAN
+        }
+    }
+    fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+        Some(Self { c10: self.c10 * factor, c01: self.c01 * factor, ..self })
     }
 }

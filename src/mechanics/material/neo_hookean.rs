@@ -1,7 +1,8 @@
 //! Neo-Hookean solids: the isochoric split and the coupled compressible form.
 
 use super::isochoric::{bound_first_invariant, eval_first_invariant};
-use super::{BoundedResponse, Invariants, Kinematics, Law, Response, Volumetric};
+use super::validity::TISSUE;
+use super::{BoundedResponse, Deformations, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::{Real, ln_1p_defect};
 use crate::mechanics::tensor::Sym;
 
@@ -15,6 +16,9 @@ pub struct NeoHookean {
 }
 
 impl Law for NeoHookean {
+    const NAME: &'static str = "neo-Hookean";
+    const FITTED: Deformations = TISSUE;
+
     #[inline(always)]
     fn eval_with_bounds<R: Real>(
         &self,
@@ -36,6 +40,9 @@ impl Law for NeoHookean {
     #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (2.0 * self.c10, self.volumetric.bulk_modulus())
+    }
+    fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
+        Some(Self { c10: self.c10 * factor, ..self })
     }
 }
 
@@ -64,6 +71,10 @@ pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sy
 }
 
 impl Law for CoupledNeoHookean {
+    const NAME: &'static str = "coupled neo-Hookean";
+    const HAS_VOLUMETRIC: bool = false;
+    const FITTED: Deformations = Deformations { jacobian: [0.7, 1.4], ..TISSUE };
+
     /// The bound is `μ + max(g⁺ y² + λ⁺ tr C⁻¹, −g y²)`, `g = μ − λ ln J`, y² the largest eigenvalue of C⁻¹; 2μ + 3λ at rest.
     ///
     /// In principal stretches the 3×3 block is `μ I + g diag(y²) + λ y⊗y`, and the rotation modes `μ ± g yᵢ yⱼ`.
@@ -96,5 +107,8 @@ impl Law for CoupledNeoHookean {
     #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (self.mu, self.lambda + 2.0 / 3.0 * self.mu)
+    }
+    fn with_isochoric_scaled(self, _factor: f64) -> Option<Self> {
+        None
     }
 }

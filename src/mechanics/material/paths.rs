@@ -70,10 +70,10 @@ pub enum MaterialError {
         /// The last value with a solution on the way there [-].
         reached: f64,
     },
-    /// A fibre exponent has passed [`super::FIBRE_EXPONENT_LIMIT`], where the law is no longer its exponential.
-    #[error("a fibre is stretched to {stretch}, beyond the range of its exponential law")]
-    FibreOverstretched {
-        /// Fibre stretch |F a| [-].
+    /// An exponent has passed [`super::FIBRE_EXPONENT_LIMIT`], where the law is no longer its exponential.
+    #[error("stretched to {stretch}, beyond the range of the exponential law")]
+    Overstretched {
+        /// Fibre stretch |F a|, or largest principal stretch [-].
         stretch: f64,
     },
 }
@@ -81,7 +81,7 @@ pub enum MaterialError {
 /// Energy and stress at `F` [-], the material axes along x, y, z.
 ///
 /// # Errors
-/// `Inverted` unless J > 0; `FibreOverstretched` beyond the exponential range of the fibres.
+/// `Inverted` unless J > 0; `Overstretched` beyond the exponential range of the fibres.
 pub fn eval_point(material: &Material, F: &Mat3) -> Result<PointStress, MaterialError> {
     eval_with_fibres(material, material.fibre_directions(), F)
 }
@@ -93,7 +93,7 @@ pub fn eval_point(material: &Material, F: &Mat3) -> Result<PointStress, Material
 ///
 /// # Errors
 /// `NoSuchFibres`, `NoSuchValue` for bad input; `NotConverged` where no state with free lateral faces is found;
-/// `FibreOverstretched` beyond the exponential range of the fibres.
+/// `Overstretched` beyond the exponential range of the fibres.
 pub fn eval_path(
     material: &Material,
     fibres_in_xyz: &[[f64; 3]],
@@ -127,8 +127,8 @@ fn eval_with_fibres(
         return Err(MaterialError::Inverted { J });
     }
     let H = displacement_gradient(F);
-    if let Some(stretch) = material.overstretched_fibre(&H, fibres) {
-        return Err(MaterialError::FibreOverstretched { stretch });
+    if let Some(stretch) = material.overstretch(&H, fibres) {
+        return Err(MaterialError::Overstretched { stretch });
     }
     let response = material.eval_total(&H, fibres);
     let P = Mat3::from(&response.P);

@@ -1,7 +1,5 @@
 //! How far a law may be believed: the deformations that its parameters are usually fitted to, and those beyond which it says nothing.
 
-use super::Material;
-
 /// Principal stretches λ and volume ratio J, each from … to [-].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deformations {
@@ -36,20 +34,16 @@ pub struct Validity {
 const LIMIT: Deformations = Deformations { stretch: [0.1, 4.0], jacobian: [0.1, 10.0] };
 
 /// Of laws that are nearly incompressible: a change of volume by a tenth needs a tenth of the bulk modulus.
-const NEARLY_INCOMPRESSIBLE: [f64; 2] = [0.9, 1.1];
+pub(super) const NEARLY_INCOMPRESSIBLE: [f64; 2] = [0.9, 1.1];
 
-impl Material {
-    /// The range of the law where a scene gives no other. One constant fits rubber in tension up to about 1.5, two up to about 2
-    /// (L. R. G. Treloar, The Physics of Rubber Elasticity, ch. 5); soft tissue is seldom tested beyond 1.5.
-    pub fn validity(&self) -> Validity {
-        let fitted = match self {
-            Self::NeoHookean(_) | Self::HolzapfelGasserOgden(_) => {
-                Deformations { stretch: [0.6, 1.5], jacobian: NEARLY_INCOMPRESSIBLE }
-            }
-            Self::MooneyRivlin(_) => Deformations { stretch: [0.5, 2.0], jacobian: NEARLY_INCOMPRESSIBLE },
-            Self::CoupledNeoHookean(_) => Deformations { stretch: [0.6, 1.5], jacobian: [0.7, 1.4] },
-        };
-        Validity { fitted, limit: LIMIT }
+/// Soft tissue and rubber of one constant: that fits rubber in tension up to about 1.5, two up to about 2 (L. R. G. Treloar, The
+/// Physics of Rubber Elasticity, ch. 5); soft tissue is seldom tested beyond 1.5.
+pub(super) const TISSUE: Deformations = Deformations { stretch: [0.6, 1.5], jacobian: NEARLY_INCOMPRESSIBLE };
+
+impl Validity {
+    /// The range of a law fitted to these, where a scene gives no other.
+    pub(super) fn fitted_to(fitted: Deformations) -> Self {
+        Self { fitted, limit: LIMIT }
     }
 }
 

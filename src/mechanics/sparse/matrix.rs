@@ -4,6 +4,9 @@ use super::Unknowns;
 use crate::mechanics::force::{ElementBlock, StiffnessBatch, corner_pair};
 use crate::mechanics::lanes::BATCH;
 
+/// Entry of a 3×3 block, row by row, that each has in its transpose.
+const TRANSPOSED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];
+
 /// The lower triangle of a symmetric matrix, compressed by columns in the order of elimination.
 #[derive(Clone, Debug)]
 pub struct SymmetricMatrix {
@@ -88,11 +91,30 @@ impl SymmetricMatrix {
     }
 
     /// Adds the 3×3 block (row by row) of the forces on one node by the displacements of another (or the same), and its
-    /// transpose at the place of the transpose.
+    /// transpose at the place of the transpose. What acts on a follower acts on its masters: `Tᵀ K T`.
     pub fn add_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
+        let followers = unknowns.followers();
+        if ![a, b].iter().any(|node| followers.contains(*node as usize)) {
+            return self.add_free_pair(unknowns, (a, b), pair);
+        }
+        for (i, (m, v)) in followers.movers(a).enumerate() {
+            // Of a node with itself each two movers once, with both orders in it.
+            let count = if a == b { i + 1 } else { usize::MAX };
+            for (n, w) in followers.movers(b).take(count) {
+                let mut share = pair.map(|entry| v * w * entry);
+                if a != b && m == n {
+                    share = std::array::from_fn(|k| share[k] + share[TRANSPOSED[k]]);
+                }
+                self.add_free_pair(unknowns, (m, n), &share);
+            }
+        }
+    }
+
+    /// As [`Self::add_pair`], of nodes that follow nobody.
+    fn add_free_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
         let (Some(row), Some(column)) = (unknowns.position(a), unknowns.position(b)) else { return };
         if row < column {
-            let transposed = [0, 3, 6, 1, 4, 7, 2, 5, 8].map(|i| pair[i]);
+            let transposed = TRANSPOSED.map(|i| pair[i]);
             return self.add_below(unknowns, column, row, &transposed);
         }
         self.add_below(unknowns, row, column, pair);

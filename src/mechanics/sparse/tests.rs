@@ -2,10 +2,13 @@
 
 use super::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::followers::Followers;
 use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
 use crate::mechanics::material::{Material, NeoHookean, Volumetric};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A row of `n` × n × n unit cubes of rubber.
 fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
@@ -162,6 +165,34 @@ fn the_tangent_of_the_assembly_is_that_of_its_elements() {
         }
     }
     assert!((full - &expected).norm() < 1e-14 * expected.norm());
+}
+
+#[test]
+fn followers_make_the_matrix_that_of_the_constrained_field() {
+    let (X, hexes, block) = cubes(2);
+    let all = Unknowns::new(X.len(), |_, _| true, hexes.iter()).unwrap();
+    let K = dense(&assemble(&X, &block, &all, 0.0));
+    // Between neighbours, across a face, and of a node far away.
+    let ties = [
+        (13, vec![(12, 0.5), (14, 0.5)]),
+        (4, vec![(0, 0.25), (2, 0.25), (6, 0.25), (8, 0.25)]),
+        (26, vec![(0, 0.3), (25, 0.7)]),
+    ];
+    let followers = Arc::new(Followers::new(X.len(), &BTreeMap::from(ties)).unwrap());
+    let free = |node: usize, axis: usize| !(node == 2 && axis == 1);
+    let few = Unknowns::with_followers(X.len(), free, hexes.iter(), followers.clone()).unwrap();
+    assert_eq!(few.count(), 3 * (27 - 3) - 1);
+    let reduced = dense(&assemble(&X, &block, &few, 0.0));
+    let mut T = DMatrix::<f64>::zeros(all.count(), few.count());
+    all.for_each(|row, node, axis| {
+        for (mover, w) in followers.movers(node as u32) {
+            if let Some(column) = few.of(mover as usize, axis) {
+                T[(row, column)] = w;
+            }
+        }
+    });
+    let expected = T.transpose() * K * &T;
+    assert!((reduced - &expected).norm() < 1e-13 * expected.norm());
 }
 
 #[test]

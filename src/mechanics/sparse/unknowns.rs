@@ -2,7 +2,10 @@
 
 use super::SparseError;
 use super::ordering::Graph;
+use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// A node without unknowns.
 const NONE: u32 = u32::MAX;
@@ -24,20 +27,37 @@ pub struct Unknowns {
     /// Places below, ascending in each list.
     pub(super) block_row: Vec<u32>,
     count: usize,
+    /// Nodes that follow others, and have no unknowns of their own.
+    followers: Arc<Followers>,
 }
 
 impl Unknowns {
-    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements that they share.
+    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements, given by their nodes, that they share; none of
+    /// them follows others.
     ///
     /// # Errors
     /// [`SparseError::Ordering`].
-    pub fn new<'a>(
+    pub fn new<'a, E: AsRef<[u32]> + ?Sized + 'a>(
         node_count: usize,
         is_free: impl Fn(usize, usize) -> bool,
-        elements: impl Iterator<Item = &'a [u32; 8]>,
+        elements: impl Iterator<Item = &'a E>,
     ) -> Result<Self, SparseError> {
+        Self::with_followers(node_count, is_free, elements, Arc::default())
+    }
+
+    /// As [`Self::new`], of nodes of which some follow others: an element couples those that its nodes follow.
+    ///
+    /// # Errors
+    /// [`SparseError::Ordering`].
+    pub fn with_followers<'a, E: AsRef<[u32]> + ?Sized + 'a>(
+        node_count: usize,
+        is_free: impl Fn(usize, usize) -> bool,
+        elements: impl Iterator<Item = &'a E>,
+        followers: Arc<Followers>,
+    ) -> Result<Self, SparseError> {
+        let is_unknown = |node: usize, axis: usize| !followers.contains(node) && is_free(node, axis);
         let free: Vec<u8> = (0..node_count)
-            .map(|node| (0..3).filter(|axis| is_free(node, *axis)).map(|axis| 1_u8 << axis).sum())
+            .map(|node| (0..3).filter(|axis| is_unknown(node, *axis)).map(|axis| 1_u8 << axis).sum())
             .collect();
         // The graph has the nodes with unknowns only.
         let nodes: Vec<u32> = (0..node_count as u32).filter(|node| free[*node as usize] != 0).collect();
@@ -45,9 +65,12 @@ impl Unknowns {
         for (i, node) in nodes.iter().enumerate() {
             vertex[*node as usize] = i as u32;
         }
-        let cliques: Vec<Vec<u32>> = elements
-            .map(|nodes| nodes.iter().map(|n| vertex[*n as usize]).filter(|v| *v != NONE).collect())
-            .collect();
+        let clique = |nodes: &E| -> Vec<u32> {
+            let movers = nodes.as_ref().iter().flat_map(|node| followers.movers(*node));
+            let vertices: Vec<u32> = movers.map(|(n, _)| vertex[n as usize]).filter(|v| *v != NONE).collect();
+            if followers.is_empty() { vertices } else { BTreeSet::from_iter(vertices).into_iter().collect() }
+        };
+        let cliques: Vec<Vec<u32>> = elements.map(clique).collect();
         let graph = Graph::from_cliques(nodes.len(), cliques.iter().map(Vec::as_slice));
         let elimination = graph.elimination_order()?;
 
@@ -67,7 +90,13 @@ impl Unknowns {
             block_row[begin..].sort_unstable();
             block_start.push(block_row.len() as u32);
         }
-        Ok(Self { first, free, order, position, block_start, block_row, count: count as usize })
+        let count = count as usize;
+        Ok(Self { first, free, order, position, block_start, block_row, count, followers })
+    }
+
+    /// Nodes that follow others.
+    pub(super) fn followers(&self) -> &Followers {
+        &self.followers
     }
 
     /// How many there are.

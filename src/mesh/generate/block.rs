@@ -1,10 +1,10 @@
 //! A rectangular block.
 
-use super::grading::{graded, subdivided};
+use super::grading::{Grading, graded, subdivided};
 use super::node_set;
 use super::parameters::{Checks, refuse};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 
 /// Where the elements of a block end along one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub enum Cuts {
         count: u32,
         /// Where they are smallest [m], inside the block.
         position_m: f64,
-        /// Size at the farther end over the size at that position [-], at least 1.
-        ratio: f64,
+        /// How they grow.
+        grading: Grading,
     },
     /// Cuts at these positions [m], ascending, strictly inside the block.
     Positions {
@@ -42,8 +42,8 @@ impl Cuts {
     /// Positions [m] of all nodes along the axis, both ends included.
     fn positions(&self, low: f64, high: f64) -> Vec<f64> {
         match self {
-            Self::Uniform { count } => graded(low, high, low, 1.0, *count),
-            Self::Towards { count, position_m, ratio } => graded(low, high, *position_m, *ratio, *count),
+            Self::Uniform { count } => graded(low, high, low, Grading::UNIFORM, *count),
+            Self::Towards { count, position_m, grading } => graded(low, high, *position_m, *grading, *count),
             Self::Positions { inner_m } => {
                 std::iter::once(low).chain(inner_m.iter().copied()).chain(std::iter::once(high)).collect()
             }
@@ -54,9 +54,9 @@ impl Cuts {
     fn check(&self, checks: &mut Checks, field: &str, low: f64, high: f64) {
         match self {
             Self::Uniform { count } => checks.count(&format!("{field}.count"), *count, 1),
-            Self::Towards { count, position_m, ratio } => {
+            Self::Towards { count, position_m, grading } => {
                 checks.count(&format!("{field}.count"), *count, 1);
-                checks.grading(&format!("{field}.ratio"), *ratio);
+                checks.grading(&format!("{field}.ratio"), grading.ratio);
                 checks.require(
                     (low..=high).contains(position_m),
                     format!("{field}.position_m"),
@@ -137,9 +137,11 @@ impl Block {
     pub fn refined(&self, factor: u32) -> Self {
         let cuts = std::array::from_fn(|axis| match &self.cuts[axis] {
             Cuts::Uniform { count } => Cuts::Uniform { count: count.saturating_mul(factor) },
-            Cuts::Towards { count, position_m, ratio } => {
-                Cuts::Towards { count: count.saturating_mul(factor), position_m: *position_m, ratio: *ratio }
-            }
+            Cuts::Towards { count, position_m, grading } => Cuts::Towards {
+                count: count.saturating_mul(factor),
+                position_m: *position_m,
+                grading: *grading,
+            },
             listed @ Cuts::Positions { .. } => {
                 let all = listed.positions(self.min_corner_m[axis], self.max_corner_m[axis]);
                 let fine = subdivided(&all, factor);
@@ -169,9 +171,9 @@ impl Block {
         for (k, j, i) in (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| (k, j, i)))) {
             let square = |k| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
             let ([a, b, c, d], [e, f, g, h]) = (square(k), square(k + 1));
-            mesh.hexes.push([a, b, c, d, e, f, g, h]);
+            mesh.cells.push(CellKind::Hex8, &[a, b, c, d, e, f, g, h]);
         }
-        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.part_of = vec![0; mesh.cells.len()];
 
         // Each side: the nodes whose lattice coordinate along that axis is the first or the last.
         let all = || (0..=nz).flat_map(|k| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k])));

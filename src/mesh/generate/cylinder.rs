@@ -82,12 +82,12 @@ impl Cylinder {
         }
         let a_slice = disc.points.len() as u32;
         for slice in 0..self.elements_along {
-            mesh.hexes.extend(disc.quads.iter().map(|quad| {
+            mesh.cells.extend(disc.quads.iter().map(|quad| {
                 let [a, b, c, d] = quad.map(|p| slice * a_slice + p);
                 [a, b, c, d, a + a_slice, b + a_slice, c + a_slice, d + a_slice]
             }));
         }
-        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.part_of = vec![0; mesh.cells.len()];
 
         let (bottom, top) = (0..a_slice, self.elements_along * a_slice..(self.elements_along + 1) * a_slice);
         let side = (0..=self.elements_along).flat_map(|s| disc.rim.clone().map(move |p| s * a_slice + p));

@@ -33,6 +33,11 @@ impl Ellipse {
         (direction.x / self.x).hypot(direction.y / self.z).recip()
     }
 
+    /// Length of the curve per τ at the parameter τ [m].
+    pub(super) fn speed(&self, tau: f64) -> f64 {
+        (self.x * tau.cos()).hypot(self.z * tau.sin())
+    }
+
     /// Smallest radius of curvature [m], min(a²/b, b²/a): an inner offset beyond it folds over.
     pub(super) fn min_curvature_radius(&self) -> f64 {
         (self.x * self.x / self.z).min(self.z * self.z / self.x)
@@ -42,11 +47,7 @@ impl Ellipse {
     pub(super) fn perimeter(&self) -> f64 {
         const POINTS: u32 = 2048;
         let step = 2.0 * PI / f64::from(POINTS);
-        let speed = |i: u32| {
-            let tau = step * f64::from(i);
-            (self.x * tau.cos()).hypot(self.z * tau.sin())
-        };
-        (0..POINTS).map(speed).sum::<f64>() * step
+        (0..POINTS).map(|i| self.speed(step * f64::from(i))).sum::<f64>() * step
     }
 
     /// Area [m²] inside the curve that runs at the distance `inward` [m] inside the ellipse.

@@ -1,22 +1,50 @@
 //! Where the nodes of a line lie: uniform, or finer towards a point.
 
-/// `count + 1` positions from `low` to `high`, elements smallest at `focus` and `ratio` times as large at the end
-/// farthest from it.
+/// How the size of elements grows away from a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grading {
+    /// Size of the element farthest from the point over that of the smallest [-], ≥ 1.
+    pub ratio: f64,
+    /// Distance from the point within which all are the smallest [m], ≥ 0.
+    pub uniform_within: f64,
+}
+
+impl Grading {
+    /// Elements of one size.
+    pub const UNIFORM: Self = Self { ratio: 1.0, uniform_within: 0.0 };
+
+    /// Elements that grow from the point on.
+    pub fn from_point(ratio: f64) -> Self {
+        Self { ratio, uniform_within: 0.0 }
+    }
+}
+
+/// `count + 1` positions from `low` to `high`, elements smallest at `focus` and growing away from it.
 ///
-/// The element size grows linearly with the distance d from the focus, h ∝ 1 + (ρ − 1) d/D with D the farthest end, and
-/// the positions share its count N(d) = D/(ρ − 1) ln(1 + (ρ − 1) d/D) equally. So the positions for `2 count` hold those
+/// The element size is h ∝ 1 up to the distance w = `uniform_within` from the focus and grows linearly beyond,
+/// h ∝ 1 + g (d − w), g = (ρ − 1)/(D − w), to ρ at the farthest end D. The positions share its count, N(d) = d up to w and
+/// w + ln(1 + g (d − w))/g beyond, equally. So the positions for `2 count` hold those
 /// for `count`: meshes of a study are nested. (A node at the focus itself comes only of itself when it lies half way and
 /// `count` is even: forcing one there would break the nesting.) `ratio` ≥ 1; the focus must lie between the ends.
-pub fn graded(low: f64, high: f64, focus: f64, ratio: f64, count: u32) -> Vec<f64> {
+pub fn graded(low: f64, high: f64, focus: f64, grading: Grading, count: u32) -> Vec<f64> {
     let farthest = (focus - low).max(high - focus);
-    let growth = (ratio - 1.0) / farthest;
+    let plateau = grading.uniform_within.min(farthest);
+    // Nothing is left to grow over where the plateau reaches the ends.
+    let growth = if plateau < farthest { (grading.ratio - 1.0) / (farthest - plateau) } else { 0.0 };
     // Signed number of elements between the focus and x, and its inverse; linear as the growth vanishes.
     let elements = |x: f64| {
         let d = (x - focus).abs();
-        (if growth > 0.0 { (growth * d).ln_1p() / growth } else { d }).copysign(x - focus)
+        let beyond = d - plateau;
+        let of = if growth > 0.0 && beyond > 0.0 { plateau + (growth * beyond).ln_1p() / growth } else { d };
+        of.copysign(x - focus)
     };
     let position = |n: f64| {
-        let d = if growth > 0.0 { (growth * n.abs()).exp_m1() / growth } else { n.abs() };
+        let beyond = n.abs() - plateau;
+        let d = if growth > 0.0 && beyond > 0.0 {
+            plateau + (growth * beyond).exp_m1() / growth
+        } else {
+            n.abs()
+        };
         focus + d.copysign(n)
     };
     let (first, last) = (elements(low), elements(high));
@@ -46,26 +74,37 @@ mod tests {
 
     #[test]
     fn ratio_one_is_uniform() {
-        for (i, x) in graded(-1.0, 3.0, 0.5, 1.0, 8).iter().enumerate() {
+        for (i, x) in graded(-1.0, 3.0, 0.5, Grading::UNIFORM, 8).iter().enumerate() {
             assert!((x - (-1.0 + 0.5 * i as f64)).abs() < 1e-14);
         }
     }
 
     #[test]
     fn the_largest_element_is_ratio_times_the_smallest_in_the_limit_of_many() {
-        let x = graded(0.0, 2.0, 0.5, 5.0, 4000);
+        let x = graded(0.0, 2.0, 0.5, Grading::from_point(5.0), 4000);
         let sizes: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
         let smallest = sizes.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((sizes[3999] / smallest - 5.0).abs() < 0.01);
     }
 
+    #[test]
+    fn elements_are_uniform_within_the_plateau_and_grow_to_the_ratio_beyond() {
+        let x = graded(-1.0, 1.0, 0.0, Grading { ratio: 6.0, uniform_within: 0.25 }, 2000);
+        let sizes: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
+        let inside: Vec<f64> =
+            x.windows(2).filter(|w| w[0] > -0.25 && w[1] < 0.25).map(|w| w[1] - w[0]).collect();
+        assert!(inside.len() > 400 && inside.iter().all(|s| (s / inside[0] - 1.0).abs() < 1e-9));
+        assert!((sizes[0] / inside[0] - 6.0).abs() < 0.02);
+    }
+
     proptest! {
         #[test]
         fn positions_ascend_and_are_nested(
-            focus in 0.0..1.0_f64, ratio in 1.0..50.0_f64, count in 1_u32..20,
+            focus in 0.0..1.0_f64, ratio in 1.0..50.0_f64, uniform_within in 0.0..1.2_f64, count in 1_u32..20,
         ) {
-            let coarse = graded(0.0, 1.0, focus, ratio, count);
-            let fine = graded(0.0, 1.0, focus, ratio, 2 * count);
+            let grading = Grading { ratio, uniform_within };
+            let coarse = graded(0.0, 1.0, focus, grading, count);
+            let fine = graded(0.0, 1.0, focus, grading, 2 * count);
             prop_assert!(fine.windows(2).all(|w| w[0] < w[1]));
             prop_assert_eq!((fine[0], fine[2 * count as usize]), (0.0, 1.0));
             for (i, x) in coarse.iter().enumerate() {

@@ -83,12 +83,12 @@ impl HollowBall {
             mesh.nodes.extend(directions.iter().map(|d| self.center + d * radius));
         }
         for layer in 0..layers {
-            mesh.hexes.extend(surface.quads.iter().map(|quad| {
+            mesh.cells.extend(surface.quads.iter().map(|quad| {
                 let [a, b, c, d] = quad.map(|i| layer * a_layer + i);
                 [a, b, c, d, a + a_layer, b + a_layer, c + a_layer, d + a_layer]
             }));
         }
-        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.part_of = vec![0; mesh.cells.len()];
         mesh.node_sets.insert("inner".into(), node_set(0..a_layer));
         mesh.node_sets.insert("outer".into(), node_set(layers * a_layer..(layers + 1) * a_layer));
         mesh.notes.push(faceting_note(&self.part, mesh.volume_m3(), self.exact_volume_m3()));

@@ -1,7 +1,7 @@
 //! A block of layers: skin, fat, muscle and what lies below, one part each.
 
 use super::block::{Block, Cuts};
-use super::grading::subdivided;
+use super::grading::{Grading, subdivided};
 use super::parameters::{Checks, refuse};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
@@ -30,6 +30,8 @@ pub struct LayeredBlock {
     pub elements: [u32; 2],
     /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
     pub grading: [f64; 2],
+    /// Distance from the middle along x and y within which the elements are the smallest [m].
+    pub uniform_within_m: f64,
 }
 
 impl LayeredBlock {
@@ -42,6 +44,7 @@ impl LayeredBlock {
             checks.count(&format!("elements[{axis}]"), self.elements[axis], 1);
             checks.grading(&format!("grading[{axis}]"), self.grading[axis]);
         }
+        checks.distance("uniform_within_m", self.uniform_within_m);
         let count = self.layers.len();
         checks.require(
             count > 0,
@@ -102,7 +105,7 @@ impl LayeredBlock {
         let along = |axis: usize| Cuts::Towards {
             count: self.elements[axis],
             position_m: self.top_center[axis],
-            ratio: self.grading[axis],
+            grading: Grading { ratio: self.grading[axis], uniform_within: self.uniform_within_m },
         };
         let block = Block {
             min_corner_m: Vec3::new(self.top_center.x - half.x, self.top_center.y - half.y, bottom),
@@ -119,7 +122,6 @@ impl LayeredBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::hexahedron::volume_m3;
 
     fn plate() -> LayeredBlock {
         let layer = |part: &str, thickness_m, elements| Layer { part: part.into(), thickness_m, elements };
@@ -134,6 +136,7 @@ mod tests {
             ],
             elements: [4, 3],
             grading: [3.0, 1.0],
+            uniform_within_m: 0.0,
         }
     }
 
@@ -141,22 +144,24 @@ mod tests {
     fn layers_have_their_thickness_and_their_part() {
         let (block, mesh) = (plate(), plate().generate().unwrap());
         assert_eq!(mesh.parts, ["skin", "fat", "muscle"]);
-        assert_eq!(mesh.hexes.len() as u64, block.element_count());
+        assert_eq!(mesh.cells.len() as u64, block.element_count());
         let [low, high] = mesh.bounding_box().unwrap();
         assert!(
             (high - Vec3::new(0.18, -0.14, 0.05)).norm() < 1e-15
                 && (low - Vec3::new(0.02, -0.26, 0.026)).norm() < 1e-15
         );
         for (part, thickness) in [0.002, 0.012, 0.01].into_iter().enumerate() {
-            let of_part = (0..mesh.hexes.len()).filter(|e| mesh.part_of[*e] == part as u32);
-            let volume: f64 = of_part.map(|e| volume_m3(&mesh.corners(e))).sum();
+            let of_part = (0..mesh.cells.len()).filter(|e| mesh.part_of[*e] == part as u32);
+            let volume: f64 = of_part.map(|e| mesh.element_volume_m3(e)).sum();
             assert!((volume / (0.16 * 0.12 * thickness) - 1.0).abs() < 1e-12, "{part}");
         }
         // The skin is on top.
         let top =
             mesh.node_sets["z_max"].iter().all(|node| (mesh.nodes[*node as usize].z - 0.05).abs() < 1e-15);
-        let skin = (0..mesh.hexes.len()).filter(|e| mesh.part_of[*e] == 0);
-        assert!(top && skin.flat_map(|e| mesh.corners(e)).all(|x| x.z > 0.048 - 1e-12));
+        let skin = (0..mesh.cells.len()).filter(|e| mesh.part_of[*e] == 0);
+        assert!(
+            top && skin.flat_map(|e| mesh.cells.nodes(e)).all(|a| mesh.nodes[*a as usize].z > 0.048 - 1e-12)
+        );
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! A segment of a limb: muscle around a bone hole, under fat and skin.
 
 use super::ellipse::Ellipse;
-use super::grading::graded;
+use super::grading::{Grading, graded};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
@@ -60,6 +60,8 @@ pub struct LimbSegment {
     pub grading_along: f64,
     /// Innermost over outermost layer of the muscle [-].
     pub grading_muscle: f64,
+    /// Distance from the impact along the surface within which elements are the smallest [m].
+    pub uniform_within_m: f64,
 }
 
 impl Default for LimbSegment {
@@ -85,6 +87,7 @@ impl Default for LimbSegment {
             grading_around: 12.0,
             grading_along: 8.0,
             grading_muscle: 4.0,
+            uniform_within_m: 0.0,
         }
     }
 }
@@ -113,6 +116,7 @@ impl LimbSegment {
         checks.grading("grading_around", self.grading_around);
         checks.grading("grading_along", self.grading_along);
         checks.grading("grading_muscle", self.grading_muscle);
+        checks.distance("uniform_within_m", self.uniform_within_m);
         checks.budget(self.element_count());
         for (i, offset) in self.bone_offset_m.into_iter().enumerate() {
             let remedy = "give a distance in metres";
@@ -216,7 +220,8 @@ impl LimbSegment {
         refuse("limb_segment", self.problems())?;
         let section: Vec<Vec<Vector2<f64>>> = self.stations().iter().map(|&tau| self.column(tau)).collect();
         let half = self.length_m / 2.0;
-        let sections = graded(-half, half, self.impact_along_m, self.grading_along, self.elements_along);
+        let along = Grading { ratio: self.grading_along, uniform_within: self.uniform_within_m };
+        let sections = graded(-half, half, self.impact_along_m, along, self.elements_along);
         let layers = self.muscle_elements + self.fat_elements + self.skin_elements;
         let around = self.elements_around;
 
@@ -233,12 +238,12 @@ impl LimbSegment {
                     let face =
                         |k| [node(j, i, k), node(j + 1, i, k), node(j + 1, i + 1, k), node(j, i + 1, k)];
                     let ([a, b, c, d], [e, f, g, h]) = (face(k), face(k + 1));
-                    mesh.hexes.push([a, b, c, d, e, f, g, h]);
+                    mesh.cells.push(CellKind::Hex8, &[a, b, c, d, e, f, g, h]);
                     mesh.part_of.push(self.part_of_layer(k));
                 }
             }
         }
-        mesh.axes = (0..mesh.hexes.len()).map(|e| material_axes(&mesh.corners(e))).collect();
+        mesh.axes = mesh.cells.iter().map(|cell| material_axes(&cell.points(&mesh.nodes))).collect();
 
         let last = self.elements_along;
         let through = |k: u32| (0..=last).flat_map(move |j| (0..around).map(move |i| node(j, i, k)));
@@ -262,7 +267,10 @@ impl LimbSegment {
     /// sense of e2.
     fn stations(&self) -> Vec<f64> {
         let impact = self.outer().parameter_at(self.impact_angle_deg.to_radians());
-        let mut turns = graded(-PI, PI, 0.0, self.grading_around, self.elements_around);
+        // A distance along the surface, as a turn at the impact.
+        let uniform_within = self.uniform_within_m / self.outer().speed(impact);
+        let grading = Grading { ratio: self.grading_around, uniform_within };
+        let mut turns = graded(-PI, PI, 0.0, grading, self.elements_around);
         turns.pop();
         turns.iter().map(|turn| impact - turn).collect()
     }
@@ -299,7 +307,7 @@ impl LimbSegment {
         let (bone, muscle) = (self.bone_surface(tau), self.muscle_outer(tau));
         let (skin, normal) = (self.outer().point(tau), self.outer().normal(tau));
         let under_skin = skin - normal * self.skin_thickness_m;
-        let fractions = graded(0.0, 1.0, 1.0, self.grading_muscle, self.muscle_elements);
+        let fractions = graded(0.0, 1.0, 1.0, Grading::from_point(self.grading_muscle), self.muscle_elements);
         let mut column: Vec<_> = fractions.iter().map(|f| bone.lerp(&muscle, *f)).collect();
         let even = |from: Vector2<f64>, to: Vector2<f64>, count: u32| {
             (1..=count).map(move |i| from.lerp(&to, f64::from(i) / f64::from(count)))
@@ -317,7 +325,7 @@ impl LimbSegment {
 
 /// The axes of one element: e1 = +y along the limb, e2 along the middle line of the element around the limb, e3 = e1 × e2
 /// outwards.
-fn material_axes(corners: &[Vec3; 8]) -> [Vec3; 3] {
+fn material_axes(corners: &[Vec3]) -> [Vec3; 3] {
     let middle = |ids: [usize; 4]| ids.iter().map(|&i| corners[i]).sum::<Vec3>() / 4.0;
     let around = middle([2, 3, 6, 7]) - middle([0, 1, 4, 5]);
     let e1 = Vec3::y();

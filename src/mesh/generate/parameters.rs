@@ -34,6 +34,12 @@ impl Checks {
         self.require(holds, field, value, "finite and > 0", "give a length in metres");
     }
 
+    /// A distance [m] must be finite and not negative.
+    pub(super) fn distance(&mut self, field: &str, value: f64) {
+        let holds = value >= 0.0 && value.is_finite();
+        self.require(holds, field, value, "finite and >= 0", "give a distance in metres");
+    }
+
     /// A number of elements must be at least `least`.
     pub(super) fn count(&mut self, field: &str, value: u32, least: u32) {
         let remedy = "give more elements";

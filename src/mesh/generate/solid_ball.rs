@@ -1,12 +1,12 @@
 //! A solid ball: a core of cubes blended into a cubed sphere.
 
 use super::cubed_sphere::{CubeSurface, equiangular};
-use super::grading::graded;
+use super::grading::{Grading, graded};
 use super::o_grid::{core_fraction, core_point, ring_point};
 use super::parameters::{Checks, refuse};
 use super::{faceting_note, node_set};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::{Mesh, MeshError, ParameterProblem};
+use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Nodes nearer to a plane of symmetry than this share of the radius are on it.
@@ -90,7 +90,7 @@ impl SolidBall {
         for (k, j, i) in (0..n).flat_map(|k| (0..n).flat_map(move |j| (0..n).map(move |i| (k, j, i)))) {
             let square = |k| [[i, j, k], [i + 1, j, k], [i + 1, j + 1, k], [i, j + 1, k]].map(core_node);
             let ([a, b, c, d], [e, f, g, h]) = (square(k), square(k + 1));
-            mesh.hexes.push([a, b, c, d, e, f, g, h]);
+            mesh.cells.push(CellKind::Hex8, &[a, b, c, d, e, f, g, h]);
         }
 
         // Layers: on the surface of the core, then outwards.
@@ -107,13 +107,13 @@ impl SolidBall {
             layer => core_nodes + (layer - 1) * a_layer + point,
         };
         for layer in 0..layers {
-            mesh.hexes.extend(surface.quads.iter().map(|quad| {
+            mesh.cells.extend(surface.quads.iter().map(|quad| {
                 let [a, b, c, d] = quad.map(|p| node(layer, p));
                 let [e, f, g, h] = quad.map(|p| node(layer + 1, p));
                 [a, b, c, d, e, f, g, h]
             }));
         }
-        mesh.part_of = vec![0; mesh.hexes.len()];
+        mesh.part_of = vec![0; mesh.cells.len()];
         mesh.node_sets.insert("outer".into(), node_set((0..a_layer).map(|p| node(layers, p))));
         let mut exact = self.exact_volume_m3();
         if self.is_quarter {
@@ -128,7 +128,8 @@ impl SolidBall {
     fn lattice(&self) -> impl Fn([u32; 3]) -> Vec3 + use<> {
         let (n, grading) = (self.elements_around, self.grading);
         let spread = |s: f64| if s.abs() >= 1.0 { s.signum() } else { (FRAC_PI_4 * s).tan() };
-        let line: Vec<f64> = graded(-1.0, 1.0, 0.0, grading, n).into_iter().map(spread).collect();
+        let line: Vec<f64> =
+            graded(-1.0, 1.0, 0.0, Grading::from_point(grading), n).into_iter().map(spread).collect();
         move |point| {
             let even = equiangular(point, n);
             if grading > 1.0 {
@@ -142,12 +143,12 @@ impl SolidBall {
     /// Leaves the quarter at x ≥ 0 and y ≥ 0.
     fn cut(&self, mesh: &mut Mesh) {
         let is_kept = |mesh: &Mesh, element: usize| {
-            let middle = mesh.corners(element).iter().sum::<Vec3>() / 8.0 - self.center;
+            let middle = mesh.cells.points(element, &mesh.nodes).iter().sum::<Vec3>() / 8.0 - self.center;
             middle.x > 0.0 && middle.y > 0.0
         };
-        let kept = (0..mesh.hexes.len()).filter(|element| is_kept(mesh, *element));
-        mesh.hexes = kept.map(|element| mesh.hexes[element]).collect();
-        mesh.part_of.truncate(mesh.hexes.len());
+        let kept = (0..mesh.cells.len()).filter(|element| is_kept(mesh, *element));
+        mesh.cells = kept.map(|element| mesh.cells.get(element)).collect();
+        mesh.part_of.truncate(mesh.cells.len());
         mesh.drop_unused_nodes();
         for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
             // tan 0 is 0, and what the grading leaves of it is rounding.

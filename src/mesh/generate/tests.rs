@@ -3,6 +3,7 @@
 
 use super::block::{Block, Cuts};
 use super::cylinder::Cylinder;
+use super::grading::Grading;
 use super::hollow_ball::HollowBall;
 use super::limb_segment::LimbSegment;
 use super::solid_ball::SolidBall;
@@ -60,9 +61,9 @@ fn assert_sound(mesh: &Mesh, least: f64) {
     );
     assert_eq!(quality.unused_nodes.count, 0);
     assert_eq!(quality.coincident_nodes.count, 0);
-    assert_eq!(topology_problems(&mesh.hexes), []);
-    assert_eq!(mesh.part_of.len(), mesh.hexes.len());
-    let enclosed = enclosed_volume_m3(&skin(&mesh.hexes), &mesh.nodes);
+    assert_eq!(topology_problems(&mesh.cells), []);
+    assert_eq!(mesh.part_of.len(), mesh.cells.len());
+    let enclosed = enclosed_volume_m3(&skin(&mesh.cells), &mesh.nodes);
     assert!((enclosed - quality.volume_m3).abs() < 1e-9 * enclosed, "{enclosed} {}", quality.volume_m3);
     for (name, set) in &mesh.node_sets {
         assert!(
@@ -87,7 +88,7 @@ fn hollow_ball_converges_to_the_shell() {
     let error = |factor| 1.0 - ball.refined(factor).generate().unwrap().volume_m3() / ball.exact_volume_m3();
     assert_second_order([error(1), error(2), error(4)]);
     let mesh = ball.generate().unwrap();
-    assert_eq!(mesh.hexes.len(), 768);
+    assert_eq!(mesh.cells.len(), 768);
     assert_eq!(mesh.notes, ["rubber: faceted, 1.674 % below the exact volume 6.898937e-6 m³"]);
     for (set, radius) in [("outer", 0.015), ("inner", 0.012)] {
         assert_eq!(mesh.node_sets[set].len(), 6 * 64 + 2);
@@ -104,8 +105,8 @@ fn solid_ball_converges_to_the_ball() {
     let error = |factor| 1.0 - ball.refined(factor).generate().unwrap().volume_m3() / ball.exact_volume_m3();
     assert_second_order([error(1), error(2), error(4)]);
     let mesh = ball.generate().unwrap();
-    assert_eq!(mesh.hexes.len() as u64, ball.element_count());
-    assert_eq!(mesh.node_sets["outer"], skin_nodes(&skin(&mesh.hexes)));
+    assert_eq!(mesh.cells.len() as u64, ball.element_count());
+    assert_eq!(mesh.node_sets["outer"], skin_nodes(&skin(&mesh.cells)));
 }
 
 #[test]
@@ -130,7 +131,7 @@ fn cylinder_converges_to_the_cylinder() {
     let mut all = [&mesh.node_sets["side"][..], &mesh.node_sets["ends"]].concat();
     all.sort_unstable();
     all.dedup();
-    assert_eq!(all, skin_nodes(&skin(&mesh.hexes)));
+    assert_eq!(all, skin_nodes(&skin(&mesh.cells)));
 }
 
 #[test]
@@ -139,7 +140,7 @@ fn block_grades_towards_a_point_and_keeps_listed_cuts() {
         min_corner_m: Vec3::new(-0.05, -0.05, 0.0),
         max_corner_m: Vec3::new(0.05, 0.05, 0.05),
         cuts: [
-            Cuts::Towards { count: 14, position_m: 0.0, ratio: 5.0 },
+            Cuts::Towards { count: 14, position_m: 0.0, grading: Grading::from_point(5.0) },
             Cuts::Uniform { count: 3 },
             Cuts::Positions { inner_m: vec![0.02, 0.035, 0.045] },
         ],
@@ -147,7 +148,7 @@ fn block_grades_towards_a_point_and_keeps_listed_cuts() {
     };
     let mesh = block.generate().unwrap();
     assert_sound(&mesh, 0.999);
-    assert_eq!(mesh.hexes.len(), 14 * 3 * 4);
+    assert_eq!(mesh.cells.len(), 14 * 3 * 4);
     assert!((mesh.volume_m3() - 5e-4).abs() < 1e-17);
     for (set, axis, at) in [("x_min", 0, -0.05), ("y_max", 1, 0.05), ("z_min", 2, 0.0), ("z_max", 2, 0.05)] {
         assert!(mesh.node_sets[set].iter().all(|&a| mesh.nodes[a as usize][axis] == at), "{set}");
@@ -155,7 +156,7 @@ fn block_grades_towards_a_point_and_keeps_listed_cuts() {
     assert_eq!(mesh.node_sets["z_max"].len(), 15 * 4);
 
     let fine = block.refined(2).generate().unwrap();
-    assert_eq!(fine.hexes.len(), 8 * mesh.hexes.len());
+    assert_eq!(fine.cells.len(), 8 * mesh.cells.len());
     let has = |z: f64| fine.nodes.iter().any(|x| (x.z - z).abs() < 1e-15);
     assert!([0.01, 0.02, 0.0275, 0.035, 0.04, 0.045, 0.0475].into_iter().all(has));
 }
@@ -165,7 +166,7 @@ fn limb_converges_to_its_layers() {
     let limb = LimbSegment::default();
     let mesh = limb.generate().unwrap();
     assert_sound(&mesh, 0.4);
-    assert_eq!(mesh.hexes.len(), 1680);
+    assert_eq!(mesh.cells.len(), 1680);
     let uniform = LimbSegment { grading_around: 1.0, ..LimbSegment::default() };
     for (part, exact) in mesh.parts.iter().zip(limb.exact_volumes_m3()) {
         let error = |f| (1.0 - uniform.refined(f).generate().unwrap().part_volume_m3(part) / exact).abs();
@@ -196,7 +197,7 @@ fn limb_has_its_sets_and_impact_on_top() {
     let mut all: Vec<u32> = mesh.node_sets.values().flatten().copied().collect();
     all.sort_unstable();
     all.dedup();
-    assert_eq!(all, skin_nodes(&skin(&mesh.hexes)), "the sets cover the whole surface");
+    assert_eq!(all, skin_nodes(&skin(&mesh.cells)), "the sets cover the whole surface");
 }
 
 #[test]
@@ -210,7 +211,7 @@ fn layers_keep_their_thickness_and_axes_follow_the_limb() {
             assert!((a.dot(b) - expected).abs() < 1e-14);
         }
         assert!((e1.cross(e2) - e3).norm() < 1e-14);
-        let corners = mesh.corners(e);
+        let corners = mesh.cells.points(e, &mesh.nodes);
         let outwards = corners[4] - corners[0];
         assert!(e3.dot(&outwards) > 0.0 && *e1 == Vec3::y());
         if mesh.parts[mesh.part_of[e] as usize] == "skin" {
@@ -264,7 +265,7 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
     let cut = Block {
         cuts: [
             Cuts::Positions { inner_m: vec![0.5, 0.2, 1.5] },
-            Cuts::Towards { count: 0, position_m: 9.0, ratio: 0.5 },
+            Cuts::Towards { count: 0, position_m: 9.0, grading: Grading::from_point(0.5) },
             Cuts::Uniform { count: 1 },
         ],
         ..Block::uniform(Vec3::zeros(), Vec3::repeat(1.0), [1; 3], "b")
@@ -284,8 +285,8 @@ fn a_quarter_of_a_graded_ball_is_a_quarter_of_it() {
     let (all, part) = (whole.generate().unwrap(), quarter.generate().unwrap());
     assert_sound(&all, 0.1);
     assert_sound(&part, 0.1);
-    assert_eq!(4 * part.hexes.len(), all.hexes.len());
-    assert_eq!(part.hexes.len() as u64, quarter.element_count());
+    assert_eq!(4 * part.cells.len(), all.cells.len());
+    assert_eq!(part.cells.len() as u64, quarter.element_count());
     assert!((4.0 * part.volume_m3() / all.volume_m3() - 1.0).abs() < 1e-12);
     for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
         let nodes = &part.node_sets[name];

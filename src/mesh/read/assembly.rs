@@ -3,7 +3,7 @@
 use super::cursor::{Numbers, place_of};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::names::{MOST_NAMES, fault, shortened};
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::{CellKind, Cells, Mesh, MeshError};
 use std::collections::{BTreeMap, HashMap};
 
 /// A node named by the file's own number, and the byte offset where it is named.
@@ -21,9 +21,11 @@ pub(super) struct Assembly {
     nodes: Vec<Vec3>,
     /// Place of each node number in `nodes`; only looked up, never iterated.
     index: HashMap<u64, u32>,
-    /// Node numbers and byte offset of each hexahedron.
-    hexes: Vec<([u64; 8], usize)>,
-    /// Part of each hexahedron.
+    /// Kind and node numbers of each cell, in our order.
+    cells: Cells<u64>,
+    /// Byte offset of each cell.
+    offsets: Vec<usize>,
+    /// Part of each cell.
     pub(super) part_of: Vec<u32>,
     /// Names of the parts.
     parts: Vec<String>,
@@ -31,7 +33,7 @@ pub(super) struct Assembly {
     part_index: HashMap<String, u32>,
     /// Node sets by name.
     pub(super) node_sets: BTreeMap<String, Vec<NodeTag>>,
-    /// Volume elements that are not hexahedra of eight nodes: how many of each kind.
+    /// Volume elements of kinds that are not read: how many of each.
     pub(super) unsupported: BTreeMap<String, usize>,
     /// What a reader should be told.
     pub(super) notes: Vec<String>,
@@ -50,19 +52,15 @@ impl Assembly {
         self.index.contains_key(&tag)
     }
 
-    /// Adds a hexahedron; its part is added to `part_of` by the reader.
-    pub(super) fn add_hex(&mut self, nodes: [u64; 8], offset: usize) {
-        self.hexes.push((nodes, offset));
+    /// Adds a cell, its nodes in our order; its part is added to `part_of` by the reader.
+    pub(super) fn add_cell(&mut self, kind: CellKind, nodes: &[u64], offset: usize) {
+        self.cells.push(kind, nodes);
+        self.offsets.push(offset);
     }
 
-    /// Node numbers of a hexahedron.
-    pub(super) fn hex(&self, index: u32) -> &[u64; 8] {
-        &self.hexes[index as usize].0
-    }
-
-    /// Number of hexahedra so far.
-    pub(super) fn hex_count(&self) -> usize {
-        self.hexes.len()
+    /// The cells so far.
+    pub(super) fn cells(&self) -> &Cells<u64> {
+        &self.cells
     }
 
     /// The part of that name, made when it is new.
@@ -85,7 +83,7 @@ impl Assembly {
             let kinds = self.unsupported.iter().map(|(kind, count)| format!("{kind} ({count})")).collect();
             return Err(MeshError::UnsupportedElements { kinds });
         }
-        if self.hexes.is_empty() {
+        if self.cells.is_empty() {
             return Err(MeshError::Empty);
         }
         check_names(self.parts.iter().chain(self.node_sets.keys()))?;
@@ -97,14 +95,7 @@ impl Assembly {
         };
         let mut mesh =
             Mesh { part_of: self.part_of, parts: self.parts, notes: self.notes, ..Mesh::default() };
-        mesh.hexes.reserve_exact(self.hexes.len());
-        for (tags, offset) in &self.hexes {
-            let mut hex = [0; 8];
-            for (node, &tag) in hex.iter_mut().zip(tags) {
-                *node = resolve(tag, *offset)?;
-            }
-            mesh.hexes.push(hex);
-        }
+        mesh.cells = self.cells.try_map(|cell, tag| resolve(tag, self.offsets[cell]))?;
         for (name, tags) in &self.node_sets {
             let mut set = tags.iter().map(|t| resolve(t.tag, t.offset)).collect::<Result<Vec<u32>, _>>()?;
             set.sort_unstable();
@@ -150,12 +141,14 @@ fn note_what_is_dropped(mesh: &mut Mesh) {
     let names: Vec<String> = mesh.node_sets.keys().cloned().collect();
     let dropped = mesh.drop_unused_nodes();
     if dropped > 0 {
-        mesh.notes.push(format!("{dropped} nodes that no hexahedron uses were left out"));
+        mesh.notes.push(format!("{dropped} nodes that no volume element uses were left out"));
     }
     mesh.node_sets.retain(|_, set| !set.is_empty());
     let gone: Vec<String> = names.into_iter().filter(|name| !mesh.node_sets.contains_key(name)).collect();
     if !gone.is_empty() {
-        mesh.notes
-            .push(format!("node sets without any node of a hexahedron were left out: {}", gone.join(", ")));
+        mesh.notes.push(format!(
+            "node sets without any node of a volume element were left out: {}",
+            gone.join(", ")
+        ));
     }
 }

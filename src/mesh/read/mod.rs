@@ -1,7 +1,7 @@
 //! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary) and Abaqus `.inp`.
 //!
 //! The readers take bytes from anywhere, trust none of them, and fail with the line or the byte where a file goes wrong.
-//! Volumes must be eight-node hexahedra. Named groups of volume elements become parts, groups of anything else node sets.
+//! Volumes may be of any kind of [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of anything else node sets.
 
 mod abaqus;
 mod assembly;
@@ -57,12 +57,12 @@ impl MeshFormat {
 
 /// Reads a mesh; coordinates are taken as metres ([`Mesh::transformed`] scales others).
 ///
-/// Nodes that no hexahedron uses are left out, with a note.
+/// Nodes that no volume element uses are left out, with a note.
 ///
 /// # Errors
 /// `Malformed` with the place where the file breaks its format, names a node that it does not have, or holds a number
-/// that is not finite; `UnsupportedElements` for volume elements of other shapes; `Unsupported` for versions, encodings
-/// and keywords that are refused; `Empty` for a file without hexahedra.
+/// that is not finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings
+/// and keywords that are refused; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),

@@ -3,13 +3,13 @@
 
 use super::*;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::Place;
 use crate::mesh::generate::block::Block;
 use crate::mesh::generate::hollow_ball::HollowBall;
 use crate::mesh::generate::limb_segment::LimbSegment;
 use crate::mesh::quality::quality;
 use crate::mesh::surface::{skin, skin_nodes, topology_problems};
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
+use crate::mesh::{CellKind, Place};
 use proptest::prelude::*;
 
 const MSH: &[u8] = include_bytes!("../../../scenarios/ball_on_block/scene_L0.msh");
@@ -58,9 +58,9 @@ fn names_that_would_break_the_format_are_cleaned() {
 fn ball_on_block_is_the_same_from_both_files() {
     let msh = read_mesh(MSH, MeshFormat::Gmsh).unwrap();
     let inp = read_mesh(INP, MeshFormat::Abaqus).unwrap();
-    assert_eq!((msh.nodes.len(), msh.hexes.len()), (3183, 2336));
+    assert_eq!((msh.nodes.len(), msh.cells.len()), (3183, 2336));
     assert_eq!(msh.nodes, inp.nodes);
-    assert_eq!(msh.hexes, inp.hexes);
+    assert_eq!(msh.cells, inp.cells);
     assert_eq!(msh.part_of, inp.part_of);
     assert_eq!(msh.parts, ["physical_1", "physical_2"]);
     assert_eq!(inp.parts, ["BLOCK", "BALL"]);
@@ -74,17 +74,17 @@ fn ball_on_block_is_the_same_from_both_files() {
     assert_eq!(inp.node_sets["SOUT"], inp.node_sets["NOUT"]);
     assert_eq!(inp.node_sets["NALL"].len(), 3183);
     assert!(msh.notes.is_empty() && inp.notes.is_empty(), "{:?} {:?}", msh.notes, inp.notes);
-    assert!(topology_problems(&msh.hexes).is_empty());
+    assert!(topology_problems(&msh.cells).is_empty());
     assert!(quality(&msh).unwrap().min_scaled_jacobian > 0.7);
 }
 
 #[test]
 fn the_ball_of_the_file_is_the_ball_of_the_generator() {
     let ball = read_mesh(INP, MeshFormat::Abaqus).unwrap().select_parts(&["BALL"]).unwrap();
-    assert_eq!(ball.hexes.len(), 768);
+    assert_eq!(ball.cells.len(), 768);
     let mut outer_and_inner = ball.node_sets["NOUT"].clone();
     outer_and_inner
-        .extend(skin_nodes(&skin(&ball.hexes)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)));
+        .extend(skin_nodes(&skin(&ball.cells)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)));
     let generated = HollowBall {
         center: Vec3::new(0.0, 0.0, 0.05 + 1e-5 + 0.015),
         outer_radius_m: 0.015,
@@ -133,7 +133,7 @@ fn sparse_numbers_unused_nodes_and_unnamed_groups() {
     assert_eq!(mesh.nodes.len(), 12);
     assert_eq!(mesh.parts, ["physical_7"]);
     assert_eq!(mesh.node_sets["physical_9"], [0, 1, 2, 3]);
-    assert_eq!(mesh.notes, ["1 nodes that no hexahedron uses were left out"]);
+    assert_eq!(mesh.notes, ["1 nodes that no volume element uses were left out"]);
     assert!((mesh.volume_m3() - 2.0).abs() < 1e-14);
 }
 
@@ -158,8 +158,9 @@ fn gmsh_errors_name_the_line() {
 #[test]
 fn gmsh_refuses_what_it_does_not_understand_by_name() {
     let with = |from: &str, to: &str| read_mesh(TWO_CUBES.replacen(from, to, 1).as_bytes(), MeshFormat::Gmsh);
-    let error = with("2 5 2 7 1 5 6 7 8 9 10 11 12", "2 4 2 7 1 5 6 7 9").unwrap_err();
-    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["tetrahedron of 4 nodes (1)".into()] });
+    let error = with("2 5 2 7 1 5 6 7 8 9 10 11 12", "2 7 2 7 1 5 6 7 8 9").unwrap_err();
+    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["pyramid of 5 nodes (1)".into()] });
+    assert!(error.to_string().contains("tetrahedron of 10 nodes, prism of 6 nodes"), "{error}");
     assert!(matches!(with("2.2 0 8", "4.0 0 8"), Err(MeshError::Unsupported { .. })));
     assert!(matches!(with("2.2 0 8", "2.2 1 4"), Err(MeshError::Unsupported { .. })));
     assert_eq!(read_mesh(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n", MeshFormat::Gmsh), Err(MeshError::Empty));
@@ -191,7 +192,7 @@ const INPUT: &str = "*Heading\n a title, with commas\n** a comment\n*node, nset 
 #[test]
 fn abaqus_sets_surfaces_continuations_and_spellings() {
     let mesh = read_mesh(INPUT.as_bytes(), MeshFormat::Abaqus).unwrap();
-    assert_eq!((mesh.nodes.len(), mesh.hexes.len()), (12, 2));
+    assert_eq!((mesh.nodes.len(), mesh.cells.len()), (12, 2));
     assert!((mesh.volume_m3() - 2.0).abs() < 1e-14);
     assert_eq!(mesh.parts, ["Low", "High"]);
     assert_eq!(mesh.part_of, [0, 1]);
@@ -229,8 +230,8 @@ fn abaqus_errors_name_the_line() {
 #[test]
 fn abaqus_refuses_what_it_does_not_understand_by_name() {
     let with = |from: &str, to: &str| read_mesh(INPUT.replacen(from, to, 1).as_bytes(), MeshFormat::Abaqus);
-    let error = with("2, 5,6,7", "*ELEMENT, TYPE=C3D10\n2, 5,6,7").unwrap_err();
-    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["C3D10 (1)".into()] });
+    let error = with("2, 5,6,7", "*ELEMENT, TYPE=C3D20\n2, 5,6,7").unwrap_err();
+    assert_eq!(error, MeshError::UnsupportedElements { kinds: vec!["C3D20 (1)".into()] });
     for keyword in
         ["*INCLUDE, INPUT=other.inp", "*NGEN", "*PART\n*PART", "*INSTANCE\n1., 0., 0.", "*NODE, SYSTEM=C"]
     {
@@ -238,6 +239,92 @@ fn abaqus_refuses_what_it_does_not_understand_by_name() {
         assert!(matches!(error, MeshError::Unsupported { .. }), "{keyword}: {error}");
     }
     assert_eq!(read_mesh(b"*HEADING\n", MeshFormat::Abaqus), Err(MeshError::Empty));
+}
+
+/// Nodes of a unit cube, and behind them the middles of the edges of the tetrahedron 1 2 4 5, first in the plane z = 0, then those
+/// that rise from nodes 1, 2 and 4.
+const NODES: [[f64; 3]; 14] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 0.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [0.0, 1.0, 1.0],
+    [0.5, 0.0, 0.0],
+    [0.5, 0.5, 0.0],
+    [0.0, 0.5, 0.0],
+    [0.0, 0.0, 0.5],
+    [0.5, 0.0, 0.5],
+    [0.0, 0.5, 0.5],
+];
+
+/// A hexahedron, both tetrahedra and a wedge, over each other: nobody minds while a file is read.
+fn is_one_of_each(mesh: &Mesh) {
+    let kinds: Vec<CellKind> = mesh.cells.iter().map(|cell| cell.kind).collect();
+    assert_eq!(kinds, [CellKind::Tet10, CellKind::Hex8, CellKind::Wedge6, CellKind::Tet4]);
+    for (element, exact) in [1.0 / 6.0, 1.0, 0.5, 1.0 / 6.0].into_iter().enumerate() {
+        assert!((mesh.element_volume_m3(element) - exact).abs() < 1e-15, "{element}");
+    }
+    let x = mesh.cells.points(0, &mesh.nodes);
+    for (middle, [a, b]) in x[4..].iter().zip(CellKind::Tet10.table().edges) {
+        assert_eq!(*middle, (x[*a] + x[*b]) / 2.0);
+    }
+}
+
+/// A line a node: its number from 1 and its place.
+fn node_lines(separator: &str) -> String {
+    let line = |(i, place): (u32, [f64; 3])| {
+        let numbers = place.map(|x| x.to_string());
+        format!("{i}{separator}{}", numbers.join(separator))
+    };
+    let lines: Vec<String> = (1..).zip(NODES).map(line).collect();
+    lines.join("\n") + "\n"
+}
+
+fn gmsh_of_each() -> String {
+    let nodes = node_lines(" ");
+    // Gmsh lists the middle between the last corner and the third one before that between it and the second.
+    format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{nodes}$EndNodes\n$Elements\n4\n\
+         1 11 2 7 1 1 2 4 5 9 10 11 12 14 13\n2 5 2 7 1 1 2 3 4 5 6 7 8\n3 6 2 7 1 1 2 3 5 6 7\n\
+         4 4 2 8 1 1 2 4 5\n$EndElements\n"
+    )
+}
+
+fn abaqus_of_each() -> String {
+    let nodes = node_lines(", ");
+    format!(
+        "*NODE\n{nodes}*ELEMENT, TYPE=C3D10, ELSET=ten\n1, 1, 2, 4, 5, 9, 10, 11, 12,\n13, 14\n\
+         *ELEMENT, TYPE=C3D8, ELSET=hex\n2, 1, 2, 3, 4, 5, 6, 7, 8\n\
+         *ELEMENT, TYPE=C3D6, ELSET=wedge\n3, 1, 2, 3, 5, 6, 7\n*ELEMENT, TYPE=C3D4H, ELSET=four\n4, 1, 2, 4, 5\n\
+         *SURFACE, NAME=ten_slanted\nten, S3\n*SURFACE, NAME=wedge_bottom\nwedge, S1\n\
+         *SURFACE, NAME=wedge_side\nwedge, S4\n*SURFACE, NAME=four_left\nfour, S4\n"
+    )
+}
+
+#[test]
+fn gmsh_files_hold_every_kind_in_the_order_of_gmsh() {
+    let text = gmsh_of_each();
+    let mesh = read_mesh(text.as_bytes(), MeshFormat::Gmsh).unwrap();
+    is_one_of_each(&mesh);
+    assert_eq!(mesh.part_of, [0, 0, 0, 1]);
+}
+
+#[test]
+fn abaqus_files_hold_every_kind_with_its_faces() {
+    let text = abaqus_of_each();
+    let mesh = read_mesh(text.as_bytes(), MeshFormat::Abaqus).unwrap();
+    is_one_of_each(&mesh);
+    assert_eq!(mesh.parts, ["ten", "hex", "wedge", "four"]);
+    assert_eq!(mesh.node_sets["ten_slanted"], [1, 3, 4, 9, 12, 13]);
+    assert_eq!(mesh.node_sets["wedge_bottom"], [0, 1, 2]);
+    assert_eq!(mesh.node_sets["wedge_side"], [1, 2, 5, 6]);
+    assert_eq!(mesh.node_sets["four_left"], [0, 3, 4]);
+    let broken = |from: &str, to: &str| malformed(&text.replacen(from, to, 1), MeshFormat::Abaqus).1;
+    assert_eq!(broken("four, S4", "four, S5"), "a tetrahedron of 4 nodes has no face S5");
+    assert_eq!(broken("3, 1, 2, 3, 5, 6, 7", "3, 1, 2, 3, 5, 6"), "an element of 6 nodes with 5");
 }
 
 #[test]
@@ -258,7 +345,7 @@ fn every_truncated_file_is_an_error_or_a_whole_mesh() {
                 panic!(
                     "{version:?} {encoding:?} cut at {end} of {} gives {} elements",
                     bytes.len(),
-                    mesh.hexes.len()
+                    mesh.cells.len()
                 );
             }
         }
@@ -304,10 +391,12 @@ proptest! {
 
     #[test]
     fn damaged_files_never_panic(
-        which in 0_usize..7, damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        which in 0_usize..9, damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
         let (mut bytes, format) = match ALL.get(which) {
             Some(&(version, encoding)) => (write_gmsh(&small(), version, encoding), MeshFormat::Gmsh),
+            None if which == 6 => (gmsh_of_each().into_bytes(), MeshFormat::Gmsh),
+            None if which == 7 => (abaqus_of_each().into_bytes(), MeshFormat::Abaqus),
             None => (INPUT.as_bytes().to_vec(), MeshFormat::Abaqus),
         };
         for (place, value) in damage {

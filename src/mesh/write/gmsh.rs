@@ -3,7 +3,8 @@
 //! Reading such a file gives the same nodes (to the last bit), elements, parts and node sets back. Material axes and
 //! notes have no place in the format and are not written.
 
-use crate::mesh::Mesh;
+use crate::mesh::cell::MOST_NODES;
+use crate::mesh::{Cell, CellKind, Mesh};
 
 /// A version of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +25,9 @@ pub enum Encoding {
     /// As binary, most significant byte first.
     BigEndian,
 }
+
+/// Gmsh's number of a point.
+const POINT: i32 = 15;
 
 /// The mesh as a `.msh` file.
 pub fn write_gmsh(mesh: &Mesh, version: Version, encoding: Encoding) -> Vec<u8> {
@@ -80,7 +84,7 @@ fn write_version_2(out: &mut Output, mesh: &Mesh) {
     out.end_section("Nodes");
 
     let points: usize = mesh.node_sets.values().map(Vec::len).sum();
-    out.text(&format!("$Elements\n{}\n", points + mesh.hexes.len()));
+    out.text(&format!("$Elements\n{}\n", points + mesh.cells.len()));
     let mut number = 0;
     let mut element = |kind: i32, group: i32, nodes: &[u32]| {
         number += 1;
@@ -97,11 +101,12 @@ fn write_version_2(out: &mut Output, mesh: &Mesh) {
     };
     for (group, set) in grouped_sets(mesh) {
         for &a in set {
-            element(15, group, &[a]);
+            element(POINT, group, &[a]);
         }
     }
-    for (hex, &part) in mesh.hexes.iter().zip(&mesh.part_of) {
-        element(5, tag(part), hex);
+    for (cell, &part) in mesh.cells.iter().zip(&mesh.part_of) {
+        let number = i32::from(cell.kind.table().gmsh.number);
+        element(number, tag(part), &gmsh_nodes(cell)[..cell.nodes.len()]);
     }
     out.end_section("Elements");
 }
@@ -147,13 +152,13 @@ fn write_version_4(out: &mut Output, mesh: &Mesh) {
     write_elements_4(out, mesh);
 }
 
-/// Elements of version 4.1: a block for each node set, and one for each run of hexahedra of the same part, which keeps
+/// Elements of version 4.1: a block for each node set, and one for each run of cells of the same part and kind, which keeps
 /// their order.
 fn write_elements_4(out: &mut Output, mesh: &Mesh) {
     let points: usize = mesh.node_sets.values().map(Vec::len).sum();
-    let runs: Vec<&[u32]> = mesh.part_of.chunk_by(|a, b| a == b).collect();
+    let runs = runs(mesh);
     out.text("$Elements\n");
-    out.header(mesh.node_sets.len() + runs.len(), (points + mesh.hexes.len()) as u64);
+    out.header(mesh.node_sets.len() + runs.len(), (points + mesh.cells.len()) as u64);
     let mut number = 0;
     let mut element = |out: &mut Output, nodes: &[u32]| {
         number += 1;
@@ -164,19 +169,40 @@ fn write_elements_4(out: &mut Output, mesh: &Mesh) {
         out.end_item();
     };
     for (group, set) in grouped_sets(mesh) {
-        out.block(0, group, 15, set.len() as u64);
+        out.block(0, group, POINT, set.len() as u64);
         for &a in set {
             element(out, &[a]);
         }
     }
-    let mut hexes = mesh.hexes.iter();
-    for run in runs {
-        out.block(3, tag(run[0]), 5, run.len() as u64);
-        for hex in hexes.by_ref().take(run.len()) {
-            element(out, hex);
+    let mut cells = mesh.cells.iter();
+    for (part, kind, count) in runs {
+        out.block(3, tag(part), i32::from(kind.table().gmsh.number), count as u64);
+        for cell in cells.by_ref().take(count) {
+            element(out, &gmsh_nodes(cell)[..cell.nodes.len()]);
         }
     }
     out.end_section("Elements");
+}
+
+/// Part, kind and length of each run of cells that have both in common.
+fn runs(mesh: &Mesh) -> Vec<(u32, CellKind, usize)> {
+    let mut runs: Vec<(u32, CellKind, usize)> = Vec::new();
+    for (cell, &part) in mesh.cells.iter().zip(&mesh.part_of) {
+        match runs.last_mut() {
+            Some((last, kind, count)) if (*last, *kind) == (part, cell.kind) => *count += 1,
+            _ => runs.push((part, cell.kind, 1)),
+        }
+    }
+    runs
+}
+
+/// The nodes of a cell in the order of Gmsh, as many as it has.
+fn gmsh_nodes(cell: Cell) -> [u32; MOST_NODES] {
+    let mut nodes = [0; MOST_NODES];
+    for (&place, &node) in cell.kind.table().gmsh.order.iter().zip(cell.nodes) {
+        nodes[place] = node;
+    }
+    nodes
 }
 
 /// A file in the making.

@@ -208,7 +208,8 @@ pub struct Stress {
     pub element: Vec<PackedArray>,
 }
 
-/// `/reference/{body}`: the mesh at rest, once, before everything else.
+/// `/reference/{body}`: the mesh at rest, once, before everything else. Where all cells are hexahedra of eight nodes it is a
+/// `contuse.v1.ReferenceMesh` with `hexes`, otherwise a `contuse.v1.MixedReferenceMesh` with `cell_types` and `cell_nodes`.
 #[derive(Clone, PartialEq, prost::Message)]
 pub struct ReferenceMesh {
     /// Time [s].
@@ -235,6 +236,12 @@ pub struct ReferenceMesh {
     /// V [m/s] of x = X + V t + u.
     #[prost(message, optional, tag = "8")]
     pub flight_velocity_m_per_s: Option<Vector3>,
+    /// u8: VTK's cell type of each element.
+    #[prost(message, optional, tag = "9")]
+    pub cell_types: Option<PackedArray>,
+    /// u32: the nodes of all elements, one element after the other, each in the order of VTK.
+    #[prost(message, optional, tag = "10")]
+    pub cell_nodes: Option<PackedArray>,
 }
 
 /// `/pose/{body}`: where a rigid body is at one time.

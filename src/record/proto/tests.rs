@@ -148,6 +148,14 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         hexes: Some(array()),
         part_of: Some(array()),
         flight_velocity_m_per_s: Some(vector()),
+        cell_types: None,
+        cell_nodes: None,
+    };
+    let mixed = ReferenceMesh {
+        hexes: None,
+        cell_types: Some(array()),
+        cell_nodes: Some(array()),
+        ..reference.clone()
     };
     let pose = RigidPose {
         time_s: 1.0,
@@ -165,6 +173,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         ("contuse.v1.Energy", energy.encode_to_vec()),
         ("contuse.v1.Stress", stress.encode_to_vec()),
         ("contuse.v1.ReferenceMesh", reference.encode_to_vec()),
+        ("contuse.v1.MixedReferenceMesh", mixed.encode_to_vec()),
         ("contuse.v1.RigidPose", pose.encode_to_vec()),
         ("contuse.v1.Summary", summary().encode_to_vec()),
     ]

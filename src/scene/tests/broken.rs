@@ -97,8 +97,28 @@ fn materials() -> Vec<Break> {
         ("/bodies/1/parts/0/material/fibres/angles_deg", json!([]), "/bodies/1/parts/0/material/fibres", "no_fibres"),
         ("/bodies/1/parts/0/material/fibres", json!({"directions": [[0, 0, 0]]}), "/bodies/1/parts/0/material/fibres/directions/0", "no_direction"),
         ("/bodies/0/parts/0/fibre_frame", json!({"kind": "mesh"}), "/bodies/0/parts/0/fibre_frame", "unused_fibre_frame"),
+        ("/bodies/0/parts/0/material", json!({"law": "yeoh", "c10_pa": 5e5, "c20_pa": -2e5, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/c20_pa", "unstable_law"),
+        ("/bodies/0/parts/0/material", json!({"law": "demiray", "mu_pa": 5e5, "b": 0, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/b", "not_positive"),
+        ("/bodies/0/parts/0/material", json!({"law": "veronda_westmann", "c1_pa": 5e6, "c2": 0.05, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/c2", "unstable_law"),
+        ("/bodies/0/parts/0/material", json!({"law": "ogden", "terms": {"mu_alpha": []}, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/terms/mu_alpha", "too_many_items"),
+        ("/bodies/0/parts/0/material", json!({"law": "ogden", "terms": {"mu_alpha": [{"mu_pa": -5e5, "alpha": 2}]}, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/terms/mu_alpha", "not_positive"),
+        ("/bodies/0/parts/0/material", json!({"law": "ogden", "terms": {"febio": [{"c_pa": 5e5, "m": 80}]}, "bulk_modulus_pa": 5e7}), "/bodies/0/parts/0/material/terms/febio/0/m", "out_of_range"),
+        ("/bodies/0/parts/0/material", json!({"law": "blatz_ko", "mu_pa": 0}), "/bodies/0/parts/0/material/mu_pa", "not_positive"),
+        ("/bodies/1/parts/0/material", json!({"law": "balzani", "c1_pa": 1e4, "alpha1_pa": 1e4, "alpha2": 2, "fibres": {"angles_deg": [0]}, "bulk_modulus_pa": 2e7}), "/bodies/1/parts/0/material/alpha2", "out_of_range"),
+        ("/bodies/1/parts/0/material", weiss("straight_stretch", 1.8), "/bodies/1/parts/0/material/straight_stretch", "out_of_range"),
+        ("/bodies/1/parts/0/material", weiss("c4", 500.0), "/bodies/1/parts/0/material/c4", "out_of_range"),
+        ("/bodies/1/parts/0/material", weiss("c5_pa", -1.0), "/bodies/1/parts/0/material/c5_pa", "negative"),
+        ("/bodies/1/parts/0/material", json!({"law": "fung_orthotropic", "c_pa": 1e4, "young_pa": [1e5, 1e5, 1e5], "shear_pa": [1e4, 1e4, 1e4], "poisson": [0.6, 0.6, 0.6], "bulk_modulus_pa": 2e7}), "/bodies/1/parts/0/material/poisson", "unstable_law"),
         ("/bodies/1/parts/0/fibre_frame", json!({"kind": "constant", "axis": [1, 0, 0], "plane": [2, 0, 0]}), "/bodies/1/parts/0/fibre_frame/plane", "parallel_directions"),
     ]
+}
+
+/// A sound fibred tissue but for one number.
+fn weiss(name: &str, value: f64) -> Value {
+    let mut law = json!({"law": "weiss_transversely_isotropic", "c10_pa": 1e4, "c3_pa": 1e3, "c4": 20.0, "c5_pa": 1e5,
+        "straight_stretch": 1.1, "fibres": {"angles_deg": [0.0]}, "bulk_modulus_pa": 2e7});
+    law[name] = json!(value);
+    law
 }
 
 #[rustfmt::skip]

@@ -1,6 +1,7 @@
 //! Broken documents, and what is said of them.
 
 mod broken;
+mod cells;
 mod rigid;
 
 use super::*;
@@ -112,7 +113,7 @@ fn the_sound_scene_loads_without_a_word() {
     let loaded = load_value(&sound()).unwrap();
     assert_eq!(loaded.warnings, []);
     let [ball, limb] = &loaded.scene.bodies[..] else { panic!() };
-    assert_eq!((ball.mesh.hexes.len(), limb.mesh.hexes.len()), (54, 192));
+    assert_eq!((ball.mesh.cells.len(), limb.mesh.cells.len()), (54, 192));
     assert_eq!((ball.axes.len(), limb.axes.len()), (0, 192));
     let muscle = limb.mesh.part_of.iter().map(|&p| limb.mesh.parts[p as usize] == "muscle");
     assert!(muscle.zip(&limb.part_entry).all(|(is_muscle, &entry)| is_muscle == (entry == 0)));

@@ -1,6 +1,6 @@
 //! A body's parts, as far as the document alone tells: density, material, element, fibre frame, placement.
 
-use super::{Findings, materials, prony};
+use super::{Findings, prony};
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
@@ -82,7 +82,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     if let Some(erosion) = &part.erosion {
         check_erosion(erosion, &here.key("erosion"), out);
     }
-    materials::check(&part.material, &here.key("material"), out);
+    part.material.check(&here.key("material"), out);
     let coupled = !part.material.is_split();
     out.require(!(coupled && part.formulation == Some(Formulation::MeanDilatation)), || {
         Problem::error(

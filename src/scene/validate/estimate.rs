@@ -3,7 +3,7 @@
 use super::Findings;
 use crate::mechanics::material::Material;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::hexahedron::{CORNERS, EDGES, FACES, volume_m3};
+use crate::mesh::CellKind;
 use crate::scene::SceneBody;
 use crate::scene::budget::Budget;
 use crate::scene::document::{BodyDocument, FieldName, IntegratorDocument, SceneDocument};
@@ -39,17 +39,10 @@ pub struct Estimate {
     pub recording_bytes: u64,
 }
 
-/// Speed of the fastest wave at rest [m/s]: √((K + 4/3 G + fibres)/ρ), a fibre along the wave adding 4 k1.
-///
-/// E_a = κ(I1 − 3) + (1 − 3κ)(I4 − 1) grows by 2 (1 − 2κ) ε under a strain ε along the fibre, so k1/2 E_a² adds
-/// 4 (1 − 2κ)² k1 ≤ 4 k1 to the modulus.
+/// Speed of the fastest wave at rest [m/s]: √((K + 4/3 G + fibres)/ρ), all fibres along the wave.
 pub fn wave_speed(material: &Material, density: f64) -> f64 {
     let (G, K) = material.moduli_at_rest();
-    let fibres = match material {
-        Material::HolzapfelGasserOgden(law) => 4.0 * law.k1 * law.families.directions().len() as f64,
-        _ => 0.0,
-    };
-    ((K + 4.0 / 3.0 * G + fibres) / density).sqrt()
+    ((K + 4.0 / 3.0 * G + material.fibre_modulus_at_rest()) / density).sqrt()
 }
 
 /// Entries of the factor of n unknowns, in n^(4/3) [-]: what nested dissection leaves of a block of hexahedra is about 25.
@@ -84,7 +77,7 @@ pub fn check(
     let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
-    let elements: u64 = bodies.iter().map(|b| b.mesh.hexes.len() as u64).sum();
+    let elements: u64 = bodies.iter().map(|b| b.mesh.cells.len() as u64).sum();
     let preloading = document.preload.as_ref().map_or(0, |preload| u64::from(preload.steps));
     let steps = count((document.end_time_s + settling) / step).saturating_add(preloading);
     let frames = frame_count(document);
@@ -111,13 +104,13 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
     let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
     // Elements are crossed as they are at the start, not as they were at rest.
-    let start = |X: Vec3| written.start_position(&X);
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
-        let corners = body.mesh.corners(element).map(start);
-        let mut length = crossing_length(&corners);
+        let cell = body.mesh.cells.get(element);
+        let x = cell.points(&body.mesh.nodes).map(|X| written.start_position(X));
+        let mut length = crossing_length(cell.kind, &x);
         if written.initial_deformation.is_some() {
-            length = length.min(thickness(&corners));
+            length = length.min(thickness(cell.kind, &x));
         }
         let part = &written.parts[entry as usize];
         let diffusivity = part.shear_viscosity_pa_s / part.density_kg_per_m3;
@@ -135,25 +128,31 @@ fn stable_step(length: f64, speed: f64, diffusivity: f64) -> f64 {
     2.0 / ((2.0 * speed / length).hypot(damping) + damping)
 }
 
-/// The length that decides an element's stable step [m]: 1/√(Σ 1/L²) over the shortest edge L along each natural direction,
-/// since the fastest mode of a brick has ω² = 4 c² Σ 1/L².
-fn crossing_length(corners: &[Vec3; 8]) -> f64 {
+/// The length that decides an element's stable step [m]. Of a hexahedron 1/√(Σ 1/L²) over the shortest edge L along each natural
+/// direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; of other kinds their thickness, which is less than any of their
+/// heights.
+fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
+    if kind != CellKind::Hex8 {
+        return thickness(kind, x);
+    }
+    let table = kind.table();
     let mut shortest = [f64::INFINITY; 3];
-    for [a, b] in EDGES {
+    for &[a, b] in table.edges {
         // The two corners differ in one natural coordinate.
-        let direction = (0..3).find(|&k| CORNERS[a][k] * CORNERS[b][k] < 0.0).unwrap_or(0);
-        shortest[direction] = shortest[direction].min((corners[a] - corners[b]).norm());
+        let direction = (0..3).find(|&k| table.points[a][k] * table.points[b][k] < 0.0).unwrap_or(0);
+        shortest[direction] = shortest[direction].min((x[a] - x[b]).norm());
     }
     1.0 / shortest.iter().map(|L| L.powi(-2)).sum::<f64>().sqrt()
 }
 
 /// Volume over the largest face [m]: what is left of an element that a deformation crushes without shortening its edges.
-fn thickness(corners: &[Vec3; 8]) -> f64 {
-    let area = |face: [usize; 4]| {
-        let [a, b, c, d] = face.map(|i| corners[i]);
+fn thickness(kind: CellKind, x: &[Vec3]) -> f64 {
+    let of_facet = |facet: &[usize; 4]| {
+        let [a, b, c, d] = facet.map(|i| x[i]);
         0.5 * (c - a).cross(&(d - b)).norm()
     };
-    volume_m3(corners) / FACES.map(area).into_iter().fold(0.0, f64::max)
+    let areas = kind.table().faces.iter().map(|face| face.facets.iter().map(of_facet).sum::<f64>());
+    kind.volume_m3(x) / areas.fold(0.0, f64::max)
 }
 
 /// A number as a count, rounded up: what is too large becomes the largest, what is negative or no number becomes 0.

@@ -1,13 +1,13 @@
 //! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
 
 use super::Findings;
-use super::materials::MOST_MODULUS;
 use super::timing::{check_newton_tolerance, check_smallest_step};
 use crate::mesh::Mesh;
 use crate::mesh::surface::{faces_within, skin};
 use crate::scene::document::{
     BodyDocument, FaceLoadDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
 };
+use crate::scene::materials::MOST_MODULUS;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use std::collections::BTreeMap;
 
@@ -260,7 +260,7 @@ fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
     if body.face_loads.is_empty() {
         return;
     }
-    let faces = skin(&mesh.hexes);
+    let faces = mesh.hanging.skin(skin(&mesh.cells));
     for (i, load) in body.face_loads.iter().enumerate() {
         let Some(nodes) = mesh.node_sets.get(load.set()) else { continue };
         out.require(!faces_within(&faces, nodes).is_empty(), || {

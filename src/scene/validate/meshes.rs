@@ -62,7 +62,8 @@ pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Fi
     for (i, set) in body.sets.iter().enumerate() {
         let here = here.index(i);
         let inside = |x: &Vec3| (0..3).all(|k| set.min_m[k] <= x[k] && x[k] <= set.max_m[k]);
-        let nodes: Vec<u32> = (0..).zip(&mesh.nodes).filter(|(_, x)| inside(x)).map(|(a, _)| a).collect();
+        let mut nodes: Vec<u32> = (0..).zip(&mesh.nodes).filter(|(_, x)| inside(x)).map(|(a, _)| a).collect();
+        mesh.hanging.complete(&mut nodes);
         out.require(!nodes.is_empty(), || {
             let bounds = mesh.bounding_box().unwrap_or_default().map(|x| [x.x, x.y, x.z]);
             Problem::error("empty_set", &here, format!("no node lies in the box of the set {:?}", set.name))
@@ -116,7 +117,7 @@ pub fn check_sets(
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
     let before = out.0.iter().filter(|p| p.is_error()).count();
-    for problem in topology_problems(&mesh.hexes).iter().take(LISTED) {
+    for problem in topology_problems(&mesh.cells).iter().take(LISTED) {
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
                 .limit("each element once, each face shared by at most two elements on its two sides")

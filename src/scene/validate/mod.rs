@@ -2,18 +2,19 @@
 //!
 //! What needs the document alone comes first, what needs a body's mesh next, what needs the whole scene last.
 
+pub mod accuracy;
 pub mod bodies;
 pub mod contact;
 pub mod estimate;
 pub mod findings;
 pub mod loads;
-pub mod materials;
 pub mod measures;
 pub mod meshes;
 pub mod motion;
 pub mod names;
 pub mod overlap;
 pub mod prony;
+pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
 pub mod solver;
@@ -39,6 +40,8 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     timing::check(document, budget, &mut out);
     loads::check(document, &mut out);
     solver::check(document, &mut out);
+    accuracy::check(document, &mut out);
     measures::check(document, &mut out);
+    refinement::check(document, &mut out);
     out
 }

@@ -114,7 +114,8 @@ impl Start {
                 continue;
             }
             start.x.extend(body.mesh.nodes.iter().map(|X| written.start_position(X)));
-            let faces: Vec<[u32; 4]> = skin(&body.mesh.hexes).iter().map(|f| f.map(|a| a + first)).collect();
+            let faces = body.mesh.hanging.skin(skin(&body.mesh.cells));
+            let faces: Vec<[u32; 4]> = faces.iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
             start.surfaces.push(Surface { nodes: skin_nodes(&faces), faces });
         }

@@ -48,6 +48,7 @@ fn check_absent(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
         ("mesh", body.mesh.is_some()),
         ("parts", !body.parts.is_empty()),
         ("placement", body.placement.is_some()),
+        ("refinement", !body.refinement.is_empty()),
         ("sets", !body.sets.is_empty()),
         ("initial_deformation", body.initial_deformation.is_some()),
         ("fixed", !body.fixed.is_empty()),

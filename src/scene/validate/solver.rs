@@ -21,27 +21,18 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
     }
 }
 
-/// Each mesh can be made coarser twice, by two in every direction that has more than one element.
+/// Each mesh can be made coarser twice.
 fn check_three_levels(document: &SceneDocument, out: &mut Findings) {
     let bodies = Pointer::root().key("bodies");
     for (b, body) in document.bodies.iter().enumerate() {
-        let Some(mesh) = &body.mesh else { continue };
-        let problem = |message: &str| {
-            Problem::error("no_three_levels", &bodies.index(b).key("mesh"), message)
+        out.require(!matches!(body.mesh, Some(MeshDocument::File(_))), || {
+            let place = bodies.index(b).key("mesh");
+            Problem::error("no_three_levels", &place, "a mesh from a file is not made coarser")
                 .value("three_levels")
-                .limit("a generated mesh whose numbers of elements are one or divisible by four")
-                .remedy("change the numbers of elements, or ask for `solver.error_bars` = \"two_levels\"")
-        };
-        match mesh.clone() {
-            MeshDocument::File(_) => out.require(false, || problem("a mesh from a file is not made coarser")),
-            MeshDocument::Generator(mut generator) => {
-                let counts = generator.counts_mut();
-                let bad = counts.iter().find(|count| *count.elements > 1 && *count.elements % 4 != 0);
-                out.require(bad.is_none(), || {
-                    let elements = bad.map_or(0, |count| *count.elements);
-                    problem(&format!("{elements} elements in a direction cannot be halved twice"))
-                });
-            }
-        }
+                .limit("generated meshes")
+                .remedy(
+                    "ask for `accuracy`, which makes it finer, or for `solver.error_bars` = \"two_levels\"",
+                )
+        });
     }
 }

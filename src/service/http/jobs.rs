@@ -4,9 +4,10 @@ use super::App;
 use super::extract::{JobPath, JsonBody, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};
+use crate::blobs::hexadecimal;
 use crate::plan::PlanReport;
-use crate::service::jobs::engine::{JsonDocument, SceneProblem};
-use crate::service::jobs::recordings::hexadecimal;
+use crate::scene::Problems;
+use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::store::{CancelAnswer, NewJob, Page, Submitted};
 use crate::service::jobs::{JobKind, JobState};
 use crate::service::meshes::MeshShelf;
@@ -114,8 +115,8 @@ pub(super) async fn accept(
     let (checked, document) = judge(app, owner, kind, move |shelf| {
         let checked = engine.check(kind, &document, shelf);
         // A scene is read by its schema, which finds them; where members are read by their names, one of them is lost.
-        let repeated = if kind == JobKind::Simulation { Vec::new() } else { repeated_keys(&document) };
-        Ok((after(repeated, checked)?, document.text))
+        let repeated = if kind == JobKind::Simulation { Vec::new() } else { document.parsed.problems };
+        Ok((Problems(repeated).then(checked)?, document.text))
     })
     .await?;
     let new = NewJob {
@@ -309,29 +310,11 @@ async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
-    judgement: impl FnOnce(&MeshShelf) -> Result<T, Vec<SceneProblem>> + Send + 'static,
+    judgement: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
     let judged = app.judges.call(move || judgement(&shelf)).await?;
     judged.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
-}
-
-/// What a check found, after other problems.
-fn after<T>(
-    mut problems: Vec<SceneProblem>,
-    found: Result<T, Vec<SceneProblem>>,
-) -> Result<T, Vec<SceneProblem>> {
-    match found {
-        Ok(good) if problems.is_empty() => return Ok(good),
-        Ok(_) => {}
-        Err(others) => problems.extend(others),
-    }
-    Err(problems)
-}
-
-/// The problem of each key that a document has twice.
-pub(super) fn repeated_keys(document: &JsonDocument) -> Vec<SceneProblem> {
-    document.parsed.problems.iter().cloned().map(SceneProblem::from).collect()
 }
 
 /// The answer to a submission.

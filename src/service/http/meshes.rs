@@ -3,11 +3,12 @@
 use super::App;
 use super::extract::{Owner, Parameters, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
+use crate::blobs::{BlobDigest, Draft};
 use crate::mesh::read::MeshFormat;
-use crate::service::blobs::mesh_name;
 use crate::service::jobs::JobsError;
-use crate::service::jobs::recordings::hexadecimal;
+use crate::service::jobs::queue::Queue;
 use crate::service::meshes::{StoredMesh, is_id};
+use crate::service::shelves::mesh_name;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Path, Request, State};
@@ -15,10 +16,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures::StreamExt;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
-use std::path::PathBuf;
 use std::sync::Arc;
-use tokio::io::AsyncWriteExt;
 use utoipa::IntoParams;
 
 /// How to read an upload.
@@ -59,19 +57,24 @@ pub async fn upload(
         return Err(Problem::too_large(limit));
     }
     let receiving = receive(&app, request.into_body(), limit);
-    let upload = tokio::time::timeout(app.config.upload_timeout, receiving)
+    let draft = tokio::time::timeout(app.config.upload_timeout, receiving)
         .await
         .map_err(|_| Problem::too_slow())??;
 
     // Only so many at a time: each holds a mesh in memory.
-    let (engine, path) = (Arc::clone(&app.queue.engine), upload.path.clone());
-    let inspected = app.judges.call(move || engine.inspect_mesh(&path, parameters.format)).await?;
-    let (format, report) = inspected?;
+    let engine = Arc::clone(&app.queue.engine);
+    let inspect = move || {
+        let inspected = draft.read().map(|bytes| engine.inspect_mesh(&bytes, parameters.format));
+        (inspected, draft)
+    };
+    let (inspected, draft) = app.judges.call(inspect).await?;
+    let (format, report) = inspected.map_err(JobsError::from)??;
 
-    let (path, name) = (upload.path.clone(), mesh_name(&upload.id, format));
-    app.queue.with_files(move |queue| queue.blobs.put(&path, &name)).await?;
-    let is_new = app.queue.store.add_mesh(&owner, &upload.id, format, upload.bytes, &report).await?;
-    let mesh = app.queue.store.mesh(&owner, &upload.id).await?.ok_or_else(Problem::no_such_mesh)?;
+    let name = mesh_name(&draft.digest().sha256, format);
+    let keep = move |_: &Queue| Ok(draft.keep(&name)?);
+    let BlobDigest { bytes, sha256: id } = app.queue.with_files(keep).await?;
+    let is_new = app.queue.store.add_mesh(&owner, &id, format, bytes, &report).await?;
+    let mesh = app.queue.store.mesh(&owner, &id).await?.ok_or_else(Problem::no_such_mesh)?;
     let status = if is_new { StatusCode::CREATED } else { StatusCode::OK };
     let location = format!("/v1/meshes/{}", mesh.id);
     Ok((status, [(header::LOCATION, location)], Json(mesh)).into_response())
@@ -95,38 +98,15 @@ pub async fn get(
     Ok(Json(mesh))
 }
 
-/// An upload that has come to its end, in a file of its own. The file goes with the value, unless it became a blob.
-struct Upload {
-    path: PathBuf,
-    id: String,
-    bytes: u64,
-}
-
-impl Drop for Upload {
-    fn drop(&mut self) {
-        // Fails when the file is a blob by now, which is as it should be.
-        let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-/// Writes a body into a file of its own, counting and digesting it on the way.
-async fn receive(app: &App, body: Body, limit: u64) -> Result<Upload, Problem> {
-    let path = app.queue.folder.uploads().join(uuid::Uuid::new_v4().to_string());
-    let mut upload = Upload { path, id: String::new(), bytes: 0 };
-    let failed = |e: std::io::Error| Problem::from(JobsError::file("uploads", e));
-    let mut file = tokio::fs::File::create(&upload.path).await.map_err(failed)?;
-    let mut sha = Sha256::new();
+/// Takes a body as it comes.
+async fn receive(app: &App, body: Body, limit: u64) -> Result<Draft, Problem> {
+    let begin = move |queue: &Queue| Ok(Draft::new(queue.blobs.unnamed()?, limit));
+    let mut draft = app.queue.with_files(begin).await?;
     let mut stream = body.into_data_stream();
     while let Some(piece) = stream.next().await {
         let piece = piece.map_err(|_| Problem::broken_body())?;
-        upload.bytes += piece.len() as u64;
-        if upload.bytes > limit {
-            return Err(Problem::too_large(limit));
-        }
-        sha.update(&piece);
-        file.write_all(&piece).await.map_err(failed)?;
+        let append = move |_: &Queue| draft.append(&piece).map(|()| draft).map_err(JobsError::from);
+        draft = app.queue.with_files(append).await?;
     }
-    file.flush().await.map_err(failed)?;
-    upload.id = hexadecimal(&sha.finalize());
-    Ok(upload)
+    Ok(draft)
 }

@@ -3,6 +3,7 @@
 use super::extract::Owner;
 use super::problem::{Problem, ProblemBody};
 use super::{App, openapi};
+use crate::service::jobs::queue::Queue;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
@@ -24,7 +25,7 @@ pub async fn readyz(State(app): State<Arc<App>>) -> Result<&'static str, Problem
     if app.queue.is_closing() {
         return Err(Problem::unavailable("The service shuts down."));
     }
-    let written = match app.queue.with_files(|queue| queue.folder.try_write()).await {
+    let written = match app.queue.with_files(Queue::try_write).await {
         Ok(()) => app.queue.store.try_write().await,
         Err(error) => Err(error),
     };

@@ -1,6 +1,7 @@
 //! Errors as `application/problem+json` (RFC 9457). The one place that knows which error has which status.
 
-use crate::service::jobs::engine::SceneProblem;
+use crate::blobs::BlobError;
+use crate::scene::{self, Problems};
 use crate::service::jobs::{JobState, JobsError};
 use crate::service::meshes::MeshRefusal;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -34,7 +35,7 @@ pub struct ProblemBody {
     pub remedy: Option<String>,
     /// Every problem of a scene.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub errors: Vec<SceneProblem>,
+    pub errors: Vec<scene::Problem>,
     /// Line of a JSON text, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<usize>,
@@ -170,12 +171,12 @@ impl Problem {
     }
 
     /// What was sent cannot run: `what` is a scene, or holds one.
-    pub fn invalid_scene(what: &str, errors: Vec<SceneProblem>) -> Self {
-        let count = errors.iter().filter(|e| e.severity == "error").count();
+    pub fn invalid_scene(what: &str, errors: Problems) -> Self {
+        let count = errors.error_count();
         let detail = format!("The {what} has {count} error(s); every one is listed with its place.");
         let mut problem =
             Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-scene", "Invalid scene", detail);
-        problem.body.errors = errors;
+        problem.body.errors = errors.0;
         problem
     }
 
@@ -281,6 +282,7 @@ impl Problem {
 impl From<JobsError> for Problem {
     fn from(error: JobsError) -> Self {
         match error {
+            JobsError::Blob(BlobError::TooLarge { most }) => Self::too_large(most),
             JobsError::QueueFull { waiting } => Self::unavailable(&format!("{waiting} jobs wait already.")),
             full if full.is_storage_full() => Self::storage_full(&full),
             passing if passing.is_passing() => {

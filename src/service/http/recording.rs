@@ -4,11 +4,12 @@ use super::App;
 use super::extract::{JobPath, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::range::{Wanted, wanted};
-use crate::service::blobs::{Blob, open_file, recording_name};
-use crate::service::jobs::recordings::FileDigest;
+use crate::blobs::{Blob, BlobDigest};
+use crate::service::jobs::JobsError;
+use crate::service::jobs::queue::Queue;
 use crate::service::jobs::snapshots::Which;
 use crate::service::jobs::store::JobRow;
-use crate::service::jobs::{JobId, JobsError};
+use crate::service::shelves::{recording_name, snapshot_name};
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
@@ -18,7 +19,6 @@ use base64::prelude::BASE64_STANDARD;
 use futures::Stream;
 use serde::Deserialize;
 use std::io::{self, SeekFrom};
-use std::path::PathBuf;
 use std::sync::Arc;
 use utoipa::IntoParams;
 
@@ -87,27 +87,23 @@ pub async fn download(
 
 /// A file that can be sent: it never changes under this digest.
 struct Sendable {
-    source: Source,
-    digest: FileDigest,
+    /// The blob.
+    blob: String,
+    digest: BlobDigest,
     /// What a client may call it.
     name: String,
-}
-
-/// Where what is sent lies.
-enum Source {
-    /// The recording of a job that has ended.
-    Recording(JobId),
-    /// A snapshot in the data folder, and its address.
-    Snapshot { path: PathBuf, address: String },
+    /// Its address, if it is a snapshot.
+    snapshot: Option<String>,
 }
 
 /// The recording of a job that has ended.
 fn final_file(row: &JobRow) -> Result<Sendable, Problem> {
     let recording = row.recording.clone().ok_or_else(|| Problem::never("recording", row.state))?;
     Ok(Sendable {
-        source: Source::Recording(row.id),
-        digest: FileDigest { bytes: recording.bytes, sha256: recording.sha256 },
+        blob: recording_name(row.id),
+        digest: BlobDigest { bytes: recording.bytes, sha256: recording.sha256 },
         name: format!("{}-{}.mcap", file_name(&row.name), row.id),
+        snapshot: None,
     })
 }
 
@@ -118,7 +114,7 @@ async fn snapshot_file(app: &Arc<App>, row: &JobRow, which: Which) -> Result<Opt
     Ok(snapshot.map(|s| {
         let address = format!("/v1/jobs/{id}/recording?snapshot={}", s.number);
         let name = format!("{}-{id}-snapshot-{}.mcap", file_name(&row.name), s.number);
-        Sendable { source: Source::Snapshot { path: s.path, address }, digest: s.digest, name }
+        Sendable { blob: snapshot_name(id, s.number), digest: s.digest, name, snapshot: Some(address) }
     }))
 }
 
@@ -171,7 +167,7 @@ fn describe(headers: &mut HeaderMap, file: &Sendable, etag: &str) -> Result<(), 
     headers.insert(header::CONTENT_DISPOSITION, value(&format!("attachment; filename=\"{}\"", file.name))?);
     // Private: it belongs to a token. A file never changes, but it may be deleted, or followed by a newer one.
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
-    if let Source::Snapshot { address, .. } = &file.source {
+    if let Some(address) = &file.snapshot {
         headers.insert(header::CONTENT_LOCATION, value(address)?);
     } else {
         let digest = BASE64_STANDARD.encode(raw_digest(&file.digest.sha256));
@@ -203,16 +199,9 @@ fn file_name(scene: &str) -> String {
 
 /// `length` bytes of a file from `first` on; nothing when only the head is asked for.
 async fn body(app: &App, file: &Sendable, first: u64, length: u64, method: &Method) -> Result<Body, Problem> {
-    let opened = match &file.source {
-        Source::Recording(id) => {
-            let name = recording_name(*id);
-            app.queue.with_files(move |queue| at(queue.blobs.open(&name)?, first)).await?
-        }
-        Source::Snapshot { path, .. } => {
-            let path = path.clone();
-            app.queue.with_files(move |_| at(open_file(&path)?, first)).await?
-        }
-    };
+    let name = file.blob.clone();
+    let open = move |queue: &Queue| at(queue.blobs.open(&name)?, first);
+    let opened = app.queue.with_files(open).await?;
     match opened {
         Some(opened) if opened.bytes != file.digest.bytes => Err(lost(file)),
         Some(_) if *method == Method::HEAD => Ok(Body::empty()),
@@ -238,10 +227,7 @@ fn at(blob: Option<Box<dyn Blob>>, first: u64) -> Result<Option<Opened>, JobsErr
 
 /// What is not there, or not as it was kept: a snapshot went with its run, a recording somebody removed.
 fn lost(file: &Sendable) -> Problem {
-    match file.source {
-        Source::Snapshot { .. } => Problem::snapshot_gone(),
-        Source::Recording(_) => Problem::recording_lost(),
-    }
+    if file.snapshot.is_some() { Problem::snapshot_gone() } else { Problem::recording_lost() }
 }
 
 /// The next `left` bytes of a blob, in pieces, each read on a thread that may wait for it.

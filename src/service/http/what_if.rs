@@ -2,10 +2,12 @@
 
 use super::App;
 use super::extract::{JsonBody, Owner};
-use super::jobs::{SubmitAnswer, SubmitHeaders, accept, repeated_keys};
+use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
 use super::problem::Problem;
 use crate::scene::json::Parsed;
-use crate::service::jobs::engine::{JsonDocument, SceneProblem};
+use crate::scene::problem::Pointer;
+use crate::scene::{self, Problems};
+use crate::service::jobs::engine::JsonDocument;
 use crate::service::jobs::{JobId, JobKind};
 use crate::study::what_if::WhatIfDocument;
 use axum::extract::State;
@@ -39,16 +41,11 @@ async fn with_scene(app: &App, owner: &str, body: JsonDocument) -> Result<JsonDo
     // A body that is no such object is judged like any other.
     let Value::Object(mut question) = body.parsed.value.clone() else { return Ok(body) };
     let Some(job) = question.remove("job") else { return Ok(body) };
-    let refuse = |code: &str, message: &str, limit: &str, remedy: &str| {
-        let problem = SceneProblem {
-            code: code.into(),
-            pointer: "/job".into(),
-            value: job.clone(),
-            limit: limit.into(),
-            remedy: remedy.into(),
-            ..SceneProblem::of_document(message)
-        };
-        Problem::invalid_scene("question", repeated_keys(&body).into_iter().chain([problem]).collect())
+    let refuse = |code: &'static str, message: &str, limit: &str, remedy: &str| {
+        let problem = scene::Problem::error(code, &Pointer::root().key("job"), message);
+        let problem = problem.value(job.clone()).limit(limit).remedy(remedy);
+        let all = body.parsed.problems.iter().cloned().chain([problem]).collect();
+        Problem::invalid_scene("question", Problems(all))
     };
     if question.contains_key("scene") {
         return Err(refuse(

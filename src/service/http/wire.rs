@@ -1,10 +1,12 @@
 //! What goes over the wire.
 
 use crate::plan::PlanReport;
+use crate::scene::Problem;
 use crate::scene::summary::BodySummary;
-use crate::service::jobs::engine::{ScenePreview, SceneProblem};
+use crate::service::jobs::engine::ScenePreview;
 use crate::service::jobs::store::JobRow;
-use crate::service::jobs::{FinalRecording, JobFailure, JobState, Phase};
+use crate::service::jobs::{FinalRecording, JobState, Phase};
+use crate::step::Failure;
 use serde::Serialize;
 use utoipa::openapi::{Ref, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
@@ -66,9 +68,9 @@ pub struct Job {
     /// Digest of the document and its meshes: the name of the question.
     pub content_hash: String,
     /// What is odd about the scene.
-    pub warnings: Vec<SceneProblem>,
+    pub warnings: Vec<Problem>,
     /// Why it failed.
-    pub failure: Option<JobFailure>,
+    pub failure: Option<Failure>,
     /// Its recording, when final.
     pub recording: Option<FinalRecording>,
     /// Where more can be asked.
@@ -153,7 +155,7 @@ pub struct Validation {
     /// Digest of the document and its meshes.
     pub content_hash: String,
     /// What is odd, but not wrong.
-    pub warnings: Vec<SceneProblem>,
+    pub warnings: Vec<Problem>,
     /// The bodies and their meshes, placed [m].
     pub bodies: Vec<BodySummary>,
     /// What the run would cost, and what it would do.

@@ -3,17 +3,20 @@
 //! The queue and the HTTP routes know only this trait, so that they can be tested without finite elements. The engine
 //! that ships is [`super::simulator::Simulator`].
 
-pub use super::verdict::{RunEnding, SceneProblem};
-
 use super::control::RunControl;
 use super::store::Event;
-use super::{JobFailure, JobKind, Progress};
+use super::{JobKind, Progress};
+use crate::blobs::{BlobStore, hexadecimal};
 use crate::mesh::read::MeshFormat;
 use crate::plan::PlanReport;
 use crate::scene::json::{Parsed, read};
 use crate::scene::summary::BodySummary;
+use crate::scene::{Problem, Problems};
 use crate::service::meshes::{MeshRefusal, MeshReport, MeshShelf};
+use crate::step::{Ending, Failure};
+use sha2::{Digest, Sha256};
 use std::path::Path;
+use std::sync::Arc;
 
 /// A document that was sent: its text, which is kept, and what it says, read once.
 #[derive(Clone, Debug)]
@@ -33,6 +36,11 @@ impl JsonDocument {
         let parsed = read(&text)?;
         Ok(Self { text, parsed })
     }
+
+    /// SHA-256 of the text, hexadecimal.
+    pub fn digest(&self) -> String {
+        hexadecimal(&Sha256::digest(&self.text))
+    }
 }
 
 /// What is known of a scene that may run.
@@ -45,7 +53,7 @@ pub struct CheckedScene {
     /// Simulated time to the end [s].
     pub end_time_s: f64,
     /// What is odd, but not wrong.
-    pub warnings: Vec<SceneProblem>,
+    pub warnings: Vec<Problem>,
 }
 
 /// What a scene would be, without running it.
@@ -80,14 +88,14 @@ pub struct RunOrder<'a> {
     /// Told parts of the result as they come.
     pub tell: &'a mut dyn FnMut(Event<'static>),
     /// Where results are kept by content, for all jobs.
-    pub results: &'a Path,
+    pub blobs: &'a Arc<dyn BlobStore>,
 }
 
 /// How a run ended that began.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// How it ended.
-    pub ending: RunEnding,
+    pub ending: Ending,
     /// Its summary, as JSON text.
     pub summary: Option<String>,
     /// How far it came.
@@ -106,19 +114,19 @@ pub trait Engine: Send + Sync + 'static {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
-    ) -> Result<CheckedScene, Vec<SceneProblem>>;
+    ) -> Result<CheckedScene, Problems>;
 
     /// Judges a scene and compiles it: what it would be, and what it would cost.
     ///
     /// # Errors
     /// Every problem of the scene at once.
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>>;
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems>;
 
     /// Runs a job to its end. The recording is closed and readable however it ends.
     ///
     /// # Errors
     /// The diagnosis of a run that could not begin.
-    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure>;
+    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, Failure>;
 
     /// Makes a whole recording of the partial one that a lost writer left, and marks it incomplete.
     ///
@@ -138,7 +146,7 @@ pub trait Engine: Send + Sync + 'static {
     /// Why it is not one.
     fn inspect_mesh(
         &self,
-        file: &Path,
+        bytes: &[u8],
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal>;
 }

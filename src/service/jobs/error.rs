@@ -1,5 +1,6 @@
 //! What can go wrong with jobs.
 
+use crate::blobs::BlobError;
 use std::error::Error;
 use std::io::ErrorKind;
 use std::path::PathBuf;
@@ -34,6 +35,9 @@ pub enum JobsError {
         /// Why.
         source: std::io::Error,
     },
+    /// A blob that could not be used.
+    #[error(transparent)]
+    Blob(#[from] BlobError),
     /// Another process uses the data folder.
     #[error("{} is in use by another process", path.display())]
     InUse {
@@ -67,10 +71,15 @@ impl JobsError {
     pub fn is_storage_full(&self) -> bool {
         match self {
             Self::Store { fault, .. } => *fault == StoreFault::Full,
-            Self::File { source, .. } => {
-                matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
-            }
-            _ => false,
+            _ => matches!(self.io_kind(), Some(ErrorKind::StorageFull | ErrorKind::QuotaExceeded)),
+        }
+    }
+
+    /// How a file or a blob failed.
+    pub fn io_kind(&self) -> Option<ErrorKind> {
+        match self {
+            Self::File { source, .. } | Self::Blob(BlobError::Failed { source, .. }) => Some(source.kind()),
+            _ => None,
         }
     }
 

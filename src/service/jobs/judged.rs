@@ -1,4 +1,5 @@
-//! Scenes that were judged last, as they were loaded: a job that begins soon after its submission need not load its scene again.
+//! Scenes that were judged last, as they were loaded: a job that begins soon after its submission need not load its scene again,
+//! nor that of its study or question.
 
 use crate::scene::Loaded;
 use std::collections::VecDeque;
@@ -8,7 +9,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 #[derive(Debug)]
 pub(super) struct Judged {
     most: usize,
-    scenes: Mutex<VecDeque<Loaded>>,
+    scenes: Mutex<VecDeque<(String, Loaded)>>,
 }
 
 impl Judged {
@@ -17,10 +18,10 @@ impl Judged {
         Self { most, scenes: Mutex::default() }
     }
 
-    /// Keeps a scene.
-    pub fn keep(&self, loaded: Loaded) {
+    /// Keeps the scene of a question.
+    pub fn keep(&self, content_hash: &str, loaded: Loaded) {
         let mut scenes = self.scenes();
-        scenes.push_back(loaded);
+        scenes.push_back((content_hash.to_owned(), loaded));
         while scenes.len() > self.most {
             scenes.pop_front();
         }
@@ -29,11 +30,11 @@ impl Judged {
     /// The scene of a question, which says all of it: document and meshes.
     pub fn take(&self, content_hash: &str) -> Option<Loaded> {
         let mut scenes = self.scenes();
-        let index = scenes.iter().position(|loaded| loaded.scene.content_hash == content_hash)?;
-        scenes.remove(index)
+        let index = scenes.iter().position(|(known, _)| known == content_hash)?;
+        scenes.remove(index).map(|(_, loaded)| loaded)
     }
 
-    fn scenes(&self) -> MutexGuard<'_, VecDeque<Loaded>> {
+    fn scenes(&self) -> MutexGuard<'_, VecDeque<(String, Loaded)>> {
         self.scenes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -55,7 +56,7 @@ mod tests {
         let scenes = ["a", "b", "c"].map(named);
         let hashes = scenes.clone().map(|loaded| loaded.scene.content_hash);
         for loaded in scenes {
-            judged.keep(loaded);
+            judged.keep(&loaded.scene.content_hash.clone(), loaded);
         }
         assert!(judged.take(&hashes[0]).is_none());
         assert_eq!(judged.take(&hashes[1]).unwrap().scene.content_hash, hashes[1]);

@@ -4,24 +4,24 @@
 //!   transaction.
 //! - [`queue`]: what can be asked of jobs: submit, cancel, delete; and recovery at the start.
 //! - [`worker`]: threads that claim a job, run it by an [`engine::Engine`] and say how it ended.
-//! - [`recordings`]: files that are still written.
+//! - [`data_folder`]: files that are still written.
 //! - [`snapshots`]: what can be seen of a recording while it is written.
 //! - [`control`]: how a running job is stopped, and why.
 
 pub mod control;
+pub mod data_folder;
 pub mod engine;
 mod error;
+pub mod failures;
 mod judged;
 mod kind;
 pub mod queue;
-pub mod recordings;
 pub mod simulator;
 pub mod snapshots;
 mod spending;
 pub mod store;
 mod study_entries;
 pub mod study_job;
-mod verdict;
 pub mod what_if_job;
 pub mod worker;
 
@@ -30,6 +30,7 @@ pub use kind::JobKind;
 
 pub use crate::study::{Phase, Progress};
 
+use crate::step::Ending;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -73,112 +74,19 @@ impl JobState {
         Self::ALL.into_iter().find(|s| s.as_str() == name)
     }
 
+    /// The state that a job ends in whose run ended so.
+    pub fn of(ending: &Ending) -> Self {
+        match ending {
+            Ending::Finished => Self::Succeeded,
+            Ending::Cancelled => Self::Cancelled,
+            Ending::Failed { .. } => Self::Failed,
+        }
+    }
+
     /// Whether nothing will change any more.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
     }
-}
-
-/// Why a job failed, as a code that programs can match.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum JobFailureCause {
-    /// The scene that was accepted is not valid any more (a mesh is gone, the engine changed).
-    InvalidScene,
-    /// An element's Jacobian became zero or negative.
-    ElementInverted,
-    /// The stable step fell below what can finish.
-    StepCollapsed,
-    /// The same where the law of the material softens.
-    EllipticityLost,
-    /// The contact solver did not reach its tolerance.
-    ContactNotConverged,
-    /// No reactions can stop what contact must stop.
-    ContactJammed,
-    /// An implicit step did not converge however short it was.
-    NewtonNotConverged,
-    /// Without mass: nothing balances what pushes a body.
-    NothingHolds,
-    /// The energy balance failed its gate.
-    EnergyGate,
-    /// The step is longer than a rigid body's rotation allows.
-    StepTooLong,
-    /// A fibre was stretched beyond what its exponential can represent.
-    FibreOverstretched,
-    /// A number became infinite or not a number.
-    NotFinite,
-    /// The wall-clock budget ran out.
-    Deadline,
-    /// It took more steps, or recorded more, than it was estimated to and may.
-    Budget,
-    /// The process that ran it was lost, more often than a job may lose one.
-    WorkerLost,
-    /// The recording could not be written.
-    RecordingFailed,
-    /// A fault of the program.
-    Internal,
-}
-
-/// The diagnosis of a job that failed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct JobFailure {
-    /// The cause.
-    pub cause: JobFailureCause,
-    /// What happened, with values and limits.
-    pub message: String,
-    /// What to do about it.
-    pub remedy: String,
-    /// Simulated time [s].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub time_s: Option<f64>,
-    /// Step.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<u64>,
-    /// Where, when it is about an element.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub element: Option<FailedElement>,
-}
-
-impl JobFailure {
-    /// The diagnosis of a job that lost its worker so often.
-    pub fn worker_lost(attempts: u32) -> Self {
-        Self {
-            cause: JobFailureCause::WorkerLost,
-            message: format!("the process that ran it was lost {attempts} times"),
-            remedy:
-                "Look at the memory of the machine and at the log of the service; a smaller scene may pass."
-                    .into(),
-            time_s: None,
-            step: None,
-            element: None,
-        }
-    }
-
-    /// The diagnosis of a fault of the program. What it was is in the log and not for the world.
-    pub fn internal() -> Self {
-        Self {
-            cause: JobFailureCause::Internal,
-            message: "A fault of the program stopped the run.".into(),
-            remedy: "Report it with the id of the job and the log of the service around its end.".into(),
-            time_s: None,
-            step: None,
-            element: None,
-        }
-    }
-}
-
-/// The element that a failure is about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct FailedElement {
-    /// Name of the body.
-    pub body: String,
-    /// Name of the part.
-    pub part: String,
-    /// Index of the element in the body, from 0.
-    pub element: u32,
-    /// Its centre at that time [m]; absent when that is not finite.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub position_m: Option<[f64; 3]>,
 }
 
 /// A recording that will not change any more.

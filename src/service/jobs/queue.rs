@@ -1,18 +1,21 @@
 //! What can be asked of jobs, and what is done with them at the start.
 
 use super::control::{RunControl, StopReason};
-use super::engine::{Engine, RunEnding};
-use super::recordings::{DataFolder, FileDigest};
+use super::data_folder::DataFolder;
+use super::engine::Engine;
+use super::failures::worker_lost;
 use super::snapshots::{Snapshot, Snapshots, Which};
 use super::store::{
     CancelAnswer, ClaimedJob, DeleteAnswer, JobEnd, JobStore, NewJob, Orphan, OwnerWish, Requeued, Submitted,
 };
-use super::{FinalRecording, JobFailure, JobId, JobsError};
+use super::{FinalRecording, JobId, JobsError};
+use crate::blobs::{BlobDigest, BlobError, BlobStore, Draft};
 use crate::record::partial_path;
-use crate::service::blobs::{BlobStore, recording_name};
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::MeshShelf;
 use crate::service::metrics::Metrics;
+use crate::service::shelves::{MESHES, RECORDINGS, SNAPSHOTS, is_recording, recording_name};
+use crate::step::Ending;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::{Notify, broadcast, watch};
@@ -22,7 +25,7 @@ use tokio::sync::{Notify, broadcast, watch};
 pub struct Storage {
     /// The jobs.
     pub jobs: Arc<dyn JobStore>,
-    /// Recordings and meshes that are whole.
+    /// Recordings, snapshots, meshes, results.
     pub blobs: Arc<dyn BlobStore>,
     /// The files that still grow.
     pub folder: DataFolder,
@@ -32,7 +35,7 @@ pub struct Storage {
 pub struct Queue {
     /// The job store.
     pub store: Arc<dyn JobStore>,
-    /// Recordings and meshes that are whole.
+    /// Recordings, snapshots, meshes, results.
     pub blobs: Arc<dyn BlobStore>,
     /// The simulator.
     pub engine: Arc<dyn Engine>,
@@ -62,6 +65,7 @@ impl Queue {
         metrics: Arc<Metrics>,
     ) -> Result<Arc<Self>, JobsError> {
         let Storage { jobs: store, blobs, folder } = storage;
+        let snapshots = Snapshots::new(Arc::clone(&engine), Arc::clone(&blobs));
         let queue = Arc::new(Self {
             store,
             blobs,
@@ -70,12 +74,13 @@ impl Queue {
             config,
             metrics,
             running: Mutex::default(),
-            snapshots: Snapshots::default(),
+            snapshots,
             arrivals: Notify::new(),
             bell: broadcast::channel(256).0,
             closing: watch::channel(false).0,
         });
         queue.recover().await?;
+        queue.sweep().await?;
         Ok(queue)
     }
 
@@ -95,14 +100,44 @@ impl Queue {
                     self.store.erase(seq).await?;
                     continue;
                 }
-                Fate::Cancel => RunEnding::Stopped,
-                Fate::GiveUp => RunEnding::Failed(JobFailure::worker_lost(attempt)),
+                Fate::Cancel => Ending::Cancelled,
+                Fate::GiveUp => worker_lost(attempt).into(),
             };
             let recording = self.with_files(move |queue| queue.keep_recording(id, false)).await?;
             let end = JobEnd { ending, summary: None, recording, progress: None };
             self.store.finish(seq, attempt, &end).await?;
         }
         Ok(())
+    }
+
+    /// Removes what the process before this one left and nothing refers to: files of runs, snapshots, uploads that were not noted.
+    async fn sweep(self: &Arc<Self>) -> Result<(), JobsError> {
+        let known = self.store.blobs().await?;
+        self.with_files(move |queue| {
+            queue.folder.sweep()?;
+            for shelf in [SNAPSHOTS, MESHES, RECORDINGS] {
+                let unknown =
+                    queue.blobs.list(shelf)?.into_iter().filter(|entry| !known.contains(&entry.name));
+                let (recordings, rest): (Vec<_>, Vec<_>) =
+                    unknown.partition(|entry| is_recording(&entry.name));
+                // Nothing here leaves a recording without its job: who put an older job store in place decides what becomes of it.
+                for entry in &recordings {
+                    tracing::warn!(blob = entry.name, "no job has this recording");
+                }
+                rest.iter().try_for_each(|entry| queue.blobs.delete(&entry.name))?;
+            }
+            Ok(())
+        })
+        .await
+    }
+
+    /// Fails unless the store of blobs takes what is written.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn try_write(&self) -> Result<(), JobsError> {
+        let mut draft = Draft::new(self.blobs.unnamed()?, u64::MAX);
+        Ok(draft.append(&vec![0; 64 << 10])?)
     }
 
     /// Work that waits for files, away from the threads of the runtime.
@@ -135,19 +170,20 @@ impl Queue {
             tracing::warn!(job = %id, reason, "nothing of the recording can be read");
             self.remove_files(id)?;
         }
-        if file.exists() {
-            self.blobs.put(&file, &name)?;
-        }
-        let Some(blob) = self.blobs.open(&name)? else { return Ok(None) };
-        let FileDigest { bytes, sha256 } =
-            FileDigest::of(blob).map_err(|error| JobsError::file(name, error))?;
+        let BlobDigest { bytes, sha256 } = if file.exists() {
+            self.blobs.adopt(&file, &name)?
+        } else {
+            // The process before this one may have come so far.
+            let Some(blob) = self.blobs.open(&name)? else { return Ok(None) };
+            BlobDigest::of(blob).map_err(BlobError::of(name))?
+        };
         Ok(Some(FinalRecording { bytes, sha256, complete }))
     }
 
     /// Removes whatever a job left.
     pub(super) fn remove_files(&self, id: JobId) -> Result<(), JobsError> {
-        self.folder.remove_recordings(id)?;
-        self.blobs.delete(&recording_name(id))
+        self.folder.remove(id)?;
+        Ok(self.blobs.delete(&recording_name(id))?)
     }
 
     /// Keeps a new job; it is durable when this returns.
@@ -253,7 +289,7 @@ impl Queue {
     /// Lets go of the brake of a job that has ended.
     pub(super) fn release(&self, job: &ClaimedJob) {
         self.controls().remove(&job.id);
-        self.snapshots.close(&self.folder, job.id);
+        self.snapshots.close(job.id);
         self.ring(job.seq);
     }
 
@@ -265,7 +301,7 @@ impl Queue {
         if !self.controls().contains_key(&id) {
             return Ok(None);
         }
-        self.snapshots.look(self.engine.as_ref(), &self.folder, id, which)
+        self.snapshots.look(&self.folder, id, which)
     }
 
     /// The meshes that an owner's scenes may name. To be used outside the threads of the runtime only.

@@ -1,27 +1,25 @@
 //! The engine that ships: scenes are loaded, compiled and run as by the command line.
 
-use super::engine::{
-    CheckedScene, Engine, JsonDocument, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
-};
+use super::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
+use super::failures::{for_the_world, internal, invalid_scene};
 use super::judged::Judged;
 use super::spending::Spending;
 use super::study_job;
 use super::what_if_job::{self, SharedResults};
-use super::{FailedElement, JobFailure, JobFailureCause, JobKind, Phase, Progress};
+use super::{JobKind, Phase, Progress};
 use crate::mesh::Mesh;
 use crate::mesh::quality::{first_beyond_range, quality};
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::plan::compile;
 use crate::record::{McapRecorder, RecordingInfo, reindex_incomplete, snapshot};
 use crate::scene::cost::FactorSize;
+use crate::scene::elements::without_element;
 use crate::scene::json::{self, Parsed};
 use crate::scene::problem::Pointer;
-use crate::scene::{
-    Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, Severity, load_parsed,
-};
+use crate::scene::{Budget, Loaded, MeshBytes, MeshSource, MeshSourceError, Problem, Problems, load_parsed};
 use crate::service::config::ServiceConfig;
 use crate::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf, ShelfError};
-use crate::step::{Ending, Failure, FailureCause};
+use crate::step::{Ending, Failure};
 use crate::study::{RunRequest, run_scene};
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -59,13 +57,9 @@ impl Simulator {
         }
     }
 
-    pub(super) fn load(&self, scene: &Parsed, meshes: &MeshShelf) -> Result<Loaded, Vec<SceneProblem>> {
-        let loaded = load_parsed(scene, meshes, &self.budget)
-            .map_err(|Problems(all)| all.into_iter().map(SceneProblem::from).collect::<Vec<_>>())?;
-        match self.too_long(&loaded, 1, "/end_time_s") {
-            Some(problem) => Err(vec![problem.into()]),
-            None => Ok(loaded),
-        }
+    pub(super) fn load(&self, scene: &Parsed, meshes: &MeshShelf) -> Result<Loaded, Problems> {
+        let loaded = load_parsed(scene, meshes, &self.budget)?;
+        self.too_long(&loaded, 1, "/end_time_s").map_or(Ok(loaded), |problem| Err(problem.alone()))
     }
 
     /// The problem of a scene that cannot be run so often before the deadline, at a place of the document.
@@ -96,13 +90,32 @@ impl Simulator {
 
 /// Least time of the linear systems of implicit steps [s]: one factorisation, and one solution a step.
 fn least_systems_s(loaded: &Loaded) -> f64 {
-    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(b.mesh.nodes.len(), &b.mesh.hexes));
+    let sizes = loaded.scene.bodies.iter().map(|b| FactorSize::of(&b.mesh));
     // What cannot be analysed is told when it is compiled.
     let Ok(factor) = sizes.sum::<Result<FactorSize, _>>() else { return 0.0 };
     (factor.flops + loaded.estimate.steps as f64 * 4.0 * factor.entries) / UNREACHED_FLOPS
 }
 
 impl Simulator {
+    /// Keeps the scene of what was judged for the job that will be made of it.
+    pub(super) fn keep(&self, checked: CheckedScene, loaded: Loaded) -> CheckedScene {
+        self.judged.keep(&checked.content_hash, loaded);
+        checked
+    }
+
+    /// The scene of a job as it was judged, if that was a moment ago; else loaded anew.
+    pub(super) fn scene_of(
+        &self,
+        content_hash: &str,
+        meshes: &MeshShelf,
+        scene: impl FnOnce() -> Result<Parsed, Failure>,
+    ) -> Result<Loaded, Failure> {
+        match self.judged.take(content_hash) {
+            Some(loaded) => Ok(loaded),
+            None => self.load(&scene()?, meshes).map_err(|problems| invalid_scene(&problems)),
+        }
+    }
+
     /// Cases of a what-if question that run side by side.
     pub(super) fn what_if_threads(&self) -> usize {
         self.what_if_threads
@@ -119,7 +132,7 @@ impl Simulator {
     }
 
     /// Runs a scene.
-    fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, JobFailure> {
+    fn simulate(&self, loaded: &Loaded, order: &mut RunOrder<'_>) -> Result<RunReport, Failure> {
         let estimated_steps = loaded.estimate.steps;
         let mut reached = Progress::beginning(Phase::Loading);
         let spending = Spending::new(&self.budget, order.recording);
@@ -139,19 +152,15 @@ impl Simulator {
             interrupt: &|| order.control.interrupt().or_else(|| spending.interrupt()),
             progress: &mut progress,
         });
-        let result = result.map_err(|error| {
-            let problem = SceneProblem::of_document(&error.to_string());
-            invalid_scene(&[problem])
-        })?;
+        let result = result.map_err(|error| invalid_scene(&not_compilable(&error).alone()))?;
         let ending = match result.outcome.ending {
-            Ending::Finished => RunEnding::Finished,
-            Ending::Cancelled => RunEnding::Stopped,
-            Ending::Failed { failure } => RunEnding::Failed(failure.into()),
+            Ending::Failed { failure } => for_the_world(failure).into(),
+            other => other,
         };
         // The very text that is attached to the recording.
         let summary = result.summary.to_json().map_err(|error| {
             tracing::error!(%error, "the summary cannot be written as JSON");
-            JobFailure::internal()
+            internal()
         })?;
         Ok(RunReport { ending, summary: Some(summary), progress: reached })
     }
@@ -163,39 +172,33 @@ impl Engine for Simulator {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
-    ) -> Result<CheckedScene, Vec<SceneProblem>> {
+    ) -> Result<CheckedScene, Problems> {
         match kind {
             JobKind::Simulation => {
                 let loaded = self.load(&document.parsed, meshes)?;
-                let checked = checked(&loaded);
-                self.judged.keep(loaded);
-                Ok(checked)
+                Ok(self.keep(checked(&loaded), loaded))
             }
             JobKind::Study => study_job::check(self, document, meshes),
             JobKind::WhatIf => what_if_job::check(self, document, meshes),
         }
     }
 
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
         let loaded = self.load(&scene.parsed, meshes)?;
-        let plan =
-            compile(&loaded.scene).map_err(|error| vec![SceneProblem::of_document(&error.to_string())])?;
+        let plan = compile(&loaded.scene).map_err(|error| not_compilable(&error).alone())?;
         Ok(ScenePreview { checked: checked(&loaded), bodies: loaded.bodies, plan: plan.report })
     }
 
-    fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+    fn run(&self, mut order: RunOrder<'_>) -> Result<RunReport, Failure> {
         let document = order.document;
         let parsed = || {
             json::read(document).map_err(|error| {
-                invalid_scene(&[Problem::error("syntax", &Pointer::root(), error.to_string()).into()])
+                invalid_scene(&Problem::error("syntax", &Pointer::root(), error.to_string()).alone())
             })
         };
         match order.kind {
             JobKind::Simulation => {
-                let loaded = match self.judged.take(order.content_hash) {
-                    Some(loaded) => loaded,
-                    None => self.load(&parsed()?, order.meshes).map_err(|p| invalid_scene(&p))?,
-                };
+                let loaded = self.scene_of(order.content_hash, order.meshes, parsed)?;
                 self.simulate(&loaded, &mut order)
             }
             JobKind::Study => study_job::run(self, parsed()?.value, &mut order),
@@ -213,18 +216,14 @@ impl Engine for Simulator {
 
     fn inspect_mesh(
         &self,
-        file: &Path,
+        bytes: &[u8],
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
         let refusal = |message: String| MeshRefusal { message };
-        let bytes = std::fs::read(file).map_err(|error| {
-            tracing::error!(%error, "an upload cannot be read");
-            refusal("the upload could not be read".into())
-        })?;
-        let format = format.or_else(|| MeshFormat::sniff(&bytes));
+        let format = format.or_else(|| MeshFormat::sniff(bytes));
         let format =
             format.ok_or_else(|| refusal("the file begins like no format that is known here".into()))?;
-        let mesh = read_mesh(&bytes, format).map_err(|error| refusal(error.to_string()))?;
+        let mesh = read_mesh(bytes, format).map_err(|error| refusal(error.to_string()))?;
         if let Some(element) = first_beyond_range(&mesh) {
             return Err(refusal(format!(
                 "element {element} has no size that can be computed: scale its coordinates"
@@ -264,7 +263,7 @@ pub(super) fn checked(loaded: &Loaded) -> CheckedScene {
         name: loaded.scene.document.name.clone(),
         content_hash: loaded.scene.content_hash.clone(),
         end_time_s: loaded.scene.document.end_time_s,
-        warnings: loaded.warnings.iter().cloned().map(SceneProblem::from).collect(),
+        warnings: loaded.warnings.clone(),
     }
 }
 
@@ -274,21 +273,9 @@ fn expected_steps(step: u64, share: f64, estimate: u64) -> u64 {
     if share < SAYS_SOMETHING { estimate.max(step) } else { (step as f64 / share).round() as u64 }
 }
 
-/// The diagnosis of a scene that was valid when it was accepted.
-pub(super) fn invalid_scene(problems: &[SceneProblem]) -> JobFailure {
-    let errors: Vec<String> = problems
-        .iter()
-        .filter(|p| p.severity == "error")
-        .map(|p| format!("{}: {}", p.pointer, p.message))
-        .collect();
-    JobFailure {
-        cause: JobFailureCause::InvalidScene,
-        message: format!("The scene cannot run: {}", errors.join("; ")),
-        remedy: "Send the scene to /v1/jobs/validate, which says more about every problem.".into(),
-        time_s: None,
-        step: None,
-        element: None,
-    }
+/// The problem of a scene that only its plan could tell.
+fn not_compilable(error: &dyn std::error::Error) -> Problem {
+    Problem::error("not_compilable", &Pointer::root(), error.to_string())
 }
 
 /// What an uploaded mesh holds; `None` when that is nothing.
@@ -299,7 +286,7 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
     let [low, high] = quality.bounding_box_m;
     Some(MeshReport {
         nodes: mesh.nodes.len() as u64,
-        elements: mesh.hexes.len() as u64,
+        elements: mesh.cells.len() as u64,
         parts: mesh.parts.iter().cloned().zip(elements_of_part).collect(),
         node_sets: mesh
             .node_sets
@@ -320,67 +307,6 @@ fn report(mesh: &Mesh) -> Option<MeshReport> {
             max_edge: quality.max_edge_m,
             volume: quality.volume_m3,
         },
-        notes: mesh.notes.clone(),
+        notes: mesh.notes.iter().cloned().chain(without_element(mesh)).collect(),
     })
-}
-
-impl From<Problem> for SceneProblem {
-    fn from(problem: Problem) -> Self {
-        let severity = match problem.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        };
-        Self {
-            severity: severity.to_owned(),
-            code: problem.code.into_owned(),
-            pointer: problem.pointer,
-            message: problem.message,
-            value: problem.value,
-            limit: problem.limit,
-            remedy: problem.remedy,
-        }
-    }
-}
-
-impl From<Failure> for JobFailure {
-    fn from(failure: Failure) -> Self {
-        let cause = match failure.cause {
-            FailureCause::ElementInverted => JobFailureCause::ElementInverted,
-            FailureCause::StepCollapsed => JobFailureCause::StepCollapsed,
-            FailureCause::EllipticityLost => JobFailureCause::EllipticityLost,
-            FailureCause::ContactJammed => JobFailureCause::ContactJammed,
-            FailureCause::StepTooLong => JobFailureCause::StepTooLong,
-            FailureCause::FibreOverstretched => JobFailureCause::FibreOverstretched,
-            FailureCause::ContactNotConverged => JobFailureCause::ContactNotConverged,
-            FailureCause::NewtonNotConverged => JobFailureCause::NewtonNotConverged,
-            FailureCause::NothingHolds => JobFailureCause::NothingHolds,
-            FailureCause::EnergyGate => JobFailureCause::EnergyGate,
-            FailureCause::NotFinite => JobFailureCause::NotFinite,
-            FailureCause::Deadline => JobFailureCause::Deadline,
-            FailureCause::Budget => JobFailureCause::Budget,
-            FailureCause::RecordingFailed => JobFailureCause::RecordingFailed,
-            FailureCause::Internal => JobFailureCause::Internal,
-        };
-        // What the system said of a file names its path, which is not for the world.
-        let is_about_files = cause == JobFailureCause::RecordingFailed;
-        if is_about_files {
-            tracing::error!(reason = failure.message, "a recording failed");
-        }
-        let message =
-            if is_about_files { "The recording could not be written.".into() } else { failure.message };
-        Self {
-            cause,
-            message,
-            remedy: failure.remedy,
-            // JSON has no numbers that are not finite, and a run that ended for one may have them here.
-            time_s: Some(failure.time_s).filter(|t| t.is_finite()),
-            step: Some(failure.step),
-            element: failure.element.map(|place| FailedElement {
-                body: place.body,
-                part: place.part,
-                element: place.element,
-                position_m: Some(place.position_m).filter(|x| x.iter().all(|c| c.is_finite())),
-            }),
-        }
-    }
 }

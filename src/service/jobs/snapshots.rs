@@ -1,15 +1,15 @@
-//! Looks at recordings that are still written: whole files of their own, numbered, that never change.
+//! Looks at recordings that are still written: blobs of their own, numbered.
 //!
 //! A growing file must not be downloaded: parts of it would not fit together. A snapshot is taken when somebody asks and
 //! the last one is old; the last few are kept, so that a download in parts can come to its end.
 
+use super::data_folder::DataFolder;
 use super::engine::Engine;
-use super::recordings::{DataFolder, FileDigest};
 use super::{JobId, JobsError};
+use crate::blobs::{BlobDigest, BlobStore};
 use crate::record::partial_path;
+use crate::service::shelves::snapshot_name;
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -20,15 +20,13 @@ const LEAST_AGE: Duration = Duration::from_secs(1);
 /// A snapshot copies the recording so far; at most this share of the time goes into that.
 const MOST_SHARE: u32 = 10;
 
-/// A whole file that shows a run as it was.
+/// A blob that shows a run as it was.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snapshot {
     /// Its number, from 1.
     pub number: u32,
-    /// Where it is.
-    pub path: PathBuf,
     /// Size and digest.
-    pub digest: FileDigest,
+    pub digest: BlobDigest,
 }
 
 /// Which snapshot is wanted.
@@ -43,8 +41,9 @@ pub enum Which {
 }
 
 /// The snapshots of all jobs that run.
-#[derive(Debug, Default)]
 pub struct Snapshots {
+    engine: Arc<dyn Engine>,
+    blobs: Arc<dyn BlobStore>,
     albums: Mutex<BTreeMap<JobId, Arc<Mutex<Album>>>>,
 }
 
@@ -60,18 +59,17 @@ struct Album {
 }
 
 impl Snapshots {
+    /// None yet.
+    pub fn new(engine: Arc<dyn Engine>, blobs: Arc<dyn BlobStore>) -> Self {
+        Self { engine, blobs, albums: Mutex::default() }
+    }
+
     /// A snapshot of a job that runs; `None` when there is none such, or nothing to see yet. Copies files: not for threads
     /// of the runtime.
     ///
     /// # Errors
     /// When the files fail.
-    pub fn look(
-        &self,
-        engine: &dyn Engine,
-        folder: &DataFolder,
-        id: JobId,
-        which: &Which,
-    ) -> Result<Option<Snapshot>, JobsError> {
+    pub fn look(&self, folder: &DataFolder, id: JobId, which: &Which) -> Result<Option<Snapshot>, JobsError> {
         let album =
             Arc::clone(self.albums.lock().unwrap_or_else(PoisonError::into_inner).entry(id).or_default());
         // One at a time for each job; who comes second finds what the first one took.
@@ -87,52 +85,52 @@ impl Snapshots {
         if matches!(which, Which::Number(_)) {
             return Ok(None);
         }
-        album.renew(engine, folder, id)?;
+        self.renew(&mut album, folder, id)?;
         Ok(album.kept.back().cloned())
     }
 
-    /// Forgets the snapshots of a job that has ended, and removes their files.
-    pub fn close(&self, folder: &DataFolder, id: JobId) {
+    /// Forgets the snapshots of a job that has ended.
+    pub fn close(&self, id: JobId) {
         let album = self.albums.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
         let Some(album) = album else { return };
         let mut album = album.lock().unwrap_or_else(PoisonError::into_inner);
         album.closed = true;
-        album.kept.clear();
-        if let Err(error) = folder.remove_snapshots(id) {
-            tracing::warn!(job = %id, %error, "snapshots stay");
+        album.kept.drain(..).for_each(|old| self.forget(id, &old));
+    }
+
+    /// Deletes a snapshot; who downloads it reads it to its end.
+    fn forget(&self, id: JobId, old: &Snapshot) {
+        if let Err(error) = self.blobs.delete(&snapshot_name(id, old.number)) {
+            tracing::warn!(job = %id, %error, "a snapshot stays");
         }
     }
-}
 
-impl Album {
     /// Takes another snapshot if the last one is old and the recording has grown.
-    fn renew(&mut self, engine: &dyn Engine, folder: &DataFolder, id: JobId) -> Result<(), JobsError> {
+    fn renew(&self, album: &mut Album, folder: &DataFolder, id: JobId) -> Result<(), JobsError> {
         let recording = folder.recording(id);
         let Ok(partial) = std::fs::metadata(partial_path(&recording)) else { return Ok(()) };
-        let is_fresh = self.last.is_some_and(|(taken, cost, length)| {
+        let is_fresh = album.last.is_some_and(|(taken, cost, length)| {
             taken.elapsed() < LEAST_AGE.max(cost * MOST_SHARE) || length == partial.len()
         });
-        if self.closed || is_fresh {
+        if album.closed || is_fresh {
             return Ok(());
         }
         let started = Instant::now();
-        let number = self.last_number + 1;
-        let path = folder.snapshot(id, number);
-        if let Err(reason) = engine.snapshot(&recording, &path) {
+        let number = album.last_number + 1;
+        let path = folder.snapshot(id);
+        if let Err(reason) = self.engine.snapshot(&recording, &path) {
             // The run has ended in between, or has written nothing that can be read.
             tracing::debug!(job = %id, reason, "no snapshot");
             return Ok(());
         }
-        let digest =
-            File::open(&path).and_then(FileDigest::of).map_err(|error| JobsError::file(&path, error))?;
-        self.last_number = number;
-        self.last = Some((Instant::now(), started.elapsed(), partial.len()));
-        self.kept.push_back(Snapshot { number, path, digest });
-        if self.kept.len() > KEPT
-            && let Some(old) = self.kept.pop_front()
-            && let Err(error) = std::fs::remove_file(&old.path)
+        let digest = self.blobs.adopt(&path, &snapshot_name(id, number))?;
+        album.last_number = number;
+        album.last = Some((Instant::now(), started.elapsed(), partial.len()));
+        album.kept.push_back(Snapshot { number, digest });
+        if album.kept.len() > KEPT
+            && let Some(old) = album.kept.pop_front()
         {
-            tracing::warn!(job = %id, %error, "an old snapshot stays");
+            self.forget(id, &old);
         }
         Ok(())
     }

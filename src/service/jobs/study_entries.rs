@@ -1,6 +1,7 @@
 //! Lists of settings in a study: how long they may be, and what each entry must keep to.
 
-use super::engine::SceneProblem;
+use crate::scene::Problem;
+use crate::scene::problem::Pointer;
 use serde_json::Value;
 
 /// Entries that a list of settings may have: each is a run or more.
@@ -20,7 +21,7 @@ pub(super) struct Entries<'a, T> {
 
 impl<T: Copy + PartialEq + Into<Value>> Entries<'_, T> {
     /// All that is wrong: that there are too many, and each of the first that is not good or comes again.
-    pub fn problems(&self, is_good: impl Fn(T) -> bool) -> Vec<SceneProblem> {
+    pub fn problems(&self, is_good: impl Fn(T) -> bool) -> Vec<Problem> {
         let first = self.written.iter().enumerate().take(MOST_ENTRIES);
         let of_entries = first.filter_map(|(index, entry)| {
             if !is_good(*entry) {
@@ -34,26 +35,18 @@ impl<T: Copy + PartialEq + Into<Value>> Entries<'_, T> {
         too_many(self.name, self.written.len()).into_iter().chain(of_entries).collect()
     }
 
-    fn problem(&self, index: usize, code: &str, message: &str, limit: &str, remedy: &str) -> SceneProblem {
-        SceneProblem {
-            code: code.into(),
-            pointer: format!("/{}/{index}", self.name),
-            value: self.written[index].into(),
-            limit: limit.into(),
-            remedy: remedy.into(),
-            ..SceneProblem::of_document(message)
-        }
+    fn problem(&self, index: usize, code: &'static str, message: &str, limit: &str, remedy: &str) -> Problem {
+        let place = Pointer::root().key(self.name).index(index);
+        Problem::error(code, &place, message).value(self.written[index]).limit(limit).remedy(remedy)
     }
 }
 
 /// The problem of a list that is too long.
-pub(super) fn too_many(name: &str, count: usize) -> Option<SceneProblem> {
-    (count > MOST_ENTRIES).then(|| SceneProblem {
-        code: "too_many".into(),
-        pointer: format!("/{name}"),
-        value: count.into(),
-        limit: format!("at most {MOST_ENTRIES} entries"),
-        remedy: "each entry is a run or more: ask for those that differ".into(),
-        ..SceneProblem::of_document(&format!("{name} is too long"))
+pub(super) fn too_many(name: &str, count: usize) -> Option<Problem> {
+    (count > MOST_ENTRIES).then(|| {
+        Problem::error("too_many", &Pointer::root().key(name), format!("{name} is too long"))
+            .value(count)
+            .limit(format!("at most {MOST_ENTRIES} entries"))
+            .remedy("each entry is a run or more: ask for those that differ")
     })
 }

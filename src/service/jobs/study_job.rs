@@ -1,13 +1,15 @@
 //! Studies as jobs: many runs of one scene behind one job, whose summary is what they say.
 
-use super::engine::{CheckedScene, JsonDocument, RunEnding, RunOrder, RunReport, SceneProblem};
-use super::simulator::{Simulator, checked, invalid_scene};
+use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
+use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
+use super::simulator::{Simulator, checked};
 use super::study_entries::{Entries, too_many};
-use super::{JobFailure, JobFailureCause, Phase, Progress};
-use crate::scene::Problem;
+use super::{Phase, Progress};
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::problem::Pointer;
+use crate::scene::{Problem, Problems};
 use crate::service::meshes::MeshShelf;
+use crate::step::{Ending, Failure};
 use crate::study::Setting;
 use crate::study::error::{COARSEST, ErrorRequest, FINEST, Ladder, Quantity, Row, USUAL_LEVELS, study_error};
 use crate::study::stability::{Stepping, cases, study_stability};
@@ -113,37 +115,29 @@ pub(super) fn check(
     simulator: &Simulator,
     document: &JsonDocument,
     meshes: &MeshShelf,
-) -> Result<CheckedScene, Vec<SceneProblem>> {
-    match StudyDocument::read(document.parsed.value.clone()).map_err(|problem| vec![problem.into()])? {
+) -> Result<CheckedScene, Problems> {
+    match StudyDocument::read(document.parsed.value.clone()).map_err(Problem::alone)? {
         StudyDocument::Error(study) => check_error(simulator, study, meshes),
-        StudyDocument::Stability(study) => {
-            let problems = problems_of_ratios(&study.implicit);
-            if !problems.is_empty() {
-                return Err(problems);
-            }
-            Ok(CheckedScene {
-                name: "stability".into(),
-                content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(
-                    &document.text,
-                )),
-                end_time_s: 1.0,
-                warnings: Vec::new(),
-            })
-        }
+        StudyDocument::Stability(study) => problems_of_ratios(&study.implicit).then(Ok(CheckedScene {
+            name: "stability".into(),
+            content_hash: document.digest(),
+            end_time_s: 1.0,
+            warnings: Vec::new(),
+        })),
     }
 }
 
-fn problems_of_ratios(ratios: &[u32]) -> Vec<SceneProblem> {
+fn problems_of_ratios(ratios: &[u32]) -> Problems {
     let list = Entries {
         name: "implicit",
         written: ratios,
         limit: format!("from {} to {}", STEP_RATIOS.start(), STEP_RATIOS.end()),
         remedy: "give implicit steps as multiples of the explicit one, such as 1, 10 and 100; none leaves the scheme out",
     };
-    list.problems(|ratio| STEP_RATIOS.contains(&ratio))
+    Problems(list.problems(|ratio| STEP_RATIOS.contains(&ratio)))
 }
 
-fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<SceneProblem> {
+fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<Problem> {
     // A scene without an end is refused for that.
     let end_s = scene.get("end_time_s").and_then(Value::as_f64).filter(|end_s| *end_s > 0.0);
     let list = Entries {
@@ -162,60 +156,42 @@ fn check_error(
     simulator: &Simulator,
     study: ErrorStudyDocument,
     meshes: &MeshShelf,
-) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let ErrorStudyDocument {
-        scene,
-        coarsest,
-        finest,
-        formulations,
-        implicit_steps_s,
-        contact_solvers,
-        exact,
-        ..
-    } = study;
-    let lists = [("formulations", formulations.len()), ("contact_solvers", contact_solvers.len())];
+) -> Result<CheckedScene, Problems> {
+    let lists =
+        [("formulations", study.formulations.len()), ("contact_solvers", study.contact_solvers.len())];
     let long = lists.into_iter().filter_map(|(name, count)| too_many(name, count));
-    let bad_steps = problems_of_steps(&implicit_steps_s, &scene);
-    let levels = [("coarsest", coarsest, COARSEST), ("finest", finest, FINEST)].into_iter();
+    let bad_steps = problems_of_steps(&study.implicit_steps_s, &study.scene);
+    let levels = [("coarsest", study.coarsest, COARSEST), ("finest", study.finest, FINEST)].into_iter();
     let bad_levels = levels.filter(|(_, level, offered)| !offered.contains(level));
     let bad_levels = bad_levels.map(|(name, level, offered)| out_of_range(name, level, &offered));
-    let unknown =
-        exact.keys().filter(|name| Quantity::from_name(name).is_none()).map(|name| no_quantity(name));
-    let mut problems: Vec<SceneProblem> = long.chain(bad_steps).chain(bad_levels).chain(unknown).collect();
-    match simulator.load(&scene.into(), meshes) {
-        Ok(loaded) if problems.is_empty() => {
-            let checked = checked(&loaded);
-            Ok(CheckedScene { name: format!("error of {}", checked.name), ..checked })
-        }
-        Ok(_) => Err(problems),
-        Err(found) => {
-            let placed = found.into_iter();
-            problems.extend(placed.map(|p| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p }));
-            Err(problems)
-        }
-    }
+    let unknown = study.exact.keys().filter(|name| Quantity::from_name(name).is_none());
+    let unknown = unknown.map(|name| no_quantity(name));
+    let problems = Problems(long.chain(bad_steps).chain(bad_levels).chain(unknown).collect());
+    let loaded = simulator.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
+    let loaded = problems.then(loaded)?;
+    let checked = checked(&loaded);
+    Ok(simulator.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
 }
 
-fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> SceneProblem {
-    SceneProblem {
-        code: "out_of_range".into(),
-        pointer: format!("/{name}"),
-        value: level.into(),
-        limit: format!("{} to {}", range.start(), range.end()),
-        remedy: "a level more is sixteen times the work of the last".into(),
-        ..SceneProblem::of_document(&format!("{name} is no level of meshes that is offered"))
-    }
+/// Where the scene of a study or a question stands in its document.
+pub(super) fn scene_place() -> Pointer {
+    Pointer::root().key("scene")
 }
 
-fn no_quantity(name: &str) -> SceneProblem {
-    SceneProblem {
-        code: "unknown_quantity".into(),
-        pointer: format!("/exact/{}", name.replace('~', "~0").replace('/', "~1")),
-        value: name.into(),
-        limit: "a quantity of interest".into(),
-        remedy: format!("there are {}", Quantity::ALL.map(Quantity::name).join(", ")),
-        ..SceneProblem::of_document(&format!("no quantity is called {name:?}"))
-    }
+fn out_of_range(name: &str, level: i32, range: &RangeInclusive<i32>) -> Problem {
+    let message = format!("{name} is no level of meshes that is offered");
+    Problem::error("out_of_range", &Pointer::root().key(name), message)
+        .value(level)
+        .limit(format!("{} to {}", range.start(), range.end()))
+        .remedy("a level more is sixteen times the work of the last")
+}
+
+fn no_quantity(name: &str) -> Problem {
+    let place = Pointer::root().key("exact").key(name);
+    Problem::error("unknown_quantity", &place, format!("no quantity is called {name:?}"))
+        .value(name)
+        .limit("a quantity of interest")
+        .remedy(format!("there are {}", Quantity::ALL.map(Quantity::name).join(", ")))
 }
 
 /// Runs a study that was judged before.
@@ -223,8 +199,8 @@ pub(super) fn run(
     simulator: &Simulator,
     document: Value,
     order: &mut RunOrder<'_>,
-) -> Result<RunReport, JobFailure> {
-    let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&[problem.into()]))?;
+) -> Result<RunReport, Failure> {
+    let study = StudyDocument::read(document).map_err(|problem| invalid_scene(&problem.alone()))?;
     let mut reached = Progress::beginning(Phase::Stepping);
     let mut tell = |number: usize, count: usize| {
         reached.progress = number as f64 / count.max(1) as f64;
@@ -235,29 +211,19 @@ pub(super) fn run(
     let interrupt = || order.control.interrupt();
     let (summary, stopped, has_finished) = match study {
         StudyDocument::Error(study) => {
-            let ErrorStudyDocument {
-                scene,
-                coarsest,
-                finest,
-                formulations,
-                implicit_steps_s,
-                contact_solvers,
-                geometry,
-                combined,
-                exact,
-            } = study;
             let ladder = Ladder {
-                levels: coarsest..=finest,
-                formulations: &formulations,
-                implicit_steps_s: &implicit_steps_s,
-                contact_solvers: &contact_solvers,
-                geometry,
-                combined,
+                levels: study.coarsest..=study.finest,
+                formulations: &study.formulations,
+                implicit_steps_s: &study.implicit_steps_s,
+                contact_solvers: &study.contact_solvers,
+                geometry: study.geometry,
+                combined: study.combined,
             };
-            let loaded = simulator.load(&scene.into(), order.meshes);
-            let document = loaded.map_err(|problems| invalid_scene(&problems))?.scene.document;
+            let scene = || Ok(study.scene.into());
+            let document = simulator.scene_of(order.content_hash, order.meshes, scene)?.scene.document;
+            let exact = study.exact.iter();
             let exact =
-                exact.iter().filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
+                exact.filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
             let study = study_error(&mut ErrorRequest {
                 document: &document,
                 source: order.meshes,
@@ -284,37 +250,13 @@ pub(super) fn run(
     };
     let summary = summary.map_err(|error| {
         tracing::error!(%error, "a study cannot be written as JSON");
-        JobFailure::internal()
+        internal()
     })?;
     let ending = match () {
-        () if stopped.as_deref() == Some("deadline") => RunEnding::Failed(out_of_time()),
-        () if stopped.is_some() => RunEnding::Stopped,
-        () if has_finished => RunEnding::Finished,
-        () => RunEnding::Failed(nothing_finished()),
+        () if stopped.as_deref() == Some("deadline") => out_of_time().into(),
+        () if stopped.is_some() => Ending::Cancelled,
+        () if has_finished => Ending::Finished,
+        () => nothing_finished().into(),
     };
     Ok(RunReport { ending, summary: Some(summary), progress: reached })
-}
-
-pub(super) fn out_of_time() -> JobFailure {
-    JobFailure {
-        cause: JobFailureCause::Deadline,
-        message: "The wall-clock budget of the job ran out; the summary has what was done until then.".into(),
-        remedy:
-            "Ask for fewer or coarser meshes and fewer settings, or ask the operator for a longer deadline."
-                .into(),
-        time_s: None,
-        step: None,
-        element: None,
-    }
-}
-
-pub(super) fn nothing_finished() -> JobFailure {
-    JobFailure {
-        cause: JobFailureCause::InvalidScene,
-        message: "No run of the study came to its end; the summary says why of each.".into(),
-        remedy: "Run the scene by itself first.".into(),
-        time_s: None,
-        step: None,
-        element: None,
-    }
 }

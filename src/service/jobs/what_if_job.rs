@@ -1,30 +1,35 @@
 //! What-if questions as jobs: the answer is the summary, and every case is an event as it comes.
 
-use super::engine::{CheckedScene, JsonDocument, RunEnding, RunOrder, RunReport, SceneProblem};
-use super::simulator::{Simulator, invalid_scene};
+use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
+use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
+use super::simulator::Simulator;
 use super::store::Event;
-use super::study_job::{nothing_finished, out_of_time};
-use super::{JobFailure, Phase, Progress};
-use crate::scene::{Loaded, Problem};
+use super::study_job::scene_place;
+use super::{Phase, Progress};
+use crate::blobs::BlobStore;
+use crate::scene::json::Parsed;
+use crate::scene::problem::Pointer;
+use crate::scene::{Problem, Problems};
 use crate::service::meshes::MeshShelf;
+use crate::service::shelves::RESULTS;
+use crate::step::{Ending, Failure};
 use crate::study::what_if::{
     Answer, Cache, CaseAnswer, Partial, WhatIfDocument, WhatIfRequest, check as check_question, count,
     study_what_if,
 };
 use serde_json::Value;
-use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Results that questions of one service share.
 #[derive(Debug, Default)]
 pub struct SharedResults(OnceLock<Cache>);
 
 impl SharedResults {
-    /// Those in a folder. A folder that cannot be used costs time and no answer.
-    fn in_folder(&self, folder: &Path) -> &Cache {
+    /// Those of a store. One that cannot be used costs time and no answer.
+    fn of(&self, blobs: &Arc<dyn BlobStore>) -> &Cache {
         self.0.get_or_init(|| {
-            Cache::in_folder(folder).unwrap_or_else(|error| {
-                tracing::error!(%error, "results cannot be kept in the data folder");
+            Cache::on_shelf(Arc::clone(blobs), RESULTS).unwrap_or_else(|error| {
+                tracing::error!(%error, "results cannot be kept");
                 Cache::default()
             })
         })
@@ -36,27 +41,20 @@ pub(super) fn check(
     simulator: &Simulator,
     document: &JsonDocument,
     meshes: &MeshShelf,
-) -> Result<CheckedScene, Vec<SceneProblem>> {
-    let question = read(&document.parsed.value).map_err(|problem| vec![problem.into()])?;
-    let base = base(simulator, &question, meshes)?;
+) -> Result<CheckedScene, Problems> {
+    let question = read(&document.parsed.value).map_err(Problem::alone)?;
+    let scene = scene_of(&question).map_err(Problem::alone)?;
+    let base = simulator.load(&scene, meshes).map_err(|problems| problems.under(&scene_place()))?;
     let runs = count(&question);
-    let mut problems: Vec<SceneProblem> = Vec::new();
-    problems.extend(simulator.too_long(&base, runs, "/sample/count").map(SceneProblem::from));
-    if let Err(found) = check_question(&question, &base, meshes, simulator.budget()) {
-        problems.extend(found.into_iter().map(SceneProblem::from));
-    }
-    if problems.is_empty() {
-        Ok(CheckedScene {
-            name: format!("what if: {}", base.scene.document.name),
-            content_hash: super::recordings::hexadecimal(&<sha2::Sha256 as sha2::Digest>::digest(
-                &document.text,
-            )),
-            end_time_s: base.scene.document.end_time_s,
-            warnings: base.warnings.into_iter().map(SceneProblem::from).collect(),
-        })
-    } else {
-        Err(problems)
-    }
+    let too_long = Problems(simulator.too_long(&base, runs, "/sample/count").into_iter().collect());
+    too_long.then(check_question(&question, &base, meshes, simulator.budget()).map_err(Problems))?;
+    let checked = CheckedScene {
+        name: format!("what if: {}", base.scene.document.name),
+        content_hash: document.digest(),
+        end_time_s: base.scene.document.end_time_s,
+        warnings: base.warnings.clone(),
+    };
+    Ok(simulator.keep(checked, base))
 }
 
 /// The question of a document, or where it is none.
@@ -64,24 +62,12 @@ fn read(document: &Value) -> Result<WhatIfDocument, Problem> {
     serde_path_to_error::deserialize(document).map_err(|error| Problem::refused_by_serde(&error, document))
 }
 
-/// The scene of the question.
-fn base(
-    simulator: &Simulator,
-    question: &WhatIfDocument,
-    meshes: &MeshShelf,
-) -> Result<Loaded, Vec<SceneProblem>> {
-    let Some(scene) = &question.scene else {
-        let problem = SceneProblem {
-            code: "no_base".into(),
-            limit: "one of `scene` and `job`".into(),
-            remedy: "send the scene document of the base, or the id of its job".into(),
-            ..SceneProblem::of_document("the question has no base")
-        };
-        return Err(vec![problem]);
-    };
-    simulator.load(&scene.clone().into(), meshes).map_err(|found| {
-        let placed = |p: SceneProblem| SceneProblem { pointer: format!("/scene{}", p.pointer), ..p };
-        found.into_iter().map(placed).collect()
+/// The scene of the question, still to be loaded.
+fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
+    question.scene.clone().map(Parsed::from).ok_or_else(|| {
+        Problem::error("no_base", &Pointer::root(), "the question has no base")
+            .limit("one of `scene` and `job`")
+            .remedy("send the scene document of the base, or the id of its job")
     })
 }
 
@@ -90,9 +76,11 @@ pub(super) fn run(
     simulator: &Simulator,
     document: &Value,
     order: &mut RunOrder<'_>,
-) -> Result<RunReport, JobFailure> {
-    let question = &read(document).map_err(|problem| invalid_scene(&[problem.into()]))?;
-    let base = base(simulator, question, order.meshes).map_err(|problems| invalid_scene(&problems))?;
+) -> Result<RunReport, Failure> {
+    let refused = |problem: Problem| invalid_scene(&problem.alone());
+    let question = &read(document).map_err(refused)?;
+    let base =
+        simulator.scene_of(order.content_hash, order.meshes, || scene_of(question).map_err(refused))?;
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
@@ -102,7 +90,7 @@ pub(super) fn run(
         source: order.meshes,
         budget: simulator.budget(),
         threads: simulator.what_if_threads(),
-        cache: simulator.results().in_folder(order.results),
+        cache: simulator.results().of(order.blobs),
         shares_plans: true,
         interrupt: &|| order.control.interrupt(),
         tell: &mut |partial| {
@@ -116,7 +104,7 @@ pub(super) fn run(
     });
     let summary = serde_json::to_string_pretty(&answer).map_err(|error| {
         tracing::error!(%error, "an answer cannot be written as JSON");
-        JobFailure::internal()
+        internal()
     })?;
     Ok(RunReport { ending: ending(&answer), summary: Some(summary), progress: reached })
 }
@@ -132,11 +120,11 @@ fn event(partial: &Partial) -> Event<'static> {
     Event { kind, data: serde_json::to_value(partial).unwrap_or_default() }
 }
 
-fn ending(answer: &Answer) -> RunEnding {
+fn ending(answer: &Answer) -> Ending {
     match answer.stopped {
-        Some("deadline") => RunEnding::Failed(out_of_time()),
-        Some(_) => RunEnding::Stopped,
-        None if answer.cases.iter().any(CaseAnswer::has_finished) => RunEnding::Finished,
-        None => RunEnding::Failed(nothing_finished()),
+        Some("deadline") => out_of_time().into(),
+        Some(_) => Ending::Cancelled,
+        None if answer.cases.iter().any(CaseAnswer::has_finished) => Ending::Finished,
+        None => nothing_finished().into(),
     }
 }

@@ -4,10 +4,12 @@
 //! speaks with the store by blocking on it.
 
 use super::control::{RunControl, StopReason};
-use super::engine::{RunEnding, RunOrder, RunReport};
+use super::engine::{RunOrder, RunReport};
+use super::failures::{internal, recording_failed};
 use super::queue::Queue;
 use super::store::{ClaimedJob, Event, JobEnd, OwnerWish, Requeued};
-use super::{JobFailure, JobFailureCause, JobsError, Phase, Progress};
+use super::{JobState, JobsError, Phase, Progress};
+use crate::step::{Ending, Failure};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -61,7 +63,7 @@ impl Worker {
         if catch_unwind(AssertUnwindSafe(|| self.run(job, control))).is_err() {
             tracing::error!(job = %job.id, "the worker panicked");
             self.queue.metrics.run_panicked();
-            let ending = RunEnding::Failed(JobFailure::internal());
+            let ending = internal().into();
             let end = JobEnd { ending, summary: None, recording: None, progress: None };
             if let Err(error) = self.write_end(job, &end) {
                 tracing::error!(job = %job.id, %error, "could not write how the job ended");
@@ -77,7 +79,7 @@ impl Worker {
         let outcome = match control.reason() {
             // Deleted: nobody may ask for it any more.
             Some(StopReason::Cancel) if self.is_hidden(job) => self.erase(job),
-            Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == RunEnding::Stopped) => {
+            Some(StopReason::Shutdown) if matches!(&result, Ok(r) if r.ending == Ending::Cancelled) => {
                 self.put_back(job)
             }
             _ => self.finish(job, result),
@@ -90,7 +92,7 @@ impl Worker {
     }
 
     /// Calls the engine. A panic in it is a fault of the program, and of this job alone.
-    fn simulate(&self, job: &ClaimedJob, control: &RunControl) -> Result<RunReport, JobFailure> {
+    fn simulate(&self, job: &ClaimedJob, control: &RunControl) -> Result<RunReport, Failure> {
         let _runtime = self.runtime.enter();
         let recording = self.queue.folder.recording(job.id);
         // What an earlier attempt left.
@@ -99,7 +101,6 @@ impl Worker {
         let mut reporter = Reporter::new(self, job);
         let mut progress = |p: Progress| reporter.report(p);
         let mut tell = |event: Event<'static>| self.record_event(job, &event);
-        let results = self.queue.folder.results();
         let order = RunOrder {
             kind: job.kind,
             document: &job.document,
@@ -110,14 +111,14 @@ impl Worker {
             control,
             progress: &mut progress,
             tell: &mut tell,
-            results: &results,
+            blobs: &self.queue.blobs,
         };
         let called = catch_unwind(AssertUnwindSafe(|| self.queue.engine.run(order)));
         called.unwrap_or_else(|payload| {
             let words = panic_words(payload.as_ref());
             tracing::error!(job = %job.id, panic = words, "a run panicked");
             self.queue.metrics.run_panicked();
-            Err(JobFailure::internal())
+            Err(internal())
         })
     }
 
@@ -131,23 +132,23 @@ impl Worker {
         }
     }
 
-    fn finish(&self, job: &ClaimedJob, result: Result<RunReport, JobFailure>) -> Result<(), JobsError> {
+    fn finish(&self, job: &ClaimedJob, result: Result<RunReport, Failure>) -> Result<(), JobsError> {
         let mut end = match result {
             Ok(RunReport { ending, summary, progress }) => {
                 JobEnd { ending, summary, recording: None, progress: Some(progress) }
             }
             Err(failure) => {
-                let ending = RunEnding::Failed(failure);
+                let ending = failure.into();
                 JobEnd { ending, summary: None, recording: None, progress: None }
             }
         };
-        match self.queue.keep_recording(job.id, end.ending == RunEnding::Finished) {
+        match self.queue.keep_recording(job.id, end.ending == Ending::Finished) {
             Ok(recording) => end.recording = recording,
             // A run whose recording is lost has not succeeded; one that failed before keeps its own cause.
             Err(error) => {
                 tracing::error!(job = %job.id, %error, "the recording could not be kept");
                 if end.ending.failure().is_none() {
-                    end.ending = RunEnding::Failed(recording_failed(&error));
+                    end.ending = recording_failed(&error).into();
                 }
             }
         }
@@ -159,8 +160,8 @@ impl Worker {
         for attempt in 1.. {
             match self.runtime.block_on(self.queue.store.finish(job.seq, job.attempt, end)) {
                 Ok(true) => {
-                    tracing::info!(job = %job.id, state = end.ending.state().as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
-                    self.queue.metrics.job_ended(end.ending.state());
+                    tracing::info!(job = %job.id, state = JobState::of(&end.ending).as_str(), cause = ?end.ending.failure().map(|f| f.cause), "ended");
+                    self.queue.metrics.job_ended(JobState::of(&end.ending));
                     break;
                 }
                 Ok(false) => break,
@@ -231,22 +232,6 @@ impl<'a> Reporter<'a> {
             // The run is worth more than the report of it.
             Err(error) => tracing::warn!(job = %self.job.id, %error, "could not write its progress"),
         }
-    }
-}
-
-/// The diagnosis of a recording that could not be kept. Paths of the server stay in the log.
-fn recording_failed(error: &JobsError) -> JobFailure {
-    let reason = match error {
-        JobsError::File { source, .. } => source.kind().to_string(),
-        _ => "the store failed".to_owned(),
-    };
-    JobFailure {
-        cause: JobFailureCause::RecordingFailed,
-        message: format!("The recording could not be kept: {reason}."),
-        remedy: "Look at the free space of the data folder; delete old jobs; submit the scene again.".into(),
-        time_s: None,
-        step: None,
-        element: None,
     }
 }
 

@@ -1,9 +1,10 @@
 //! The meshes that one owner's scenes may name.
 
 use super::StoredMesh;
-use crate::service::blobs::{Blob, BlobStore, mesh_name};
+use crate::blobs::{Blob, BlobStore};
 use crate::service::jobs::JobsError;
 use crate::service::jobs::store::JobStore;
+use crate::service::shelves::mesh_name;
 use std::sync::Arc;
 use tokio::runtime::Handle;
 
@@ -49,7 +50,7 @@ impl MeshShelf {
     /// # Errors
     /// When they cannot be opened.
     pub fn open(&self, mesh: &StoredMesh) -> Result<Option<Box<dyn Blob>>, JobsError> {
-        self.blobs.open(&mesh_name(&mesh.id, mesh.format))
+        Ok(self.blobs.open(&mesh_name(&mesh.id, mesh.format))?)
     }
 }
 

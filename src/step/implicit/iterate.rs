@@ -115,6 +115,8 @@ impl Iterate {
     /// Everything that follows from v and the impulses. An element beyond its law is an error, with the element.
     pub fn eval(&mut self, step: &Step, forces: &mut ElementForces) -> Result<(), Failure> {
         let (state, theta) = (step.state, step.options.theta);
+        let followers = step.plan.assembly.followers();
+        followers.follow(&mut self.v);
         for (node, u) in self.u.iter_mut().enumerate() {
             *u = state.u[node] + (self.v[node] * theta + state.v[node] * (1.0 - theta)) * step.h;
         }
@@ -123,6 +125,7 @@ impl Iterate {
             let node = *node as usize;
             self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
         }
+        followers.follow(&mut self.u);
         self.sweep(step.plan, step.threads, step.state, forces)?;
         if step.options.energy_momentum {
             self.conserve(step, forces)?;
@@ -193,7 +196,8 @@ impl Iterate {
         let gravity = step.gravity();
         let share = options.inertia();
         let mut sizes = [0.0; 5];
-        for node in 0..self.v.len() {
+        let followers = plan.assembly.followers();
+        for node in (0..self.v.len()).filter(|node| !followers.contains(*node)) {
             let inertia = plan.inertia(node);
             let parts = [
                 self.f_int[node] * h,

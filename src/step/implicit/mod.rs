@@ -337,18 +337,14 @@ impl Stepper for ImplicitStepper<'_> {
         if let Some(contact) = &mut self.contact {
             let poses = self.rigid.as_mut().map_or(&mut [][..], RigidStep::poses_mut);
             state.projected.clear();
-            state.projected.extend_from_slice(contact.project(
-                &mut self.x,
-                poses,
-                &self.plan.inverse_mass,
-                1.0,
-            ));
+            state.projected.extend_from_slice(contact.project(self.plan, &mut self.x, poses, 1.0));
             for (orientation, pose) in state.orientations.iter_mut().zip(poses) {
                 *orientation = pose.orientation;
             }
             for (node, du) in &state.projected {
                 state.u[*node as usize] += du;
             }
+            self.plan.assembly.followers().follow(&mut state.u);
             if !state.projected.is_empty() {
                 state.ledger.add_strain_of_projection(&self.newton.end.strain, -1.0);
             }

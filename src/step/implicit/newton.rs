@@ -176,6 +176,7 @@ impl Newton {
         for prescribed in &step.plan.loads.prescribed {
             v[prescribed.node as usize][prescribed.axis] = step.prescribed_velocity(prescribed);
         }
+        step.plan.assembly.followers().follow(v);
         impulse.fill(Vec3::zeros());
         let Some(contact) = touch.contact.as_deref_mut() else { return Ok(()) };
         let failed = |(cause, message)| Failure::new(step.state, cause, message);
@@ -203,6 +204,7 @@ impl Newton {
         unknowns.gather(impulse, &mut self.x);
         system.solve(&mut self.x);
         unknowns.for_each(|unknown, node, axis| v[node][axis] += self.x[unknown]);
+        step.plan.assembly.followers().follow(v);
         Ok(())
     }
 

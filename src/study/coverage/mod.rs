@@ -4,7 +4,7 @@ mod cases;
 
 pub use cases::{Case, cases};
 
-use super::error_bars::run_scene;
+use super::run::run_scene;
 use super::single::{RunRequest, ending_name};
 use crate::scene::{Budget, NoFiles, load_parsed};
 use crate::step::{Ending, Interrupt};

@@ -3,12 +3,12 @@
 use super::misfit::Misfit;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::hexahedron::volume_m3;
 use crate::mesh::surface::skin;
 use crate::mesh::triangulated_skin::TriangulatedSkin;
 use crate::scene::build::Builder;
 use crate::scene::document::SceneDocument;
 use crate::scene::exposed_faces::exposed_faces;
+use crate::scene::refinement::centre_of_volume;
 use crate::scene::validate::Findings;
 use crate::scene::{Budget, Loaded, MeshSource, Scene};
 use serde_json::json;
@@ -41,7 +41,7 @@ impl<'a> BaseFacts<'a> {
     /// The skin of a body of a changed scene, as it starts.
     pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
         let of = |mesh: &Mesh| {
-            let faces = exposed_faces(scene, body, mesh, &skin(&mesh.hexes));
+            let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.cells)));
             let positions = mesh.nodes.iter().map(|X| scene.bodies[body].start_position(X)).collect();
             Arc::new(TriangulatedSkin::new(&faces, positions))
         };
@@ -64,14 +64,7 @@ impl<'a> BaseFacts<'a> {
             return Ok(rigid.center_m.into());
         }
         let mesh = self.mesh(scene, body)?;
-        let (mut volume, mut moment) = (0.0, Vec3::zeros());
-        for element in 0..mesh.hexes.len() {
-            let corners = mesh.corners(element).map(|X| written.start_position(&X));
-            let of_element = volume_m3(&corners);
-            volume += of_element;
-            moment += corners.iter().sum::<Vec3>() * (of_element / 8.0);
-        }
-        Ok(moment / volume)
+        Ok(centre_of_volume(written, &mesh))
     }
 
     /// Whether a body of a changed scene has the mesh that it has in the base, where that was.

@@ -1,18 +1,16 @@
 //! What runs have said before, by content: the same engine, instruction set, scene and meshes give the same bits.
 
 use super::super::error::Quantity;
+use crate::blobs::{BlobError, BlobStore, Draft, FolderBlobs, hexadecimal};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
-use std::time::SystemTime;
-use std::{fs, io};
+use std::io::{self, BufReader};
+use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Entries that a folder may have; beyond, the oldest go when it is opened. An entry is about a kilobyte.
+/// Entries that a shelf may have; beyond, the oldest go when it is opened. An entry is about a kilobyte.
 const MOST_ENTRIES: usize = 100_000;
 
 /// What one run said.
@@ -44,22 +42,39 @@ pub struct Numbers {
     pub von_mises_below_error_pa: Vec<Option<f64>>,
 }
 
-/// Remembers numbers, in memory and, if it has one, in a folder.
+/// Remembers numbers, in memory and, if it has one, on a shelf of blobs.
 #[derive(Debug, Default)]
 pub struct Cache {
     memory: Mutex<BTreeMap<String, Numbers>>,
-    folder: Option<PathBuf>,
+    shelf: Option<Shelf>,
+}
+
+/// Where numbers outlive the process.
+#[derive(Debug)]
+struct Shelf {
+    blobs: Arc<dyn BlobStore>,
+    name: String,
 }
 
 impl Cache {
+    /// On a shelf, from which the oldest entries go if there are very many.
+    ///
+    /// # Errors
+    /// When the shelf cannot be listed, or cleared.
+    pub fn on_shelf(blobs: Arc<dyn BlobStore>, name: &str) -> Result<Self, BlobError> {
+        let mut entries = blobs.list(name)?;
+        entries.sort_by_key(|entry| entry.kept);
+        let surplus = entries.len().saturating_sub(MOST_ENTRIES);
+        entries[..surplus].iter().try_for_each(|entry| blobs.delete(&entry.name))?;
+        Ok(Self { shelf: Some(Shelf { blobs, name: name.to_owned() }), ..Self::default() })
+    }
+
     /// In a folder, which is made if need be.
     ///
     /// # Errors
     /// When the folder cannot be made or read.
-    pub fn in_folder(folder: &Path) -> io::Result<Self> {
-        fs::create_dir_all(folder)?;
-        forget_the_oldest(folder)?;
-        Ok(Self { folder: Some(folder.to_owned()), ..Self::default() })
+    pub fn in_folder(folder: &Path) -> Result<Self, BlobError> {
+        Self::on_shelf(Arc::new(FolderBlobs::open(folder)?), "")
     }
 
     /// What is known under a key. An entry that cannot be read is none.
@@ -67,8 +82,7 @@ impl Cache {
         if let Some(numbers) = self.lock().get(key) {
             return Some(numbers.clone());
         }
-        let bytes = fs::read(self.folder.as_ref()?.join(format!("{key}.json"))).ok()?;
-        let numbers: Numbers = serde_json::from_slice(&bytes).ok()?;
+        let numbers = self.shelf.as_ref()?.read(key)?;
         self.lock().insert(key.to_owned(), numbers.clone());
         Some(numbers)
     }
@@ -76,8 +90,8 @@ impl Cache {
     /// Remembers. What cannot be written (a full disk) is computed again another time.
     pub(super) fn put(&self, key: &str, numbers: &Numbers) {
         self.lock().insert(key.to_owned(), numbers.clone());
-        if let Some(folder) = &self.folder
-            && let Err(error) = write_entry(folder, key, numbers)
+        if let Some(shelf) = &self.shelf
+            && let Err(error) = shelf.write(key, numbers)
         {
             tracing::warn!(%error, "a result cannot be kept");
         }
@@ -88,24 +102,21 @@ impl Cache {
     }
 }
 
-/// Under another name first, so that nobody reads half of it.
-fn write_entry(folder: &Path, key: &str, numbers: &Numbers) -> io::Result<()> {
-    static COUNTER: AtomicU64 = AtomicU64::new(0);
-    let count = COUNTER.fetch_add(1, Ordering::Relaxed);
-    let partial = folder.join(format!("{key}.{}-{count}.partial", std::process::id()));
-    fs::write(&partial, serde_json::to_vec(numbers)?)?;
-    fs::rename(&partial, folder.join(format!("{key}.json")))
-}
-
-fn forget_the_oldest(folder: &Path) -> io::Result<()> {
-    let mut entries: Vec<(SystemTime, PathBuf)> = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        entries.push((entry.metadata()?.modified()?, entry.path()));
+impl Shelf {
+    fn read(&self, key: &str) -> Option<Numbers> {
+        let blob = self.blobs.open(&self.name_of(key)).ok()??;
+        serde_json::from_reader(BufReader::new(blob)).ok()
     }
-    entries.sort();
-    let surplus = entries.len().saturating_sub(MOST_ENTRIES);
-    entries[..surplus].iter().try_for_each(|(_, path)| fs::remove_file(path))
+
+    fn write(&self, key: &str, numbers: &Numbers) -> Result<(), BlobError> {
+        let mut draft = Draft::new(self.blobs.unnamed()?, u64::MAX);
+        draft.append(&serde_json::to_vec(numbers).map_err(io::Error::from)?)?;
+        draft.keep(&self.name_of(key)).map(drop)
+    }
+
+    fn name_of(&self, key: &str) -> String {
+        if self.name.is_empty() { format!("{key}.json") } else { format!("{}/{key}.json", self.name) }
+    }
 }
 
 /// The name of a run: engine, instruction set, scene, meshes, and what is asked of it beyond its summary.
@@ -117,11 +128,7 @@ pub(super) fn key(scene: &Scene, with_errors: bool, depths: &[f64]) -> String {
     for depth in depths {
         hash.update(depth.to_le_bytes());
     }
-    hash.finalize().iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hexadecimal(&hash.finalize())
 }
 
 /// The program and the instruction set. Where the build does not know its commit, the size and the time of its file stand for it:
@@ -131,7 +138,7 @@ fn engine() -> &'static str {
     ENGINE.get_or_init(|| {
         let build = option_env!("CONTUSE_COMMIT").map(str::to_owned);
         let build = build.unwrap_or_else(|| {
-            let file = std::env::current_exe().and_then(fs::metadata);
+            let file = std::env::current_exe().and_then(std::fs::metadata);
             file.map(|file| format!("{} {:?}", file.len(), file.modified().ok())).unwrap_or_default()
         });
         format!("{} {build} {:?}", env!("CARGO_PKG_VERSION"), pulp::Arch::new())

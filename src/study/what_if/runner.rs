@@ -143,7 +143,8 @@ impl Runner<'_> {
             Err(error) => return Some(invalid(error.to_string())),
         };
         let bars = if with_errors { self.error_bars(scene, threads) } else { ErrorBars::NotAsked };
-        let mut measuring = MeasuringRecorder::new(measures_of(scene, &plan).with_error_bars(bars.clone()));
+        let mut measuring =
+            MeasuringRecorder::new(measures_of(scene, &plan).with_error_bars(bars.clone(), None));
         let mut profile = DepthProfile::new(self.depths.clone());
         let options = RunOptions { threads, interrupt: self.interrupt };
         let (outcome, _) = run(&plan, &options, &mut [&mut measuring, &mut profile]);
@@ -211,7 +212,7 @@ fn numbers(outcome: &Outcome, summary: &Summary) -> Numbers {
         errors: all()
             .filter_map(|(q, number)| match &number.error {
                 ErrorEstimate::Estimated(error) => Some((q, error.total)),
-                ErrorEstimate::NotEstimated | ErrorEstimate::NoOrder | ErrorEstimate::NothingTouched => None,
+                ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
             })
             .collect(),
         unresolved: all().filter(|(_, number)| number.error.is_unresolved()).map(|(q, _)| q).collect(),

@@ -4,12 +4,11 @@ use contuse::mesh::read::MeshFormat;
 use contuse::plan::PlanReport;
 use contuse::record::partial_path;
 use contuse::scene::summary::BodySummary;
-use contuse::service::jobs::engine::{
-    CheckedScene, Engine, JsonDocument, RunEnding, RunOrder, RunReport, ScenePreview, SceneProblem,
-};
-use contuse::service::jobs::{JobFailure, JobFailureCause, JobKind, Phase, Progress};
+use contuse::scene::{Problem, Problems, problem::Pointer};
+use contuse::service::jobs::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
+use contuse::service::jobs::{JobKind, Phase, Progress};
 use contuse::service::meshes::{MeshQualityReport, MeshRefusal, MeshReport, MeshShelf};
-use contuse::step::Interrupt;
+use contuse::step::{Ending, Failure, FailureCause, Interrupt};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -54,21 +53,14 @@ pub fn recording(length: usize) -> Vec<u8> {
     (0..length).map(|i| (i * 31 % 251) as u8).collect()
 }
 
-fn problem(pointer: &str, message: &str, value: &Value) -> SceneProblem {
-    SceneProblem {
-        severity: "error".into(),
-        code: "scripted".into(),
-        pointer: pointer.into(),
-        message: message.into(),
-        value: value.clone(),
-        limit: "> 0".into(),
-        remedy: "mend it".into(),
-    }
+fn problem(pointer: &str, message: &str, value: &Value) -> Problem {
+    let problem = Problem::error("scripted", &Pointer::from_text(pointer), message);
+    problem.value(value.clone()).limit("> 0").remedy("mend it")
 }
 
-fn failure(cause: JobFailureCause) -> JobFailure {
+fn failure(cause: FailureCause) -> Failure {
     let message = "as the script says".into();
-    JobFailure { cause, message, remedy: "none".into(), time_s: Some(1e-4), step: Some(7), element: None }
+    Failure { cause, message, remedy: "none".into(), time_s: Some(1e-4), step: Some(7), element: None }
 }
 
 fn report() -> MeshReport {
@@ -102,7 +94,7 @@ impl Engine for ScriptedEngine {
         kind: JobKind,
         document: &JsonDocument,
         meshes: &MeshShelf,
-    ) -> Result<CheckedScene, Vec<SceneProblem>> {
+    ) -> Result<CheckedScene, Problems> {
         let document = &document.parsed.value;
         // The scene of a study or a question is in it.
         let document = if kind == JobKind::Simulation { document } else { &document["scene"] };
@@ -126,7 +118,7 @@ impl Engine for ScriptedEngine {
             problems.push(problem("/mesh", "no such mesh", &document["mesh"]));
         }
         if !problems.is_empty() {
-            return Err(problems);
+            return Err(Problems(problems));
         }
         Ok(CheckedScene {
             name: document["name"].as_str().unwrap().into(),
@@ -136,7 +128,7 @@ impl Engine for ScriptedEngine {
         })
     }
 
-    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Vec<SceneProblem>> {
+    fn preview(&self, scene: &JsonDocument, meshes: &MeshShelf) -> Result<ScenePreview, Problems> {
         let checked = self.check(JobKind::Simulation, scene, meshes)?;
         let body = BodySummary {
             name: "cube".into(),
@@ -159,26 +151,26 @@ impl Engine for ScriptedEngine {
         })
     }
 
-    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, JobFailure> {
+    fn run(&self, order: RunOrder<'_>) -> Result<RunReport, Failure> {
         let script: Script = serde_json::from_slice(order.document).unwrap();
         let partial = partial_path(order.recording);
         std::fs::write(&partial, recording(script.recording_bytes.unwrap_or(1000))).unwrap();
         match script.ending.as_deref() {
             Some("panic") => panic!("as the script says, at /secret/path"),
             Some("abort") => std::process::abort(),
-            Some("refused") => return Err(failure(JobFailureCause::InvalidScene)),
+            Some("refused") => return Err(failure(FailureCause::InvalidScene)),
             _ => {}
         }
         let mut progress =
             Progress { expected_steps: Some(script.steps), ..Progress::beginning(Phase::Stepping) };
         let mut ending = match script.ending.as_deref() {
-            Some("failed") => RunEnding::Failed(failure(JobFailureCause::ElementInverted)),
-            _ => RunEnding::Finished,
+            Some("failed") => failure(FailureCause::ElementInverted).into(),
+            _ => Ending::Finished,
         };
         for step in 0..script.steps {
             match order.control.interrupt() {
-                Some(Interrupt::Cancel) => ending = RunEnding::Stopped,
-                Some(Interrupt::Deadline) => ending = RunEnding::Failed(failure(JobFailureCause::Deadline)),
+                Some(Interrupt::Cancel) => ending = Ending::Cancelled,
+                Some(Interrupt::Deadline) => ending = failure(FailureCause::Deadline).into(),
                 _ => {}
             }
             if order.control.reason().is_some() {
@@ -211,10 +203,9 @@ impl Engine for ScriptedEngine {
 
     fn inspect_mesh(
         &self,
-        file: &Path,
+        bytes: &[u8],
         format: Option<MeshFormat>,
     ) -> Result<(MeshFormat, MeshReport), MeshRefusal> {
-        let bytes = std::fs::read(file).unwrap();
         let format = format.or(bytes.starts_with(b"$").then_some(MeshFormat::Gmsh));
         match format {
             Some(format) if !bytes.ends_with(b"broken") => Ok((format, report())),

@@ -11,7 +11,7 @@ use contuse::service::jobs::simulator::Simulator;
 use engine::ScriptedEngine;
 use serde_json::{Value, json};
 use std::net::SocketAddr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
@@ -85,9 +85,13 @@ impl Server {
         Arc::clone(&self.data)
     }
 
-    pub fn recordings(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.data.path().join("recordings")).unwrap();
-        entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+    /// The files that it keeps, of the job store apart.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let below = |folder: &Path| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let (folders, files): (Vec<_>, Vec<_>) = below(self.data.path()).partition(|path| path.is_dir());
+        let is_store = |path: &PathBuf| matches!(path.file_stem().unwrap().to_str(), Some("lock" | "jobs"));
+        let loose = files.into_iter().filter(|path| !is_store(path));
+        loose.chain(folders.iter().flat_map(|folder| below(folder))).collect()
     }
 
     fn halt(&mut self) {

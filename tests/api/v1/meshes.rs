@@ -38,9 +38,7 @@ fn what_is_no_mesh_leaves_nothing() {
     problem(&upload(&client, "?path=/etc/passwd", b"$"), 400, "bad-parameter");
     let form = [("Content-Type", "multipart/form-data; boundary=x")];
     problem(&client.send("POST", "/v1/meshes", &form, b"$"), 415, "unsupported-media-type");
-    for folder in ["meshes", "uploads"] {
-        assert_eq!(std::fs::read_dir(server.data.path().join(folder)).unwrap().count(), 0, "{folder}");
-    }
+    assert!(server.files().is_empty(), "{:?}", server.files());
 }
 
 #[test]
@@ -73,6 +71,12 @@ fn a_mesh_is_judged_before_it_is_kept() {
     let huge = problem(&upload(&client, "", cube("1", "1e308").as_bytes()), 422, "invalid-mesh");
     assert!(huge["detail"].as_str().unwrap().contains("element 0"), "{huge}");
     assert_eq!(upload(&client, "", cube("1e-300", "1e-300").as_bytes()).status, 201);
+
+    let wedge =
+        cube("1", "1").replace("C3D8", "C3D6").replace("1, 2, 3, 4, 5, 6, 7, 8\n", "1, 2, 3, 5, 6, 7\n");
+    let kept = upload(&client, "", wedge.as_bytes());
+    assert_eq!((kept.status, &kept.json()["elements"]), (201, &json!(1)), "{kept:?}");
+    assert!(kept.json()["notes"].to_string().contains("the mesh has prism of 6 nodes (1)"), "{kept:?}");
 }
 
 #[test]

@@ -21,7 +21,8 @@ from .errors import RecordingError
 
 Array = NDArray[Any]
 DTYPES = {"f32": "<f4", "f64": "<f8", "u32": "<u4", "u8": "u1"}
-#: Cells of eight corners in VTK, whose order is that of the recording.
+#: Nodes of the cells of a recording by their type in VTK, whose order of nodes is that of the recording.
+VTK_NODES = {10: 4, 12: 8, 13: 6, 24: 10}
 VTK_HEXAHEDRON = 12
 #: What an MCAP file begins and, when it is whole, ends with.
 MAGIC = b"\x89MCAP0\r\n"
@@ -33,6 +34,17 @@ def unpacked(array: Any) -> Array:
     """A packed array as count × components numbers (count alone for scalars)."""
     numbers: Array = np.frombuffer(array.data, dtype=DTYPES[array.dtype])
     return numbers if array.components == 1 else numbers.reshape(array.count, array.components)
+
+
+def vtk_cells(reference: Any) -> tuple[Array, Array]:
+    """The cells of a reference mesh as VTK wants them: the number of nodes and the nodes of each, and the type of each."""
+    if reference.DESCRIPTOR.name == "ReferenceMesh":
+        hexes = unpacked(reference.hexes).astype(np.int64)
+        return np.insert(hexes, 0, 8, axis=1).ravel(), np.full(len(hexes), VTK_HEXAHEDRON)
+    types = unpacked(reference.cell_types)
+    counts = np.array([VTK_NODES[int(kind)] for kind in types])
+    starts = np.cumsum(counts) - counts
+    return np.insert(unpacked(reference.cell_nodes).astype(np.int64), starts, counts), types
 
 
 @dataclass(frozen=True)
@@ -141,10 +153,8 @@ class Recording:
         import pyvista
 
         _, reference = self._reference(body)
-        hexes = unpacked(reference.hexes).astype(np.int64)
         frame = self.frame(body, time_s)
-        cells = np.hstack([np.full((len(hexes), 1), 8), hexes])
-        grid = pyvista.UnstructuredGrid(cells.ravel(), np.full(len(hexes), VTK_HEXAHEDRON), frame.positions_m.astype(float))
+        grid = pyvista.UnstructuredGrid(*vtk_cells(reference), frame.positions_m.astype(float))
         for name, values in frame.fields.items():
             grid.point_data[name] = values
         grid.cell_data["part"] = unpacked(reference.part_of)

@@ -3,6 +3,11 @@
 use super::*;
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 
+fn nodes(inverse_mass: &[Vec3]) -> MovableNodes<'_> {
+    static NOBODY: std::sync::LazyLock<Followers> = std::sync::LazyLock::new(Followers::default);
+    MovableNodes { inverse_mass, followers: &NOBODY }
+}
+
 /// A unit face of masses 2 under a node of mass 1 that is `depth` inside, and the contact between them.
 fn pressed(depth: f64, inverse_mass: [f64; 2]) -> (Vec<Vec3>, Vec<Vec3>, Detector, Vec<Contact>) {
     let mut x: Vec<Vec3> =
@@ -29,7 +34,7 @@ fn a_small_penetration_is_removed_about_the_centre_of_mass() {
     let (before, masses, detector, contacts) = pressed(0.001, [0.5, 1.0]);
     let mut x = before.clone();
     let mut moved = Vec::new();
-    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (nodes(&masses), 1.0), &mut x, &mut moved);
     assert_eq!(report.corrected, 1);
     assert!((report.deepest - 0.001).abs() < 1e-15 && report.left <= 1e-8);
     let centre = |x: &[Vec3]| x.iter().zip(&masses).map(|(x, m)| x.component_div(m)).sum::<Vec3>();
@@ -47,12 +52,13 @@ fn the_cap_holds_and_fixed_sides_stay() {
     let (before, masses, detector, contacts) = pressed(0.05, [0.0, 1.0]);
     let mut x = before.clone();
     let mut moved = Vec::new();
-    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (nodes(&masses), 1.0), &mut x, &mut moved);
     assert!((x[4].z + 0.05 - CAP).abs() < 1e-14 && report.left > 0.04);
     assert_eq!(x[..4], before[..4]);
     // Nothing moves where nothing can, and no number breaks.
     let mut x = before.clone();
-    let report = project_positions(&contacts, &detector, (&[Vec3::zeros(); 5], 1.0), &mut x, &mut moved);
+    let report =
+        project_positions(&contacts, &detector, (nodes(&[Vec3::zeros(); 5]), 1.0), &mut x, &mut moved);
     assert_eq!((report.corrected, x, moved.len()), (0, before, 0));
 }
 
@@ -61,6 +67,6 @@ fn open_contacts_stay() {
     let (before, masses, detector, contacts) = pressed(-0.01, [0.5, 1.0]);
     let mut x = before.clone();
     let mut moved = vec![(0, Vec3::zeros())];
-    let report = project_positions(&contacts, &detector, (&masses, 1.0), &mut x, &mut moved);
+    let report = project_positions(&contacts, &detector, (nodes(&masses), 1.0), &mut x, &mut moved);
     assert_eq!((contacts.len(), report, x, moved.len()), (1, ProjectionReport::default(), before, 0));
 }

@@ -3,6 +3,8 @@
 // A law must be *exactly* free of stress at rest: equality of floats is what is meant.
 #![allow(clippy::float_cmp, clippy::unwrap_used)]
 
+mod closed_forms;
+mod coalescence;
 mod lanes;
 mod paths;
 mod response;
@@ -29,6 +31,13 @@ pub(super) fn all_laws(K: f64) -> Vec<Material> {
         Material::CoupledNeoHookean(CoupledNeoHookean { mu: 4.0, lambda: 30.0 }),
         Material::CoupledNeoHookean(CoupledNeoHookean { mu: 4.0, lambda: -1.0 }),
     ];
+    laws.extend(invariant_laws(&volumetric));
+    laws.extend([
+        ogden(volumetric[0]),
+        weiss(I4Form::Full, volumetric[1]),
+        weiss(I4Form::Isochoric, volumetric[2]),
+    ]);
+    laws.extend([BlatzKo { mu: 4.0 }.into(), fung(volumetric[0]), balzani(2.6, volumetric[1])]);
     for i4 in [I4Form::Full, I4Form::Isochoric] {
         for matrix in [MatrixForm::Isochoric, MatrixForm::Coupled] {
             for (kappa, volumetric) in [0.0, 0.2, 1.0 / 3.0].into_iter().zip(volumetric) {
@@ -37,6 +46,47 @@ pub(super) fn all_laws(K: f64) -> Vec<Material> {
         }
     }
     laws
+}
+
+/// Functions of the isochoric invariants.
+fn invariant_laws(&[ln, quadratic, quadratic_ln]: &[Volumetric; 3]) -> [Material; 4] {
+    [
+        Yeoh { c10: 3.0, c20: 0.5, c30: 0.1, volumetric: ln }.into(),
+        Yeoh { c10: 3.0, c20: -0.2, c30: 0.02, volumetric: quadratic }.into(),
+        Demiray { mu: 5.0, b: 0.7, volumetric: quadratic_ln }.into(),
+        VerondaWestmann { c1: 2.0, c2: 1.5, volumetric: ln }.into(),
+    ]
+}
+
+/// An Ogden law whose terms have powers of both signs.
+pub(super) fn ogden(volumetric: Volumetric) -> Material {
+    let terms = [(3.0, 1.3), (0.01, 5.0), (-0.5, -2.0)].map(|(mu, alpha)| OgdenTerm { mu, alpha });
+    Ogden::new(&terms, volumetric).unwrap().into()
+}
+
+/// Fibres along [`FIBRES`] that are straight from a stretch of 1.2 on.
+pub(super) fn weiss(i4: I4Form, volumetric: Volumetric) -> Material {
+    let families = FibreFamilies::new(&FIBRES).unwrap();
+    let fibres = StraighteningFibres::new(0.6, 9.0, 20.0, 1.2);
+    Weiss { c10: 2.0, c01: 1.0, fibres, families, i4, volumetric }.into()
+}
+
+/// A polyconvex tissue of the power `alpha2` with the families [`FIBRES`].
+pub(super) fn balzani(alpha2: f64, volumetric: Volumetric) -> Material {
+    Balzani { c1: 3.0, alpha1: 4.0, alpha2, families: FibreFamilies::new(&FIBRES).unwrap(), volumetric }
+        .into()
+}
+
+/// An orthotropic tissue.
+pub(super) fn fung(volumetric: Volumetric) -> Material {
+    let moduli =
+        OrthotropicModuli { young: [12.0, 8.0, 5.0], shear: [3.0, 2.0, 4.0], poisson: [0.3, 0.2, 0.1] };
+    FungOrthotropic::new(6.0, &moduli, volumetric).unwrap().into()
+}
+
+/// Whether a law has an isotropic part beside its fibres.
+pub(super) fn has_matrix(law: &Material) -> bool {
+    !matches!(law, Material::FungOrthotropic(_))
 }
 
 /// A tissue of c = 3, k1 = 7, k2 = 0.8 with the families [`FIBRES`].
@@ -78,8 +128,8 @@ pub(super) fn gradient(F: &Mat3) -> Tensor<f64> {
     Tensor::from(&(F - Mat3::identity()))
 }
 
-/// (ψ, P) with everything in, at F with the families [`FIBRES`].
+/// (ψ, P) with everything in, at F with the law's own fibres.
 pub(super) fn eval(law: &Material, F: &Mat3) -> (f64, Mat3) {
-    let r = law.eval_total(&gradient(F), &FIBRES);
+    let r = law.eval_total(&gradient(F), law.fibre_directions());
     (r.psi, Mat3::from(&r.P))
 }

@@ -17,13 +17,15 @@ fn free_load(path: Path, point: &PathPoint) -> f64 {
 fn the_lateral_faces_are_free_of_load_for_every_law() {
     // Families that are neither symmetric about the axes nor in a plane with them.
     let fibres = [[0.8, 0.5, 0.33], [0.1, -0.7, 0.6]];
+    let axes = [[2.0, 2.0, 1.0], [-2.0, 1.0, 2.0], [1.0, -2.0, 2.0]];
     for law in all_laws(400.0) {
+        let fibres = if has_matrix(&law) { &fibres[..] } else { &axes[..] };
         for (path, values) in [
             (Path::Uniaxial, [0.7, 0.95, 1.05, 1.4]),
             (Path::Equibiaxial, [0.8, 0.97, 1.04, 1.3]),
             (Path::SimpleShear, [-0.4, 0.1, 0.3, 0.8]),
         ] {
-            for point in eval_path(&law, &fibres, path, &values).unwrap() {
+            for point in eval_path(&law, fibres, path, &values).unwrap() {
                 let load = free_load(path, &point);
                 assert!(load <= 1e-10, "{law:?} {path:?} at {}: {load:e}", point.value);
             }
@@ -33,7 +35,7 @@ fn the_lateral_faces_are_free_of_load_for_every_law() {
 
 #[test]
 fn small_uniaxial_stretch_gives_young_s_modulus() {
-    for law in all_laws(400.0) {
+    for law in all_laws(400.0).into_iter().filter(has_matrix) {
         let (G, K) = law.moduli_at_rest();
         let (E, nu) = (9.0 * K * G / (3.0 * K + G), (3.0 * K - 2.0 * G) / (2.0 * (3.0 * K + G)));
         let e = 1e-6;
@@ -74,11 +76,9 @@ fn what_has_no_answer_is_an_error() {
     assert_eq!(eval_point(&law, &inverted), Err(MaterialError::Inverted { J: -0.5 }));
     assert!(matches!(eval_point(&law, &(inverted * f64::NAN)), Err(MaterialError::Inverted { .. })));
     let far = Mat3::from_diagonal(&[5.0, 5.0, 0.04].into());
-    assert!(
-        matches!(eval_point(&law, &far), Err(MaterialError::FibreOverstretched { stretch }) if stretch > 4.9)
-    );
+    assert!(matches!(eval_point(&law, &far), Err(MaterialError::Overstretched { stretch }) if stretch > 4.9));
     assert!(matches!(
         eval_path(&law, &FIBRES, Path::Equibiaxial, &[5.0]),
-        Err(MaterialError::FibreOverstretched { stretch }) if (stretch - 5.0).abs() < 1e-9
+        Err(MaterialError::Overstretched { stretch }) if (stretch - 5.0).abs() < 1e-9
     ));
 }

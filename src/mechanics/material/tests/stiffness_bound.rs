@@ -23,11 +23,17 @@ fn the_bound_is_never_below_the_largest_eigenvalue() {
         for spread in [0.02, 0.2, 0.5, 1.0] {
             for _ in 0..60 {
                 let F = uniform.deformation(spread);
-                for fibres in [&FIBRES[..], &FIBRES[..1], &[]] {
+                let own = law.fibre_directions();
+                for fibres in [own, &own[..own.len().min(1)], &[]] {
+                    // An orthotropic law has its three axes or none.
+                    if fibres.len() < own.len() && !has_matrix(&law) {
+                        continue;
+                    }
                     let (bound, exact) = (bound(&law, &F, fibres), largest_eigenvalue(&law, &F, fibres));
                     assert!(bound >= exact * (1.0 - 1e-10), "{law:?} at {F}: {bound} below {exact}");
                     // Fibres that are off count as on, so only the matrix can be asked to be close.
-                    assert!(!fibres.is_empty() || bound <= 3.0 * exact, "{law:?} at {F}: {bound} {exact}");
+                    let is_close = !fibres.is_empty() || !has_matrix(&law) || bound <= 3.0 * exact;
+                    assert!(is_close, "{law:?} at {F}: {bound} {exact}");
                 }
             }
         }
@@ -37,7 +43,7 @@ fn the_bound_is_never_below_the_largest_eigenvalue() {
 #[test]
 fn the_bound_is_exact_at_rest_without_fibres_and_close_near_it() {
     let mut uniform = Uniform(8);
-    for law in all_laws(0.0) {
+    for law in all_laws(0.0).into_iter().filter(has_matrix) {
         let exact = largest_eigenvalue(&law, &Mat3::identity(), &[]);
         let at_rest = bound(&law, &Mat3::identity(), &[]);
         // λ < 0 is left out of the coupled bound, which then is 2μ: the exact value too.
@@ -46,7 +52,9 @@ fn the_bound_is_exact_at_rest_without_fibres_and_close_near_it() {
             let H = uniform.rotation() * 0.01;
             let F = Mat3::identity() + H;
             let ratio = bound(&law, &F, &[]) / largest_eigenvalue(&law, &F, &[]);
-            assert!((1.0 - 1e-12..1.06).contains(&ratio), "{law:?}: {ratio}");
+            // A difference of two bounds is further off.
+            let most = if matches!(law, Material::VerondaWestmann(_)) { 1.1 } else { 1.06 };
+            assert!((1.0 - 1e-12..most).contains(&ratio), "{law:?}: {ratio}");
         }
     }
 }
@@ -67,6 +75,14 @@ fn the_bound_of_one_family_at_rest_is_its_stiffness_just_switched_on() {
             assert!((bound - exact).abs() <= 1e-7 * exact.max(1.0), "{law:?}: {bound} {exact}");
         }
     }
+}
+
+#[test]
+fn the_bound_of_an_orthotropic_law_is_exact_at_rest() {
+    let law = fung(Volumetric::LnSquared(0.0));
+    let exact = largest_eigenvalue(&law, &Mat3::identity(), law.fibre_directions());
+    let bound = bound(&law, &Mat3::identity(), law.fibre_directions());
+    assert!((bound / exact - 1.0).abs() < 1e-12, "{bound} {exact}");
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use super::sets::{Numbers, Sets};
 use super::{Block, CardSet, Reader};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::MeshError;
 use crate::mesh::read::cursor::shown;
+use crate::mesh::{CellKind, MeshError};
 use std::borrow::Cow;
 
 impl Reader<'_> {
@@ -20,15 +20,15 @@ impl Reader<'_> {
         match &mut block {
             Block::Skipped => {}
             Block::Nodes { set } => self.node(fields, set.as_deref(), offset)?,
-            Block::Hexes { set, pending, start } => {
+            Block::Cells { kind, set, pending, start } => {
                 if pending.is_empty() {
                     *start = offset;
                 }
                 for field in fields {
                     pending.push(self.number(field, offset)?);
                 }
-                if pending.len() >= 9 {
-                    self.hex(pending, set.as_ref(), *start)?;
+                if pending.len() > kind.node_count() {
+                    self.cell(*kind, pending, set.as_ref(), *start)?;
                     pending.clear();
                 }
             }
@@ -100,13 +100,21 @@ impl Reader<'_> {
         }
     }
 
-    /// Number and eight nodes.
-    fn hex(&mut self, numbers: &[u64], set: Option<&CardSet>, offset: usize) -> Result<(), MeshError> {
-        let Ok(nodes) = <[u64; 8]>::try_from(&numbers[1..]) else {
-            return Err(self.error(offset, format!("an element of 8 nodes with {}", numbers.len() - 1)));
-        };
-        let index = self.assembly.hex_count() as u32;
-        self.assembly.add_hex(nodes, offset);
+    /// Number and nodes.
+    fn cell(
+        &mut self,
+        kind: CellKind,
+        numbers: &[u64],
+        set: Option<&CardSet>,
+        offset: usize,
+    ) -> Result<(), MeshError> {
+        let nodes = &numbers[1..];
+        if nodes.len() != kind.node_count() {
+            let message = format!("an element of {} nodes with {}", kind.node_count(), nodes.len());
+            return Err(self.error(offset, message));
+        }
+        let index = self.assembly.cells().len() as u32;
+        self.assembly.add_cell(kind, nodes, offset);
         if let Some(set) = set {
             self.element_sets.add(&set.name, Numbers::one(numbers[0], offset))?;
         }
@@ -114,7 +122,7 @@ impl Reader<'_> {
         self.add_element(numbers[0], Some(index), offset)
     }
 
-    /// The first line of an element that is not a hexahedron. Returns how many fields its number takes.
+    /// The first line of an element that is no cell of ours. Returns how many fields its number takes.
     fn other_element(
         &mut self,
         fields: &[Cow<str>],
@@ -134,8 +142,8 @@ impl Reader<'_> {
         Ok(1)
     }
 
-    fn add_element(&mut self, number: u64, hex: Option<u32>, offset: usize) -> Result<(), MeshError> {
-        if self.elements.insert(number, hex).is_some() {
+    fn add_element(&mut self, number: u64, cell: Option<u32>, offset: usize) -> Result<(), MeshError> {
+        if self.elements.insert(number, cell).is_some() {
             return Err(self.error(offset, format!("element {number} is there twice")));
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Abaqus and CalculiX `.inp` files: nodes, C3D8 elements, sets and surfaces; everything else is passed over and noted.
+//! Abaqus and CalculiX `.inp` files: nodes, solid elements, sets and surfaces; everything else is passed over and noted.
 //!
 //! An element belongs to the part named by the `*SOLID SECTION` of its element set; without one, by the `ELSET` of its
 //! `*ELEMENT`; without that, by the first `*ELSET` that lists it. Elements that are no volumes, in a named set, make a
@@ -11,7 +11,7 @@ mod sets;
 
 use super::assembly::{Assembly, within_names};
 use super::cursor::{Numbers as Encoding, place_of};
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::{CellKind, Mesh, MeshError};
 use lines::{Keyword, Line, Lines};
 use sets::Sets;
 use std::collections::{BTreeMap, HashMap};
@@ -37,9 +37,9 @@ enum Block {
     Skipped,
     /// Nodes, of this set if it has one.
     Nodes { set: Option<String> },
-    /// Hexahedra, of this element set if it has one; the numbers of an element may go on over several lines.
-    Hexes { set: Option<CardSet>, pending: Vec<u64>, start: usize },
-    /// Elements that are not hexahedra; `fresh` when the next line begins an element.
+    /// Cells, of this element set if it has one; the numbers of an element may go on over several lines.
+    Cells { kind: CellKind, set: Option<CardSet>, pending: Vec<u64>, start: usize },
+    /// Elements that are no cells of ours; `fresh` when the next line begins an element.
     Others { set: Option<String>, kind: String, volume: bool, fresh: bool },
     /// A set of nodes or of elements.
     Set { name: String, of_nodes: bool, generate: bool },
@@ -64,16 +64,16 @@ struct Reader<'a> {
     block: Block,
     node_sets: Sets,
     element_sets: Sets,
-    /// Hexahedron of each element number, `None` for other elements.
+    /// Cell of each element number, `None` for other elements.
     elements: HashMap<u64, Option<u32>>,
-    /// Element set of the `*ELEMENT` line of each hexahedron, an index into `card_sets`.
+    /// Element set of the `*ELEMENT` line of each cell, an index into `card_sets`.
     card_set_of: Vec<Option<u32>>,
     card_sets: Vec<String>,
     /// Place of each name, in capitals, in `card_sets`.
     card_set_index: HashMap<String, u32>,
     /// Nodes of elements that are no volumes, by element set.
     facets: Sets,
-    /// Faces of each surface: element number or set, face 0–5, and byte offset.
+    /// Faces of each surface: element number or set, face from 0, and byte offset.
     surfaces: BTreeMap<String, Vec<(String, usize, usize)>>,
     /// Element sets of the solid sections.
     sections: Vec<String>,
@@ -170,10 +170,9 @@ impl<'a> Reader<'a> {
         if let Some(name) = &set {
             self.element_sets.touch(name)?;
         }
-        let hex_suffix = kind.strip_prefix("C3D8");
-        if hex_suffix.is_some_and(|suffix| suffix.chars().all(|c| "RHIS".contains(c))) {
+        if let Some(kind) = CellKind::of_abaqus(&kind) {
             let set = set.map(|name| self.card_set(name));
-            return Ok(Block::Hexes { set, pending: Vec::new(), start: offset });
+            return Ok(Block::Cells { kind, set, pending: Vec::new(), start: offset });
         }
         // Continuum, acoustic, diffusive and shell-like solids, cohesive and infinite elements, fluids.
         let volume =
@@ -233,9 +232,10 @@ impl<'a> Reader<'a> {
     /// At the end of a block no element may be half read.
     fn end_block(&mut self) -> Result<(), MeshError> {
         match &self.block {
-            Block::Hexes { pending, start, .. } if !pending.is_empty() => {
-                Err(self.error(*start, format!("an element of 8 nodes with {}", pending.len() - 1)))
-            }
+            Block::Cells { kind, pending, start, .. } if !pending.is_empty() => Err(self.error(
+                *start,
+                format!("an element of {} nodes with {}", kind.node_count(), pending.len() - 1),
+            )),
             _ => Ok(()),
         }
     }

@@ -1,25 +1,24 @@
-//! When all lines are read: which part each hexahedron belongs to, and which nodes each set holds.
+//! When all lines are read: which part each cell belongs to, and which nodes each set holds.
 
 use super::Reader;
 use super::sets::{Numbers, most_entries, within_limit};
-use crate::mesh::MeshError;
-use crate::mesh::hexahedron::FACES;
 use crate::mesh::read::assembly::NodeTag;
+use crate::mesh::{Cell, MeshError};
 use std::collections::BTreeMap;
 
 impl Reader<'_> {
-    /// Gives each hexahedron a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
+    /// Gives each cell a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
     ///
     /// # Errors
     /// `Malformed` when a section or a set names what is not there, or an element has two sections.
     pub(super) fn assign_parts(&mut self) -> Result<(), MeshError> {
-        let mut name_of: Vec<Option<String>> = vec![None; self.assembly.hex_count()];
+        let mut name_of: Vec<Option<String>> = vec![None; self.assembly.cells().len()];
         self.sections.sort_by_key(|section| section.to_uppercase());
         self.sections.dedup_by_key(|section| section.to_uppercase());
         for section in &self.sections {
             let ranges = self.element_sets.get(section).unwrap_or_default();
-            for (hex, offset) in self.hexes_in(ranges)? {
-                let name = &mut name_of[hex as usize];
+            for (cell, offset) in self.cells_in(ranges)? {
+                let name = &mut name_of[cell as usize];
                 if name.as_ref().is_some_and(|other| !other.eq_ignore_ascii_case(section)) {
                     return Err(self.error(offset, "an element has two solid sections"));
                 }
@@ -33,14 +32,15 @@ impl Reader<'_> {
         }
         if name_of.iter().any(Option::is_none) {
             for (set, ranges) in self.element_sets.in_order() {
-                for (hex, _) in self.hexes_in(ranges)? {
-                    name_of[hex as usize].get_or_insert_with(|| set.to_owned());
+                for (cell, _) in self.cells_in(ranges)? {
+                    name_of[cell as usize].get_or_insert_with(|| set.to_owned());
                 }
             }
         }
         let without = name_of.iter().filter(|name| name.is_none()).count();
         if without > 0 {
-            let note = format!("{without} hexahedra are in no element set; their part is called unnamed");
+            let note =
+                format!("{without} volume elements are in no element set; their part is called unnamed");
             self.assembly.notes.push(note);
         }
         for name in name_of {
@@ -62,16 +62,16 @@ impl Reader<'_> {
         set.ok_or_else(|| self.error(offset, format!("there is no element set {element}")))
     }
 
-    /// The hexahedra among these elements, with where they are named.
+    /// The cells among these elements, with where they are named.
     ///
     /// # Errors
     /// `Malformed` when a single number is that of no element.
-    fn hexes_in(&self, ranges: &[Numbers]) -> Result<Vec<(u32, usize)>, MeshError> {
-        let mut hexes = Vec::new();
+    fn cells_in(&self, ranges: &[Numbers]) -> Result<Vec<(u32, usize)>, MeshError> {
+        let mut cells = Vec::new();
         for range in ranges {
             for number in range.each() {
                 match self.elements.get(&number) {
-                    Some(Some(hex)) => hexes.push((*hex, range.offset)),
+                    Some(Some(cell)) => cells.push((*cell, range.offset)),
                     None if range.is_one() => {
                         return Err(self.error(range.offset, format!("there is no element {number}")));
                     }
@@ -79,7 +79,7 @@ impl Reader<'_> {
                 }
             }
         }
-        Ok(hexes)
+        Ok(cells)
     }
 
     /// Node sets from sets of nodes, from elements that are no volumes, and from surfaces.
@@ -103,9 +103,14 @@ impl Reader<'_> {
                 let ranges = self.elements_named(&element, offset)?;
                 entries = ranges.iter().fold(entries, |sum, range| sum.saturating_add(range.count()));
                 within_limit(entries, most)?;
-                for (hex, _) in self.hexes_in(&ranges)? {
-                    let nodes = self.assembly.hex(hex);
-                    set.extend(FACES[side].map(|i| NodeTag { tag: nodes[i], offset }));
+                for (cell, _) in self.cells_in(&ranges)? {
+                    let Cell { kind, nodes } = self.assembly.cells().get(cell as usize);
+                    let Some(face) = kind.table().faces.get(side) else {
+                        let message = format!("a {} has no face S{}", kind.table().title, side + 1);
+                        return Err(self.error(offset, message));
+                    };
+                    let on_face = face.facets.iter().flatten();
+                    set.extend(on_face.map(|&i| NodeTag { tag: nodes[i], offset }));
                 }
             }
             let name = free_name(&self.assembly.node_sets, &name, "surface");

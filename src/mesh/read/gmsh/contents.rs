@@ -1,6 +1,7 @@
 //! What is read of a file, whatever its version, and the mesh that it makes.
 
 use super::element_kind::ElementKind;
+use crate::mesh::cell::MOST_NODES;
 use crate::mesh::read::assembly::{Assembly, NodeTag};
 use crate::mesh::read::cursor::{Cursor, Numbers};
 use crate::mesh::{Mesh, MeshError};
@@ -14,20 +15,25 @@ pub(super) struct Contents {
     pub names: BTreeMap<(u8, i32), String>,
     /// Physical groups of each geometrical entity by dimension and tag (version 4).
     pub groups_of_entity: BTreeMap<(u8, i32), Vec<i32>>,
-    /// Physical group of each hexahedron; zero for none.
-    pub group_of_hex: Vec<i32>,
+    /// Physical group of each cell; zero for none.
+    pub group_of_cell: Vec<i32>,
     /// Nodes of the elements in each physical group of points, lines and surfaces.
     pub boundary: BTreeMap<(u8, i32), Vec<NodeTag>>,
-    /// Hexahedra in more than one physical group.
+    /// Cells in more than one physical group.
     pub in_many_groups: usize,
 }
 
 impl Contents {
     /// Takes in one element of these physical groups.
     pub fn add_element(&mut self, kind: &ElementKind, groups: &[i32], nodes: &[u64], offset: usize) {
-        if let (true, Ok(hex)) = (kind.is_hex8(), <[u64; 8]>::try_from(nodes)) {
-            self.assembly.add_hex(hex, offset);
-            self.group_of_hex.push(groups.first().copied().unwrap_or(0));
+        if let Some(cell) = kind.cell {
+            let mut ours = [0; MOST_NODES];
+            let order = cell.table().gmsh.order;
+            for (ours, &place) in ours.iter_mut().zip(order) {
+                *ours = nodes[place];
+            }
+            self.assembly.add_cell(cell, &ours[..order.len()], offset);
+            self.group_of_cell.push(groups.first().copied().unwrap_or(0));
             self.in_many_groups += usize::from(groups.len() > 1);
             return;
         }
@@ -66,12 +72,12 @@ impl Contents {
             (None, _) if group == 0 => "unnamed".to_owned(),
             (None, _) => format!("physical_{group}"),
         };
-        let mut groups = self.group_of_hex.clone();
+        let mut groups = self.group_of_cell.clone();
         groups.sort_unstable();
         groups.dedup();
         let part_of_group: BTreeMap<i32, u32> =
             groups.into_iter().map(|group| (group, self.assembly.part(&name_of(3, group)))).collect();
-        self.assembly.part_of = self.group_of_hex.iter().map(|group| part_of_group[group]).collect();
+        self.assembly.part_of = self.group_of_cell.iter().map(|group| part_of_group[group]).collect();
         for ((dimension, group), nodes) in std::mem::take(&mut self.boundary) {
             // Group zero means that an element is in no group.
             if group != 0 {
@@ -80,7 +86,7 @@ impl Contents {
         }
         if self.in_many_groups > 0 {
             self.assembly.notes.push(format!(
-                "{} hexahedra are in more than one physical group and belong to the first",
+                "{} volume elements are in more than one physical group and belong to the first",
                 self.in_many_groups
             ));
         }

@@ -1,10 +1,14 @@
 //! The kinds of elements that Gmsh numbers.
 
+use crate::mesh::CellKind;
+
 /// A kind of element.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ElementKind {
     /// Gmsh's number of the kind.
     number: i32,
+    /// The kind of cell that it is; `None` for what bounds cells, and for volumes that are not read.
+    pub(super) cell: Option<CellKind>,
     /// Dimension of the shape, 0 to 3.
     pub(super) dimension: u8,
     /// Number of nodes.
@@ -13,19 +17,15 @@ pub(super) struct ElementKind {
     pub(super) name: &'static str,
 }
 
-/// The kinds up to second order, and those of higher order that Gmsh writes most (reference manual, "MSH file format").
-const KINDS: [ElementKind; 34] = [
+/// The kinds besides our cells: up to second order, and those of higher order that Gmsh writes most (reference manual, "MSH file format").
+const OTHERS: [ElementKind; 30] = [
     kind(1, 1, 2, "line of 2 nodes"),
     kind(2, 2, 3, "triangle of 3 nodes"),
     kind(3, 2, 4, "quadrangle of 4 nodes"),
-    kind(4, 3, 4, "tetrahedron of 4 nodes"),
-    kind(5, 3, 8, "hexahedron of 8 nodes"),
-    kind(6, 3, 6, "prism of 6 nodes"),
     kind(7, 3, 5, "pyramid of 5 nodes"),
     kind(8, 1, 3, "line of 3 nodes"),
     kind(9, 2, 6, "triangle of 6 nodes"),
     kind(10, 2, 9, "quadrangle of 9 nodes"),
-    kind(11, 3, 10, "tetrahedron of 10 nodes"),
     kind(12, 3, 27, "hexahedron of 27 nodes"),
     kind(13, 3, 18, "prism of 18 nodes"),
     kind(14, 3, 14, "pyramid of 14 nodes"),
@@ -52,17 +52,17 @@ const KINDS: [ElementKind; 34] = [
 ];
 
 const fn kind(number: i32, dimension: u8, nodes: u8, name: &'static str) -> ElementKind {
-    ElementKind { number, dimension, nodes, name }
+    ElementKind { number, cell: None, dimension, nodes, name }
 }
 
 impl ElementKind {
     /// The kind of that number, if it is known.
-    pub(super) fn of(number: i32) -> Option<&'static Self> {
-        KINDS.iter().find(|kind| kind.number == number)
-    }
-
-    /// Whether it is the hexahedron of eight nodes.
-    pub(super) fn is_hex8(&self) -> bool {
-        self.number == 5
+    pub(super) fn of(number: i32) -> Option<Self> {
+        CellKind::of_gmsh(number)
+            .map(|cell| {
+                let (nodes, name) = (cell.node_count() as u8, cell.table().title);
+                Self { number, cell: Some(cell), dimension: 3, nodes, name }
+            })
+            .or_else(|| OTHERS.iter().find(|kind| kind.number == number).copied())
     }
 }

@@ -31,7 +31,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
             tag(cursor, "the number of an element")?;
             let (kind, offset) = kind(cursor)?;
             let tags = tag(cursor, "the number of tags")?;
-            read_element(cursor, contents, kind, tags, offset)?;
+            read_element(cursor, contents, &kind, tags, offset)?;
         }
         return Ok(());
     }
@@ -51,7 +51,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
         for _ in 0..in_block {
             let offset = cursor.offset();
             tag(cursor, "the number of an element")?;
-            read_element(cursor, contents, kind, tags, offset)?;
+            read_element(cursor, contents, &kind, tags, offset)?;
         }
         read += in_block;
     }
@@ -84,7 +84,7 @@ fn read_element(
 }
 
 /// The kind of the next element, and where it stands.
-fn kind(cursor: &mut Cursor) -> Result<(&'static ElementKind, usize), MeshError> {
+fn kind(cursor: &mut Cursor) -> Result<(ElementKind, usize), MeshError> {
     let offset = cursor.offset();
     let number = cursor.int("the kind of an element")?;
     let known = ElementKind::of(number);

@@ -94,7 +94,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
             for node in nodes.iter_mut() {
                 *node = cursor.size("the tag of a node")?;
             }
-            contents.add_element(kind, &groups, nodes, offset);
+            contents.add_element(&kind, &groups, nodes, offset);
         }
     }
     Ok(())

@@ -3,10 +3,12 @@
 //! Every store keeps three promises. A change of a job and the event that tells of it are one transaction, durable when the call
 //! returns. Writes of a running job are fenced by its attempt: what a worker says of an attempt that is over changes nothing.
 //! A job is claimed once. There are no leases, because the data folder is locked by one process
-//! ([`super::recordings::DataFolder`]): at its start whatever is `running` has lost its worker.
+//! ([`super::data_folder::DataFolder`]): at its start whatever is `running` has lost its worker.
 
 mod records;
 mod sqlite;
+#[cfg(test)]
+mod tests;
 
 pub use records::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, EventRow, JobEnd, JobRow, NewJob, Orphan, OwnerWish, Page,
@@ -18,6 +20,7 @@ use super::{JobId, JobKind, JobState, JobsError, Progress};
 use crate::mesh::read::MeshFormat;
 use crate::service::meshes::{MeshReport, StoredMesh};
 use futures::future::BoxFuture;
+use std::collections::BTreeSet;
 use std::fmt;
 
 /// What a store answers when it has: boxed, so that the service need not know which store it has.
@@ -97,6 +100,9 @@ pub trait JobStore: fmt::Debug + Send + Sync + 'static {
 
     /// A mesh of an owner.
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>>;
+
+    /// The names of the blobs that its jobs and meshes have or may have.
+    fn blobs(&self) -> Answer<'_, BTreeSet<String>>;
 
     /// Fails unless the store takes what is written.
     fn try_write(&self) -> Answer<'_, ()>;

@@ -1,7 +1,8 @@
 //! What goes into a job store and what comes out of it.
 
-use crate::service::jobs::verdict::{RunEnding, SceneProblem};
-use crate::service::jobs::{FinalRecording, JobFailure, JobId, JobKind, JobState, JobsError, Progress};
+use crate::scene::Problem;
+use crate::service::jobs::{FinalRecording, JobId, JobKind, JobState, JobsError, Progress};
+use crate::step::{Ending, Failure};
 use serde_json::{Value, json};
 
 /// What a new job is made of.
@@ -24,7 +25,7 @@ pub struct NewJob {
     /// Simulated time to the end [s].
     pub end_time_s: f64,
     /// What is odd about the scene.
-    pub warnings: Vec<SceneProblem>,
+    pub warnings: Vec<Problem>,
 }
 
 /// What became of a submission.
@@ -61,7 +62,7 @@ pub struct ClaimedJob {
 #[derive(Clone, Debug)]
 pub struct JobEnd {
     /// How its run ended.
-    pub ending: RunEnding,
+    pub ending: Ending,
     /// Its summary, JSON text.
     pub summary: Option<String>,
     /// Its recording.
@@ -166,7 +167,7 @@ pub struct JobRow {
     /// Simulated time to the end [s].
     pub end_time_s: f64,
     /// What is odd about the scene.
-    pub warnings: Vec<SceneProblem>,
+    pub warnings: Vec<Problem>,
     /// Where it stands.
     pub state: JobState,
     /// How far it has come.
@@ -182,7 +183,7 @@ pub struct JobRow {
     /// When it ended.
     pub finished_at: Option<String>,
     /// Why it failed.
-    pub failure: Option<JobFailure>,
+    pub failure: Option<Failure>,
     /// Whether it has a summary.
     pub has_summary: bool,
     /// Its recording, when final.
@@ -236,8 +237,8 @@ impl Event<'static> {
     }
 
     /// It has ended.
-    pub fn ended(ending: &RunEnding) -> Self {
-        let state = ending.state();
+    pub fn ended(ending: &Ending) -> Self {
+        let state = JobState::of(ending);
         Self { kind: state.as_str(), data: json!({ "state": state, "failure": ending.failure() }) }
     }
 }

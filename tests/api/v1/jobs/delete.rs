@@ -1,15 +1,16 @@
 //! `DELETE /v1/jobs/{id}`
 
 use crate::support::*;
+use std::path::PathBuf;
 
 #[test]
 fn finished_job_goes_with_its_files() {
     let server = Server::start();
     let client = server.client();
     let (job, _) = finished(&client, &quick());
-    assert_eq!(server.recordings().len(), 1);
+    assert_eq!(server.files().len(), 1);
     assert_eq!(client.delete(&job).status, 204);
-    assert_eq!(server.recordings(), Vec::<String>::new());
+    assert_eq!(server.files(), Vec::<PathBuf>::new());
     problem(&client.get(&job), 404, "job-not-found");
     problem(&client.get(&format!("{job}/events")), 404, "job-not-found");
     problem(&client.get(&format!("{job}/recording")), 404, "job-not-found");
@@ -24,7 +25,7 @@ fn running_job_is_gone_at_once_and_its_files_soon() {
     wait_for(&client, &job, "running");
     assert_eq!(client.delete(&job).status, 204);
     problem(&client.get(&job), 404, "job-not-found");
-    eventually("its files go", || server.recordings().is_empty());
+    eventually("its files go", || server.files().is_empty());
     finished(&client, &quick());
 }
 

@@ -147,18 +147,17 @@ fn running_job_shows_snapshots_that_do_not_change() {
     client.post(&format!("{job}/cancel"));
     wait_for(&client, &job, "cancelled");
     problem(&client.get(place), 410, "snapshot-gone");
-    eventually("only the recording is left", || server.recordings().len() == 1);
+    eventually("only the recording is left", || server.files().len() == 1);
     assert!(client.get(&address).header("repr-digest").is_some());
 }
 
 #[test]
 fn a_recording_that_was_removed_is_told() {
     let (server, address) = recorded();
-    let [file] = &server.recordings()[..] else { panic!("{:?}", server.recordings()) };
-    let file = server.data.path().join("recordings").join(file);
-    std::fs::write(&file, b"short").unwrap();
+    let [file] = &server.files()[..] else { panic!("{:?}", server.files()) };
+    std::fs::write(file, b"short").unwrap();
     problem(&server.client().get(&address), 410, "recording-lost");
-    std::fs::remove_file(&file).unwrap();
+    std::fs::remove_file(file).unwrap();
     let job = address.strip_suffix("/recording").unwrap();
     for what in ["recording", "report", "export.csv", "fhir"] {
         problem(&server.client().get(&format!("{job}/{what}")), 410, "recording-lost");

@@ -173,6 +173,7 @@ fn a_key_is_of_one_address_and_given_once() {
 #[test]
 fn names_of_files_are_no_meshes() {
     let server = Server::start();
+    std::fs::create_dir(server.data.path().join("meshes")).unwrap();
     std::fs::write(server.data.path().join("meshes/ball.msh"), "$").unwrap();
     for name in [
         "../../../../etc/passwd",

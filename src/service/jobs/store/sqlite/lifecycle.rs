@@ -1,12 +1,12 @@
 //! From the queue to the end.
 
-use super::read::kind_of_name;
+use super::read::{job_id, kind_of_name};
 use super::{SqliteStore, add_event};
 use crate::service::jobs::store::{
     CancelAnswer, ClaimedJob, DeleteAnswer, Event, JobEnd, Orphan, OwnerWish, Requeued,
 };
-use crate::service::jobs::verdict::RunEnding;
 use crate::service::jobs::{JobId, JobState, JobsError, Progress};
+use crate::step::Ending;
 use sqlx::{Row as _, Sqlite, Transaction};
 
 impl SqliteStore {
@@ -28,7 +28,7 @@ impl SqliteStore {
         let id: String = row.try_get("id")?;
         Ok(Some(ClaimedJob {
             seq,
-            id: id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?,
+            id: job_id(id)?,
             owner: row.try_get("owner")?,
             kind: kind_of_name(row.try_get("kind")?)?,
             document: row.try_get("scene")?,
@@ -86,7 +86,7 @@ impl SqliteStore {
         )
         .bind(seq)
         .bind(attempt)
-        .bind(end.ending.state().as_str())
+        .bind(JobState::of(&end.ending).as_str())
         .bind(failure)
         .bind(&end.summary)
         .bind(end.recording.as_ref().map(|r| r.bytes.cast_signed()))
@@ -135,7 +135,7 @@ impl SqliteStore {
                 .bind(seq)
                 .execute(&mut *transaction)
                 .await?;
-                add_event(&mut transaction, seq, &Event::ended(&RunEnding::Stopped)).await?;
+                add_event(&mut transaction, seq, &Event::ended(&Ending::Cancelled)).await?;
                 CancelAnswer::Cancelled { seq }
             }
             JobState::Running => {
@@ -189,7 +189,7 @@ impl SqliteStore {
         .await?;
         rows.into_iter()
             .map(|(seq, id, attempt, deleted, cancel_requested)| {
-                let id = id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?;
+                let id = job_id(id)?;
                 Ok(Orphan { seq, id, attempt, wish: wish_of(deleted, cancel_requested) })
             })
             .collect()

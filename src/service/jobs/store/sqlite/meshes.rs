@@ -1,9 +1,12 @@
-//! Who uploaded which mesh.
+//! Who uploaded which mesh, and which blobs are somebody's.
 
 use super::SqliteStore;
+use super::read::job_id;
 use crate::mesh::read::MeshFormat;
 use crate::service::jobs::JobsError;
 use crate::service::meshes::{MeshReport, StoredMesh};
+use crate::service::shelves::{mesh_name, recording_name};
+use std::collections::BTreeSet;
 
 impl SqliteStore {
     pub(super) async fn add_mesh(
@@ -27,6 +30,18 @@ impl SqliteStore {
         Ok(result.rows_affected() > 0)
     }
 
+    pub(super) async fn blobs(&self) -> Result<BTreeSet<String>, JobsError> {
+        let ids: Vec<(String,)> = sqlx::query_as("SELECT id FROM jobs").fetch_all(&self.pool).await?;
+        let ids = ids.into_iter().map(|(id,)| job_id(id).map(recording_name));
+        let mut names = ids.collect::<Result<BTreeSet<_>, _>>()?;
+        let meshes: Vec<(String, String)> =
+            sqlx::query_as("SELECT DISTINCT id, format FROM meshes").fetch_all(&self.pool).await?;
+        for (id, format) in meshes {
+            names.insert(mesh_name(&id, mesh_format(format)?));
+        }
+        Ok(names)
+    }
+
     pub(super) async fn mesh(&self, owner: &str, id: &str) -> Result<Option<StoredMesh>, JobsError> {
         let row: Option<(String, i64, String, String)> = sqlx::query_as(
             "SELECT format, bytes, report, created_at FROM meshes WHERE owner = ?1 AND id = ?2",
@@ -38,8 +53,7 @@ impl SqliteStore {
         row.map(|(format, bytes, report, created_at)| {
             Ok(StoredMesh {
                 id: id.to_owned(),
-                format: MeshFormat::from_name(&format!(".{format}"))
-                    .ok_or(JobsError::Corrupt { what: "mesh format", value: format })?,
+                format: mesh_format(format)?,
                 bytes: bytes.cast_unsigned(),
                 report: serde_json::from_str(&report)?,
                 created_at,
@@ -47,4 +61,8 @@ impl SqliteStore {
         })
         .transpose()
     }
+}
+
+fn mesh_format(name: String) -> Result<MeshFormat, JobsError> {
+    MeshFormat::from_name(&format!(".{name}")).ok_or(JobsError::Corrupt { what: "mesh format", value: name })
 }

@@ -16,6 +16,7 @@ use futures::future::BoxFuture;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Connection as _, SqlStr, Sqlite, SqlitePool, Transaction};
+use std::collections::BTreeSet;
 use std::future::ready;
 use std::path::Path;
 use std::time::Duration;
@@ -137,6 +138,9 @@ impl JobStore for SqliteStore {
     }
     fn mesh<'a>(&'a self, owner: &'a str, id: &'a str) -> Answer<'a, Option<StoredMesh>> {
         Box::pin(self.mesh(owner, id))
+    }
+    fn blobs(&self) -> Answer<'_, BTreeSet<String>> {
+        Box::pin(self.blobs())
     }
     fn try_write(&self) -> Answer<'_, ()> {
         Box::pin(self.try_write())

@@ -96,6 +96,11 @@ impl SqliteStore {
     }
 }
 
+/// The id of a job by its text in the store.
+pub(super) fn job_id(text: String) -> Result<JobId, JobsError> {
+    text.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: text })
+}
+
 /// The kind of a job by its name in the store.
 pub(super) fn kind_of_name(name: String) -> Result<JobKind, JobsError> {
     JobKind::from_name(&name).ok_or(JobsError::Corrupt { what: "kind of job", value: name })
@@ -118,7 +123,7 @@ fn job_of_row(row: &SqliteRow) -> Result<JobRow, JobsError> {
     };
     Ok(JobRow {
         seq: row.try_get("seq")?,
-        id: id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?,
+        id: job_id(id)?,
         name: row.try_get("name")?,
         content_hash: row.try_get("content_hash")?,
         end_time_s: row.try_get("end_time_s")?,

@@ -1,5 +1,6 @@
 //! A new job, once.
 
+use super::read::job_id;
 use super::{SqliteStore, add_event};
 use crate::service::jobs::store::{Event, NewJob, Submitted};
 use crate::service::jobs::{JobId, JobsError};
@@ -22,7 +23,7 @@ impl SqliteStore {
         if sha256 != body_sha256 {
             return Ok(Some(Submitted::KeyReused));
         }
-        let id = id.parse().map_err(|_| JobsError::Corrupt { what: "job id", value: id })?;
+        let id = job_id(id)?;
         Ok(self.job(owner, id).await?.map(|row| Submitted::Replayed(Box::new(row))))
     }
 

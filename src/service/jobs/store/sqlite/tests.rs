@@ -1,8 +1,9 @@
-//! What the store promises, without HTTP.
+//! What SQLite has to do for the promises of a store.
 
+use super::super::tests::{check, new, submitted};
 use super::*;
-use crate::service::jobs::verdict::RunEnding;
-use crate::service::jobs::{JobFailure, JobFailureCause, JobKind, Phase};
+use crate::service::jobs::JobKind;
+use std::cell::Cell;
 
 async fn store() -> (tempfile::TempDir, SqliteStore) {
     let dir = tempfile::tempdir().unwrap();
@@ -10,106 +11,14 @@ async fn store() -> (tempfile::TempDir, SqliteStore) {
     (dir, store)
 }
 
-fn new(name: &str) -> NewJob {
-    NewJob {
-        owner: "anna".into(),
-        idempotency_key: None,
-        body_sha256: "0".into(),
-        kind: JobKind::Study,
-        document: b"{}".to_vec(),
-        name: name.into(),
-        content_hash: "0".into(),
-        end_time_s: 1.0,
-        warnings: vec![],
-    }
-}
-
-async fn submitted(store: &SqliteStore, name: &str) -> JobRow {
-    match store.submit(&new(name), 10).await.unwrap() {
-        Submitted::Created(row) => *row,
-        other => panic!("{other:?}"),
-    }
-}
-
-fn end(ending: RunEnding) -> JobEnd {
-    JobEnd { ending, summary: None, recording: None, progress: None }
-}
-
 #[tokio::test]
-async fn jobs_are_claimed_once_in_the_order_of_their_coming() {
-    let (_dir, store) = store().await;
-    for name in ["a", "b", "c"] {
-        submitted(&store, name).await;
-    }
-    let claims = futures::future::join_all((0..5).map(|_| store.claim())).await;
-    let mut seqs: Vec<i64> = claims.into_iter().filter_map(|c| c.unwrap()).map(|c| c.seq).collect();
-    seqs.sort_unstable();
-    assert_eq!(seqs, [1, 2, 3]);
-    assert!(store.claim().await.unwrap().is_none());
-}
-
-#[tokio::test]
-async fn attempt_that_is_over_changes_nothing() {
-    let (_dir, store) = store().await;
-    let job = submitted(&store, "a").await;
-    let first = store.claim().await.unwrap().unwrap();
-    store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
-    let second = store.claim().await.unwrap().unwrap();
-    assert_eq!((first.attempt, second.attempt), (1, 2));
-
-    let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
-    store.record_progress(first.seq, first.attempt, &progress).await.unwrap();
-    assert!(!store.finish(first.seq, first.attempt, &end(RunEnding::Finished)).await.unwrap());
-    store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap();
-    let row = store.job("anna", job.id).await.unwrap().unwrap();
-    assert_eq!((row.state, row.progress.progress), (JobState::Running, 0.0));
-
-    assert!(store.finish(second.seq, second.attempt, &end(RunEnding::Finished)).await.unwrap());
-    assert!(
-        !store
-            .finish(second.seq, second.attempt, &end(RunEnding::Failed(JobFailure::internal())))
-            .await
-            .unwrap()
-    );
-    let row = store.job("anna", job.id).await.unwrap().unwrap();
-    assert_eq!((row.state, row.progress.progress), (JobState::Succeeded, 1.0));
-    let (events, ended) = store.events_after(job.seq, 0, 100).await.unwrap();
-    let kinds: Vec<&str> = events.iter().map(|e| e.kind.as_str()).collect();
-    assert_eq!(kinds, ["queued", "running", "requeued", "running", "succeeded"]);
-    assert!(ended);
-}
-
-#[tokio::test]
-async fn orphans_are_those_without_a_worker_and_those_that_were_hidden() {
-    let (_dir, store) = store().await;
-    let mut jobs = Vec::new();
-    for name in ["again", "cancelled", "deleted", "poison", "waiting"] {
-        jobs.push(submitted(&store, name).await);
-    }
-    for _ in 0..4 {
-        store.claim().await.unwrap().unwrap();
-    }
-    assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
-    let deleted = store.hide("anna", jobs[2].id).await.unwrap();
-    assert_eq!(deleted, DeleteAnswer::Running { seq: jobs[2].seq });
-    let wishes: Vec<OwnerWish> =
-        store.orphans().await.unwrap().into_iter().map(|orphan| orphan.wish).collect();
-    assert_eq!(wishes, [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion, OwnerWish::Result]);
-    assert_eq!(store.wish(jobs[1].seq).await.unwrap(), OwnerWish::Stop);
-    assert_eq!(store.wish(99).await.unwrap(), OwnerWish::Deletion);
-
-    let lost = RunEnding::Failed(JobFailure::worker_lost(1));
-    assert!(store.finish(jobs[3].seq, 1, &end(lost)).await.unwrap());
-    let row = store.job("anna", jobs[3].id).await.unwrap().unwrap();
-    assert_eq!(row.failure.unwrap().cause, JobFailureCause::WorkerLost);
-}
-
-#[tokio::test]
-async fn what_a_job_is_for_is_read_back() {
-    let (_dir, store) = store().await;
-    let job = submitted(&store, "a").await;
-    assert_eq!(store.document("anna", job.id).await.unwrap().unwrap(), (JobKind::Study, b"{}".to_vec()));
-    assert_eq!(store.claim().await.unwrap().unwrap().kind, JobKind::Study);
+async fn it_keeps_what_a_store_promises() {
+    let (dir, count) = (tempfile::tempdir().unwrap(), Cell::new(0));
+    check(async || {
+        let file = dir.path().join(format!("{}.sqlite", count.replace(count.get() + 1)));
+        SqliteStore::open(&file).await.unwrap()
+    })
+    .await;
 }
 
 #[tokio::test]
@@ -146,25 +55,6 @@ async fn jobs_of_before_there_were_kinds_are_told_by_their_documents() {
         kinds.push(store.document("anna", JobId::from_u128(id)).await.unwrap().unwrap().0);
     }
     assert_eq!(kinds, [JobKind::Simulation, JobKind::Study, JobKind::WhatIf, JobKind::Simulation]);
-}
-
-#[tokio::test]
-async fn queue_has_an_end() {
-    let (_dir, store) = store().await;
-    store.submit(&new("a"), 1).await.unwrap();
-    assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
-}
-
-#[tokio::test]
-async fn owners_do_not_see_each_other() {
-    let (_dir, store) = store().await;
-    let job = submitted(&store, "a").await;
-    assert!(store.job("bert", job.id).await.unwrap().is_none());
-    assert_eq!(store.cancel("bert", job.id).await.unwrap(), CancelAnswer::Unknown);
-    assert_eq!(store.hide("bert", job.id).await.unwrap(), DeleteAnswer::Unknown);
-    let page = Page { states: vec![], before: None, limit: 10 };
-    assert!(store.jobs("bert", &page).await.unwrap().is_empty());
-    assert_eq!(store.jobs("anna", &page).await.unwrap().len(), 1);
 }
 
 #[tokio::test]

@@ -1,0 +1,108 @@
+//! Whether the numbers are as exact as was asked for.
+
+use super::quantity::{ErrorEstimate, Quantity};
+use super::results::Results;
+use crate::scene::document::AskedNumber;
+use serde::Serialize;
+
+/// What was asked for, and on which mesh the run is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedAccuracy {
+    /// Largest error bar, as a fraction of the number [-].
+    pub relative: f64,
+    /// The numbers that it holds for.
+    pub of: Vec<AskedNumber>,
+    /// Numbers of elements in units of the scene's own [-].
+    pub mesh_factor: f64,
+    /// What the next finer mesh would take, as expected before this one [s].
+    pub next_s: Option<f64>,
+}
+
+/// What of it was reached.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Accuracy {
+    /// Whether every number was.
+    pub reached: bool,
+    /// Largest error bar that was asked for, as a fraction of the number [-].
+    pub asked: f64,
+    /// The numbers, as far as the scene has them.
+    pub numbers: Vec<AccuracyOf>,
+    /// Numbers of elements of this mesh in units of the scene's own [-].
+    pub mesh_factor: f64,
+    /// What the next finer mesh would take, with its error bars [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_mesh_s: Option<f64>,
+}
+
+/// One number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AccuracyOf {
+    /// Which.
+    pub number: AskedNumber,
+    /// Its error bar as a fraction of it [-]; absent where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
+}
+
+impl Accuracy {
+    /// Of the numbers with their error bars.
+    pub(super) fn of(asked: &AskedAccuracy, results: &Results) -> Self {
+        let of = |number: AskedNumber| {
+            let quantity = quantity(results, number)?;
+            let relative = match &quantity.error {
+                ErrorEstimate::Estimated(error) if error.total == 0.0 => Some(0.0),
+                ErrorEstimate::Estimated(error) => {
+                    Some(error.total / quantity.value.abs()).filter(|r| r.is_finite())
+                }
+                ErrorEstimate::NotEstimated | ErrorEstimate::NothingTouched => None,
+            };
+            Some(AccuracyOf { number, relative })
+        };
+        let numbers: Vec<AccuracyOf> = asked.of.iter().filter_map(|number| of(*number)).collect();
+        let is_within = |of: &AccuracyOf| of.relative.is_some_and(|relative| relative <= asked.relative);
+        Self {
+            reached: numbers.iter().all(is_within),
+            asked: asked.relative,
+            numbers,
+            mesh_factor: asked.mesh_factor,
+            next_mesh_s: asked.next_s,
+        }
+    }
+
+    /// In a sentence.
+    pub fn words(&self) -> String {
+        let percent = |of: &AccuracyOf| match of.relative {
+            Some(relative) => format!("{} ± {:.1} %", of.number.name(), 100.0 * relative),
+            None => format!("{}: no error bar", of.number.name()),
+        };
+        let numbers: Vec<String> = self.numbers.iter().map(percent).collect();
+        let verdict = if self.reached { "reached" } else { "NOT reached" };
+        let next = match self.next_mesh_s.filter(|_| !self.reached) {
+            Some(seconds) => format!("; the next finer mesh would take about {seconds:.0} s"),
+            None => String::new(),
+        };
+        format!(
+            "accuracy of {:.3} % {verdict} with {:.2} times the numbers of elements: {}{next}",
+            100.0 * self.asked,
+            self.mesh_factor,
+            numbers.join(", ")
+        )
+    }
+}
+
+/// The number in the results; `None` where the scene has none.
+fn quantity(results: &Results, number: AskedNumber) -> Option<&Quantity> {
+    let impact = results.headline.impact.and_then(|index| results.impacts.get(index));
+    let tissue = results.tissue.as_ref();
+    match number {
+        AskedNumber::PeakForce => impact.map(|impact| &impact.peak_force_n),
+        AskedNumber::Impulse => impact.map(|impact| &impact.impulse_n_s),
+        AskedNumber::ContactPatch => impact.map(|impact| &impact.largest_patch_area_mm2),
+        AskedNumber::StressDepth => {
+            let (index, tissue) = results.headline.significant_stress.zip(tissue)?;
+            tissue.significant_stress.get(index)?.depth_mm.as_ref()
+        }
+        AskedNumber::EnergyGiven => tissue.map(|tissue| &tissue.energy_given_j),
+        AskedNumber::Deflection => tissue.map(|tissue| &tissue.deflection_mm.quantity),
+    }
+}

@@ -1,0 +1,113 @@
+//! Kinds of cells. What depends on the kind of a cell stands in one table a kind, and is looked up there: by surfaces, quality,
+//! refinement, readers and writers alike.
+
+mod hex8;
+mod points;
+mod table;
+#[cfg(test)]
+mod tests;
+mod tet10;
+mod tet4;
+mod wedge6;
+
+pub use points::{CellPoints, MOST_NODES};
+pub use table::{AbaqusName, CellFace, CellTable, Foreign, Oblique, Split};
+
+use crate::mechanics::tensor::{Mat3, Vec3};
+
+/// A kind of cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CellKind {
+    /// Hexahedron of eight nodes, trilinear.
+    #[default]
+    Hex8,
+    /// Tetrahedron of four nodes, linear.
+    Tet4,
+    /// Tetrahedron of ten nodes, quadratic.
+    Tet10,
+    /// Wedge of six nodes: a linear triangle times a linear line.
+    Wedge6,
+}
+
+impl CellKind {
+    /// All kinds.
+    pub const ALL: [Self; 4] = [Self::Hex8, Self::Tet4, Self::Tet10, Self::Wedge6];
+
+    /// What there is to know of it.
+    pub fn table(self) -> &'static CellTable {
+        match self {
+            Self::Hex8 => &hex8::TABLE,
+            Self::Tet4 => &tet4::TABLE,
+            Self::Tet10 => &tet10::TABLE,
+            Self::Wedge6 => &wedge6::TABLE,
+        }
+    }
+
+    /// Number of its nodes.
+    pub fn node_count(self) -> usize {
+        self.table().points.len()
+    }
+
+    /// The kind of that Gmsh number.
+    pub fn of_gmsh(number: i32) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| i32::from(kind.table().gmsh.number) == number)
+    }
+
+    /// The kind of an Abaqus element type in capitals ("C3D8R").
+    pub fn of_abaqus(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| {
+            let AbaqusName { name: own, suffixes } = kind.table().abaqus;
+            name.strip_prefix(own).is_some_and(|rest| rest.chars().all(|c| suffixes.contains(c)))
+        })
+    }
+
+    /// Volume [m³] by the positions of the nodes [m]; negative when the cell is inside out.
+    ///
+    /// V = Σ w det ∂x/∂ξ over the quadrature points, which is exact for the kind's interpolation.
+    pub fn volume_m3(self, x: &[Vec3]) -> f64 {
+        let table = self.table();
+        table.quadrature.iter().map(|&(xi, weight)| (table.jacobian)(x, xi).determinant() * weight).sum()
+    }
+
+    /// Whether natural coordinates are those of a point of the cell.
+    pub fn contains(self, xi: &Vec3) -> bool {
+        self.table().half_spaces.iter().all(|&(normal, most)| Vec3::from(normal).dot(xi) <= most)
+    }
+
+    /// Scaled Jacobian at natural coordinates [-], in [−1, 1]; 1 in the ideal cell, whose edges are all equal (Knupp 2000).
+    pub fn scaled_jacobian(self, x: &[Vec3], xi: [f64; 3]) -> f64 {
+        let table = self.table();
+        let jacobian = (table.jacobian)(x, xi);
+        match &table.oblique {
+            None => scaled_determinant(&jacobian),
+            Some(Oblique { frame, .. }) => scaled_determinant(&(jacobian * columns(*frame))),
+        }
+    }
+
+    /// Scaled Jacobian at a corner [-]: the triple product of the unit vectors along the edges that meet there, over that of the
+    /// ideal cell. 1 in the ideal cell, 0 where the corner is flat.
+    ///
+    /// # Panics
+    /// When the kind has no such corner.
+    pub fn corner_scaled_jacobian(self, x: &[Vec3], corner: usize) -> f64 {
+        let table = self.table();
+        let jacobian = (table.jacobian)(x, table.points[corner]);
+        let Some(oblique) = &table.oblique else { return scaled_determinant(&jacobian) };
+        let here = Vec3::from(table.points[corner]);
+        let along = oblique.neighbours[corner].map(|other| Vec3::from(table.points[other]) - here);
+        let edges = Mat3::from_columns(&along);
+        // The neighbours come in any order: the reference cell, which is sound, tells which is right-handed.
+        scaled_determinant(&(jacobian * edges)) * edges.determinant().signum() / oblique.corner
+    }
+}
+
+fn columns(directions: [[f64; 3]; 3]) -> Mat3 {
+    Mat3::from_columns(&directions.map(Vec3::from))
+}
+
+/// Determinant over the product of the lengths of the columns, in [−1, 1]; 1 where they are square to each other, 0 where a column
+/// vanishes.
+fn scaled_determinant(columns: &Mat3) -> f64 {
+    let lengths: f64 = columns.column_iter().map(|c| c.norm()).product();
+    if lengths > 0.0 { columns.determinant() / lengths } else { 0.0 }
+}

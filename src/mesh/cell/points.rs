@@ -1,0 +1,40 @@
+//! Positions of the nodes of one cell.
+
+use crate::mechanics::tensor::Vec3;
+use std::ops::Deref;
+
+/// Nodes of the kind that has most.
+pub const MOST_NODES: usize = 10;
+
+/// Positions [m] of the nodes of one cell of any kind, without memory of their own; it is used like a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellPoints {
+    x: [Vec3; MOST_NODES],
+    count: usize,
+}
+
+impl CellPoints {
+    /// The positions of these nodes, of which there are at most [`MOST_NODES`].
+    pub fn new(nodes: &[u32], position: impl Fn(u32) -> Vec3) -> Self {
+        let mut x = [Vec3::zeros(); MOST_NODES];
+        for (x, &node) in x.iter_mut().zip(nodes) {
+            *x = position(node);
+        }
+        Self { x, count: nodes.len().min(MOST_NODES) }
+    }
+
+    /// Each of them moved.
+    #[must_use]
+    pub fn map(mut self, moved: impl Fn(&Vec3) -> Vec3) -> Self {
+        self.x[..self.count].iter_mut().for_each(|x| *x = moved(x));
+        self
+    }
+}
+
+impl Deref for CellPoints {
+    type Target = [Vec3];
+
+    fn deref(&self) -> &[Vec3] {
+        &self.x[..self.count]
+    }
+}

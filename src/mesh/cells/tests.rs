@@ -1,0 +1,297 @@
+#![allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic; exactly is what is meant
+
+use super::*;
+use crate::mesh::distance::DepthField;
+use crate::mesh::generate::block::Block;
+use crate::mesh::locate::Locator;
+use crate::mesh::quality::quality;
+use crate::mesh::read::{MeshFormat, read_mesh};
+use crate::mesh::refine::refined;
+use crate::mesh::surface::{
+    Skin, TopologyProblem, enclosed_volume_m3, skin, skin_nodes, topology_problems, tributary_areas,
+};
+use crate::mesh::triangulated_skin::TriangulatedSkin;
+use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
+use crate::mesh::{Mesh, MeshError};
+use std::collections::{BTreeMap, BTreeSet};
+
+const HEX: [u32; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+const TET: [u32; 4] = [4, 5, 6, 8];
+
+#[test]
+fn mixed_kinds_keep_order_and_nodes() {
+    let mut cells = Cells::default();
+    let pushed = [
+        (CellKind::Tet4, &TET[..]),
+        (CellKind::Tet4, &TET[..]),
+        (CellKind::Hex8, &HEX[..]),
+        (CellKind::Wedge6, &HEX[2..]),
+        (CellKind::Tet4, &HEX[..4]),
+    ];
+    for (kind, nodes) in pushed {
+        cells.push(kind, nodes);
+    }
+    assert_eq!(cells.len(), pushed.len());
+    for (i, (kind, nodes)) in pushed.into_iter().enumerate() {
+        assert_eq!((cells.kind(i), cells.nodes(i)), (kind, nodes));
+    }
+    assert_eq!(cells.counts(), [(CellKind::Hex8, 1), (CellKind::Tet4, 3), (CellKind::Wedge6, 1)]);
+    assert_eq!(cells.hexes(), None);
+    let moved = cells.map(|node| node + 10);
+    assert_eq!((moved.kind(3), moved.nodes(3)), (CellKind::Wedge6, &[12, 13, 14, 15, 16, 17][..]));
+    assert_eq!(cells.iter().collect::<Cells>(), cells);
+    assert_eq!(cells.try_map(|cell, node| if cell < 2 { Ok(node) } else { Err(cell) }), Err(2));
+}
+
+#[test]
+fn hexahedra_alone_are_arrays_of_eight() {
+    let cells = Cells::from(vec![HEX; 3]);
+    assert_eq!(cells.hexes(), Some(&[HEX; 3][..]));
+    let mut pushed = Cells::default();
+    assert_eq!(pushed.hexes(), Some(&[][..]));
+    pushed.extend([HEX; 3]);
+    assert_eq!(pushed, cells);
+    assert_eq!(cells.counts(), [(CellKind::Hex8, 3)]);
+    pushed.push(CellKind::Tet4, &TET);
+    assert_eq!((pushed.len(), pushed.hexes()), (4, None));
+    assert_eq!(Cells::<u32>::default().counts(), []);
+}
+
+/// Six tetrahedra that fill a hexahedron, about its diagonal.
+const TETRAHEDRA: [[usize; 4]; 6] =
+    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+/// Two wedges that fill it; their triangles are sides of those tetrahedra.
+const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
+
+/// A hexahedron as cells of a kind.
+fn filled(hex: &[u32; 8], kind: CellKind, mesh: &mut Mesh, middles: &mut BTreeMap<[u32; 2], u32>) {
+    match kind {
+        CellKind::Hex8 => mesh.cells.push(kind, hex),
+        CellKind::Wedge6 => WEDGES.iter().for_each(|wedge| mesh.cells.push(kind, &wedge.map(|i| hex[i]))),
+        CellKind::Tet4 => TETRAHEDRA.iter().for_each(|tet| mesh.cells.push(kind, &tet.map(|i| hex[i]))),
+        CellKind::Tet10 => {
+            for tet in TETRAHEDRA {
+                let mut nodes = tet.map(|i| hex[i]).to_vec();
+                for edge in kind.table().edges {
+                    let mut ends = edge.map(|i| nodes[i]);
+                    ends.sort_unstable();
+                    nodes.push(*middles.entry(ends).or_insert_with(|| {
+                        let [a, b] = ends.map(|node| mesh.nodes[node as usize]);
+                        mesh.nodes.push((a + b) / 2.0);
+                        (mesh.nodes.len() - 1) as u32
+                    }));
+                }
+                mesh.cells.push(kind, &nodes);
+            }
+        }
+    }
+}
+
+/// Hexahedra of a mesh as cells of the kinds that `kind` says; those without one are left out.
+fn remeshed(hexes: &Mesh, kind: impl Fn(usize) -> Option<CellKind>) -> Mesh {
+    let mut mesh = Mesh { cells: Cells::default(), part_of: Vec::new(), ..hexes.clone() };
+    let mut middles = BTreeMap::new();
+    for (e, hex) in hexes.cells.hexes().unwrap().iter().enumerate() {
+        if let Some(kind) = kind(e) {
+            filled(hex, kind, &mut mesh, &mut middles);
+        }
+    }
+    mesh.part_of = vec![0; mesh.cells.len()];
+    mesh.drop_unused_nodes();
+    mesh
+}
+
+/// A box of 3 × 2 × 1 of a kind, of 24 m³.
+fn block_of(kind: CellKind) -> Mesh {
+    let block = Block::uniform(Vec3::zeros(), Vec3::new(6.0, 4.0, 1.0), [3, 2, 1], "b").generate().unwrap();
+    remeshed(&block, |_| Some(kind))
+}
+
+/// Three cubes of 1 m in an L: tetrahedra, wedges on them, a hexahedron beside those.
+fn mixed() -> Mesh {
+    let block = Block::uniform(Vec3::zeros(), Vec3::new(2.0, 1.0, 2.0), [2, 1, 2], "b").generate().unwrap();
+    let kinds = [Some(CellKind::Tet4), None, Some(CellKind::Wedge6), Some(CellKind::Hex8)];
+    remeshed(&block, |e| kinds[e])
+}
+
+/// All meshes, with their volume [m³].
+fn meshes() -> Vec<(String, Mesh, f64)> {
+    let of_one = CellKind::ALL.map(|kind| (format!("{kind:?}"), block_of(kind), 24.0));
+    of_one.into_iter().chain([("mixed".into(), mixed(), 3.0)]).collect()
+}
+
+/// Bent, so that faces of four corners are warped.
+fn bent(x: &Vec3) -> Vec3 {
+    let (sine, cosine) = (0.1 * x.x).sin_cos();
+    Vec3::new((x.z + 10.0) * sine, x.y + 0.05 * x.x * x.z, (x.z + 10.0) * cosine + 0.03 * x.x * x.y)
+}
+
+/// Nodes − edges + faces.
+fn euler_characteristic(faces: &[[u32; 4]]) -> i64 {
+    let mut edges = BTreeSet::new();
+    for face in faces {
+        let n = if face[2] == face[3] { 3 } else { 4 };
+        edges.extend((0..n).map(|i| (face[i].min(face[(i + 1) % n]), face[i].max(face[(i + 1) % n]))));
+    }
+    i64::try_from(skin_nodes(faces).len() + faces.len()).unwrap() - i64::try_from(edges.len()).unwrap()
+}
+
+#[test]
+fn meshes_of_every_kind_are_sound_and_closed() {
+    for (name, mesh, exact) in meshes() {
+        assert_eq!(topology_problems(&mesh.cells), [], "{name}");
+        assert!((mesh.volume_m3() / exact - 1.0).abs() < 1e-13, "{name}");
+        let skin = Skin::of(&mesh.cells);
+        assert!((enclosed_volume_m3(&skin.faces, &mesh.nodes) / exact - 1.0).abs() < 1e-13, "{name}");
+        assert_eq!(euler_characteristic(&skin.faces), 2, "{name}");
+        let area: f64 = tributary_areas(&skin.faces, &mesh.nodes).iter().sum();
+        let sides = if name == "mixed" { 14.0 } else { 2.0 * (24.0 + 6.0 + 4.0) };
+        assert!((area / sides - 1.0).abs() < 1e-13, "{name}: {area}");
+        for (face, (&owner, &side)) in skin.faces.iter().zip(skin.owner.iter().zip(&skin.side)) {
+            let cell = mesh.cells.get(owner as usize);
+            let facets = cell.kind.table().faces[usize::from(side)].facets;
+            assert!(facets.iter().any(|facet| facet.map(|i| cell.nodes[i]) == *face), "{name}");
+        }
+        let quality = quality(&mesh).unwrap();
+        assert!(
+            quality.min_scaled_jacobian > 0.2 && quality.volume_m3 == mesh.volume_m3(),
+            "{name}: {quality:?}"
+        );
+        assert_eq!((quality.negative.count, quality.folded_corners.count), (0, 0), "{name}");
+        assert_eq!(quality.unused_nodes.count, 0, "{name}");
+    }
+}
+
+#[test]
+fn warped_faces_enclose_what_the_cells_between_them_hold() {
+    for (name, mut mesh, _) in meshes() {
+        if mesh.cells.kind(0) == CellKind::Tet10 {
+            continue; // curved faces are not their facets
+        }
+        mesh.nodes.iter_mut().for_each(|x| *x = bent(x));
+        let enclosed = enclosed_volume_m3(&skin(&mesh.cells), &mesh.nodes);
+        assert!((mesh.volume_m3() / enclosed - 1.0).abs() < 1e-13, "{name}");
+    }
+}
+
+#[test]
+fn refinement_keeps_volume_surface_sets_and_shapes() {
+    for (name, mut mesh, exact) in meshes() {
+        if mesh.cells.kind(0) == CellKind::Tet10 {
+            assert!(matches!(refined(&mesh), Err(MeshError::Unrefinable { .. })));
+            continue;
+        }
+        let fine = refined(&mesh).unwrap();
+        assert_eq!((fine.cells.len(), fine.part_of.len()), (8 * mesh.cells.len(), 8 * mesh.cells.len()));
+        assert!((fine.volume_m3() / exact - 1.0).abs() < 1e-13, "{name}");
+        assert!(fine.cells.iter().all(|cell| cell.kind.volume_m3(&cell.points(&fine.nodes)) > 0.0), "{name}");
+        assert_eq!(topology_problems(&fine.cells), [], "{name}");
+        assert_eq!(euler_characteristic(&skin(&fine.cells)), 2, "{name}");
+        let top = mesh.bounding_box().unwrap()[1].z;
+        let on_top: Vec<u32> =
+            (0..fine.nodes.len() as u32).filter(|a| fine.nodes[*a as usize].z == top).collect();
+        assert_eq!(fine.node_sets["z_max"], on_top, "{name}");
+
+        // A bent mesh keeps the volume of each of its cells: the children follow the interpolation of their parent.
+        mesh.nodes.iter_mut().for_each(|x| *x = bent(x));
+        let fine = refined(&mesh).unwrap();
+        for e in 0..mesh.cells.len() {
+            let children: f64 = (8 * e..8 * e + 8).map(|child| fine.element_volume_m3(child)).sum();
+            assert!((children / mesh.element_volume_m3(e) - 1.0).abs() < 1e-13, "{name}");
+        }
+    }
+}
+
+#[test]
+fn descendants_of_a_tetrahedron_have_at_most_three_shapes() {
+    let corners = [[0.0; 3], [1.0, 0.1, 0.2], [0.3, 1.2, 0.1], [0.2, 0.4, 1.5]];
+    let mut mesh = Mesh { nodes: corners.map(Vec3::from).to_vec(), ..Mesh::default() };
+    mesh.cells.push(CellKind::Tet4, &[0, 1, 2, 3]);
+    for level in 1..=3 {
+        mesh = refined(&mesh).unwrap();
+        let shape = |cell: Cell| {
+            let x = cell.points(&mesh.nodes);
+            let lengths = cell.kind.table().edges.iter().map(|[a, b]| (x[*a] - x[*b]).norm());
+            let mut lengths: Vec<i64> =
+                lengths.map(|length| (length * f64::from(1 << level) * 1e9).round() as i64).collect();
+            lengths.sort_unstable();
+            lengths
+        };
+        let shapes: BTreeSet<Vec<i64>> = mesh.cells.iter().map(shape).collect();
+        assert!(shapes.len() <= 3, "{level}: {} shapes", shapes.len());
+    }
+}
+
+#[test]
+fn points_are_found_in_the_cells_that_they_come_from() {
+    let everywhere = [Vec3::repeat(-50.0), Vec3::repeat(50.0)];
+    for (name, mut mesh, _) in meshes() {
+        mesh.nodes.iter_mut().for_each(|x| *x = bent(x));
+        let locator = Locator::within(&everywhere, &mesh.cells, &mesh.nodes);
+        for (element, cell) in mesh.cells.iter().enumerate() {
+            let table = cell.kind.table();
+            for (xi, _) in table.quadrature {
+                let point = (table.place)(&cell.points(&mesh.nodes), *xi);
+                assert_eq!(locator.element_at(&point, |_| true), Some(element), "{name}");
+                assert_eq!(locator.element_at(&point, |e| e != element), None, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn depth_is_the_distance_to_the_nearest_side() {
+    for kind in CellKind::ALL {
+        let mesh = block_of(kind);
+        let field = DepthField::new(&skin(&mesh.cells), &mesh.nodes).unwrap();
+        for x in [Vec3::new(1.3, 2.2, 0.7), Vec3::new(0.1, 3.0, 0.5), Vec3::new(5.0, 3.95, 0.4)] {
+            let sides = [x.x, 6.0 - x.x, x.y, 4.0 - x.y, x.z, 1.0 - x.z];
+            let exact = sides.into_iter().fold(f64::INFINITY, f64::min);
+            assert!((field.depth(&x) - exact).abs() < 1e-12, "{kind:?}");
+        }
+    }
+}
+
+#[test]
+fn rays_meet_the_skin_and_ways_go_over_it() {
+    for kind in CellKind::ALL {
+        let mesh = block_of(kind);
+        let skin = TriangulatedSkin::new(&skin(&mesh.cells), mesh.nodes.clone());
+        let (distance, hit) = skin.entry(&Vec3::new(1.3, 2.2, 5.0), &-Vec3::z()).unwrap();
+        assert!((distance - 4.0).abs() < 1e-13 && (hit.place - Vec3::new(1.3, 2.2, 1.0)).norm() < 1e-13);
+        assert!((hit.normal - Vec3::z()).norm() < 1e-12, "{kind:?}: {hit:?}");
+        let far = skin.walk(&hit, &Vec3::new(3.0, 1.0, 0.0), 10.0_f64.sqrt()).unwrap();
+        assert!((far.place - Vec3::new(4.3, 3.2, 1.0)).norm() < 1e-12, "{kind:?}: {far:?}");
+        assert!(skin.walk(&hit, &Vec3::x(), 6.0).is_err(), "{kind:?}: behind a sharp edge");
+    }
+}
+
+#[test]
+fn gmsh_files_carry_every_kind_and_mixed_ones() {
+    for (name, mesh, _) in meshes() {
+        let mesh = Mesh { notes: Vec::new(), ..mesh };
+        for version in [Version::V2_2, Version::V4_1] {
+            for encoding in [Encoding::Ascii, Encoding::LittleEndian, Encoding::BigEndian] {
+                let bytes = write_gmsh(&mesh, version, encoding);
+                assert_eq!(
+                    read_mesh(&bytes, MeshFormat::Gmsh).unwrap(),
+                    mesh,
+                    "{name} {version:?} {encoding:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn neighbours_of_other_degree_come_apart() {
+    let pair = |kinds: [CellKind; 2]| {
+        let block =
+            Block::uniform(Vec3::zeros(), Vec3::new(2.0, 1.0, 1.0), [2, 1, 1], "b").generate().unwrap();
+        topology_problems(&remeshed(&block, |e| Some(kinds[e])).cells)
+    };
+    assert_eq!(pair([CellKind::Tet10, CellKind::Tet10]), []);
+    let apart = pair([CellKind::Tet4, CellKind::Tet10]);
+    assert_eq!(apart.len(), 2, "two triangles lie between the cubes");
+    assert!(apart.iter().all(|problem| matches!(problem, TopologyProblem::NodesBetweenCorners { .. })));
+}

@@ -1,0 +1,371 @@
+//! Local refinement: some hexahedra become eight, again and again, with hanging nodes between coarse and fine ones.
+//!
+//! Neighbours differ by one halving at most, over faces, edges and corners, so that a face has one hanging node in its middle and one in
+//! the middle of each edge, and no more; and no node hangs on one that hangs itself. New nodes lie on the trilinear elements: facets of a curved surface stay what they are.
+
+use super::cells::{Cell, Cells};
+use super::refine::{Split, edges_and_faces};
+use super::surface::{skin, skin_nodes};
+use super::{CellKind, Mesh};
+use crate::mechanics::element::HEX8_CORNERS;
+use crate::mechanics::tensor::Vec3;
+
+/// Room for rounding where an edge is as long as it may be [-].
+const ROUNDING: f64 = 1e-9;
+
+/// Halvings of an element, at most: of a metre to less than a micrometre.
+const MOST_HALVINGS: u8 = 20;
+
+/// A place at which elements are to be small.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Where [m].
+    pub point: Vec3,
+    /// Outward unit normal of the skin that is nearest; zero where elements are to be small along all directions.
+    pub normal: Vec3,
+}
+
+impl Place {
+    /// Points [m] with the normal of the mesh's skin at its node nearest to each.
+    pub fn on_all(mesh: &Mesh, points: &[Vec3]) -> Vec<Self> {
+        let faces = mesh.hanging.skin(skin(&mesh.cells));
+        let nodes = skin_nodes(&faces);
+        let mut normals = vec![Vec3::zeros(); mesh.nodes.len()];
+        for face in &faces {
+            let [a, b, c, d] = face.map(|node| mesh.nodes[node as usize]);
+            let area = (c - a).cross(&(d - b));
+            for node in face {
+                normals[*node as usize] += area;
+            }
+        }
+        let on = |point: &Vec3| {
+            let far = |node: &u32| (mesh.nodes[*node as usize] - point).norm_squared();
+            let nearest = nodes.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            let normal = nearest.and_then(|node| normals[*node as usize].try_normalize(0.0));
+            Self { point: *point, normal: normal.unwrap_or_else(Vec3::zeros) }
+        };
+        points.iter().map(on).collect()
+    }
+}
+
+/// Where elements are to be how small.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    /// Near any of these.
+    pub places: Vec<Place>,
+    /// So near: the box around an element, along the axes of space, is no farther away [m].
+    pub within: f64,
+    /// Longest edge along the surface [m]: of the two natural directions that are least along the normal.
+    pub size: f64,
+}
+
+impl Region {
+    /// Whether an element with these corners [m] is to be split.
+    fn splits(&self, corners: &[Vec3; 8]) -> bool {
+        let most = self.size * (1.0 + ROUNDING);
+        if longest_along_surface(corners, &Vec3::zeros()) <= most {
+            return false;
+        }
+        let low = corners.iter().fold(corners[0], |low, x| low.inf(x));
+        let high = corners.iter().fold(corners[0], |high, x| high.sup(x));
+        let within = self.within + ROUNDING * (high - low).norm();
+        let distance = |place: &Place| (place.point - place.point.sup(&low).inf(&high)).norm();
+        let near = self.places.iter().map(|place| (distance(place), place));
+        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, _)| *distance <= within);
+        nearest.is_some_and(|(_, place)| longest_along_surface(corners, &place.normal) > most)
+    }
+}
+
+/// The longest edge of an element [m] along the two natural directions that are least along a normal; of all three where it is zero.
+fn longest_along_surface(corners: &[Vec3; 8], normal: &Vec3) -> f64 {
+    let (mut longest, mut mean) = ([0.0_f64; 3], [Vec3::zeros(); 3]);
+    for &[a, b] in CellKind::Hex8.table().edges {
+        // The two corners differ in one natural coordinate.
+        let axis = (0..3).find(|&k| HEX8_CORNERS[a][k] * HEX8_CORNERS[b][k] < 0.0).unwrap_or(0);
+        let edge = (corners[b] - corners[a]) * HEX8_CORNERS[b][axis];
+        longest[axis] = longest[axis].max(edge.norm());
+        mean[axis] += edge;
+    }
+    if *normal != Vec3::zeros() {
+        let along = mean.map(|edge| edge.normalize().dot(normal).abs());
+        let through = (0..3).max_by(|&a, &b| along[a].total_cmp(&along[b])).unwrap_or(0);
+        longest[through] = 0.0;
+    }
+    longest.into_iter().fold(0.0, f64::max)
+}
+
+/// More elements than there may be; nothing of their size has been allocated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooMany {
+    /// How many there would be at least.
+    pub elements: u64,
+}
+
+/// The mesh with elements split where the regions ask for it, and how many of its own have been split.
+///
+/// Parts, material axes and node sets follow as in [`super::refine::refined`]; elements keep their order, the eight of one in its place.
+///
+/// # Errors
+/// [`TooMany`] where there would be more than `most` elements.
+pub fn refined_in(mesh: &Mesh, regions: &[Region], most: u64) -> Result<(Mesh, usize), TooMany> {
+    let mut refinement = Refinement::new(mesh);
+    while refinement.split_once(regions, most)? {}
+    Ok(refinement.finish(mesh))
+}
+
+/// A mesh on its way.
+struct Refinement {
+    split: Split,
+    cells: Cells,
+    /// Element of the mesh that each is of, and how often that was halved.
+    origin: Vec<u32>,
+    level: Vec<u8>,
+}
+
+impl Refinement {
+    fn new(mesh: &Mesh) -> Self {
+        Self {
+            split: Split::new(mesh),
+            cells: mesh.cells.clone(),
+            origin: (0..mesh.cells.len() as u32).collect(),
+            level: vec![0; mesh.cells.len()],
+        }
+    }
+
+    /// Splits what is too large, and what must not stay coarse beside it; whether there was anything.
+    fn split_once(&mut self, regions: &[Region], most: u64) -> Result<bool, TooMany> {
+        let is_split = self.balanced(|cell| {
+            let Ok(nodes) = <[u32; 8]>::try_from(cell.nodes) else { return false };
+            let corners = nodes.map(|node| self.split.nodes[node as usize]);
+            regions.iter().any(|region| region.splits(&corners))
+        });
+        let count = is_split.iter().filter(|is_split| **is_split).count();
+        let elements = (self.cells.len() + 7 * count) as u64;
+        if elements > most {
+            return Err(TooMany { elements });
+        }
+        let (mut cells, mut origin, mut level) = (Cells::default(), Vec::new(), Vec::new());
+        for (e, cell) in self.cells.iter().enumerate() {
+            let has_children = is_split[e] && self.split.add_children(cell, &mut cells).is_ok();
+            if !has_children {
+                cells.push(cell.kind, cell.nodes);
+            }
+            origin.resize(cells.len(), self.origin[e]);
+            level.resize(cells.len(), self.level[e] + u8::from(has_children));
+        }
+        (self.cells, self.origin, self.level) = (cells, origin, level);
+        Ok(count > 0)
+    }
+
+    /// Which elements are split: those that are too large, and coarser ones that touch one of them.
+    fn balanced(&self, is_too_large: impl Fn(Cell<'_>) -> bool) -> Vec<bool> {
+        // Scenes have elements for hexahedra alone, and refuse what is left of other kinds.
+        let halvable = |e: usize| self.level[e] < MOST_HALVINGS && self.cells.kind(e) == CellKind::Hex8;
+        let elements = self.cells.iter().enumerate();
+        let mut is_split: Vec<bool> = elements.map(|(e, cell)| halvable(e) && is_too_large(cell)).collect();
+        let mut open: Vec<usize> = (0..self.cells.len()).filter(|e| is_split[*e]).collect();
+        if open.is_empty() {
+            return is_split;
+        }
+        let touching = self.elements_at_nodes();
+        while let Some(e) = open.pop() {
+            for node in self.nodes_on(e) {
+                for other in touching[node as usize].iter().map(|other| *other as usize) {
+                    if self.level[other] < self.level[e] && !is_split[other] && halvable(other) {
+                        is_split[other] = true;
+                        open.push(other);
+                    }
+                }
+            }
+        }
+        is_split
+    }
+
+    fn elements_at_nodes(&self) -> Vec<Vec<u32>> {
+        let mut touching = vec![Vec::new(); self.split.nodes.len()];
+        for e in 0..self.cells.len() {
+            for node in self.nodes_on(e) {
+                touching[node as usize].push(e as u32);
+            }
+        }
+        touching
+    }
+
+    /// The corners of an element, and what hangs on it.
+    fn nodes_on(&self, e: usize) -> Vec<u32> {
+        let cell = self.cells.get(e);
+        let mut nodes = cell.nodes.to_vec();
+        nodes.extend(edges_and_faces(cell).filter_map(|corners| self.split.made_middle(&corners)));
+        nodes
+    }
+
+    fn finish(self, mesh: &Mesh) -> (Mesh, usize) {
+        let hanging = self.split.hanging(&self.cells);
+        let fine_skin = skin_nodes(&hanging.skin(skin(&self.cells)));
+        let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.cells)));
+        let of_origin = || self.origin.iter().map(|e| *e as usize);
+        let mut split_origins: Vec<u32> =
+            self.origin.iter().zip(&self.level).filter(|(_, level)| **level > 0).map(|(e, _)| *e).collect();
+        split_origins.dedup();
+        let fine = Mesh {
+            part_of: of_origin().filter_map(|e| mesh.part_of.get(e).copied()).collect(),
+            axes: of_origin().filter_map(|e| mesh.axes.get(e).copied()).collect(),
+            parts: mesh.parts.clone(),
+            node_sets: self.split.refined_sets(mesh, &coarse_skin, &fine_skin),
+            notes: mesh.notes.clone(),
+            nodes: self.split.nodes,
+            cells: self.cells,
+            hanging,
+        };
+        (fine, split_origins.len())
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests {
+    use super::super::generate::block::Block;
+    use super::super::generate::limb_segment::LimbSegment;
+    use super::super::quality::quality;
+    use super::super::refine::refined;
+    use super::super::surface::enclosed_volume_m3;
+    use super::*;
+    use crate::mechanics::followers::Followers;
+    use std::collections::BTreeMap;
+
+    fn block() -> Mesh {
+        Block::uniform(Vec3::zeros(), Vec3::new(8.0, 8.0, 4.0), [8, 8, 4], "b").generate().unwrap()
+    }
+
+    fn at_top(mesh: &Mesh, within: f64, size: f64) -> Region {
+        Region { places: Place::on_all(mesh, &[Vec3::new(4.0, 4.0, 4.0)]), within, size }
+    }
+
+    /// How many faces run along each edge in each sense: a closed surface has one of each.
+    fn is_closed(faces: &[[u32; 4]]) -> bool {
+        let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+        for face in faces {
+            for i in 0..4 {
+                let (a, b) = (face[i], face[(i + 1) % 4]);
+                if a != b {
+                    *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+                }
+            }
+        }
+        edges.values().all(|sum| *sum == 0)
+    }
+
+    #[test]
+    fn elements_are_small_near_the_place_and_the_skin_is_closed() {
+        for (size, halvings) in [(0.5, 1), (0.25, 2)] {
+            let coarse = block();
+            let (fine, split) = refined_in(&coarse, &[at_top(&coarse, 1.5, size)], 1_000_000).unwrap();
+            let least = (0..fine.cells.len()).map(|e| {
+                (fine.cells.points(e, &fine.nodes)[1] - fine.cells.points(e, &fine.nodes)[0]).norm()
+            });
+            assert!((least.fold(f64::INFINITY, f64::min) - 0.5_f64.powi(halvings)).abs() < 1e-12);
+            assert!(split > 8 && split < coarse.cells.len() && !fine.hanging.is_empty());
+            assert!((fine.volume_m3() - 256.0).abs() < 1e-10);
+            let faces = fine.hanging.skin(skin(&fine.cells));
+            assert!(is_closed(&faces));
+            assert!((enclosed_volume_m3(&faces, &fine.nodes) - 256.0).abs() < 1e-10);
+            assert!(
+                faces.iter().any(|face| face[2] == face[3]),
+                "coarse faces are cut where nodes hang on them"
+            );
+        }
+    }
+
+    #[test]
+    fn hanging_nodes_lie_on_what_they_hang_on_and_linear_fields_stay_linear() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 1.0, 0.2)], 1_000_000).unwrap();
+        let followers = Followers::new(fine.nodes.len(), &fine.hanging.ties()).unwrap();
+        assert_eq!(followers.len(), fine.hanging.len());
+        let hangs = |node: &u32| followers.contains(*node as usize);
+        assert!(!fine.hanging.each().any(|(_, others)| others.iter().any(hangs)), "there are no chains");
+        let mut placed = fine.nodes.clone();
+        followers.follow(&mut placed);
+        let worst = placed.iter().zip(&fine.nodes).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(worst < 1e-14, "{worst:e}");
+    }
+
+    #[test]
+    fn neighbours_differ_by_one_halving() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 0.3, 0.13)], 1_000_000).unwrap();
+        let edge =
+            |e: usize| (fine.cells.points(e, &fine.nodes)[1] - fine.cells.points(e, &fine.nodes)[0]).norm();
+        // Elements that touch: their boxes do.
+        let boxes: Vec<[Vec3; 2]> = (0..fine.cells.len())
+            .map(|e| [fine.cells.points(e, &fine.nodes)[0], fine.cells.points(e, &fine.nodes)[6]])
+            .collect();
+        for (a, [low_a, high_a]) in boxes.iter().enumerate() {
+            for (b, [low_b, high_b]) in boxes.iter().enumerate().filter(|(b, _)| *b < a) {
+                if (0..3).all(|i| low_a[i] <= high_b[i] + 1e-9 && low_b[i] <= high_a[i] + 1e-9) {
+                    assert!((edge(a) / edge(b)).log2().abs() < 1.5, "{a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_hangs_already_is_used_again_when_everything_is_split() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 1.5, 0.5)], 1_000_000).unwrap();
+        let finer = refined(&fine).unwrap();
+        assert_eq!(finer.cells.len(), 8 * fine.cells.len());
+        assert_eq!(quality(&finer).unwrap().coincident_nodes.count, 0);
+        let faces = finer.hanging.skin(skin(&finer.cells));
+        assert!(!finer.hanging.is_empty() && is_closed(&faces));
+        assert!((enclosed_volume_m3(&faces, &finer.nodes) - 256.0).abs() < 1e-10);
+        let mut placed = finer.nodes.clone();
+        Followers::new(finer.nodes.len(), &finer.hanging.ties()).unwrap().follow(&mut placed);
+        assert!(placed.iter().zip(&finer.nodes).all(|(a, b)| (a - b).norm() < 1e-14));
+    }
+
+    #[test]
+    fn a_set_has_a_hanging_node_only_with_all_that_it_hangs_on() {
+        let coarse = block();
+        let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 1.5, 0.5)], 1_000_000).unwrap();
+        let (node, others) = fine.hanging.each().next().unwrap();
+        let sorted = |nodes: &[u32]| {
+            let mut nodes = nodes.to_vec();
+            nodes.sort_unstable();
+            nodes
+        };
+        let mut whole = sorted(&[others, &[node]].concat());
+        let all = whole.clone();
+        fine.hanging.complete(&mut whole);
+        assert_eq!(whole, all);
+        let mut part = sorted(&[&others[1..], &[node]].concat());
+        fine.hanging.complete(&mut part);
+        assert_eq!(part, sorted(&others[1..]));
+    }
+
+    #[test]
+    fn parts_sets_and_axes_follow_and_too_many_elements_are_refused() {
+        let limb = LimbSegment { elements_around: 16, elements_along: 6, ..LimbSegment::default() };
+        let coarse = limb.generate().unwrap();
+        let top = coarse.nodes.iter().max_by(|a, b| a.z.total_cmp(&b.z)).copied().unwrap();
+        let region = Region { places: Place::on_all(&coarse, &[top]), within: 0.03, size: 0.006 };
+        let (fine, split) = refined_in(&coarse, std::slice::from_ref(&region), 1_000_000).unwrap();
+        assert!(split > 10 && fine.axes.len() == fine.cells.len() && fine.part_of.len() == fine.cells.len());
+        for part in &coarse.parts {
+            let (a, b) = (coarse.part_volume_m3(part), fine.part_volume_m3(part));
+            assert!((a - b).abs() < 1e-12 * a, "{part}: {a} {b}");
+        }
+        let faces = fine.hanging.skin(skin(&fine.cells));
+        assert!(is_closed(&faces));
+        // The outer skin is told by its set before and after, the nodes that hang on it included.
+        let outer: Vec<u32> = skin_nodes(&faces);
+        let known = |name: &str| fine.node_sets[name].iter();
+        let mut named: Vec<u32> =
+            ["bone", "skin_outer", "end_low", "end_high"].into_iter().flat_map(known).copied().collect();
+        named.sort_unstable();
+        named.dedup();
+        assert_eq!(named, outer);
+        let error = refined_in(&coarse, &[region], 600).unwrap_err();
+        assert!(error.elements > 600);
+    }
+}

@@ -1,0 +1,176 @@
+//! Checks that laws share: moduli, the bulk modulus of U(J), the range of a law.
+
+use super::{Families, VolumetricDocument};
+use crate::mechanics::material::{MAX_FAMILIES, Material, first_instability};
+use crate::scene::problem::{Pointer, Problem};
+use crate::scene::validate::Findings;
+use crate::scene::validity_document::ValidityDocument;
+
+/// A modulus outside this range [Pa] is probably in another unit.
+pub(super) const USUAL_MODULUS: [f64; 2] = [1.0, 1e13];
+
+/// Larger than any modulus [Pa]: diamond has 1e12.
+pub const MOST_MODULUS: f64 = 1e15;
+
+/// Larger than any fibre exponent [-].
+pub(super) const MOST_EXPONENT: f64 = 1e6;
+
+/// Stretches that an impact reaches: a law that loses stability between them is refused.
+pub(super) const REACHED_STRETCH: [f64; 2] = [0.5, 2.0];
+
+/// Stretches at which a loss of stability is told.
+const FAR_STRETCH: [f64; 2] = [0.25, 4.0];
+
+/// K/G below which Poisson's ratio (3K − 2G)/(6K + 2G) is negative.
+const ZERO_POISSON: f64 = 2.0 / 3.0;
+
+/// K/G above which the explicit step is set by the bulk modulus alone.
+const STIFF_RATIO: f64 = 1e4;
+
+/// Ranges hold the state at rest, and limits hold what the law was fitted to.
+pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Findings) {
+    for (name, range) in valid_to.given() {
+        let Some([from, to]) = range else { continue };
+        out.require(from > 0.0 && from <= 1.0 && to >= 1.0, || {
+            Problem::error("out_of_range", &here.key(name), "the range does not hold the state at rest")
+                .value(format!("{from} to {to}"))
+                .limit("0 < from <= 1 <= to")
+                .remedy("30 % tension is a stretch of 1.3, 30 % compression one of 0.7")
+        });
+    }
+    for (limit, inner, name) in [
+        (valid_to.limit_stretch, valid_to.stretch, "limit_stretch"),
+        (valid_to.limit_jacobian, valid_to.jacobian, "limit_jacobian"),
+    ] {
+        let (Some(limit), Some(inner)) = (limit, inner) else { continue };
+        out.require(limit[0] <= inner[0] && limit[1] >= inner[1], || {
+            Problem::error("contradiction", &here.key(name), "the limit is within what the law was fitted to")
+                .value(format!("{} to {}", limit[0], limit[1]))
+                .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
+                .remedy("widen the limit, or leave it out")
+        });
+    }
+}
+
+/// A modulus must be positive, and of a usual size.
+pub(super) fn modulus(place: &Pointer, what: &str, value: f64, out: &mut Findings) {
+    out.positive(
+        place,
+        what,
+        value,
+        "moduli of soft tissue are about 1e3 to 1e6 Pa, of rubber 1e5 to 1e7 Pa",
+    );
+    out.at_most(place, what, value, MOST_MODULUS, "give it in Pa");
+    if value > 0.0 {
+        out.usual(place, what, value, USUAL_MODULUS, "give it in Pa");
+    }
+}
+
+/// At most as many families as a law may have, each with a direction; none only without fibre stiffness [Pa].
+pub(super) fn families(
+    fibres: &Families,
+    stiffness: f64,
+    idle_remedy: &str,
+    here: &Pointer,
+    out: &mut Findings,
+) {
+    let count = fibres.count();
+    let place = here.key("fibres");
+    out.require(count <= MAX_FAMILIES, || {
+        Problem::error("too_many_items", &place, "there are too many fibre families")
+            .value(count)
+            .limit(format!("at most {MAX_FAMILIES}"))
+            .remedy("merge families, or describe their spread by κ")
+    });
+    let idle = || {
+        Problem::warning("idle_fibres", &place, "the law has no fibre that carries load")
+            .value(count)
+            .limit("at least one family, with a stiffness above 0")
+            .remedy(idle_remedy)
+    };
+    out.require(count > 0 || stiffness <= 0.0, || {
+        Problem::error("no_fibres", &place, "fibres have a stiffness, but no family")
+            .value(count)
+            .limit("at least one family")
+            .remedy("give angles_deg or directions")
+    });
+    out.require(stiffness != 0.0, idle);
+    if let Families::Directions(directions) = fibres {
+        for (i, direction) in directions.iter().enumerate() {
+            out.direction(&place.key("directions").index(i), "the fibre family", *direction);
+        }
+    }
+}
+
+/// An isotropic law must be stable over the stretches that an impact reaches; beyond, it is told. What is not even a law, or not
+/// stable at rest, other checks have told.
+pub(super) fn stability(law: Option<Material>, place: &Pointer, out: &mut Findings) {
+    let Some(law) = law.filter(|law| law.moduli_at_rest().0 > 0.0) else { return };
+    let Some(found) = first_instability(&law, FAR_STRETCH) else { return };
+    let sense = if found.stretch > 1.0 { "tension" } else { "compression" };
+    let (test, stretch) = (found.test, found.stretch);
+    let message = format!("the law becomes unstable at a stretch of {stretch:.3} in {test} {sense}");
+    let is_reached = stretch > REACHED_STRETCH[0] && stretch < REACHED_STRETCH[1];
+    let problem = if is_reached {
+        Problem::error("unstable_law", place, message)
+    } else {
+        Problem::warning("law_unstable_far_from_rest", place, message)
+    };
+    out.push(
+        problem
+            .value(stretch)
+            .limit("dτ : dε > 0 (Drucker) in uniaxial, equibiaxial and planar tests at stretches of 0.5 to 2")
+            .remedy("fit the constants under the condition of stability, or take fewer of them"),
+    );
+}
+
+/// The bulk modulus of a split law, and what its U(J) does far from rest.
+pub(super) fn bulk(K: f64, G: f64, volumetric: VolumetricDocument, here: &Pointer, out: &mut Findings) {
+    let place = here.key("bulk_modulus_pa");
+    modulus(&place, "the bulk modulus", K, out);
+    ratio(K, G, &place, out);
+    // A soft volume lets J go far from 1, where two of the three forms misbehave.
+    if !(K > 0.0 && G > 0.0 && K < 10.0 * G) {
+        return;
+    }
+    let trouble = match volumetric {
+        VolumetricDocument::LnSquared => "K/2 (ln J)² softens beyond J = e",
+        VolumetricDocument::Quadratic => "K/2 (J − 1)² lets elements collapse at finite energy",
+        VolumetricDocument::QuadraticLn => return,
+    };
+    out.push(
+        Problem::warning(
+            "soft_volume",
+            &here.key("volumetric"),
+            format!("the volume is soft (K/G < 10), and {trouble}"),
+        )
+        .value(K / G)
+        .limit("K/G >= 10 with this form of U(J)")
+        .remedy("choose quadratic_ln, which is infinite at J = 0 and never softens"),
+    );
+}
+
+/// K/G of a law that is neither auxetic nor so stiff in volume that the step suffers.
+pub(super) fn ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
+    if !(K > 0.0 && G > 0.0) {
+        return;
+    }
+    // The ratio at zero Poisson's ratio must not be refused for its rounding.
+    out.require(K / G > ZERO_POISSON * (1.0 - 1e-9), || {
+        let poisson = (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G);
+        Problem::warning("negative_poisson", place, format!("Poisson's ratio is negative ({poisson:.3})"))
+            .value(K)
+            .limit(format!("at least two thirds of the shear modulus of {G:.4e} Pa"))
+            .remedy("give the bulk modulus in Pa (water has 2.2e9); soft tissue is nearly incompressible")
+    });
+    out.require(K / G <= STIFF_RATIO, || {
+        Problem::warning(
+            "stiff_volume",
+            place,
+            "the bulk modulus alone sets the explicit step, which is very small",
+        )
+        .value(K / G)
+        .limit(format!("K/G <= {STIFF_RATIO:e}"))
+        .remedy("a bulk modulus of 100 to 1000 G is nearly incompressible and allows a larger step")
+    });
+}

@@ -1,0 +1,118 @@
+//! Materials in a scene document: one file a law.
+
+mod balzani;
+mod blatz_ko;
+mod checks;
+mod exponential_invariants;
+mod families;
+mod fung;
+mod holzapfel_gasser_ogden;
+mod law;
+mod mooney_rivlin;
+mod neo_hookean;
+mod ogden;
+mod volumetric;
+mod weiss;
+mod yeoh;
+
+pub use checks::MOST_MODULUS;
+pub use families::Families;
+pub use holzapfel_gasser_ogden::{I4Invariants, MatrixDocument};
+pub use law::LawDocument;
+pub use ogden::{FebioTerm, MuAlpha, OgdenTerms};
+pub use volumetric::VolumetricDocument;
+
+use super::problem::Pointer;
+use super::validate::Findings;
+use super::validity_document::ValidityDocument;
+use crate::mechanics::material::Material;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Makes of the list of laws the enum [`MaterialDocument`] and what is asked of any of them.
+macro_rules! laws {
+    ($($name:literal: $file:ident::$Document:ident as $Law:ident),* $(,)?) => {
+        $(pub use $file::$Document;)*
+
+        /// A constitutive law with its parameters.
+        #[allow(missing_docs)] // their documents have it
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "law")]
+        pub enum MaterialDocument {
+            $(
+                #[serde(rename = $name)]
+                $Law($Document),
+            )*
+        }
+
+        impl MaterialDocument {
+            /// The law's name in documents.
+            pub fn law_name(&self) -> &'static str {
+                match self {
+                    $(Self::$Law(_) => $name,)*
+                }
+            }
+
+            fn law(&self) -> &dyn LawDocument {
+                match self {
+                    $(Self::$Law(law) => law,)*
+                }
+            }
+
+            fn law_mut(&mut self) -> &mut dyn LawDocument {
+                match self {
+                    $(Self::$Law(law) => law,)*
+                }
+            }
+        }
+    };
+}
+
+// A new law is a file of this folder and a line here.
+laws! {
+    "mooney_rivlin": mooney_rivlin::MooneyRivlinDocument as MooneyRivlin,
+    "neo_hookean": neo_hookean::NeoHookeanDocument as NeoHookean,
+    "coupled_neo_hookean": neo_hookean::CoupledNeoHookeanDocument as CoupledNeoHookean,
+    "holzapfel_gasser_ogden": holzapfel_gasser_ogden::HolzapfelGasserOgdenDocument as HolzapfelGasserOgden,
+    "yeoh": yeoh::YeohDocument as Yeoh,
+    "demiray": exponential_invariants::DemirayDocument as Demiray,
+    "veronda_westmann": exponential_invariants::VerondaWestmannDocument as VerondaWestmann,
+    "ogden": ogden::OgdenDocument as Ogden,
+    "weiss_transversely_isotropic": weiss::WeissDocument as Weiss,
+    "fung_orthotropic": fung::FungOrthotropicDocument as FungOrthotropic,
+    "blatz_ko": blatz_ko::BlatzKoDocument as BlatzKo,
+    "balzani": balzani::BalzaniDocument as Balzani,
+}
+
+impl MaterialDocument {
+    /// Checks the parameters: those that the law needs to be stable, and those that are unusual.
+    pub fn check(&self, here: &Pointer, out: &mut Findings) {
+        checks::validity(&self.valid_to(), &here.key("valid_to"), out);
+        self.law().check(here, out);
+    }
+
+    /// Multiplies every stiffness but that against a change of volume (the bulk modulus, or λ).
+    pub fn scale_stiffness(&mut self, factor: f64) {
+        self.law_mut().scale_stiffness(factor);
+    }
+
+    /// The law that is meant; `None` when its fibre directions are too many, or one has no direction.
+    pub fn to_material(&self) -> Option<Material> {
+        self.law().to_material()
+    }
+
+    /// What the scene says of how far the law may be believed.
+    pub fn valid_to(&self) -> ValidityDocument {
+        self.law().valid_to().unwrap_or_default()
+    }
+
+    /// Whether all that depends on J alone is in U(J), so that an element may average it.
+    pub fn is_split(&self) -> bool {
+        self.law().is_split()
+    }
+
+    /// Number of fibre families.
+    pub fn family_count(&self) -> usize {
+        self.law().family_count()
+    }
+}

@@ -1,0 +1,152 @@
+//! Local refinement of the bodies' meshes, once all are in their places: the impact is between them.
+
+use super::document::{Around, BodyDocument, RefinementDocument, Role, SceneDocument};
+use super::problem::{Pointer, Problem, suggest};
+use super::validate::Findings;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::Mesh;
+use crate::mesh::local_refinement::{Place, Region, refined_in};
+use crate::mesh::surface::skin;
+use crate::mesh::triangulated_skin::TriangulatedSkin;
+
+/// The meshes of all bodies in their places, to be refined; those of rigid bodies are empty.
+pub struct Meshes<'a> {
+    /// What is asked.
+    pub document: &'a SceneDocument,
+    /// One a body; `None` where problems were found.
+    pub placed: &'a [Option<Mesh>],
+}
+
+impl Meshes<'_> {
+    /// The mesh of a body as it asks to be refined and how many of its elements were split, with `spare` elements more at most; `None`
+    /// where it asks for nothing, or problems were found.
+    pub fn refined(&self, index: usize, spare: u64, out: &mut Findings) -> Option<(Mesh, usize)> {
+        let mesh = self.placed.get(index)?.as_ref()?;
+        let here = Pointer::root().key("bodies").index(index).key("refinement");
+        let asked = &self.document.bodies[index].refinement;
+        let regions =
+            asked.iter().enumerate().map(|(i, asked)| self.region(index, mesh, asked, &here.index(i), out));
+        let regions: Option<Vec<Region>> = regions.collect::<Vec<_>>().into_iter().collect();
+        let regions = regions.filter(|regions| !regions.is_empty())?;
+        let before = mesh.cells.len() as u64;
+        let refined = refined_in(mesh, &regions, before.saturating_add(spare));
+        let too_many = |elements: u64| {
+            Problem::error("budget_elements", &here, format!("this mesh has {elements} elements or more"))
+                .value(elements)
+                .limit(format!("at most {spare} more than the {before} that it has before"))
+                .remedy("give a larger `size_m`, or a smaller `within_m`")
+        };
+        refined.map_err(|error| out.push(too_many(error.elements))).ok()
+    }
+
+    fn region(
+        &self,
+        body: usize,
+        mesh: &Mesh,
+        asked: &RefinementDocument,
+        here: &Pointer,
+        out: &mut Findings,
+    ) -> Option<Region> {
+        // What is wrong with the numbers is reported with the document.
+        if !(asked.size_m > 0.0 && asked.size_m.is_finite() && asked.within_m >= 0.0) {
+            return None;
+        }
+        let around = here.key("around");
+        let points: Vec<Vec3> = match &asked.around {
+            Around::PointM(point) => vec![Vec3::from(*point)],
+            Around::Set(name) => {
+                let Some(set) = mesh.node_sets.get(name) else {
+                    out.push(unknown_set(mesh, name, &around));
+                    return None;
+                };
+                set.iter().map(|node| mesh.nodes[*node as usize]).collect()
+            }
+            Around::Impact => {
+                let impact = self.impact_on(body, mesh);
+                out.require(impact.is_some(), || no_impact(&around));
+                vec![self.at_rest(body, mesh, impact?)]
+            }
+        };
+        let places = Place::on_all(mesh, &points);
+        Some(Region { places, within: asked.within_m, size: asked.size_m })
+    }
+
+    /// Where a body is hit first, or hits: the point of its skin on the line that the centre of the projectile flies along, as seen from the
+    /// other body. Where no body is the projectile, each other one may be.
+    fn impact_on(&self, body: usize, mesh: &Mesh) -> Option<Vec3> {
+        let bodies = &self.document.bodies;
+        let own_skin = self.skin(body, mesh);
+        let others = (0..bodies.len()).filter(|other| *other != body);
+        if bodies[body].role == Role::Projectile {
+            // From far ahead back to where it ends.
+            let centre = self.centre(body)?;
+            let ahead = others.filter_map(|other| {
+                let way = self.approach(body, other)?;
+                let [low, high] = mesh.bounding_box()?;
+                let far = centre + way.normalize() * (high - low).norm();
+                Some(own_skin.entry(&far, &-way)?.1.place)
+            });
+            return ahead.take(1).next();
+        }
+        let has_projectile = bodies.iter().any(|body| body.role == Role::Projectile);
+        let strikers = others.filter(|other| !has_projectile || bodies[*other].role == Role::Projectile);
+        let hits =
+            strikers.filter_map(|other| own_skin.entry(&self.centre(other)?, &self.approach(other, body)?));
+        hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, point)| point.place)
+    }
+
+    /// Where a point of a body that starts deformed [m] is in its mesh: as it lies beside the nearest node.
+    fn at_rest(&self, body: usize, mesh: &Mesh, point: Vec3) -> Vec3 {
+        let start = |X: &Vec3| self.document.bodies[body].start_position(X);
+        let far = |X: &Vec3| (start(X) - point).norm_squared();
+        let nearest = mesh.nodes.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        nearest.map_or(point, |X| point - (start(X) - X))
+    }
+
+    fn skin(&self, body: usize, mesh: &Mesh) -> TriangulatedSkin {
+        let positions = mesh.nodes.iter().map(|X| self.document.bodies[body].start_position(X)).collect();
+        TriangulatedSkin::new(&skin(&mesh.cells), positions)
+    }
+
+    /// Velocity of a body as seen from another [m/s]; `None` where neither moves against the other.
+    fn approach(&self, of: usize, from: usize) -> Option<Vec3> {
+        let [of, from] = [of, from].map(|body| Vec3::from(self.document.bodies[body].velocity_m_per_s));
+        Some(of - from).filter(|way| way.norm() > 0.0)
+    }
+
+    /// Centre of the volume of a body, as it starts [m].
+    fn centre(&self, body: usize) -> Option<Vec3> {
+        let written = &self.document.bodies[body];
+        match &written.rigid {
+            Some(rigid) => Some(rigid.center_m.into()),
+            None => Some(centre_of_volume(written, self.placed[body].as_ref()?)),
+        }
+    }
+}
+
+/// Centre of the volume of a body's mesh, as it starts [m].
+pub fn centre_of_volume(body: &BodyDocument, mesh: &Mesh) -> Vec3 {
+    let (mut volume, mut moment) = (0.0, Vec3::zeros());
+    for cell in mesh.cells.iter() {
+        let corners = cell.points(&mesh.nodes).map(|X| body.start_position(X));
+        let of_element = cell.kind.volume_m3(&corners);
+        volume += of_element;
+        moment += corners.iter().sum::<Vec3>() * (of_element / corners.len() as f64);
+    }
+    moment / volume
+}
+
+fn unknown_set(mesh: &Mesh, name: &str, here: &Pointer) -> Problem {
+    Problem::error("unknown_set", &here.key("set"), format!("the mesh has no node set {name:?}"))
+        .value(name)
+        .limit("a node set that the mesh brings")
+        .remedy(suggest(name, mesh.node_sets.keys().map(String::as_str)))
+}
+
+fn no_impact(here: &Pointer) -> Problem {
+    let message = "no other body's centre flies at this body, so where the impact will be is not known";
+    Problem::error("unknown_impact", here, message)
+        .value("impact")
+        .limit("a body that flies at this one with its centre, or a projectile that flies at another body")
+        .remedy("name the place: {\"point_m\": [x, y, z]}")
+}

@@ -1,0 +1,130 @@
+//! What every job store promises, without HTTP.
+
+use super::*;
+use crate::service::jobs::Phase;
+use crate::service::jobs::failures::{internal, worker_lost};
+use crate::service::shelves::{mesh_name, recording_name};
+use crate::step::{Ending, FailureCause};
+
+/// Checks stores that are empty.
+pub(super) async fn check<S: JobStore>(empty: impl AsyncFn() -> S) {
+    jobs_are_claimed_once_in_the_order_of_their_coming(&empty().await).await;
+    attempt_that_is_over_changes_nothing(&empty().await).await;
+    orphans_are_those_without_a_worker_and_those_that_were_hidden(&empty().await).await;
+    what_a_job_is_for_is_read_back(&empty().await).await;
+    queue_has_an_end(&empty().await).await;
+    owners_do_not_see_each_other(&empty().await).await;
+    blobs_of_jobs_and_meshes_are_known(&empty().await).await;
+}
+
+pub(super) fn new(name: &str) -> NewJob {
+    NewJob {
+        owner: "anna".into(),
+        idempotency_key: None,
+        body_sha256: "0".into(),
+        kind: JobKind::Study,
+        document: b"{}".to_vec(),
+        name: name.into(),
+        content_hash: "0".into(),
+        end_time_s: 1.0,
+        warnings: vec![],
+    }
+}
+
+pub(super) async fn submitted(store: &dyn JobStore, name: &str) -> JobRow {
+    match store.submit(&new(name), 10).await.unwrap() {
+        Submitted::Created(row) => *row,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn end(ending: Ending) -> JobEnd {
+    JobEnd { ending, summary: None, recording: None, progress: None }
+}
+
+async fn jobs_are_claimed_once_in_the_order_of_their_coming(store: &dyn JobStore) {
+    for name in ["a", "b", "c"] {
+        submitted(store, name).await;
+    }
+    let claims = futures::future::join_all((0..5).map(|_| store.claim())).await;
+    let mut seqs: Vec<i64> = claims.into_iter().filter_map(|c| c.unwrap()).map(|c| c.seq).collect();
+    seqs.sort_unstable();
+    assert_eq!(seqs, [1, 2, 3]);
+    assert!(store.claim().await.unwrap().is_none());
+}
+
+async fn attempt_that_is_over_changes_nothing(store: &dyn JobStore) {
+    let job = submitted(store, "a").await;
+    let first = store.claim().await.unwrap().unwrap();
+    store.requeue(first.seq, first.attempt, Requeued::WorkerLost).await.unwrap();
+    let second = store.claim().await.unwrap().unwrap();
+    assert_eq!((first.attempt, second.attempt), (1, 2));
+
+    let progress = Progress::at(Phase::Stepping, 0.5, 0, 0.0);
+    store.record_progress(first.seq, first.attempt, &progress).await.unwrap();
+    assert!(!store.finish(first.seq, first.attempt, &end(Ending::Finished)).await.unwrap());
+    store.requeue(first.seq, first.attempt, Requeued::Shutdown).await.unwrap();
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!((row.state, row.progress.progress), (JobState::Running, 0.0));
+
+    assert!(store.finish(second.seq, second.attempt, &end(Ending::Finished)).await.unwrap());
+    assert!(!store.finish(second.seq, second.attempt, &end(internal().into())).await.unwrap());
+    let row = store.job("anna", job.id).await.unwrap().unwrap();
+    assert_eq!((row.state, row.progress.progress), (JobState::Succeeded, 1.0));
+    let (events, ended) = store.events_after(job.seq, 0, 100).await.unwrap();
+    let kinds: Vec<&str> = events.iter().map(|e| e.kind.as_str()).collect();
+    assert_eq!(kinds, ["queued", "running", "requeued", "running", "succeeded"]);
+    assert!(ended);
+}
+
+async fn orphans_are_those_without_a_worker_and_those_that_were_hidden(store: &dyn JobStore) {
+    let mut jobs = Vec::new();
+    for name in ["again", "cancelled", "deleted", "poison", "waiting"] {
+        jobs.push(submitted(store, name).await);
+    }
+    for _ in 0..4 {
+        store.claim().await.unwrap().unwrap();
+    }
+    assert_eq!(store.cancel("anna", jobs[1].id).await.unwrap(), CancelAnswer::Stopping);
+    let deleted = store.hide("anna", jobs[2].id).await.unwrap();
+    assert_eq!(deleted, DeleteAnswer::Running { seq: jobs[2].seq });
+    let wishes: Vec<OwnerWish> =
+        store.orphans().await.unwrap().into_iter().map(|orphan| orphan.wish).collect();
+    assert_eq!(wishes, [OwnerWish::Result, OwnerWish::Stop, OwnerWish::Deletion, OwnerWish::Result]);
+    assert_eq!(store.wish(jobs[1].seq).await.unwrap(), OwnerWish::Stop);
+    assert_eq!(store.wish(99).await.unwrap(), OwnerWish::Deletion);
+
+    assert!(store.finish(jobs[3].seq, 1, &end(worker_lost(1).into())).await.unwrap());
+    let row = store.job("anna", jobs[3].id).await.unwrap().unwrap();
+    assert_eq!(row.failure.unwrap().cause, FailureCause::WorkerLost);
+}
+
+async fn what_a_job_is_for_is_read_back(store: &dyn JobStore) {
+    let job = submitted(store, "a").await;
+    assert_eq!(store.document("anna", job.id).await.unwrap().unwrap(), (JobKind::Study, b"{}".to_vec()));
+    assert_eq!(store.claim().await.unwrap().unwrap().kind, JobKind::Study);
+}
+
+async fn queue_has_an_end(store: &dyn JobStore) {
+    store.submit(&new("a"), 1).await.unwrap();
+    assert!(matches!(store.submit(&new("b"), 1).await, Err(JobsError::QueueFull { waiting: 1 })));
+}
+
+async fn owners_do_not_see_each_other(store: &dyn JobStore) {
+    let job = submitted(store, "a").await;
+    assert!(store.job("bert", job.id).await.unwrap().is_none());
+    assert_eq!(store.cancel("bert", job.id).await.unwrap(), CancelAnswer::Unknown);
+    assert_eq!(store.hide("bert", job.id).await.unwrap(), DeleteAnswer::Unknown);
+    let page = Page { states: vec![], before: None, limit: 10 };
+    assert!(store.jobs("bert", &page).await.unwrap().is_empty());
+    assert_eq!(store.jobs("anna", &page).await.unwrap().len(), 1);
+}
+
+async fn blobs_of_jobs_and_meshes_are_known(store: &dyn JobStore) {
+    assert!(store.blobs().await.unwrap().is_empty());
+    let job = submitted(store, "a").await;
+    let report = serde_json::from_str(include_str!("../../../../api/examples/mesh.response.json")).unwrap();
+    store.add_mesh("anna", "0a", MeshFormat::Gmsh, 1, &report).await.unwrap();
+    let known = store.blobs().await.unwrap();
+    assert_eq!(Vec::from_iter(known), [mesh_name("0a", MeshFormat::Gmsh), recording_name(job.id)]);
+}

@@ -1,0 +1,92 @@
+//! A scene that is run to an accuracy: finer and finer meshes, until the error bars are as small as asked, and hold.
+
+use crate::record::{assert_at_most, assert_close};
+use contuse::measure::Summary;
+use contuse::scene::{Budget, NoFiles, load};
+use contuse::study::{RunRequest, run_scene};
+use serde_json::{Value, json};
+
+/// A bar of 1 m² that hits another one of its like at 0.01 m/s: all of its energy passes on, 2 L / c = 20/30 s after they touch.
+fn two_bars(elements: u32, accuracy: &Value) -> Value {
+    let bar = |name: &str, role: &str, low: f64, speed: f64| {
+        json!({
+            "name": name, "role": role, "velocity_m_per_s": [0, 0, speed],
+            "mesh": {"generator": {"kind": "block", "min_m": [0, 0, low], "max_m": [1, 1, low + 10.0],
+                     "elements": [1, 1, elements]}},
+            "parts": [{"part": "block", "density_kg_per_m3": 1,
+                       "material": {"law": "coupled_neo_hookean", "mu_pa": 450, "lambda_pa": 0}}]
+        })
+    };
+    json!({
+        "name": "two bars", "end_time_s": 1.0,
+        "bodies": [bar("striker", "projectile", 10.001, -0.01), bar("target", "tissue", 0.0, 0.0)],
+        "contact": {"pairs": [{"between": ["striker", "target"], "friction": 0}]},
+        "integrator": {"kind": "explicit", "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0},
+        "measures": {"force_window_s": 0.1},
+        "accuracy": accuracy,
+        "record": {"fields": [], "field_times_s": []}
+    })
+}
+
+fn summary_of(document: &Value) -> Summary {
+    let loaded = load(document.to_string().as_bytes(), &NoFiles, &Budget::COMMAND_LINE).unwrap();
+    let request = RunRequest {
+        scene: &loaded.scene,
+        sinks: Vec::new(),
+        also: None,
+        threads: 1,
+        interrupt: &|| None,
+        progress: &mut |_| {},
+    };
+    run_scene(request).unwrap().summary
+}
+
+/// ½ ρ A L v².
+const ENERGY: f64 = 0.5 * 10.0 * 1e-4;
+/// ρ A L v.
+const IMPULSE: f64 = 10.0 * 0.01;
+
+#[test]
+fn numbers_are_as_exact_as_asked_and_their_bars_hold() {
+    let of = ["peak_force", "impulse", "energy_given"];
+    let summary = summary_of(&two_bars(8, &json!({"relative": 0.03, "of": of, "time_budget_s": 600})));
+    let accuracy = summary.accuracy.clone().unwrap();
+    assert!(accuracy.reached && accuracy.numbers.len() == 3, "{accuracy:?}");
+    assert!(
+        accuracy.numbers.iter().all(|of| of.relative.is_some_and(|relative| relative <= 0.03)),
+        "{accuracy:?}"
+    );
+    // ½ ρ c v A, the mean force while the wave is on its way.
+    let exact = [0.5 * 30.0 * 0.01, IMPULSE, ENERGY];
+    let (impact, tissue) = (&summary.values().impacts[0], summary.values().tissue.as_ref().unwrap());
+    let found = [&impact.peak_force_n, &impact.impulse_n_s, &tissue.energy_given_j];
+    for ((quantity, exact), of) in found.into_iter().zip(exact).zip(&accuracy.numbers) {
+        assert_at_most((quantity.value / exact - 1.0).abs(), of.relative.unwrap(), of.number.name());
+    }
+}
+
+#[test]
+fn a_time_that_is_over_leaves_the_first_mesh_and_says_so() {
+    let summary =
+        summary_of(&two_bars(400, &json!({"relative": 0.01, "of": ["impulse"], "time_budget_s": 1e-9})));
+    let accuracy = summary.accuracy.as_ref().unwrap();
+    assert!(!accuracy.reached && accuracy.mesh_factor < 1.0, "{accuracy:?}");
+    assert_eq!(accuracy.numbers[0].relative, None);
+    assert!(accuracy.words().contains("NOT reached"), "{}", accuracy.words());
+}
+
+/// What contact nodes lose belongs half to either bar, and all of it comes from the striker, which is left at rest.
+#[test]
+fn the_energy_given_has_what_absorbed_energy_lacks_by_contact_nodes() {
+    let summary =
+        summary_of(&two_bars(40, &json!({"relative": 1.0, "of": ["impulse"], "time_budget_s": 1e-9})));
+    let tissue = summary.values().tissue.as_ref().unwrap();
+    let lost = summary.values().impacts[0].numerical_contact_dissipation_j.value;
+    assert_close(tissue.energy_given_j.value, tissue.absorbed_energy_j.value + lost, 1e-12, "the sum");
+    let error = |energy: f64| (energy / ENERGY - 1.0).abs();
+    assert_at_most(
+        error(tissue.energy_given_j.value),
+        0.2 * error(tissue.absorbed_energy_j.value),
+        "its error",
+    );
+}
