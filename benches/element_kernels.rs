@@ -3,7 +3,7 @@
 //! `cargo bench --bench element_kernels`; an item is one element swept once, so the throughput column is element-steps
 //! per second and core. The block is sheared and stretched, so that fibres pull and bulk viscosity acts.
 
-use contuse::mechanics::element::ReferenceGeometry;
+use contuse::mechanics::element::{ElementKind, ReferenceGeometry};
 use contuse::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
@@ -125,13 +125,13 @@ impl Bench {
         let corners = |e: usize| hexes[e].map(|node| mesh.nodes[node as usize]);
         let input = |e: usize| BlockInput {
             element: e as u32,
-            nodes: hexes[e],
-            corners: corners(e),
+            nodes: hexes[e].to_vec(),
+            corners: corners(e).to_vec(),
             axes: Mat3::identity(),
-            geometry: ReferenceGeometry::new(&corners(e)),
+            geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners(e)),
         };
         let inputs: Vec<BlockInput> = (0..hexes.len()).map(input).collect();
-        let blocks = [ElementBlock::new(0, parameters, 0, &inputs)];
+        let blocks = [ElementBlock::new(0, parameters, 0, &inputs).ok()?];
         let u = mesh.nodes.iter().map(|X| X * 0.01 + Vec3::new(X.y, X.z, X.x) * 0.1).collect();
         let mut history = ElementForces::no_history(&blocks);
         history.as_mut_slice().iter_mut().flatten().for_each(|row| row.0.fill(0.02));

@@ -30,7 +30,7 @@ pub fn deepest_point(plan: &Plan, enough: f64) -> Option<f64> {
     let mut deepest = None;
     for block in plan.blocks.iter().filter(|block| bodies.contains(&block.body)) {
         for slot in 0..block.elements.len() {
-            for q in 0..POINTS {
+            for q in 0..block.kind.point_count() {
                 let depth = skin.depth(&block.point_position(slot, q, &plan.X));
                 deepest = Some(deepest.map_or(depth, |known: f64| known.max(depth)));
             }
@@ -85,7 +85,7 @@ impl Recorder for DepthProfile {
         for block in frame.plan.blocks.iter().filter(|block| self.bodies.contains(&block.body)) {
             block.for_each_moved_batch(frame.points(), &mut |slots, points| {
                 for (lane, slot) in slots.clone().enumerate() {
-                    for q in 0..POINTS {
+                    for q in 0..points.count {
                         let depth = &mut self.depth[POINTS * (block.first_slot + slot) + q];
                         if depth.is_nan() {
                             *depth = skin.depth(&block.point_position(slot, q, &frame.plan.X));

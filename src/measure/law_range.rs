@@ -1,6 +1,5 @@
 //! Checks, part by part and at the field times, whether the laws stay within the deformations for which they are valid.
 
-use crate::mechanics::element::POINTS;
 use crate::mechanics::force::{ElementBlock, Formulation, PointBatch, PointInput};
 use crate::mechanics::material::Validity;
 use crate::mesh::cell::CellPoints;
@@ -142,7 +141,7 @@ impl LawRanges {
         for (lane, slot) in slots.enumerate() {
             let part = &mut self.parts[self.part_of[slot] as usize];
             let body = &mut self.bodies[part.in_body];
-            for q in 0..POINTS {
+            for q in 0..points.count {
                 let stretch = |strain: f64| (1.0 + 2.0 * strain).max(0.0).sqrt();
                 let least = stretch(points.least_principal_strain[q][lane]);
                 let largest = stretch(points.principal_strain[q][lane]);

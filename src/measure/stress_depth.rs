@@ -6,7 +6,6 @@
 
 use super::element_depth::{ElementDepths, Place};
 use super::wave_reach::WaveReach;
-use crate::mechanics::element::POINTS;
 use crate::mechanics::force::PointBatch;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::cell::CellPoints;
@@ -226,7 +225,7 @@ impl StressDepth {
         }
         for (lane, slot) in slots.enumerate() {
             let place = Place { point: &|q| position(lane, q), nodes: &|| nodes(lane) };
-            for q in 0..POINTS {
+            for q in 0..points.count {
                 let [stress, strain, psi, volume] =
                     [&points.von_mises, &points.principal_strain, &points.psi, &points.volume]
                         .map(|field| field[q][lane]);
@@ -236,7 +235,10 @@ impl StressDepth {
                 }
                 let X = position(lane, q);
                 // Stress beyond the reach of waves is counted separately.
-                if self.reach.as_ref().is_some_and(|reach| !reach.holds(&X, (POINTS as f64 * volume).cbrt()))
+                if self
+                    .reach
+                    .as_ref()
+                    .is_some_and(|reach| !reach.holds(&X, (points.count as f64 * volume).cbrt()))
                 {
                     let above = self.exceedances.iter_mut().take_while(|e| stress > e.threshold);
                     above.for_each(|exceedance| exceedance.numerical += volume);
@@ -360,10 +362,11 @@ fn parts_of(plan: &Plan, bodies: &[usize]) -> (Vec<String>, Vec<u32>) {
 #[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact values
 mod tests {
     use super::*;
+    use crate::mechanics::element::POINTS;
 
     /// An element in a slot of its own, all of whose points lie at height z and have the same stress.
     fn feed(measure: &mut StressDepth, body: usize, slot: usize, (z, stress): (f64, f64)) {
-        let mut points = PointBatch::default();
+        let mut points = PointBatch { count: POINTS, ..PointBatch::default() };
         for q in 0..POINTS {
             (points.volume[q][0], points.von_mises[q][0], points.psi[q][0]) = (0.25, stress, stress);
         }
@@ -408,7 +411,7 @@ mod tests {
         let mut measure = StressDepth::of(Some(skin), vec![0], 1, &[1.0, 5.0]);
         measure.exceedances.iter_mut().for_each(|e| e.layers = vec![Layer::NOTHING]);
         measure.part_of = vec![0];
-        let mut points = PointBatch::default();
+        let mut points = PointBatch { count: POINTS, ..PointBatch::default() };
         for q in 0..POINTS {
             (points.volume[q][0], points.von_mises[q][0]) = (0.125, if q < 4 { 9.0 } else { 2.0 });
         }

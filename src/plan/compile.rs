@@ -11,7 +11,7 @@ use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::followers::{Followers, Masters};
 use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
 use crate::mechanics::material::Validity;
@@ -224,7 +224,7 @@ fn add_body(
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(scene, document, (mesh, hexes))?;
 
-    let mass = lumped_mass(document, body, |element| geometry[element].corner_volume);
+    let mut mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
@@ -232,7 +232,6 @@ fn add_body(
     let ties = mesh.hanging.ties();
     let followers = Followers::new(mesh.nodes.len(), &ties)
         .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
-    let mut mass = mass;
     followers.hand_over_shares(&mut mass);
     let inverse_mass = inverse_masses(document, body, &mass);
     parts.u.extend(mesh.nodes.iter().map(|X| initial_displacement(document, X)));
@@ -244,7 +243,7 @@ fn add_body(
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
     let elements = hexes.iter().zip(geometry);
-    add_blocks(&mut parts.blocks, &globals, document, body, elements);
+    add_blocks(&mut parts.blocks, &globals, document, body, elements)?;
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
     let faces: Vec<[u32; 4]> = mesh.hanging.skin(surface::skin(&mesh.cells)).iter().map(global).collect();
@@ -360,7 +359,8 @@ fn reference_geometry(
     let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
     let of_element = |(element, hex): (usize, &[u32; 8])| {
         let corners = hex.map(|node| mesh.nodes[node as usize]);
-        let geometry = ReferenceGeometry::with_mass_at(&corners, |volume| mass.moved(hex, volume));
+        let geometry =
+            ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| mass.moved(hex, volume));
         if geometry.smallest_jacobian > 0.0 {
             return Ok(geometry);
         }
@@ -427,21 +427,19 @@ fn add_blocks<'a>(
     document: &BodyDocument,
     body: &SceneBody,
     elements: impl Iterator<Item = (&'a [u32; 8], ReferenceGeometry)>,
-) {
+) -> Result<(), CompileError> {
     let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
     for (e, (hex, geometry)) in elements.enumerate() {
         inputs[body.part_entry[e] as usize].push(BlockInput {
             element: globals.first_element + e as u32,
-            nodes: hex.map(|node| node + globals.first_node),
-            corners: hex.map(|node| body.mesh.nodes[node as usize]),
+            nodes: hex.map(|node| node + globals.first_node).to_vec(),
+            corners: hex.map(|node| body.mesh.nodes[node as usize]).to_vec(),
             axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
             geometry,
         });
     }
-    for ((part, material), inputs) in document.parts.iter().zip(&body.materials).zip(inputs) {
-        if inputs.is_empty() {
-            continue;
-        }
+    let entries = document.parts.iter().zip(&body.materials).zip(inputs);
+    for ((part, material), inputs) in entries.filter(|(_, inputs)| !inputs.is_empty()) {
         let parameters = BlockParameters {
             material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
             formulation: part.element(material),
@@ -453,6 +451,7 @@ fn add_blocks<'a>(
             erosion: part.erosion.as_ref().map(ErosionDocument::limits),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
-        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs));
+        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs)?);
     }
+    Ok(())
 }

@@ -7,7 +7,7 @@
 //! The moments of inertia do not stay: what moves inwards has less of them, and no other place could make up for it with masses that
 //! are positive, since the skin is farthest out. How much is lost is counted for each body, and warned of.
 
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::surface::{skin, skin_nodes};
@@ -33,14 +33,14 @@ impl ContactMass {
     }
 
     /// Moves volume from the corners on the skin to the others, in equal parts; an element without others keeps its own.
-    pub fn moved(&self, hex: &[u32; 8], mut volume: [f64; 8]) -> [f64; 8] {
-        let on_skin = hex.map(|node| self.is_skin[node as usize]);
+    pub fn moved(&self, nodes: &[u32], mut volume: Vec<f64>) -> Vec<f64> {
+        let on_skin: Vec<bool> = nodes.iter().map(|node| self.is_skin[*node as usize]).collect();
         let inner = on_skin.iter().filter(|on_skin| !**on_skin).count();
-        if inner == 0 || inner == hex.len() {
+        if inner == 0 || inner == nodes.len() {
             return volume;
         }
         let skin_volume: f64 =
-            volume.iter().zip(on_skin).filter(|(_, on_skin)| *on_skin).map(|(v, _)| v).sum();
+            volume.iter().zip(&on_skin).filter(|(_, on_skin)| **on_skin).map(|(v, _)| v).sum();
         let share = self.alpha * skin_volume / inner as f64;
         for (volume, on_skin) in volume.iter_mut().zip(on_skin) {
             *volume = if on_skin { *volume * (1.0 - self.alpha) } else { *volume + share };
@@ -53,7 +53,7 @@ impl ContactMass {
 pub(super) fn lumped_mass(
     document: &BodyDocument,
     body: &SceneBody,
-    corner_volume: impl Fn(usize) -> [f64; 8],
+    corner_volume: impl Fn(usize) -> Vec<f64>,
 ) -> Vec<f64> {
     let mut mass = vec![0.0; body.mesh.nodes.len()];
     for (e, cell) in body.mesh.cells.iter().enumerate() {
@@ -82,7 +82,7 @@ pub(super) fn inertia_lost(
     };
     let even = lumped_mass(document, body, |element| {
         let corners = hexes[element].map(|node| body.mesh.nodes[node as usize]);
-        ReferenceGeometry::new(&corners).corner_volume
+        ReferenceGeometry::new(ElementKind::Hex8, &corners).corner_volume
     });
     1.0 - polar(mass) / polar(&even)
 }
@@ -100,8 +100,10 @@ mod tests {
         let mut lighter = 0;
         for hex in mesh.cells.hexes().unwrap_or_default() {
             let corners = hex.map(|node| mesh.nodes[node as usize]);
-            let before = ReferenceGeometry::new(&corners);
-            let after = ReferenceGeometry::with_mass_at(&corners, |volume| mass.moved(hex, volume));
+            let before = ReferenceGeometry::new(ElementKind::Hex8, &corners);
+            let after = ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| {
+                mass.moved(hex, volume)
+            });
             let total = |g: &ReferenceGeometry| g.corner_volume.iter().sum::<f64>();
             assert!((total(&before) - total(&after)).abs() < 1e-12);
             assert!(after.gradient_bound >= before.gradient_bound * (1.0 - 1e-12));

@@ -4,7 +4,7 @@ use super::PlanBody;
 use super::loads::Loads;
 use super::rigid::RigidPlan;
 use crate::mechanics::followers::{FollowerError, Followers, Masters};
-use crate::mechanics::force::ElementBlock;
+use crate::mechanics::force::{BlockError, ElementBlock};
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use std::collections::BTreeMap;
@@ -58,6 +58,9 @@ pub enum CompileError {
     /// Nobody has chosen explicit or implicit steps; validation does.
     #[error("the integrator of the scene is still to be chosen")]
     NoIntegrator,
+    /// Elements that no block can have.
+    #[error(transparent)]
+    Block(#[from] BlockError),
     /// The systems of an implicit integrator cannot be solved.
     #[error(transparent)]
     Sparse(#[from] SparseError),

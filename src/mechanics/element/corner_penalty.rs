@@ -31,11 +31,11 @@ const STIFFNESS: f64 = 20.0;
 
 /// W and its derivatives.
 #[derive(Clone, Copy, Debug)]
-pub struct CornerResponse<R> {
+pub struct CornerResponse<R, const N: usize> {
     /// W [J].
     pub energy: R,
     /// ∂W/∂u [N]: `[component][corner]`.
-    pub forces: [[R; 8]; 3],
+    pub forces: [[R; N]; 3],
     /// Bound of the norm of the Hessian of W [N/m].
     pub stiffness: R,
 }
@@ -58,7 +58,7 @@ pub fn eval_corner_penalty<R: Real>(
     X: &[[R; 8]; 3],
     u: &[[R; 8]; 3],
     [k, hardening]: [R; 2],
-) -> CornerResponse<R> {
+) -> CornerResponse<R, 8> {
     let zero = k.zero();
     let mut out = CornerResponse { energy: zero, forces: [[zero; 8]; 3], stiffness: zero };
     for (c, neighbours) in NEIGHBOURS.into_iter().enumerate() {
@@ -114,7 +114,7 @@ fn cross<R: Real>(a: &V3<R>, b: &V3<R>) -> V3<R> {
 mod tests {
     use super::*;
     use crate::mechanics::dual::Dual;
-    use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+    use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
     use nalgebra::SMatrix;
 
     type Nodal = [[f64; 8]; 3];
@@ -233,9 +233,9 @@ mod tests {
             let moved: [_; 8] = std::array::from_fn(|a| {
                 corners[a] + crate::mechanics::tensor::Vec3::from_fn(|i, _| q * wave(77 * seed + 3 * a + i))
             });
-            let volume = ReferenceGeometry::new(&moved).volume.map(|v| 8.0 * v);
-            let mean = volume.iter().sum::<f64>() / 8.0;
-            if volume.iter().all(|j| j / mean > 0.9) {
+            let volume = ReferenceGeometry::new(ElementKind::Hex8, &moved).volume;
+            let mean = volume.iter().sum::<f64>();
+            if volume.iter().all(|v| 8.0 * v / mean > 0.9) {
                 let X = nodal(|i, a| corners[a][i]);
                 let u = nodal(|i, a| moved[a][i] / mean.cbrt() - X[i][a]);
                 least = least.min(1.0 - eval_corner_penalty(&X, &u, [1.0, 0.0]).energy);

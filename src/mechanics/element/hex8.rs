@@ -8,9 +8,9 @@
 //! [`DERIVATIVE`]: that takes 108 operations an element where stored gradients take 1 152; so few that the reference
 //! geometry is not stored either but made again from the corners.
 
-use super::largest_eigenvalue::largest_eigenvalue;
+use super::{CornerResponse, Element, eval_corner_penalty};
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Mat3, Tensor, Vec3, tensor};
+use crate::mechanics::tensor::{Tensor, tensor};
 
 /// Number of quadrature points.
 pub const POINTS: usize = 8;
@@ -42,15 +42,26 @@ pub const HEX8_EDGES: [(usize, usize); 12] =
 /// The 4 body diagonals.
 pub const HEX8_DIAGONALS: [(usize, usize); 4] = [(0, 6), (1, 7), (2, 4), (3, 5)];
 
+/// Both.
+const HEX8_LENGTHS: [(usize, usize); 16] = {
+    let mut all = [(0, 0); 16];
+    let mut i = 0;
+    while i < 16 {
+        all[i] = if i < 12 { HEX8_EDGES[i] } else { HEX8_DIAGONALS[i - 12] };
+        i += 1;
+    }
+    all
+};
+
 /// The Gauss coordinate 1/√3.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 /// Linear shape functions at a Gauss point: of the near and of the far end.
 const NEAR: f64 = 0.5 * (1.0 + GAUSS);
 const FAR: f64 = 0.5 * (1.0 - GAUSS);
 
-/// ∂u/∂ξ = `DERIVATIVE` × the derivatives of [`Hex8::local_gradients`], which take a whole difference in place of its half
+/// ∂u/∂ξ = `DERIVATIVE` × the derivatives of [`Element::local_gradients`], which take a whole difference in place of its half
 /// along an edge, and the near end with the factor 1 in place of `NEAR` in two interpolations: an operation less each.
-pub const DERIVATIVE: f64 = 0.5 * NEAR * NEAR;
+const DERIVATIVE: f64 = 0.5 * NEAR * NEAR;
 
 /// ∂u_i/∂ξ_k over [`DERIVATIVE`] at all points: `[component i][axis k][q2][q1]`, q1, q2 the point's sides in the two other axes.
 pub type LocalGradients<R> = [[[[R; 2]; 2]; 3]; 3];
@@ -74,6 +85,7 @@ fn to_points<R: Real>(low: R, high: R) -> (R, R) {
 }
 
 /// Operations of the element in local coordinates, for any number type.
+#[derive(Clone, Copy, Debug)]
 pub struct Hex8;
 
 impl Hex8 {
@@ -81,10 +93,18 @@ impl Hex8 {
     pub fn point(q: usize) -> [f64; 3] {
         [0, 1, 2].map(|k| if (q >> k) & 1 == 1 { GAUSS } else { -GAUSS })
     }
+}
 
-    /// ∂u_i/∂ξ_k over [`DERIVATIVE`] at all points from nodal values `u[i][corner]`.
+impl Element<8, 8> for Hex8 {
+    const DERIVATIVE: f64 = DERIVATIVE;
+    const WEIGHT: f64 = 1.0;
+    const SCALE: f64 = 5.765_680_169_303_579;
+    const LENGTHS: &'static [(usize, usize)] = &HEX8_LENGTHS;
+    const FOLDS: bool = true;
+    type Local<R: Real> = LocalGradients<R>;
+
     #[inline(always)]
-    pub fn local_gradients<R: Real>(u: &[[R; 8]; 3]) -> LocalGradients<R> {
+    fn local_gradients<R: Real>(u: &[[R; 8]; 3]) -> LocalGradients<R> {
         let mut out = [[[[u[0][0]; 2]; 2]; 3]; 3];
         for (out, u) in out.iter_mut().zip(u) {
             for (out, edges) in out.iter_mut().zip(&EDGES_ALONG) {
@@ -97,25 +117,34 @@ impl Hex8 {
         out
     }
 
-    /// ∂N_a/∂ξ_k over [`DERIVATIVE`] at every point: `[point][corner a][axis k]`.
-    #[inline(always)]
-    pub const fn local_shape_gradients() -> &'static [[[f64; 3]; 8]; POINTS] {
-        &SCALED_SHAPE_GRADIENTS
+    fn shapes() -> &'static [[f64; 8]; POINTS] {
+        &SHAPES
     }
 
-    /// ∂u_i/∂ξ_k over [`DERIVATIVE`] at point `q`, rows i.
+    fn shape_gradients() -> &'static [[[f64; 3]; 8]; POINTS] {
+        &LOCAL_SHAPE_GRADIENTS
+    }
+
     #[inline(always)]
-    pub fn local_gradient_at<R: Real>(g: &LocalGradients<R>, q: usize) -> Tensor<R> {
+    fn corner_penalty<R: Real>(X: &[[R; 8]; 3], u: &[[R; 8]; 3], k: [R; 2]) -> CornerResponse<R, 8> {
+        eval_corner_penalty(X, u, k)
+    }
+
+    #[inline(always)]
+    fn local_gradient_at<R: Real>(g: &LocalGradients<R>, q: usize) -> Tensor<R> {
         tensor!(i, k => {
             let (q2, q1) = entry(q, k);
             g[i][k][q2][q1]
         })
     }
 
-    /// Adds the local stress `T = P · cof` at point `q`, `T[i][k]` work-conjugate to the derivative (i, k) of
-    /// [`Hex8::local_gradients`], weight included.
     #[inline(always)]
-    pub fn add_local_stress<R: Real>(sums: &mut LocalGradients<R>, q: usize, P: &Tensor<R>, cof: &Tensor<R>) {
+    fn no_stress<R: Real>(zero: R) -> LocalGradients<R> {
+        [[[[zero; 2]; 2]; 3]; 3]
+    }
+
+    #[inline(always)]
+    fn add_local_stress<R: Real>(sums: &mut LocalGradients<R>, q: usize, P: &Tensor<R>, cof: &Tensor<R>) {
         for (sum, p) in sums.iter_mut().zip(&P.0) {
             for k in 0..3 {
                 let (q2, q1) = entry(q, k);
@@ -125,9 +154,8 @@ impl Hex8 {
         }
     }
 
-    /// The transpose of [`Hex8::local_gradients`]: nodal forces `f[i][corner]` from summed local stresses.
     #[inline(always)]
-    pub fn nodal_forces<R: Real>(sums: &LocalGradients<R>) -> [[R; 8]; 3] {
+    fn nodal_forces<R: Real>(sums: &LocalGradients<R>) -> [[R; 8]; 3] {
         let mut forces = [[sums[0][0][0][0].zero(); 8]; 3];
         for (f, sums) in forces.iter_mut().zip(sums) {
             for (s, edges) in sums.iter().zip(&EDGES_ALONG) {
@@ -163,17 +191,6 @@ const SHAPES: [[f64; 8]; POINTS] = shapes_at_points().0;
 /// Their derivatives in local coordinates.
 const LOCAL_SHAPE_GRADIENTS: [[[f64; 3]; 8]; POINTS] = shapes_at_points().1;
 
-/// The same over [`DERIVATIVE`].
-const SCALED_SHAPE_GRADIENTS: [[[f64; 3]; 8]; POINTS] = {
-    let mut scaled = LOCAL_SHAPE_GRADIENTS;
-    let mut i = 0;
-    while i < 24 * POINTS {
-        scaled[i / 24][(i / 3) % 8][i % 3] /= DERIVATIVE;
-        i += 1;
-    }
-    scaled
-};
-
 /// N_a and ∂N_a/∂ξ at each point.
 const fn shapes_at_points() -> ([[f64; 8]; POINTS], [[[f64; 3]; 8]; POINTS]) {
     let (mut shapes, mut gradients) = ([[0.0; 8]; POINTS], [[[0.0; 3]; 8]; POINTS]);
@@ -204,70 +221,11 @@ pub fn shape_at(local: [f64; 3]) -> [f64; 8] {
     HEX8_CORNERS.map(|c| (0..3).map(|i| 0.5 * (1.0 + c[i] * local[i])).product())
 }
 
-/// Reference geometry of one element.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceGeometry {
-    /// Reference volume of each point [m³].
-    pub volume: [f64; POINTS],
-    /// Smallest Jacobian determinant over the points, relative to the mean: ≤ 0 for an inverted element.
-    pub smallest_jacobian: f64,
-    /// Share of the element's volume at each corner, by which mass is lumped; row sums unless moved [m³].
-    pub corner_volume: [f64; 8],
-    /// Largest eigenvalue λ of `Σ_q V_q ∇N_a·∇N_b` against the corner volumes [1/m²]: with a tangent of norm α and density
-    /// ρ, `ω² ≤ α λ / ρ`.
-    pub gradient_bound: f64,
-}
-
-impl ReferenceGeometry {
-    /// From the corner positions X [m].
-    pub fn new(corners: &[Vec3; 8]) -> Self {
-        Self::with_mass_at(corners, |row_sums| row_sums)
-    }
-
-    /// The same with volume moved from corner to corner, by which mass is lumped: `move_volume` changes the row-sum shares.
-    pub fn with_mass_at(corners: &[Vec3; 8], move_volume: impl FnOnce([f64; 8]) -> [f64; 8]) -> Self {
-        let X: [[f64; 8]; 3] = std::array::from_fn(|i| std::array::from_fn(|a| corners[a][i]));
-        let g = Hex8::local_gradients(&X);
-        let jacobians: [Mat3; POINTS] =
-            std::array::from_fn(|q| Mat3::from(&Hex8::local_gradient_at(&g, q)) * DERIVATIVE);
-        let volume = jacobians.map(|j| j.determinant());
-        let mean = volume.iter().sum::<f64>() / POINTS as f64;
-        let inverse_jacobian = jacobians.map(|j| j.try_inverse().unwrap_or_else(Mat3::zeros));
-        let row_sums = std::array::from_fn(|a| (0..POINTS).map(|q| SHAPES[q][a] * volume[q]).sum());
-        let corner_volume = move_volume(row_sums);
-        let gradient_bound = gradient_bound(&inverse_jacobian, &volume, &corner_volume);
-        let smallest_jacobian =
-            volume.iter().copied().fold(f64::INFINITY, f64::min) / mean.abs().max(f64::MIN_POSITIVE);
-        Self { volume, smallest_jacobian, corner_volume, gradient_bound }
-    }
-
-    /// Volume of the element [m³].
-    pub fn total_volume(&self) -> f64 {
-        self.volume.iter().sum()
-    }
-}
-
-/// The largest eigenvalue of the 8×8 matrix `D^(−½) (Σ_q V_q ∇N·∇Nᵀ) D^(−½)`, D the corner volumes.
-fn gradient_bound(inverse: &[Mat3; POINTS], volume: &[f64; POINTS], corner_volume: &[f64; 8]) -> f64 {
-    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
-    // The lower triangle.
-    let mut G = [[0.0; 8]; 8];
-    for (q, local) in LOCAL_SHAPE_GRADIENTS.iter().enumerate() {
-        let gradients: [Vec3; 8] =
-            std::array::from_fn(|a| inverse[q].tr_mul(&Vec3::from(local[a])) * scale[a]);
-        for a in 0..8 {
-            let weighted = gradients[a] * volume[q];
-            for b in 0..=a {
-                G[a][b] += weighted.dot(&gradients[b]);
-            }
-        }
-    }
-    largest_eigenvalue(G)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+    use crate::mechanics::tensor::{Mat3, Vec3};
 
     fn distorted() -> [Vec3; 8] {
         std::array::from_fn(|a| {
@@ -314,7 +272,7 @@ mod tests {
     fn a_cube_has_the_textbook_bound() {
         // A unit cube: corner volume 1/8, highest mode of the Laplacian 4/L².
         let corners = HEX8_CORNERS.map(|c| Vec3::new(c[0], c[1], c[2]) * 0.5);
-        let geometry = ReferenceGeometry::new(&corners);
+        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
         assert!((geometry.gradient_bound - 4.0).abs() < 1e-12);
         assert!((geometry.total_volume() - 1.0).abs() < 1e-14);
     }

@@ -194,7 +194,7 @@ impl ModalGeometry {
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::*;
-    use crate::mechanics::element::{Hex8, POINTS, ReferenceGeometry, shape_at};
+    use crate::mechanics::element::{Element, ElementKind, Hex8, POINTS, ReferenceGeometry, shape_at};
 
     /// A cube with every corner moved.
     fn distorted() -> [Vec3; 8] {
@@ -252,7 +252,7 @@ mod tests {
     fn mean_gradients_are_those_of_the_quadrature_which_is_exact() {
         let corners = distorted();
         let modal = ModalGeometry::new(&corners);
-        let points = ReferenceGeometry::new(&corners);
+        let points = ReferenceGeometry::new(ElementKind::Hex8, &corners);
         assert!((modal.volume / points.total_volume() - 1.0).abs() < 1e-14);
         let jacobians =
             Hex8::local_gradients(&std::array::from_fn(|i| std::array::from_fn(|a| corners[a][i])));

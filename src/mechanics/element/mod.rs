@@ -1,16 +1,22 @@
 //! Elements: shape functions, quadrature, reference geometry, stabilisation.
 
 mod corner_penalty;
+mod geometry;
 mod hex8;
 mod hex8_modes;
 mod hourglass;
+mod interface;
+mod kind;
 mod largest_eigenvalue;
+mod tet4;
 
 pub use corner_penalty::{CornerResponse, corner_stiffness, eval_corner_penalty};
-pub use hex8::{
-    DERIVATIVE, HEX8_CORNERS, HEX8_DIAGONALS, HEX8_EDGES, Hex8, LocalGradients, POINTS, ReferenceGeometry,
-    shape_at,
-};
+pub use geometry::ReferenceGeometry;
+pub use hex8::{HEX8_CORNERS, HEX8_DIAGONALS, HEX8_EDGES, Hex8, POINTS, shape_at};
 pub use hex8_modes::{ModalGeometry, Modes, V3};
 pub use hourglass::{Hourglass, HourglassResponse};
+pub use interface::Element;
+pub(in crate::mechanics) use kind::for_each_element;
+pub use kind::{ElementKind, MOST_NODES};
 pub(in crate::mechanics) use largest_eigenvalue::largest_eigenvalue;
+pub use tet4::Tet4;

@@ -136,10 +136,11 @@ impl Activity {
             let chunk = &mut forces.chunks[c as usize];
             let block = &blocks[chunk.block as usize];
             let nodes = block.nodes_of_chunk(chunk.chunk as usize);
+            let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             for i in 0..chunk.batches.len() {
                 let is_reached = || {
-                    let batch = block.batch_of_chunk(chunk.chunk as usize, i);
-                    batch.nodes.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
+                    let batch = block.nodes_of_batch(first + i);
+                    batch.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
                 };
                 if chunk.awake & (1 << i) == 0 && is_reached() {
                     self.wake_batch(block, assembly, chunk, i);
@@ -153,7 +154,8 @@ impl Activity {
     fn wake_batch(&mut self, block: &ElementBlock, assembly: &Assembly, chunk: &mut ChunkForces, i: usize) {
         chunk.awake |= 1 << i;
         let nodes = block.nodes_of_chunk(chunk.chunk as usize);
-        for node in block.batch_of_chunk(chunk.chunk as usize, i).nodes.as_flattened() {
+        let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+        for node in block.nodes_of_batch(first + i).as_flattened() {
             let node = nodes[*node as usize] as usize;
             self.active[node / Self::NODES] = true;
             for (master, _) in assembly.followers().masters(node) {

@@ -4,7 +4,7 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
-use super::block::{Batch, BlockInput, ElementBlock};
+use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::tensor::Vec3;
@@ -26,10 +26,13 @@ impl Chunk {
     pub const SLOTS: usize = Self::BATCHES * BATCH;
 }
 
-/// Cuts a block into chunks and numbers the nodes of its batches within them, in the order of their first use.
-pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<Chunk>, Vec<u32>) {
+/// Cuts a block into chunks and numbers the nodes of its batches, `[node][lane]` each, within them, in the order of their first use.
+pub(super) fn cut_chunks<const N: usize>(
+    batches: &mut [&mut [[u16; BATCH]; N]],
+    inputs: &[BlockInput],
+) -> (Vec<Chunk>, Vec<u32>) {
     let (mut chunks, mut chunk_nodes) = (Vec::new(), Vec::new());
-    let highest = inputs.iter().flat_map(|input| input.nodes).max().map_or(0, |node| node as usize + 1);
+    let highest = inputs.iter().flat_map(|input| &input.nodes).max().map_or(0, |node| *node as usize + 1);
     let mut number = vec![u16::MAX; highest];
     let first_batches = (0..).step_by(Chunk::BATCHES);
     for ((first, batches), inputs) in
@@ -37,7 +40,7 @@ pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<C
     {
         let first_node = chunk_nodes.len();
         for (batch, lanes) in batches.iter_mut().zip(inputs.chunks(BATCH)) {
-            for corner in 0..8 {
+            for corner in 0..N {
                 for lane in 0..BATCH {
                     let node = lanes[lane.min(lanes.len() - 1)].nodes[corner];
                     let number = &mut number[node as usize];
@@ -45,7 +48,7 @@ pub(super) fn cut_chunks(batches: &mut [Batch], inputs: &[BlockInput]) -> (Vec<C
                         *number = (chunk_nodes.len() - first_node) as u16;
                         chunk_nodes.push(node);
                     }
-                    batch.nodes[corner][lane] = *number;
+                    batch[corner][lane] = *number;
                 }
             }
         }
@@ -80,7 +83,7 @@ pub struct ChunkForces {
     pub(super) stretch_rate: f64,
     /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.
     pub(super) shortest: f64,
-    /// History at t_n, [`ElementBlock::history_rows`] a batch.
+    /// History at t_n, [`ElementBlock::history_rows`](super::ElementBlock::history_rows) a batch.
     pub(super) history: Vec<Row>,
     /// Elements of each batch that are gone, a bit a lane; empty as long as there are none.
     pub(super) eroded: Vec<u8>,
@@ -93,30 +96,8 @@ pub struct ChunkForces {
 }
 
 impl ChunkForces {
-    /// Of a chunk that is wholly awake.
-    pub(super) fn new(block_index: usize, block: &ElementBlock, chunk: usize) -> Self {
-        let batches = block.chunks[chunk].batches.len();
-        let nodes = block.nodes_of_chunk(chunk).len();
-        Self {
-            block: block_index as u32,
-            chunk: chunk as u32,
-            awake: Self::all(batches),
-            force: vec![Vec3::zeros(); nodes],
-            viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
-            u: vec![Vec3::zeros(); nodes],
-            v: vec![Vec3::zeros(); nodes],
-            stretch_rate: 0.0,
-            shortest: 0.0,
-            history: vec![Row::default(); batches * block.history_rows()],
-            eroded: Vec::new(),
-            eroding: Vec::new(),
-            batches: vec![BatchTotals::default(); batches],
-            totals: BlockTotals::NONE,
-        }
-    }
-
     /// The mask of `count` batches.
-    fn all(count: usize) -> u32 {
+    pub(super) fn all(count: usize) -> u32 {
         u32::MAX >> (Chunk::BATCHES - count)
     }
 

@@ -12,11 +12,12 @@
 //! discrete gradient of Gonzalez (2000) with one multiplier a chunk in place of one a point, so that it serves every law and
 //! formulation by its energy and its forces alone.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock};
-use super::chunk::ChunkForces;
+use super::block::ElementBlock;
+use super::chunk::{Chunk, ChunkForces};
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, load_corners, store_corners};
 use super::{ElementForces, Threads};
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor, Vec3};
@@ -65,9 +66,11 @@ impl ElementBlock {
         }
         let [before, after] = [before, after].map(|u| nodes.iter().map(|node| u[*node as usize]).collect());
         let mut g = vec![Vec3::zeros(); nodes.len()];
-        let of_strains =
-            ChangeOfStrain { block: self, chunk: forces.chunk as usize, ends: [before, after], g: &mut g };
-        let square = pulp::Arch::new().dispatch(of_strains);
+        let chunk = &self.chunks[forces.chunk as usize];
+        let (ends, to) = (&[before, after], &mut g[..]);
+        let square = with_elements!(&self.packed, elements => {
+            pulp::Arch::new().dispatch(ChangeOfStrain { elements, chunk, ends, g: to })
+        });
         if square > 0.0 {
             for (force, g) in forces.force.iter_mut().zip(&g) {
                 *force += g * (lacking / square);
@@ -77,26 +80,26 @@ impl ElementBlock {
 }
 
 /// The sum Σ_q w ΔE:ΔE [m³] over a chunk, and its g [m²].
-struct ChangeOfStrain<'a> {
-    block: &'a ElementBlock,
-    chunk: usize,
+struct ChangeOfStrain<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
+    chunk: &'a Chunk,
     /// Displacements of the nodes of the chunk before and after the step [m].
-    ends: [Vec<Vec3>; 2],
+    ends: &'a [Vec<Vec3>; 2],
     g: &'a mut [Vec3],
 }
 
-impl WithSimd for ChangeOfStrain<'_> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for ChangeOfStrain<'_, E, N, Q> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { block, chunk, ends: [before, after], g } = self;
-        let (mut u, mut forces) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
+        let Self { elements, chunk, ends: [before, after], g } = self;
+        let (mut u, mut forces) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
         let (mut squares, mut sum) = (Row::default(), 0.0);
-        let range = &block.chunks[chunk].batches;
-        for batch in &block.batches[range.start as usize..range.end as usize] {
-            gather(&batch.nodes, &before, &mut u);
-            gather(&batch.nodes, &after, &mut forces);
+        let range = &chunk.batches;
+        for batch in &elements.batches[range.start as usize..range.end as usize] {
+            gather(&batch.nodes, before, &mut u);
+            gather(&batch.nodes, after, &mut forces);
             for part in 0..BATCH / S::F64_LANES {
                 batch.change_of_strain(simd, part, &u, &mut forces).store(&mut squares, part);
             }
@@ -107,7 +110,7 @@ impl WithSimd for ChangeOfStrain<'_> {
     }
 }
 
-impl Batch {
+impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Replaces the displacements after the step [m] by g [m²], and gives Σ_q w ΔE:ΔE [m³], of the elements of a register with the
     /// displacements `before` [m].
     #[inline(always)]
@@ -115,16 +118,16 @@ impl Batch {
         &self,
         simd: S,
         part: usize,
-        before: &[[Row; 8]; 3],
-        after: &mut [[Row; 8]; 3],
+        before: &[[Row; N]; 3],
+        after: &mut [[Row; N]; 3],
     ) -> Lane<S> {
         let zero = Lane::splat(simd, 0.0);
         let identity = Tensor::diagonal(zero + 1.0);
         let first = self.first_pass(simd, part, before);
-        let local_after = Hex8::local_gradients(&load_corners(simd, after, part));
-        let mut sums: LocalGradients<Lane<S>> = [[[[zero; 2]; 2]; 3]; 3];
+        let local_after = E::local_gradients(&load_corners(simd, after, part));
+        let mut sums = E::no_stress(zero);
         let mut square = zero;
-        for q in 0..POINTS {
+        for q in 0..Q {
             let (H, cof_X) = (&first.H.0[q], &first.cof_X.0[q]);
             let change = self.gradient_at(simd, part, &local_after, (q, cof_X)).plus_scaled(zero - 1.0, H);
             let F = H.plus(&identity).plus_scaled(zero + 0.5, &change);
@@ -132,10 +135,10 @@ impl Batch {
             let product =
                 |a: usize, b: usize| (0..3).fold(zero, |sum, c| F.0[c][a].mul_add(change.0[c][b], sum));
             let dE = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| (product(a, b) + product(b, a)) * 0.5));
-            square = (first.w.0[q] * CORNER_SCALE).mul_add(dE.norm_squared(), square);
-            Hex8::add_local_stress(&mut sums, q, &F.dot_sym(&dE), cof_X);
+            square = (first.w.0[q] * E::SCALE).mul_add(dE.norm_squared(), square);
+            E::add_local_stress(&mut sums, q, &F.dot_sym(&dE), cof_X);
         }
-        store_corners(&Hex8::nodal_forces(&sums), after, part);
+        store_corners(&E::nodal_forces(&sums), after, part);
         square
     }
 }

@@ -1,6 +1,7 @@
 //! Whether the material of elements is elliptic: asked where a run has failed, never in a step.
 
-use super::block::{ElementBlock, Formulation};
+use super::block::ElementBlock;
+use super::parameters::Formulation;
 use crate::mechanics::lanes::BATCH;
 use crate::mechanics::material::least_acoustic_eigenvalue;
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
@@ -12,17 +13,16 @@ impl ElementBlock {
         let material = &self.parameters.material;
         let points = self.points_of(slot / BATCH, u);
         let lane = slot % BATCH;
-        let F = points.F.map(|F| Mat3::from_fn(|i, j| F[3 * i + j].0[lane]));
-        let J = F.map(|F| F.determinant());
+        let of_points = &points.F[..self.kind.point_count()];
+        let F: Vec<Mat3> = of_points.iter().map(|F| Mat3::from_fn(|i, j| F[3 * i + j].0[lane])).collect();
+        let J: Vec<f64> = F.iter().map(Mat3::determinant).collect();
         if !J.iter().all(|J| *J > 0.0) {
             return None;
         }
-        let volume = points.volume.map(|V| V.0[lane]);
+        let volume: Vec<f64> = points.volume[..F.len()].iter().map(|V| V.0[lane]).collect();
         let mean = J.iter().zip(&volume).map(|(J, V)| J * V).sum::<f64>() / volume.iter().sum::<f64>();
-        let families = material.family_count();
-        let first = (slot / BATCH) * families;
-        let fibres: Vec<[f64; 3]> =
-            self.fibres[first..first + families].iter().map(|a| [0, 1, 2].map(|i| a[i].0[lane])).collect();
+        let of_batch = self.fibres_of(slot / BATCH);
+        let fibres: Vec<[f64; 3]> = of_batch.iter().map(|a| [0, 1, 2].map(|i| a[i].0[lane])).collect();
         let least = F.iter().zip(&J).map(|(F, J)| {
             let J = if self.parameters.formulation == Formulation::MeanDilatation { mean } else { *J };
             let bulk = material.volumetric().map_or(0.0, |U| U.stiffness(J - 1.0));

@@ -4,10 +4,13 @@
 //! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
 //! swept as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
 
-use super::block::{Batch, ElementBlock, ErosionLimits};
+use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
+use super::packed::{Batch, InBlocks, Packed, with_elements};
+use super::parameters::ErosionLimits;
 use super::rows::{clear, gather, keep_still};
 use super::{ElementForces, Threads};
+use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor};
@@ -107,7 +110,7 @@ impl ElementForces {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
             if let Some(limits) = block.parameters.erosion {
-                pulp::Arch::new().dispatch(Judge { block, limits, chunk });
+                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Judge { elements, block, limits, chunk }));
             }
         });
         let mut found = Vec::new();
@@ -132,19 +135,21 @@ impl ElementForces {
 }
 
 /// Looks at the elements of a chunk that are awake and not gone, at the displacements of its last sweep.
-struct Judge<'a> {
+struct Judge<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     limits: ErosionLimits,
     chunk: &'a mut ChunkForces,
 }
 
-impl WithSimd for Judge<'_> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Judge<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { block, limits, chunk } = self;
-        let mut u = [[Row::default(); 8]; 3];
+        let Self { elements, block, limits, chunk } = self;
+        let first = block.chunks[chunk.chunk as usize].batches.start as usize;
+        let mut u = [[Row::default(); N]; 3];
         let (mut stretch, mut ratio) = (Row::default(), Row::default());
         chunk.eroding.resize(chunk.batches.len(), 0);
         for i in 0..chunk.batches.len() {
@@ -152,7 +157,7 @@ impl WithSimd for Judge<'_> {
             if chunk.awake & (1 << i) == 0 {
                 continue;
             }
-            let batch = block.batch_of_chunk(chunk.chunk as usize, i);
+            let batch = &elements.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut u);
             keep_still(chunk.eroded_lanes(i), &mut u);
             for part in 0..BATCH / S::F64_LANES {
@@ -169,10 +174,10 @@ impl WithSimd for Judge<'_> {
     }
 }
 
-impl Batch {
+impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Largest eigenvalue of F̄ᵀF̄, less 1, and mean volume ratio, less 1, of the elements of a register [-]; zero in padding.
     #[inline(always)]
-    fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> [Lane<S>; 2] {
+    fn mean_deformation<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> [Lane<S>; 2] {
         let zero = Lane::splat(simd, 0.0);
         let first = self.first_pass(simd, part, u);
         let mut sum = Tensor::diagonal(zero);

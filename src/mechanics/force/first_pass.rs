@@ -1,9 +1,9 @@
 //! The first pass over elements, with which every other begins: reference geometry, displacement gradient and change of volume at
 //! each point, and the mean of the latter.
 
-use super::block::Batch;
+use super::packed::Batch;
 use super::rows::load_corners;
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{Aligned, Lane, Row};
 use crate::mechanics::material::volume_change;
 use crate::mechanics::real::Real;
@@ -11,39 +11,39 @@ use crate::mechanics::tensor::Tensor;
 use pulp::Simd;
 
 /// What the elements of a register have at their points.
-pub(super) struct FirstPass<R> {
+pub(super) struct FirstPass<R, const Q: usize> {
     /// Cofactors of the local gradients of the scaled reference positions: `P cof` is the local stress, weight included.
-    pub cof_X: Aligned<[Tensor<R>; POINTS]>,
-    /// Reference volumes over [`CORNER_SCALE`](super::block::CORNER_SCALE) [m³].
-    pub w: Aligned<[R; POINTS]>,
+    pub cof_X: Aligned<[Tensor<R>; Q]>,
+    /// Reference volumes over [`Element::SCALE`] [m³].
+    pub w: Aligned<[R; Q]>,
     /// H = F − I [-].
-    pub H: Aligned<[Tensor<R>; POINTS]>,
+    pub H: Aligned<[Tensor<R>; Q]>,
     /// J − 1 [-].
-    pub j: Aligned<[R; POINTS]>,
+    pub j: Aligned<[R; Q]>,
     /// Mean of J − 1 over the volume of the element [-].
     pub mean: R,
     /// Smallest J − 1 [-].
     pub smallest: R,
 }
 
-impl Batch {
+impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Of the elements of a register with nodal displacements `u` [m].
     #[inline(always)]
-    pub fn first_pass<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> FirstPass<Lane<S>> {
+    pub fn first_pass<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> FirstPass<Lane<S>, Q> {
         let zero = Lane::splat(simd, 0.0);
         let no_tensor = Tensor::diagonal(zero);
-        let local_X = Aligned(Hex8::local_gradients(&load_corners(simd, &self.corners, part)));
-        let local_u = Aligned(Hex8::local_gradients(&load_corners(simd, u, part)));
+        let local_X = Aligned(E::local_gradients(&load_corners(simd, &self.corners, part)));
+        let local_u = Aligned(E::local_gradients(&load_corners(simd, u, part)));
         let mut out = FirstPass {
-            cof_X: Aligned([no_tensor; POINTS]),
-            w: Aligned([zero; POINTS]),
-            H: Aligned([no_tensor; POINTS]),
-            j: Aligned([zero; POINTS]),
+            cof_X: Aligned([no_tensor; Q]),
+            w: Aligned([zero; Q]),
+            H: Aligned([no_tensor; Q]),
+            j: Aligned([zero; Q]),
             mean: zero,
             smallest: zero.constant(f64::MAX),
         };
-        for q in 0..POINTS {
-            let X = Hex8::local_gradient_at(&local_X.0, q);
+        for q in 0..Q {
+            let X = E::local_gradient_at(&local_X.0, q);
             let cof = X.cofactor();
             out.w.0[q] = X.determinant_by(&cof);
             out.H.0[q] = self.gradient_at(simd, part, &local_u.0, (q, &cof));
@@ -62,10 +62,10 @@ impl Batch {
         &self,
         simd: S,
         part: usize,
-        local: &LocalGradients<Lane<S>>,
+        local: &E::Local<Lane<S>>,
         (q, cof_X): (usize, &Tensor<Lane<S>>),
     ) -> Tensor<Lane<S>> {
         let inverse_weight = Lane::load(simd, &self.inverse_weight[q], part);
-        Hex8::local_gradient_at(local, q).dot_transposed(cof_X).scaled(inverse_weight)
+        E::local_gradient_at(local, q).dot_transposed(cof_X).scaled(inverse_weight)
     }
 }

@@ -2,9 +2,14 @@
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
-use super::totals::BlockTotals;
-use super::{Assembly, SweepInput, Threads};
+use super::one_point::{OnePoint, OnePointSweep};
+use super::packed::{InBlocks, Packed, with_elements};
+use super::parameters::Formulation;
+use super::sweep::{GaussPoints, Sweep, SweepInput};
+use super::totals::{BatchTotals, BlockTotals};
+use super::{Assembly, Threads};
 use crate::mechanics::lanes::{BATCH, Row};
+use crate::mechanics::material::Law;
 use crate::mechanics::tensor::Vec3;
 
 /// What a sweep over all blocks writes, chunk by chunk.
@@ -18,7 +23,7 @@ impl ElementForces {
     pub fn new(blocks: &[ElementBlock]) -> Self {
         let of_block = |(index, block)| {
             let block: &ElementBlock = block;
-            (0..block.chunk_count()).map(move |chunk| ChunkForces::new(index, block, chunk))
+            (0..block.chunk_count()).map(move |chunk| forces_of_chunk(index, block, chunk))
         };
         Self { chunks: blocks.iter().enumerate().flat_map(of_block).collect() }
     }
@@ -26,8 +31,11 @@ impl ElementForces {
     /// Sweeps every batch that is awake.
     pub fn sweep(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &SweepInput) {
         threads.for_each(&mut self.chunks, |chunk| {
+            let block = &blocks[chunk.block as usize];
             if chunk.awake != 0 {
-                blocks[chunk.block as usize].sweep(input, chunk);
+                with_elements!(&block.packed, block.parameters.material; elements, law => {
+                    sweep_chunk(law, elements, block, input, chunk);
+                });
             }
         });
     }
@@ -106,5 +114,62 @@ impl ElementForces {
                 + size_of_val(&chunk.batches[..])
         };
         self.chunks.iter().map(of_chunk).sum()
+    }
+}
+
+/// Of a chunk that is wholly awake.
+fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> ChunkForces {
+    let batches = block.chunks[chunk].batches.len();
+    let nodes = block.nodes_of_chunk(chunk).len();
+    ChunkForces {
+        block: block_index as u32,
+        chunk: chunk as u32,
+        awake: ChunkForces::all(batches),
+        force: vec![Vec3::zeros(); nodes],
+        viscous: vec![Vec3::zeros(); if block.parameters.is_viscous() { nodes } else { 0 }],
+        u: vec![Vec3::zeros(); nodes],
+        v: vec![Vec3::zeros(); nodes],
+        stretch_rate: 0.0,
+        shortest: 0.0,
+        history: vec![Row::default(); batches * block.history_rows()],
+        eroded: Vec::new(),
+        eroding: Vec::new(),
+        batches: vec![BatchTotals::default(); batches],
+        totals: BlockTotals::NONE,
+    }
+}
+
+/// Sweeps the batches of a chunk that are awake: element forces, energies, stable steps.
+fn sweep_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
+    law: L,
+    elements: &Packed<E, N, Q>,
+    block: &ElementBlock,
+    input: &SweepInput,
+    forces: &mut ChunkForces,
+) where
+    E::OnePoint: OnePointSweep<E, N, Q>,
+{
+    macro_rules! sweep {
+        ($formulation:expr) => {
+            pulp::Arch::new().dispatch(Sweep {
+                law,
+                formulation: $formulation,
+                elements,
+                block,
+                input,
+                forces,
+            })
+        };
+    }
+    let formulation = block.parameters.formulation;
+    let has_mean_dilatation =
+        formulation == Formulation::MeanDilatation && block.parameters.material.volumetric().is_some();
+    // Constants stand first, so that no kernel is compiled for an element that has no use for it.
+    if const { Formulation::MeanDilatation.is_of(E::KIND) } && has_mean_dilatation {
+        sweep!(GaussPoints::<true>);
+    } else if const { Formulation::Reduced.is_of(E::KIND) } && formulation == Formulation::Reduced {
+        sweep!(OnePoint);
+    } else {
+        sweep!(GaussPoints::<false>);
     }
 }

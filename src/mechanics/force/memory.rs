@@ -5,12 +5,13 @@
 //! loading is sudden. The rest of the forces' work is dissipated.
 
 use super::SweepInput;
-use super::block::{CORNER_SCALE, ElementBlock};
+use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
+use super::packed::{InBlocks, Packed};
+use super::reduced::OnePointBatch;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
     BranchStep, Invariants, Kinematics, Law, MAX_BRANCHES, deviator_at, isochoric_stress,
@@ -23,32 +24,34 @@ use pulp::{Simd, WithSimd};
 const UNSTRAINED: f64 = 1e-20;
 
 /// The forces of the memory of a chunk, added to its viscous forces; its displacements are gathered.
-pub(super) struct Memory<'a, L> {
+pub(super) struct Memory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
+    pub elements: &'a Packed<E, N, Q>,
     pub block: &'a ElementBlock,
     pub input: &'a SweepInput<'a>,
     pub chunk: &'a mut ChunkForces,
 }
 
-impl<L: Law> WithSimd for Memory<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Memory<'_, L, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { law, block, input, chunk } = self;
+        let Self { law, elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
         let steps = block.parameters.prony.step(h);
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
-        let (mut x, mut forces) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
+        let (mut x, mut forces) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
-            let nodes = &block.batches[first + i].nodes;
+            let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
             keep_still(chunk.eroded_lanes(i), &mut x);
             let range = i * rows + block.bulk_rows()..(i + 1) * rows;
             let mut batch = BatchMemory {
                 law,
+                elements,
                 block,
                 batch: first + i,
                 steps: &steps,
@@ -64,8 +67,9 @@ impl<L: Law> WithSimd for Memory<'_, L> {
 }
 
 /// One batch, one law.
-struct BatchMemory<'a, L> {
+struct BatchMemory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: L,
+    elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     batch: usize,
     steps: &'a [BranchStep; MAX_BRANCHES],
@@ -85,44 +89,44 @@ struct PointMemory<R> {
     stiffness: R,
 }
 
-impl<L: Law> BatchMemory<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, L, E, N, Q> {
     /// Forces [N], stored energy and stable step of the elements of a register at displacements `u` [m].
     #[inline(always)]
     fn eval<S: Simd>(
         &mut self,
         simd: S,
         part: usize,
-        u: &[[Row; 8]; 3],
-        forces: &mut [[Row; 8]; 3],
+        u: &[[Row; N]; 3],
+        forces: &mut [[Row; N]; 3],
         totals: &mut BatchTotals,
     ) {
         let zero = Lane::splat(simd, 0.0);
-        let batch = &self.block.batches[self.batch];
+        let batch = &self.elements.batches[self.batch];
         let FirstPass { cof_X, w, mut H, .. } = batch.first_pass(simd, part, u);
-        let reduced = self.block.reduced.get(self.batch);
+        let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
             // Of one-point elements the mean gradient.
             H.0[0] = reduced.mean_gradient(simd, part, u);
         }
 
         // The law where it is remembered, in a loop whose length the compiler does not know, so that it stands in the program once.
-        let mut P = Aligned([Tensor::diagonal(zero); POINTS]);
-        let (mut density, mut stiffness) = (Aligned([zero; POINTS]), zero);
-        for q in 0..self.block.parameters.memory_points() {
+        let mut P = Aligned([Tensor::diagonal(zero); Q]);
+        let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
+        for q in 0..self.block.memory_points() {
             let point = self.eval_point::<S>(simd, part, q, &Kinematics::new(&H.0[q]));
             (P.0[q], density.0[q]) = (point.P, point.stored);
             stiffness = stiffness.max(point.stiffness);
         }
 
-        let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
+        let mut sums = Aligned(E::no_stress(zero));
         let mut stored = zero;
-        for q in 0..POINTS {
+        for q in 0..Q {
             let of = if reduced.is_some() { 0 } else { q };
-            Hex8::add_local_stress(&mut sums.0, q, &P.0[of], &cof_X.0[q]);
+            E::add_local_stress(&mut sums.0, q, &P.0[of], &cof_X.0[q]);
             stored = w.0[q].mul_add(density.0[of], stored);
         }
-        store_corners(&Hex8::nodal_forces(&sums.0), forces, part);
-        (stored * CORNER_SCALE).store(&mut totals.branches, part);
+        store_corners(&E::nodal_forces(&sums.0), forces, part);
+        (stored * E::SCALE).store(&mut totals.branches, part);
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }
 

@@ -1,8 +1,8 @@
 //! Internal forces of blocks of elements.
 //!
 //! An [`ElementBlock`] holds the elements of one body that share a law and a formulation, in batches of [`BATCH`] lanes,
-//! structure of arrays, and batches in chunks of a few hundred elements. One dynamic call sweeps a chunk; everything inside
-//! is monomorphised for the law, the formulation and the instruction set. A chunk sums its forces at its own nodes, and
+//! structure of arrays, and batches in chunks of a few hundred elements. The kind, the law and the formulation are matched once a chunk; everything inside
+//! is monomorphised for them and the instruction set. A chunk sums its forces at its own nodes, and
 //! each node then sums its few chunks in a fixed order ([`Assembly`]): no two threads write to one place, and the bits do
 //! not depend on how many there are.
 
@@ -16,6 +16,9 @@ mod erosion;
 mod first_pass;
 mod forces;
 mod memory;
+mod one_point;
+mod packed;
+mod parameters;
 mod points;
 mod pressure;
 mod rate;
@@ -29,9 +32,10 @@ mod viscous;
 
 pub use activity::Activity;
 pub use assembly::Assembly;
-pub use block::{BlockInput, BlockParameters, ElementBlock, ErosionLimits, Formulation};
+pub use block::{ElementBlock, NodeList};
 pub use erosion::{Eroding, Erosion};
 pub use forces::ElementForces;
+pub use parameters::{BlockError, BlockInput, BlockParameters, ErosionLimits, Formulation};
 pub use points::{PointBatch, PointField, PointInput, PointScalar};
 pub use rate::stretch_rate;
 pub use stiffness::{CORNER_PAIRS, StiffnessBatch, corner_pair};

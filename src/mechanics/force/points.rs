@@ -1,14 +1,16 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
 use super::memory::load_sym;
-use super::reduced::ReducedBatch;
-use super::rows::{keep_still, load_corners, load_fibres};
+use super::packed::{Batch, InBlocks, with_elements};
+use super::parameters::Formulation;
+use super::reduced::OnePointBatch;
+use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
-use crate::mechanics::element::{Hex8, POINTS, shape_at};
+use crate::mechanics::element::POINTS;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
@@ -26,6 +28,8 @@ pub type PointScalar = [Row; POINTS];
 /// stabilisation is not in ψ.
 #[derive(Clone, Debug)]
 pub struct PointBatch {
+    /// Points of an element; rows beyond mean nothing, and have no volume.
+    pub count: usize,
     /// Reference volume [m³].
     pub volume: PointScalar,
     /// Deformation gradient F [-], `[point][3 row + column][lane]`.
@@ -51,6 +55,7 @@ impl Default for PointBatch {
     fn default() -> Self {
         let zero = [Row::default(); POINTS];
         Self {
+            count: 0,
             volume: zero,
             F: [[Row::default(); 9]; POINTS],
             cauchy: [[Row::default(); 6]; POINTS],
@@ -104,10 +109,10 @@ impl ElementBlock {
     /// of the slots. Where every displacement is exactly zero there is no stress, strain or energy.
     pub fn for_each_moved_batch(&self, input: PointInput, visit: &mut dyn FnMut(Range<usize>, &PointBatch)) {
         let mut points = PointBatch::default();
-        for (b, batch) in self.batches.iter().enumerate() {
+        for b in 0..self.batch_count() {
             let nodes = self.nodes_of_chunk(b / Chunk::BATCHES);
             let is_still = |node: &u16| input.u[nodes[*node as usize] as usize] == Vec3::zeros();
-            if batch.nodes.as_flattened().iter().all(is_still) {
+            if self.nodes_of_batch(b).as_flattened().iter().all(is_still) {
                 continue;
             }
             self.eval_points(b, input, &mut points);
@@ -122,7 +127,7 @@ impl ElementBlock {
         for b in 0..self.batch_count() {
             self.eval_points(b, PointInput::at_rest(u), &mut points);
             for slot in self.slots_of(b) {
-                for q in 0..POINTS {
+                for q in 0..points.count {
                     let position = self.point_position(slot, q, X);
                     visit(self.elements[slot], q, &points.at(q, slot % BATCH, position));
                 }
@@ -132,14 +137,15 @@ impl ElementBlock {
 
     /// Reference position [m] of a quadrature point of the element in a slot of this block.
     pub fn point_position(&self, slot: usize, q: usize, X: &[Vec3]) -> Vec3 {
-        let shape = shape_at(Hex8::point(q));
-        self.nodes_of(slot).iter().zip(shape).map(|(node, N)| X[*node as usize] * N).sum()
+        let shape = self.kind.shapes_at(q);
+        self.nodes_of(slot).iter().zip(shape).map(|(node, N)| X[*node as usize] * *N).sum()
     }
 
-    /// Reference volume of the quadrature points of the element in a slot of this block [m³].
+    /// Reference volume of the quadrature points of the element in a slot of this block [m³]; 0 beyond their number.
     pub fn point_volumes(&self, slot: usize) -> [f64; POINTS] {
-        let batch = &self.batches[slot / BATCH];
-        std::array::from_fn(|q| 1.0 / batch.inverse_weight[q].0[slot % BATCH])
+        let rows: &[Row] =
+            with_elements!(&self.packed, elements => &elements.batches[slot / BATCH].inverse_weight);
+        std::array::from_fn(|q| rows.get(q).map_or(0.0, |row| 1.0 / row.0[slot % BATCH]))
     }
 
     /// The slots of a batch that hold elements.
@@ -152,7 +158,7 @@ impl ElementBlock {
         let (prony, rows) = (self.parameters.prony, self.history_rows());
         let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !prony.is_none())?;
         let first = b % Chunk::BATCHES * rows;
-        let of_point = if self.reduced.is_empty() { self.memory_rows() } else { 0 };
+        let of_point = if self.memory_points() > 1 { self.memory_rows() } else { 0 };
         Some(PointHistory { prony, rows: &of_chunk[first + self.bulk_rows()..first + rows], of_point })
     }
 
@@ -167,14 +173,13 @@ impl ElementBlock {
     fn eval_points(&self, b: usize, input: PointInput, points: &mut PointBatch) {
         let PointInput { u, v, history, erosion } = input;
         let eta = self.parameters.shear_viscosity;
-        let families = self.parameters.material.family_count();
-        pulp::Arch::new().dispatch(Points {
+        with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Points {
             element: PointLaw {
                 law: self.parameters.material,
                 formulation: self.parameters.formulation,
-                batch: &self.batches[b],
-                reduced: self.reduced.get(b),
-                fibres: &self.fibres[b * families..(b + 1) * families],
+                batch: &elements.batches[b],
+                reduced: elements.one_point.get(b),
+                fibres: self.fibres_of(b),
                 memory: self.memory_of(b, history),
             },
             nodes: self.nodes_of_chunk(b / Chunk::BATCHES),
@@ -182,7 +187,7 @@ impl ElementBlock {
             u,
             viscosity: Some((eta, v)).filter(|_| eta > 0.0 && !v.is_empty()),
             to: points,
-        });
+        }));
     }
 }
 
@@ -220,18 +225,19 @@ impl PointHistory<'_> {
 }
 
 /// One batch, one law.
-struct PointLaw<'a, L> {
+struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: L,
     formulation: Formulation,
-    batch: &'a Batch,
+    batch: &'a Batch<E, N, Q>,
     /// Of one-point elements.
-    reduced: Option<&'a ReducedBatch>,
+    reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
     memory: Option<PointHistory<'a>>,
 }
 
-struct Points<'a, L> {
-    element: PointLaw<'a, L>,
+/// One batch at one time.
+struct Points<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    element: PointLaw<'a, L, E, N, Q>,
     /// Global nodes of the chunk.
     nodes: &'a [u32],
     /// Elements that are gone, a bit a lane.
@@ -242,11 +248,13 @@ struct Points<'a, L> {
     to: &'a mut PointBatch,
 }
 
-impl<L: Law> WithSimd for Points<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Points<'_, L, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        self.to.count = Q;
+        self.to.volume[Q..].fill(Row::default());
         let u = self.gather(self.u);
         let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));
         for part in 0..BATCH / S::F64_LANES {
@@ -255,31 +263,23 @@ impl<L: Law> WithSimd for Points<'_, L> {
     }
 }
 
-impl<L: Law> Points<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Points<'_, L, E, N, Q> {
     /// Nodal vectors of the batch, in lanes.
-    fn gather(&self, from: &[Vec3]) -> [[Row; 8]; 3] {
-        let mut to = [[Row::default(); 8]; 3];
-        for corner in 0..8 {
-            for lane in 0..BATCH {
-                let value = &from[self.nodes[self.element.batch.nodes[corner][lane] as usize] as usize];
-                for i in 0..3 {
-                    to[i][corner].0[lane] = value[i];
-                }
-            }
-        }
+    fn gather(&self, from: &[Vec3]) -> [[Row; N]; 3] {
+        let mut to = gather_global(&self.element.batch.nodes, self.nodes, from);
         keep_still(self.eroded, &mut to);
         to
     }
 }
 
-impl<L: Law> PointLaw<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, E, N, Q> {
     #[inline(always)]
     fn eval<S: Simd>(
         &self,
         simd: S,
         part: usize,
-        u: &[[Row; 8]; 3],
-        rates: Option<&(f64, [[Row; 8]; 3])>,
+        u: &[[Row; N]; 3],
+        rates: Option<&(f64, [[Row; N]; 3])>,
         points: &mut PointBatch,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -290,10 +290,10 @@ impl<L: Law> PointLaw<'_, L> {
         }
         let zero = Lane::splat(simd, 0.0);
         let FirstPass { cof_X, w, H, j, mean, .. } = self.batch.first_pass(simd, part, u);
-        let local_v = rates.map(|(eta, v)| (*eta, Hex8::local_gradients(&load_corners(simd, v, part))));
-        let mut viscous = [Sym([zero; 6]); POINTS];
-        let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); POINTS];
-        for q in 0..POINTS {
+        let local_v = rates.map(|(eta, v)| (*eta, E::local_gradients(&load_corners(simd, v, part))));
+        let mut viscous = [Sym([zero; 6]); Q];
+        let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); Q];
+        for q in 0..Q {
             kinematics[q] = Kinematics::with_volume_change(&H.0[q], j.0[q], inverse_cbrt_m1(j.0[q]));
             if let Some((eta, local_v)) = &local_v {
                 let rate = self.batch.gradient_at(simd, part, local_v, (q, &cof_X.0[q]));
@@ -302,14 +302,14 @@ impl<L: Law> PointLaw<'_, L> {
             }
             // Padding has no volume.
             let is_element = load!(&self.batch.volume);
-            (w.0[q] * CORNER_SCALE * is_element.select_positive(zero + 1.0, zero))
+            (w.0[q] * E::SCALE * is_element.select_positive(zero + 1.0, zero))
                 .store(&mut points.volume[q], part);
         }
         if let Some(reduced) = self.reduced {
-            kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); POINTS];
+            kinematics = [Kinematics::new(&reduced.mean_gradient(simd, part, u)); Q];
         }
         let fibres = load_fibres(simd, self.fibres, part);
-        for q in 0..POINTS {
+        for q in 0..Q {
             let k = &kinematics[q];
             let response = self.law.eval(k, &fibres[..self.fibres.len()]);
             let j = if self.formulation == Formulation::MeanDilatation { mean } else { k.j };

@@ -1,8 +1,10 @@
 //! Pressure with bulk viscosity, and the stable step that stress and viscosity leave: what all formulations share.
 
-use super::block::BlockParameters;
+use super::parameters::BlockParameters;
+use crate::mechanics::lanes::Row;
 use crate::mechanics::material::{Invariants, Volumetric};
 use crate::mechanics::real::Real;
+use pulp::Simd;
 
 /// The volumetric part of an element at one state.
 #[derive(Clone, Copy)]
@@ -74,6 +76,23 @@ impl Barrier {
         pressure.p += self.pressure(j);
         pressure.stiffness += self.slope(j);
     }
+}
+
+/// J − 1 at the points above which no corner is looked at: none of an incompressible element is penalised there.
+const CORNERS_ARE_WELL: f64 = -0.1;
+
+/// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
+#[inline(always)]
+pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::F64_LANES;
+    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
+}
+
+/// Whether a point of an element of a register is in reach of the barrier.
+#[inline(always)]
+pub(super) fn point_is_crushed<S: Simd>(smallest_j: &Row, part: usize) -> bool {
+    let lanes = S::F64_LANES;
+    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| Barrier::reaches(*j))
 }
 
 #[inline(always)]

@@ -1,14 +1,16 @@
 //! How fast elements are being stretched: what limits `h max|D|`, the strain of a step.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock};
+use super::block::ElementBlock;
 use super::chunk::ChunkForces;
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{gather, keep_still};
 use super::{Assembly, ElementForces, Threads};
-use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
+use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
 /// A rate below this share of the allowed one is below it in exact arithmetic too.
 const CERTAIN: f64 = 1.0 - 1e-12;
@@ -64,11 +66,10 @@ impl ElementForces {
             if difference * h > limit * chunk.shortest {
                 // Divisions are most of what exact rates cost: they wait until an element is seen to need them.
                 let allowed = CERTAIN * limit / h;
-                let (excess, shortest) = pulp::Arch::new().dispatch(Rate::<false> { block, chunk, allowed });
+                let (excess, shortest) = block.rate::<false>(chunk, allowed);
                 chunk.shortest = shortest;
                 if !(excess <= 0.0) {
-                    (chunk.stretch_rate, _) =
-                        pulp::Arch::new().dispatch(Rate::<true> { block, chunk, allowed });
+                    (chunk.stretch_rate, _) = block.rate::<true>(chunk, allowed);
                 }
             }
             chunk.shortest -= difference * h;
@@ -84,32 +85,45 @@ impl ElementForces {
     }
 }
 
+impl ElementBlock {
+    /// See [`Rate`].
+    fn rate<const EXACT: bool>(&self, chunk: &ChunkForces, allowed: f64) -> (f64, f64) {
+        let range = &self.chunks[chunk.chunk as usize].batches;
+        with_elements!(&self.packed, elements => {
+            pulp::Arch::new().dispatch(Rate::<EXACT, _, _, _> { elements, range, chunk, allowed })
+        })
+    }
+}
+
 /// Shortest length of a chunk that stretch is relative to, from its `u` and `v`, beside its largest rate where that is `EXACT`,
 /// else by how much `|Δv·Δx|` exceeds `allowed` [1/s] times the square of that length at most.
-struct Rate<'a, const EXACT: bool> {
-    block: &'a ElementBlock,
+struct Rate<'a, const EXACT: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
+    /// Batches of the chunk.
+    range: &'a Range<u32>,
     chunk: &'a ChunkForces,
     allowed: f64,
 }
 
-impl<const EXACT: bool> WithSimd for Rate<'_, EXACT> {
+impl<const EXACT: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd
+    for Rate<'_, EXACT, E, N, Q>
+{
     type Output = (f64, f64);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> (f64, f64) {
-        let chunk = self.chunk;
-        let range = &self.block.chunks[chunk.chunk as usize].batches;
+        let (chunk, range) = (self.chunk, self.range);
         let least = if EXACT { 0.0 } else { f64::NEG_INFINITY };
         let mut extremes = [Row([least; BATCH]), Row([f64::INFINITY; BATCH]), Row([0.0; BATCH])];
-        let (mut u, mut v) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
-        let batches = &self.block.batches[range.start as usize..range.end as usize];
+        let (mut u, mut v) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
+        let batches = &self.elements.batches[range.start as usize..range.end as usize];
         for (i, batch) in batches.iter().enumerate() {
             gather(&batch.nodes, &chunk.u, &mut u);
             gather(&batch.nodes, &chunk.v, &mut v);
             keep_still(chunk.eroded_lanes(i), &mut u);
             keep_still(chunk.eroded_lanes(i), &mut v);
             for part in 0..BATCH / S::F64_LANES {
-                rate_of_batch::<S, EXACT>(simd, part, batch, (&u, &v), self.allowed, &mut extremes);
+                rate_of_batch::<S, EXACT, E, N, Q>(simd, part, batch, (&u, &v), self.allowed, &mut extremes);
             }
         }
         let [largest, squares, witnesses] = extremes;
@@ -123,28 +137,25 @@ impl<const EXACT: bool> WithSimd for Rate<'_, EXACT> {
 
 /// Updates (largest rate or excess, shortest squared length, a sum that is finite when all are) of each lane.
 #[inline(always)]
-fn rate_of_batch<S: Simd, const EXACT: bool>(
+fn rate_of_batch<S: Simd, const EXACT: bool, E: Element<N, Q>, const N: usize, const Q: usize>(
     simd: S,
     part: usize,
-    batch: &Batch,
-    (u, v): (&[[Row; 8]; 3], &[[Row; 8]; 3]),
+    batch: &Batch<E, N, Q>,
+    (u, v): (&[[Row; N]; 3], &[[Row; N]; 3]),
     allowed: f64,
     extremes: &mut [Row; 3],
 ) {
     let mut largest = Lane::load(simd, &extremes[0], part);
     let mut shortest = Lane::load(simd, &extremes[1], part);
     let mut witness = Lane::load(simd, &extremes[2], part);
-    let mut pairs = [(0, 0); 16];
-    pairs[..12].copy_from_slice(&HEX8_EDGES);
-    pairs[12..].copy_from_slice(&HEX8_DIAGONALS);
-    for (a, b) in pairs {
+    for &(a, b) in E::LENGTHS {
         let (mut along, mut length) = (Lane::splat(simd, 0.0), Lane::splat(simd, f64::MIN_POSITIVE));
         let mut at_rest = along;
         for i in 0..3 {
             let dX =
                 Lane::load(simd, &batch.corners[i][b], part) - Lane::load(simd, &batch.corners[i][a], part);
             let du = Lane::load(simd, &u[i][b], part) - Lane::load(simd, &u[i][a], part);
-            let dx = dX.mul_add(dX.constant(CORNER_SCALE), du);
+            let dx = dX.mul_add(dX.constant(E::SCALE), du);
             let dv = Lane::load(simd, &v[i][b], part) - Lane::load(simd, &v[i][a], part);
             along = dx.mul_add(dv, along);
             length = dx.mul_add(dx, length);
@@ -152,7 +163,7 @@ fn rate_of_batch<S: Simd, const EXACT: bool>(
         }
         let along = along.abs();
         witness += along + length;
-        let length = length.max(at_rest * (LEAST_LENGTH * LEAST_LENGTH * CORNER_SCALE * CORNER_SCALE));
+        let length = length.max(at_rest * (LEAST_LENGTH * LEAST_LENGTH * E::SCALE * E::SCALE));
         largest = largest.max(if EXACT { along / length } else { along - length * allowed });
         shortest = shortest.min(length);
     }
@@ -165,7 +176,7 @@ fn rate_of_batch<S: Simd, const EXACT: bool>(
 #[allow(clippy::float_cmp)] // the same bits are what is meant
 mod tests {
     use super::*;
-    use crate::mechanics::element::ReferenceGeometry;
+    use crate::mechanics::element::{ElementKind, HEX8_DIAGONALS, HEX8_EDGES, ReferenceGeometry};
     use crate::mechanics::force::{BlockInput, BlockParameters, Formulation, SweepInput};
     use crate::mechanics::material::{CoupledNeoHookean, Material};
     use crate::mechanics::tensor::Mat3;
@@ -182,8 +193,14 @@ mod tests {
             .map(|element| {
                 let nodes: [u32; 8] = std::array::from_fn(|a| 8 * element + a as u32);
                 let corners = nodes.map(|node| x[node as usize]);
-                let geometry = ReferenceGeometry::new(&corners);
-                BlockInput { element, nodes, corners, axes: Mat3::identity(), geometry }
+                let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
+                BlockInput {
+                    element,
+                    nodes: nodes.to_vec(),
+                    corners: corners.to_vec(),
+                    axes: Mat3::identity(),
+                    geometry,
+                }
             })
             .collect();
         let parameters = BlockParameters {
@@ -196,7 +213,7 @@ mod tests {
             prony: crate::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
-        (x, ElementBlock::new(0, parameters, 0, &inputs))
+        (x, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
     }
 
     /// The rate at rest, exact: no step is short enough to be certain.

@@ -1,4 +1,4 @@
-//! One-point elements: batches and kernel of [`Formulation::Reduced`](super::Formulation).
+//! One-point elements: batches of [`Formulation::Reduced`](super::Formulation), and their energy.
 //!
 //! ```text
 //! W(u) = V [ψ(F̄) + U(det F̄)] + ψ_hg          F̄ = I + H̄, the mean gradient
@@ -8,13 +8,11 @@
 //! not lock. The force is the exact gradient of W. A linear field gives each node the integral of its shape function's
 //! gradient times the one stress, as exact quadrature would: the patch test is passed on any hexahedron.
 
-use super::block::{BlockInput, BlockParameters, ElementBlock};
-use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
-use super::rows::{load_corners, load_fibres, store_corners};
-use super::sweep::{BatchLanes, ElementKernel, ElementSweep, corners_may_fold};
-use super::totals::BatchTotals;
+use super::parameters::{BlockInput, BlockParameters, Formulation};
+use super::pressure::{Pressure, corners_may_fold, tangent_bound};
+use super::rows::load_corners;
 use crate::mechanics::element::{Hourglass, HourglassResponse, ModalGeometry, Modes, V3, largest_eigenvalue};
-use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
+use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law, Material};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
@@ -58,6 +56,40 @@ pub(super) struct ReducedBatch {
     pub length: Row,
 }
 
+/// What all passes need of the batches of a one-point formulation.
+pub(super) trait OnePointBatch<const N: usize>:
+    std::fmt::Debug + Send + Sync + Sized + 'static
+{
+    /// From the elements of a batch; `None` in other formulations.
+    fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self>;
+    /// H̄ [-] of the elements of a register, from nodal displacements [m].
+    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; N]; 3]) -> Tensor<Lane<S>>;
+}
+
+/// Of elements that have no such formulation.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum NoOnePoint {}
+
+impl<const N: usize> OnePointBatch<N> for NoOnePoint {
+    fn pack(_: &[BlockInput], _: &BlockParameters) -> Option<Self> {
+        None
+    }
+    fn mean_gradient<S: Simd>(&self, _: S, _: usize, _: &[[Row; N]; 3]) -> Tensor<Lane<S>> {
+        match *self {}
+    }
+}
+
+impl OnePointBatch<8> for ReducedBatch {
+    fn pack(chunk: &[BlockInput], parameters: &BlockParameters) -> Option<Self> {
+        (parameters.formulation == Formulation::Reduced).then(|| Self::new(chunk, parameters))
+    }
+    #[inline(always)]
+    fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
+        let (A, B) = self.gradient_vectors(simd, part);
+        Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
+    }
+}
+
 impl ReducedBatch {
     /// From the elements of a batch.
     pub fn new(chunk: &[BlockInput], parameters: &BlockParameters) -> Self {
@@ -81,7 +113,8 @@ impl ReducedBatch {
             length: Row([1.0; BATCH]),
         };
         for (lane, input) in chunk.iter().enumerate() {
-            let modal = ModalGeometry::new(&input.corners);
+            let corners = std::array::from_fn(|a| input.corners.get(a).copied().unwrap_or_default());
+            let modal = ModalGeometry::new(&corners);
             let hourglass = Hourglass::new(&modal, mu, K);
             batch.volume[lane] = modal.volume;
             for k in 0..3 {
@@ -110,13 +143,6 @@ impl ReducedBatch {
             batch.length[lane] = 2.0 / input.geometry.gradient_bound.sqrt();
         }
         batch
-    }
-
-    /// H̄ [-] of the elements of a register, from nodal displacements [m].
-    #[inline(always)]
-    pub fn mean_gradient<S: Simd>(&self, simd: S, part: usize, u: &[[Row; 8]; 3]) -> Tensor<Lane<S>> {
-        let (A, B) = self.gradient_vectors(simd, part);
-        Modes::new(&load_corners(simd, u, part)).mean_gradient(&A, &B)
     }
 
     /// A and B of the elements of a register.
@@ -231,12 +257,12 @@ impl<S: Simd> OnePointElement<Lane<S>> {
 fn frequency_eigenvalue(
     modal: &ModalGeometry,
     hourglass: &Hourglass<f64>,
-    corner_volume: &[f64; 8],
+    corner_volume: &[f64],
     tangent_at_rest: f64,
 ) -> f64 {
     let (b, gamma) = (modal.mean_gradients(), modal.hourglass_vectors());
     let kappa = hourglass.stiffness_bound().map(|kappa| kappa / tangent_at_rest.max(f64::MIN_POSITIVE));
-    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    let scale: Vec<f64> = corner_volume.iter().map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
     largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
         std::array::from_fn(|c| {
             let stabilisation: f64 =
@@ -248,9 +274,9 @@ fn frequency_eigenvalue(
 
 /// The largest λ with `ω² ≤ β λ/ρ`, β the stiffness against the unit base vectors: of the 8×8 matrix
 /// `D^(−½) [Σ_k λ_k λ_kᵀ/|G_k|²] D^(−½)`, D the corner volumes, λ_k those combinations of corners that are l_k [1/m⁵].
-fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64; 8]) -> f64 {
+fn base_eigenvalue(hourglass: &Hourglass<f64>, corner_volume: &[f64]) -> f64 {
     let linear = Modes::linear_vectors();
-    let scale = corner_volume.map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE));
+    let scale: Vec<f64> = corner_volume.iter().map(|v| 1.0 / v.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
     largest_eigenvalue(std::array::from_fn::<[f64; 8], 8, _>(|a| {
         std::array::from_fn(|c| {
             let of = |k: usize| hourglass.inverse_length[k].powi(2) * linear[k][a] * linear[k][c];
@@ -268,87 +294,6 @@ fn tangent_at_rest(material: &Material) -> f64 {
         let point = law.eval_with_bounds(&k, &invariants, material.fibre_directions());
         tangent_bound(point.stiffness_bound, &invariants, &Pressure { p: 0.0, stiffness })
     })
-}
-
-/// The formulation with one point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OnePoint;
-
-impl ElementKernel for OnePoint {
-    type Batch = ReducedBatch;
-
-    fn batches(self, block: &ElementBlock) -> &[ReducedBatch] {
-        &block.reduced
-    }
-
-    #[inline(always)]
-    fn sweep<S: Simd, L: Law>(
-        self,
-        element: &ElementSweep<L, ReducedBatch>,
-        simd: S,
-        part: usize,
-        lanes: &mut BatchLanes,
-        totals: &mut BatchTotals,
-    ) {
-        // A macro, not a closure: that would be compiled without the instruction set of this function.
-        macro_rules! load {
-            ($x:expr) => {
-                Lane::load(simd, $x, part)
-            };
-        }
-        let (law, batch) = (&element.law, element.batch);
-        let zero = Lane::splat(simd, 0.0);
-        let modes = Aligned(Modes::new(&load_corners(simd, &lanes.nodal, part)));
-        let (A, B) = batch.gradient_vectors(simd, part);
-        let H = modes.0.mean_gradient(&A, &B);
-
-        // The law at the one point.
-        let k = Kinematics::new(&H);
-        let volume = load!(&batch.volume);
-        let viscous = viscous_pressure(
-            element.parameters,
-            element.inverse_step,
-            load!(&batch.length),
-            k.j,
-            load!(&lanes.before[0]),
-        );
-        let fibres = &load_fibres(simd, element.fibres, part)[..element.fibres.len()];
-        let invariants = Invariants::new(&k);
-        let point = law.eval_with_bounds(&k, &invariants, fibres);
-        let response = point.response;
-        let (mut psi, mut pressure) = (response.psi, Pressure { p: -viscous.0, stiffness: zero });
-        if let Some(U) = law.volumetric() {
-            psi += U.energy(k.j);
-            pressure = pressure_at(U, k.j, viscous.0);
-        }
-        let tangent = tangent_bound(point.stiffness_bound, &invariants, &pressure);
-
-        // The stabilisation, and the forces of both.
-        let one_point = Aligned(batch.one_point(simd, part, A, B));
-        let hourglass = one_point.0.hourglass(&modes.0, &H);
-        let mut forces = one_point.0.nodal_forces(&response.first_piola(&k, pressure.p), &hourglass);
-        let (mut stabilisation, mut corner_frequency) = (hourglass.energy, zero);
-        if one_point.0.corners_may_fold(k.j, &hourglass, part) {
-            let corners = element.corners.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
-            for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
-                *f += *on;
-            }
-            stabilisation += corners.energy;
-            corner_frequency = corners.stiffness * load!(&element.corners.inverse_least_mass);
-        }
-        store_corners(&forces, &mut lanes.nodal, part);
-        volume.mul_add(psi, stabilisation).store(&mut totals.strain, part);
-        stabilisation.store(&mut totals.hourglass, part);
-        lanes.store_history(k.j, viscous.0, part);
-        lanes.dissipated(simd, volume, part).store(&mut totals.viscous, part);
-        let bound = load!(&batch.frequency_bound);
-        let tangent = tangent.max(hourglass.stiffening * batch.tangent_at_rest);
-        let base = load!(&batch.base_bound) * hourglass.base_stiffness;
-        let omega_squared = bound.mul_add(tangent, base + corner_frequency);
-        totals.store_step(omega_squared, bound * invariants.I2 * viscous.1, part);
-        k.j.store(&mut totals.smallest_j, part);
-        point.fibre_exponent.store(&mut totals.fibre_exponent, part);
-    }
 }
 
 #[cfg(test)]

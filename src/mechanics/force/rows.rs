@@ -7,7 +7,7 @@ use pulp::Simd;
 
 /// Nodal vectors of a batch, transposed into lanes: `[component][corner]`.
 #[inline(always)]
-pub(super) fn gather(nodes: &[[u16; BATCH]; 8], from: &[Vec3], to: &mut [[Row; 8]; 3]) {
+pub(super) fn gather<const N: usize>(nodes: &[[u16; BATCH]; N], from: &[Vec3], to: &mut [[Row; N]; 3]) {
     for (corner, nodes) in nodes.iter().enumerate() {
         for (lane, node) in nodes.iter().enumerate() {
             let value = &from[*node as usize];
@@ -18,9 +18,27 @@ pub(super) fn gather(nodes: &[[u16; BATCH]; 8], from: &[Vec3], to: &mut [[Row; 8
     }
 }
 
+/// [`gather`] from the vectors of all nodes, `of_chunk` the global nodes of the chunk that the batch is in.
+pub(super) fn gather_global<const N: usize>(
+    nodes: &[[u16; BATCH]; N],
+    of_chunk: &[u32],
+    from: &[Vec3],
+) -> [[Row; N]; 3] {
+    let mut to = [[Row::default(); N]; 3];
+    for (corner, nodes) in nodes.iter().enumerate() {
+        for (lane, node) in nodes.iter().enumerate() {
+            let value = &from[of_chunk[*node as usize] as usize];
+            for i in 0..3 {
+                to[i][corner].0[lane] = value[i];
+            }
+        }
+    }
+    to
+}
+
 /// Adds the reverse of [`gather`], corner by corner, lane by lane.
 #[inline(always)]
-pub(super) fn add(from: &[[Row; 8]; 3], nodes: &[[u16; BATCH]; 8], to: &mut [Vec3]) {
+pub(super) fn add<const N: usize>(from: &[[Row; N]; 3], nodes: &[[u16; BATCH]; N], to: &mut [Vec3]) {
     for (corner, nodes) in nodes.iter().enumerate() {
         for (lane, node) in nodes.iter().enumerate() {
             let force = &mut to[*node as usize];
@@ -43,7 +61,7 @@ pub(super) fn clear(mask: u8, row: &mut Row) {
 
 /// Takes the elements of these lanes for what nothing has moved.
 #[inline(always)]
-pub(super) fn keep_still(mask: u8, nodal: &mut [[Row; 8]; 3]) {
+pub(super) fn keep_still<const N: usize>(mask: u8, nodal: &mut [[Row; N]; 3]) {
     if mask != 0 {
         nodal.as_flattened_mut().iter_mut().for_each(|row| clear(mask, row));
     }
@@ -51,10 +69,14 @@ pub(super) fn keep_still(mask: u8, nodal: &mut [[Row; 8]; 3]) {
 
 /// Nodal values of the elements of a register.
 #[inline(always)]
-pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) -> [[Lane<S>; 8]; 3] {
-    let mut lanes = [[Lane::splat(simd, 0.0); 8]; 3];
+pub(super) fn load_corners<S: Simd, const N: usize>(
+    simd: S,
+    rows: &[[Row; N]; 3],
+    part: usize,
+) -> [[Lane<S>; N]; 3] {
+    let mut lanes = [[Lane::splat(simd, 0.0); N]; 3];
     for i in 0..3 {
-        for corner in 0..8 {
+        for corner in 0..N {
             lanes[i][corner] = Lane::load(simd, &rows[i][corner], part);
         }
     }
@@ -63,9 +85,13 @@ pub(super) fn load_corners<S: Simd>(simd: S, rows: &[[Row; 8]; 3], part: usize) 
 
 /// The reverse of [`load_corners`].
 #[inline(always)]
-pub(super) fn store_corners<S: Simd>(lanes: &[[Lane<S>; 8]; 3], rows: &mut [[Row; 8]; 3], part: usize) {
+pub(super) fn store_corners<S: Simd, const N: usize>(
+    lanes: &[[Lane<S>; N]; 3],
+    rows: &mut [[Row; N]; 3],
+    part: usize,
+) {
     for i in 0..3 {
-        for corner in 0..8 {
+        for corner in 0..N {
             lanes[i][corner].store(&mut rows[i][corner], part);
         }
     }

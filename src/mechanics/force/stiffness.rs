@@ -10,22 +10,23 @@
 //! (Simo, Taylor & Pister 1985). One-point elements are differentiated whole, stabilisation included, and so is the corner penalty. Bulk viscosity is no part
 //! of implicit steps, so it is none of this either.
 
-use super::block::{Batch, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::first_pass::FirstPass;
-use super::pressure::Barrier;
-use super::reduced::{OnePointElement, ReducedBatch};
-use super::rows::{load_corners, load_fibres};
-use super::sweep::{corners_may_fold, point_is_crushed};
+use super::packed::{Batch, InBlocks, with_elements};
+use super::parameters::Formulation;
+use super::pressure::{Barrier, corners_may_fold, point_is_crushed};
+use super::reduced::{NoOnePoint, OnePointElement, ReducedBatch};
+use super::rows::{gather_global, load_corners, load_fibres};
 use crate::mechanics::dual::Dual;
-use crate::mechanics::element::{Hex8, Hourglass, Modes, POINTS, eval_corner_penalty};
+use crate::mechanics::element::{Element, Hex8, Hourglass, Modes};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
-/// Pairs of corners (a, b) with a ≥ b.
+/// Pairs of nodes (a, b) with a ≥ b of the elements that have most.
 pub const CORNER_PAIRS: usize = 36;
 
 /// Where the pair of corners (a, b), a ≥ b, is stored.
@@ -49,49 +50,42 @@ impl StiffnessBatch {
 impl ElementBlock {
     /// Tangent stiffness of the elements of a batch at the displacements `u` [m], nodes × 3.
     pub fn eval_stiffness(&self, batch: usize, u: &[Vec3], stiffness: &mut StiffnessBatch) {
-        let families = self.parameters.material.family_count();
         let nodes = self.nodes_of_chunk(batch / Chunk::BATCHES);
-        let mut nodal = [[Row::default(); 8]; 3];
-        for corner in 0..8 {
-            for lane in 0..BATCH {
-                let value = &u[nodes[self.batches[batch].nodes[corner][lane] as usize] as usize];
-                for i in 0..3 {
-                    nodal[i][corner].0[lane] = value[i];
-                }
-            }
-        }
-        pulp::Arch::new().dispatch(Stiffness {
+        with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Stiffness {
             law: self.parameters.material,
             mean_dilatation: self.parameters.formulation == Formulation::MeanDilatation,
-            batch: &self.batches[batch],
-            reduced: self.reduced.get(batch),
-            fibres: &self.fibres[batch * families..(batch + 1) * families],
-            u: &nodal,
+            batch: &elements.batches[batch],
+            reduced: elements.one_point.get(batch),
+            fibres: self.fibres_of(batch),
+            u: gather_global(&elements.batches[batch].nodes, nodes, u),
             to: stiffness,
-        });
+        }));
     }
 }
 
 /// One batch, one law.
-struct Stiffness<'a, L> {
+struct Stiffness<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: L,
     mean_dilatation: bool,
-    batch: &'a Batch,
+    batch: &'a Batch<E, N, Q>,
     /// Of one-point elements.
-    reduced: Option<&'a ReducedBatch>,
+    reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
-    u: &'a [[Row; 8]; 3],
+    u: [[Row; N]; 3],
     to: &'a mut StiffnessBatch,
 }
 
-impl<L: Law> WithSimd for Stiffness<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Stiffness<'_, L, E, N, Q>
+where
+    E::OnePoint: OnePointStiffness<E, N, Q>,
+{
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         for part in 0..BATCH / S::F64_LANES {
             match self.reduced {
-                Some(reduced) => self.eval_one_point(simd, part, reduced),
+                Some(reduced) => reduced.eval_stiffness(simd, part, &mut self),
                 None => self.eval_points(simd, part),
             }
         }
@@ -118,15 +112,15 @@ fn fixed_tensor<R: Real>(t: &Tensor<R>) -> Tensor<Dual<R>> {
 
 /// [`fixed`] in every corner.
 #[inline(always)]
-fn fixed_corners<R: Real>(values: &[[R; 8]; 3]) -> [[Dual<R>; 8]; 3] {
-    let mut out = [[fixed(values[0][0]); 8]; 3];
+fn fixed_corners<R: Real, const N: usize>(values: &[[R; N]; 3]) -> [[Dual<R>; N]; 3] {
+    let mut out = [[fixed(values[0][0]); N]; 3];
     for (out, value) in out.as_flattened_mut().iter_mut().zip(values.as_flattened()) {
         *out = fixed(*value);
     }
     out
 }
 
-impl<L: Law> Stiffness<'_, L> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L, E, N, Q> {
     /// Fibre directions of the elements of a register, without slope.
     #[inline(always)]
     fn directions<S: Simd>(&self, simd: S, part: usize) -> [[Dual<Lane<S>>; 3]; MAX_FAMILIES] {
@@ -140,12 +134,12 @@ impl<L: Law> Stiffness<'_, L> {
         out
     }
 
-    /// Elements of 2×2×2 points.
+    /// From all points.
     #[inline(always)]
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
         let zero = Lane::splat(simd, 0.0);
         let directions = self.directions(simd, part);
-        let FirstPass { cof_X, w, H, mean, smallest, .. } = self.batch.first_pass(simd, part, self.u);
+        let FirstPass { cof_X, w, H, mean, smallest, .. } = self.batch.first_pass(simd, part, &self.u);
         let inverse_volume = Lane::load(simd, &self.batch.scaled_inverse_volume, part);
         let mean = Dual { value: mean, slope: zero + 1.0 };
         let U = self.law.volumetric();
@@ -159,13 +153,16 @@ impl<L: Law> Stiffness<'_, L> {
         let barrier = (pressure.is_some() && point_is_crushed::<S>(&smallest_j, part))
             .then(|| Barrier::new(self.law.moduli_at_rest().0));
         let mut sums = [[zero; 9]; CORNER_PAIRS];
-        let mut volume_slope = [[zero; 3]; 8];
-        for q in 0..POINTS {
+        let mut volume_slope = [[zero; 3]; N];
+        for q in 0..Q {
             let fibres = &directions[..self.fibres.len()];
             let A = tangent_at(&self.law, &H.0[q], fibres, pressure.map(|p| (p.value, barrier)), U);
             // Gradients are those of the local cube times the scaled cofactor.
-            let g = gradients(q, &cof_X.0[q].scaled(Lane::load(simd, &self.batch.inverse_weight[q], part)));
-            let weight = w.0[q] * CORNER_SCALE;
+            let g = gradients::<E, _, N, Q>(
+                q,
+                &cof_X.0[q].scaled(Lane::load(simd, &self.batch.inverse_weight[q], part)),
+            );
+            let weight = w.0[q] * E::SCALE;
             add_pairs(&mut sums, &A, &g, weight);
             if pressure.is_some() {
                 let cof_F = H.0[q].plus(&Tensor::diagonal(zero + 1.0)).cofactor().scaled(weight);
@@ -177,8 +174,8 @@ impl<L: Law> Stiffness<'_, L> {
                 }
             }
         }
-        let bulk = pressure.map_or(zero, |p| p.slope * inverse_volume * (1.0 / CORNER_SCALE));
-        for a in 0..8 {
+        let bulk = pressure.map_or(zero, |p| p.slope * inverse_volume * (1.0 / E::SCALE));
+        for a in 0..N {
             for b in 0..=a {
                 let (sum, to) = (&sums[corner_pair(a, b)], &mut self.to.0[corner_pair(a, b)]);
                 for i in 0..3 {
@@ -189,7 +186,7 @@ impl<L: Law> Stiffness<'_, L> {
                 }
             }
         }
-        if corners_may_fold::<S>(&smallest_j, part) {
+        if E::FOLDS && corners_may_fold::<S>(&smallest_j, part) {
             self.add_corner_penalty(simd, part);
         }
     }
@@ -199,12 +196,12 @@ impl<L: Law> Stiffness<'_, L> {
     fn add_corner_penalty<S: Simd>(&mut self, simd: S, part: usize) {
         let X = fixed_corners(&self.batch.corners_at_rest(simd, part));
         let k = self.batch.corner_stiffness.each_ref().map(|row| fixed(Lane::load(simd, row, part)));
-        let mut u = fixed_corners(&load_corners(simd, self.u, part));
-        for column in 0..24 {
+        let mut u = fixed_corners(&load_corners(simd, &self.u, part));
+        for column in 0..3 * N {
             let (b, j) = (column / 3, column % 3);
             u[j][b].slope = u[j][b].value.constant(1.0);
-            let forces = eval_corner_penalty(&X, &u, k).forces;
-            for a in b..8 {
+            let forces = E::corner_penalty(&X, &u, k).forces;
+            for a in b..N {
                 for i in 0..3 {
                     let to = &mut self.to.0[corner_pair(a, b)][3 * i + j];
                     (Lane::load(simd, to, part) + forces[i][a].slope).store(to, part);
@@ -213,35 +210,49 @@ impl<L: Law> Stiffness<'_, L> {
             u[j][b].slope = u[j][b].value.zero();
         }
     }
+}
 
-    /// One-point elements: the force differentiated along each nodal displacement.
+/// The stiffness of one-point elements.
+trait OnePointStiffness<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    /// Of the elements of a register.
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, E, N, Q>);
+}
+
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointStiffness<E, N, Q> for NoOnePoint {
+    fn eval_stiffness<S: Simd, L: Law>(&self, _: S, _: usize, _: &mut Stiffness<'_, L, E, N, Q>) {
+        match *self {}
+    }
+}
+
+impl OnePointStiffness<Hex8, 8, 8> for ReducedBatch {
+    /// The force differentiated along each nodal displacement.
     #[inline(always)]
-    fn eval_one_point<S: Simd>(&mut self, simd: S, part: usize, batch: &ReducedBatch) {
-        let (A, B) = batch.gradient_vectors(simd, part);
-        let at_point = batch.one_point(simd, part, A, B);
+    fn eval_stiffness<S: Simd, L: Law>(&self, simd: S, part: usize, to: &mut Stiffness<'_, L, Hex8, 8, 8>) {
+        let (A, B) = self.gradient_vectors(simd, part);
+        let at_point = self.one_point(simd, part, A, B);
         let element = lift(&at_point);
-        let directions = self.directions(simd, part);
-        let mut u = fixed_corners(&load_corners(simd, self.u, part));
+        let directions = to.directions(simd, part);
+        let mut u = fixed_corners(&load_corners(simd, &to.u, part));
         for column in 0..24 {
             let (b, j) = (column / 3, column % 3);
             u[j][b].slope = u[j][b].value.constant(1.0);
             let modes = Modes::new(&u);
             let H = modes.mean_gradient(&element.A, &element.B);
             let k = Kinematics::new(&H);
-            let p = self.law.volumetric().map_or(k.j.zero(), |U| U.pressure(k.j));
-            let P = self.law.eval(&k, &directions[..self.fibres.len()]).first_piola(&k, p);
+            let p = to.law.volumetric().map_or(k.j.zero(), |U| U.pressure(k.j));
+            let P = to.law.eval(&k, &directions[..to.fibres.len()]).first_piola(&k, p);
             let forces = element.nodal_forces(&P, &element.hourglass(&modes, &H));
             for a in b..8 {
                 for i in 0..3 {
-                    forces[i][a].slope.store(&mut self.to.0[corner_pair(a, b)][3 * i + j], part);
+                    forces[i][a].slope.store(&mut to.to.0[corner_pair(a, b)][3 * i + j], part);
                 }
             }
             u[j][b].slope = u[j][b].value.zero();
         }
-        let modes = Modes::new(&load_corners(simd, self.u, part));
+        let modes = Modes::new(&load_corners(simd, &to.u, part));
         let H = modes.mean_gradient(&A, &B);
         if at_point.corners_may_fold(volume_change(&H), &at_point.hourglass(&modes, &H), part) {
-            self.add_corner_penalty(simd, part);
+            to.add_corner_penalty(simd, part);
         }
     }
 }
@@ -278,9 +289,13 @@ fn tangent_at<R: Real, L: Law>(
 
 /// ∇N of the corners [1/m] at point `q`, `cof` the scaled cofactor of the reference geometry there.
 #[inline(always)]
-fn gradients<R: Real>(q: usize, cof: &Tensor<R>) -> [[R; 3]; 8] {
-    let mut g = [[cof.0[0][0]; 3]; 8];
-    for (g, local) in g.iter_mut().zip(&Hex8::local_shape_gradients()[q]) {
+fn gradients<E: Element<N, Q>, R: Real, const N: usize, const Q: usize>(
+    q: usize,
+    cof: &Tensor<R>,
+) -> [[R; 3]; N] {
+    let mut g = [[cof.0[0][0]; 3]; N];
+    for (g, local) in g.iter_mut().zip(&E::shape_gradients()[q]) {
+        let local = local.map(|slope| slope / E::DERIVATIVE);
         for (i, g) in g.iter_mut().enumerate() {
             let c = &cof.0[i];
             *g = c[0] * local[0] + c[1] * local[1] + c[2] * local[2];
@@ -291,8 +306,13 @@ fn gradients<R: Real>(q: usize, cof: &Tensor<R>) -> [[R; 3]; 8] {
 
 /// Adds `w ∇N_a A ∇N_b` to every pair.
 #[inline(always)]
-fn add_pairs<R: Real>(sums: &mut [[R; 9]; CORNER_PAIRS], A: &[[R; 9]; 9], g: &[[R; 3]; 8], w: R) {
-    for b in 0..8 {
+fn add_pairs<R: Real, const N: usize>(
+    sums: &mut [[R; 9]; CORNER_PAIRS],
+    A: &[[R; 9]; 9],
+    g: &[[R; 3]; N],
+    w: R,
+) {
+    for b in 0..N {
         // A ∇N_b, by row (i, J) and direction k.
         let mut on = [[w; 3]; 9];
         let gb = [g[b][0] * w, g[b][1] * w, g[b][2] * w];
@@ -302,7 +322,7 @@ fn add_pairs<R: Real>(sums: &mut [[R; 9]; CORNER_PAIRS], A: &[[R; 9]; 9], g: &[[
                 *on = A[2].mul_add(gb[2], A[1].mul_add(gb[1], A[0] * gb[0]));
             }
         }
-        for a in b..8 {
+        for a in b..N {
             let sum = &mut sums[corner_pair(a, b)];
             for i in 0..3 {
                 for k in 0..3 {

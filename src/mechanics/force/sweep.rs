@@ -1,18 +1,20 @@
 //! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
 
-use super::block::{BULK_ROWS, Batch, BlockParameters, CORNER_SCALE, ElementBlock, Formulation};
+use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
-use super::pressure::{Barrier, Pressure, pressure_at, tangent_bound, viscous_pressure};
-use super::reduced::OnePoint;
+use super::packed::{Batch, InBlocks, Packed};
+use super::parameters::BlockParameters;
+use super::pressure::{
+    Barrier, Pressure, corners_may_fold, point_is_crushed, pressure_at, tangent_bound, viscous_pressure,
+};
 use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use crate::mechanics::element::{CornerResponse, Hex8, LocalGradients, POINTS, eval_corner_penalty};
+use crate::mechanics::element::{CornerResponse, Element};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
-use crate::with_kernel_law;
 use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
@@ -26,53 +28,30 @@ pub struct SweepInput<'a> {
     pub history: &'a [Vec<Row>],
 }
 
-/// A monomorphised sweep behind one dynamic call a chunk.
-pub(super) trait Kernel: std::fmt::Debug + Send + Sync {
-    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces);
-}
-
-/// The kernel of a law and a formulation. A coupled law knows no mean dilatation: its elements are fully integrated.
-pub(super) fn kernel(parameters: &BlockParameters) -> Box<dyn Kernel> {
-    let is_split = parameters.material.volumetric().is_some();
-    with_kernel_law!(parameters.material, law => match parameters.formulation {
-        Formulation::MeanDilatation if is_split => new_kernel(law, GaussPoints::<true>),
-        Formulation::Full | Formulation::MeanDilatation => new_kernel(law, GaussPoints::<false>),
-        Formulation::Reduced => new_kernel(law, OnePoint),
-    })
-}
-
-fn new_kernel<L: Law + std::fmt::Debug, E: ElementKernel>(law: L, element: E) -> Box<dyn Kernel> {
-    Box::new(LawKernel { law, arch: pulp::Arch::new(), element })
-}
-
 /// What a formulation does to the elements of a batch that fit into a register.
-pub(super) trait ElementKernel: Copy + std::fmt::Debug + Send + Sync + 'static {
-    /// Its constants of a batch.
-    type Batch;
-    /// Those of a block.
-    fn batches(self, block: &ElementBlock) -> &[Self::Batch];
+pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>: Copy {
     /// Forces and totals of the elements in the `part`-th register.
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, Self::Batch>,
+        element: &ElementSweep<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes,
+        lanes: &mut BatchLanes<N>,
         totals: &mut BatchTotals,
     );
 }
 
 /// The state of a batch, lane by lane.
-pub(super) struct BatchLanes {
-    /// Displacements on entry [m], forces on return [N]: `[component][corner]`.
-    pub nodal: [[Row; 8]; 3],
+pub(super) struct BatchLanes<const N: usize> {
+    /// Displacements on entry [m], forces on return [N]: `[component][node]`.
+    pub nodal: [[Row; N]; 3],
     /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}; zero without bulk viscosity.
     pub before: [Row; BULK_ROWS],
     /// The same at t_n.
     pub after: [Row; BULK_ROWS],
 }
 
-impl BatchLanes {
+impl<const N: usize> BatchLanes<N> {
     /// Stores J̄ − 1 [-] and the viscous pressure [Pa] at t_n.
     #[inline(always)]
     pub fn store_history<S: Simd>(&mut self, dilatation: Lane<S>, viscous_pressure: Lane<S>, part: usize) {
@@ -89,34 +68,24 @@ impl BatchLanes {
     }
 }
 
-#[derive(Debug)]
-struct LawKernel<L, E> {
-    law: L,
-    arch: pulp::Arch,
-    element: E,
+/// The sweep of a chunk: monomorphised for the law, the formulation and the element.
+pub(super) struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    pub law: L,
+    pub formulation: K,
+    pub elements: &'a Packed<E, N, Q>,
+    pub block: &'a ElementBlock,
+    pub input: &'a SweepInput<'a>,
+    pub forces: &'a mut ChunkForces,
 }
 
-impl<L: Law + std::fmt::Debug, E: ElementKernel> Kernel for LawKernel<L, E> {
-    fn sweep(&self, block: &ElementBlock, input: &SweepInput, forces: &mut ChunkForces) {
-        let (law, element) = (self.law, self.element);
-        self.arch.dispatch(Sweep { law, element, block, input, forces });
-    }
-}
-
-struct Sweep<'a, L, E> {
-    law: L,
-    element: E,
-    block: &'a ElementBlock,
-    input: &'a SweepInput<'a>,
-    forces: &'a mut ChunkForces,
-}
-
-impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
+impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd
+    for Sweep<'_, L, K, E, N, Q>
+{
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { law, element: kernel, block, input, forces } = self;
+        let Self { law, formulation, elements, block, input, forces } = self;
         let families = law.family_count();
         let first_batch = block.chunks[forces.chunk as usize].batches.start as usize;
         for (u, node) in forces.u.iter_mut().zip(block.nodes_of_chunk(forces.chunk as usize)) {
@@ -124,7 +93,7 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
         }
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
-        let mut lanes = BatchLanes { nodal: [[zero; 8]; 3], before: [zero; 2], after: [zero; 2] };
+        let mut lanes = BatchLanes { nodal: [[zero; N]; 3], before: [zero; 2], after: [zero; 2] };
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
@@ -132,11 +101,11 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
                 continue;
             }
             let b = first_batch + i;
-            let nodes = &block.batches[b].nodes;
+            let nodes = &elements.batches[b].nodes;
             let element = ElementSweep {
                 law,
-                batch: &kernel.batches(block)[b],
-                corners: &block.batches[b],
+                batch: &elements.batches[b],
+                one_point: elements.one_point.get(b),
                 parameters: &block.parameters,
                 fibres: &block.fibres[b * families..(b + 1) * families],
                 inverse_step: input.inverse_step,
@@ -148,7 +117,7 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
-                kernel.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
+                formulation.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
             forces.history[history].copy_from_slice(&lanes.after[..bulk]);
             add(&lanes.nodal, nodes, &mut forces.force);
@@ -158,88 +127,67 @@ impl<L: Law, E: ElementKernel> WithSimd for Sweep<'_, L, E> {
 }
 
 /// One batch, one law.
-pub(super) struct ElementSweep<'a, L, B> {
+pub(super) struct ElementSweep<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
-    pub batch: &'a B,
-    /// The same elements as eight corners, whatever the formulation.
-    pub corners: &'a Batch,
+    pub batch: &'a Batch<E, N, Q>,
+    /// Of one-point elements.
+    pub one_point: Option<&'a E::OnePoint>,
     pub parameters: &'a BlockParameters,
     pub fibres: &'a [[Row; 3]],
     pub inverse_step: f64,
 }
 
-/// 2×2×2 points. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
+/// All points of the element. `MEAN`: one mean dilatation and pressure an element (Simo, Taylor & Pister 1985); else every point its own.
 #[derive(Clone, Copy, Debug)]
-struct GaussPoints<const MEAN: bool>;
+pub(super) struct GaussPoints<const MEAN: bool>;
 
-impl<const MEAN: bool> ElementKernel for GaussPoints<MEAN> {
-    type Batch = Batch;
-
-    fn batches(self, block: &ElementBlock) -> &[Batch] {
-        &block.batches
-    }
-
+impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementKernel<E, N, Q>
+    for GaussPoints<MEAN>
+{
     #[inline(always)]
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, Batch>,
+        element: &ElementSweep<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes,
+        lanes: &mut BatchLanes<N>,
         totals: &mut BatchTotals,
     ) {
         element.sweep::<S, MEAN>(simd, part, lanes, totals);
     }
 }
 
-/// J − 1 at the points above which no corner is looked at: none of an incompressible element is penalised there.
-const CORNERS_ARE_WELL: f64 = -0.1;
-
-/// Whether a corner of an element of a register may be folding, from the least J − 1 of each element.
-#[inline(always)]
-pub(super) fn corners_may_fold<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
-    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| *j < CORNERS_ARE_WELL)
-}
-
-/// Whether a point of an element of a register is in reach of the barrier.
-#[inline(always)]
-pub(super) fn point_is_crushed<S: Simd>(smallest_j: &Row, part: usize) -> bool {
-    let lanes = S::F64_LANES;
-    smallest_j.0[part * lanes..(part + 1) * lanes].iter().any(|j| Barrier::reaches(*j))
-}
-
-impl Batch {
+impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// The penalty on the corners of the elements of a register, from their displacements [m].
     #[inline(always)]
     pub(super) fn corner_penalty<S: Simd>(
         &self,
         simd: S,
         part: usize,
-        u: &[[Lane<S>; 8]; 3],
-    ) -> CornerResponse<Lane<S>> {
+        u: &[[Lane<S>; N]; 3],
+    ) -> CornerResponse<Lane<S>, N> {
         let stiffness = self.corner_stiffness.each_ref().map(|row| Lane::load(simd, row, part));
-        eval_corner_penalty(&self.corners_at_rest(simd, part), u, stiffness)
+        E::corner_penalty(&self.corners_at_rest(simd, part), u, stiffness)
     }
 
     /// X [m] of the elements of a register.
     #[inline(always)]
-    pub(super) fn corners_at_rest<S: Simd>(&self, simd: S, part: usize) -> [[Lane<S>; 8]; 3] {
+    pub(super) fn corners_at_rest<S: Simd>(&self, simd: S, part: usize) -> [[Lane<S>; N]; 3] {
         let mut X = load_corners(simd, &self.corners, part);
         for X in X.as_flattened_mut() {
-            *X = *X * CORNER_SCALE;
+            *X = *X * E::SCALE;
         }
         X
     }
 }
 
-impl<L: Law> ElementSweep<'_, L, Batch> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementSweep<'_, L, E, N, Q> {
     #[inline(always)]
     fn sweep<S: Simd, const MEAN: bool>(
         &self,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes,
+        lanes: &mut BatchLanes<N>,
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -251,8 +199,8 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         let zero = Lane::splat(simd, 0.0);
         let FirstPass { cof_X, w, H, j, mean, smallest } = self.batch.first_pass(simd, part, &lanes.nodal);
         // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
-        let mut a = Aligned([zero; POINTS]);
-        for q in 0..POINTS {
+        let mut a = Aligned([zero; Q]);
+        for q in 0..Q {
             a.0[q] = inverse_cbrt_m1(j.0[q]);
         }
         let volume = load!(&self.batch.volume);
@@ -274,9 +222,9 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
         let barrier = (MEAN && point_is_crushed::<S>(&totals.smallest_j, part))
             .then(|| Barrier::new(self.parameters.material.moduli_at_rest().0));
         let mut stabilisation = zero;
-        let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
+        let mut sums = Aligned(E::no_stress(zero));
         let (mut strain, mut tangent, mut cofactor, mut exponent) = (zero, zero, zero, zero);
-        for q in 0..POINTS {
+        for q in 0..Q {
             let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
             let fibres = &load_fibres(simd, self.fibres, part)[..self.fibres.len()];
             let invariants = Invariants::new(&k);
@@ -298,22 +246,22 @@ impl<L: Law> ElementSweep<'_, L, Batch> {
             }
             strain = w.0[q].mul_add(psi, strain);
             let P = point.response.first_piola(&k, pressure.p);
-            Hex8::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
+            E::add_local_stress(&mut sums.0, q, &P, &cof_X.0[q]);
 
             // |cof F|² = I2
             tangent = tangent.max(tangent_bound(point.stiffness_bound, &invariants, &pressure));
             cofactor = cofactor.max(invariants.I2);
             exponent = exponent.max(point.fibre_exponent);
         }
-        strain = strain * CORNER_SCALE;
+        strain = strain * E::SCALE;
         if let (true, Some(U)) = (MEAN, U) {
             strain = volume.mul_add(U.energy(mean), strain);
         }
 
-        let mut forces = Hex8::nodal_forces(&sums.0);
-        stabilisation = stabilisation * CORNER_SCALE;
+        let mut forces = E::nodal_forces(&sums.0);
+        stabilisation = stabilisation * E::SCALE;
         let mut corner_frequency = zero;
-        if corners_may_fold::<S>(&totals.smallest_j, part) {
+        if E::FOLDS && corners_may_fold::<S>(&totals.smallest_j, part) {
             let corners = self.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
             for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
                 *f += *on;

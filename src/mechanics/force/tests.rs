@@ -5,7 +5,7 @@ use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
     SweepInput, Threads, corner_pair,
 };
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
 use crate::mechanics::material::{
     Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
@@ -53,11 +53,11 @@ impl Element {
     }
 
     fn of(X: U, parameters: BlockParameters) -> Self {
-        let geometry = ReferenceGeometry::new(&X);
-        let mass = geometry.corner_volume.map(|V| DENSITY * V);
-        let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
-        let input = BlockInput { element: 0, nodes, corners: X, axes: Mat3::identity(), geometry };
-        Self { blocks: [ElementBlock::new(0, parameters, 0, &[input])], mass }
+        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
+        let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
+        let nodes = (0..8).collect();
+        let input = BlockInput { element: 0, nodes, corners: X.to_vec(), axes: Mat3::identity(), geometry };
+        Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
     fn sweep(&self, u: &U) -> Swept {

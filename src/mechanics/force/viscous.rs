@@ -4,17 +4,18 @@
 //! l = Ḟ F⁻¹        σ_v = η dev(l + lᵀ) = (η/J) dev(s + sᵀ)        s = Ḟ cof Fᵀ = J l        P_v = σ_v cof F
 //! ```
 //!
-//! with Ḟ of the half step before t_n. Everything is taken at the 2×2×2 points, of one-point elements too: their hourglass modes are
+//! with Ḟ of the half step before t_n. Everything is taken at the points of the element, of one-point hexahedra at 2×2×2 too: their hourglass modes are
 //! damped like any other motion. There and in crushed elements J may come near zero or below, so that 1/J is capped: the
 //! stress stays objective and dissipates, whatever J.
 
-use super::block::{Batch, ElementBlock};
+use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::memory::Memory;
+use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, ElementForces, SweepInput, Threads};
-use crate::mechanics::element::{Hex8, LocalGradients, POINTS};
+use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::bound_largest;
 use crate::mechanics::real::Real;
@@ -58,11 +59,13 @@ impl ElementForces {
                 chunk.v[i] = v[*node as usize];
             }
             if block.parameters.shear_viscosity > 0.0 {
-                pulp::Arch::new().dispatch(Viscous { block, chunk });
+                with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Viscous { elements, block, chunk }));
             }
             if !block.parameters.prony.is_none() {
                 let law = block.parameters.material;
-                pulp::Arch::new().dispatch(Memory { law, block, input, chunk });
+                with_elements!(&block.packed, elements => {
+                    pulp::Arch::new().dispatch(Memory { law, elements, block, input, chunk });
+                });
             }
             let first = block.chunks[chunk.chunk as usize].batches.start as usize;
             chunk.totals = BlockTotals::of_batches(first * BATCH, &chunk.batches);
@@ -77,21 +80,22 @@ impl ElementForces {
 }
 
 /// The viscous forces of a chunk, from its displacements and velocities.
-struct Viscous<'a> {
+struct Viscous<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     chunk: &'a mut ChunkForces,
 }
 
-impl WithSimd for Viscous<'_> {
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_, E, N, Q> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { block, chunk } = self;
+        let Self { elements, block, chunk } = self;
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
-        let (mut x, mut rates) = ([[Row::default(); 8]; 3], [[Row::default(); 8]; 3]);
+        let (mut x, mut rates) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
-            let batch = &block.batches[first + i];
+            let batch = &elements.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut x);
             gather(&batch.nodes, &chunk.v, &mut rates);
             let eroded = chunk.eroded_lanes(i);
@@ -106,7 +110,7 @@ impl WithSimd for Viscous<'_> {
     }
 }
 
-impl Batch {
+impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     /// Replaces the velocities [m/s] of the elements of a register by their viscous forces [N].
     #[inline(always)]
     fn viscous_forces<S: Simd>(
@@ -114,17 +118,17 @@ impl Batch {
         simd: S,
         part: usize,
         eta: f64,
-        u: &[[Row; 8]; 3],
-        rates: &mut [[Row; 8]; 3],
+        u: &[[Row; N]; 3],
+        rates: &mut [[Row; N]; 3],
         totals: &mut BatchTotals,
     ) {
         let zero = Lane::splat(simd, 0.0);
         let identity = Tensor::diagonal(zero.constant(1.0));
         let first = self.first_pass(simd, part, u);
-        let local_v = Aligned(Hex8::local_gradients(&load_corners(simd, rates, part)));
-        let mut sums: Aligned<LocalGradients<Lane<S>>> = Aligned([[[[zero; 2]; 2]; 3]; 3]);
+        let local_v = Aligned(E::local_gradients(&load_corners(simd, rates, part)));
+        let mut sums = Aligned(E::no_stress(zero));
         let mut largest = zero;
-        for q in 0..POINTS {
+        for q in 0..Q {
             let (cof_X, j) = (&first.cof_X.0[q], first.j.0[q]);
             let rate = self.gradient_at(simd, part, &local_v.0, (q, cof_X));
             let cof_F = first.H.0[q].plus(&identity).cofactor();
@@ -134,7 +138,7 @@ impl Batch {
             let P = Tensor::from_fn(|a, b| {
                 (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum))
             });
-            Hex8::add_local_stress(&mut sums.0, q, &P, cof_X);
+            E::add_local_stress(&mut sums.0, q, &P, cof_X);
 
             // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.
             let square = Sym(Sym::<Lane<S>>::INDICES
@@ -142,7 +146,7 @@ impl Batch {
             let norm = bound_largest(square.trace() * (1.0 / 3.0), square.deviator().norm_squared());
             largest = largest.max(norm * inverse_J(j) * (2.0 * eta));
         }
-        store_corners(&Hex8::nodal_forces(&sums.0), rates, part);
+        store_corners(&E::nodal_forces(&sums.0), rates, part);
 
         let half = Lane::load(simd, &self.frequency_bound, part) * largest * 0.5;
         totals.shorten_step(simd, zero, half, part);

@@ -60,8 +60,8 @@ macro_rules! laws {
         $(pub use $own_file::$Own;)*
         $(pub use $file::$Shared;)*
 
-        /// Any of the laws, by value: what a scene names and a plan keeps. Matched once per block of elements, outside the
-        /// loops.
+        /// Any of the laws, by value: what a scene names and a plan keeps. Matched once a chunk of elements, outside the
+        /// loops; as a law itself, at every point.
         #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Material {

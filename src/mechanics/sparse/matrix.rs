@@ -80,7 +80,7 @@ impl SymmetricMatrix {
     ) {
         for slot in batch * BATCH..((batch + 1) * BATCH).min(block.elements.len()) {
             let nodes = block.nodes_of(slot);
-            for a in 0..8 {
+            for a in 0..nodes.len() {
                 for b in 0..=a {
                     let entries = &stiffness.0[corner_pair(a, b)];
                     let pair = std::array::from_fn(|i| factor * entries[i].0[slot % BATCH]);

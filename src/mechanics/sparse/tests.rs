@@ -1,7 +1,7 @@
 //! Systems of small meshes against dense linear algebra.
 
 use super::{Cholesky, Definiteness, SymmetricMatrix, Unknowns};
-use crate::mechanics::element::ReferenceGeometry;
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::followers::Followers;
 use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock, Formulation, StiffnessBatch};
 use crate::mechanics::material::{Material, NeoHookean, Volumetric};
@@ -33,8 +33,14 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
         .enumerate()
         .map(|(e, nodes)| {
             let corners = nodes.map(|node| X[node as usize]);
-            let geometry = ReferenceGeometry::new(&corners);
-            BlockInput { element: e as u32, nodes: *nodes, corners, axes: Mat3::identity(), geometry }
+            let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners);
+            BlockInput {
+                element: e as u32,
+                nodes: nodes.to_vec(),
+                corners: corners.to_vec(),
+                axes: Mat3::identity(),
+                geometry,
+            }
         })
         .collect();
     let parameters = BlockParameters {
@@ -47,7 +53,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
         prony: crate::mechanics::material::PronySeries::NONE,
         erosion: None,
     };
-    (X, hexes, ElementBlock::new(0, parameters, 0, &inputs))
+    (X, hexes, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
 }
 
 /// The bottom is held, and one node along x only.

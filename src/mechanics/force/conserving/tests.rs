@@ -1,6 +1,6 @@
 //! Work, resultant and moment of the forces that conserve, over large steps.
 
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
@@ -54,10 +54,10 @@ impl Case {
         };
         let input = BlockInput {
             element: 0,
-            nodes: [0, 1, 2, 3, 4, 5, 6, 7],
-            corners: X,
+            nodes: (0..8).collect(),
+            corners: X.to_vec(),
             axes: Mat3::identity(),
-            geometry: ReferenceGeometry::new(&X),
+            geometry: ReferenceGeometry::new(ElementKind::Hex8, &X),
         };
         let displaced = |angle: f64, strain: f64| {
             let R = nalgebra::Rotation3::from_euler_angles(angle, -0.5 * angle, 2.0 * angle).into_inner();
@@ -67,7 +67,7 @@ impl Case {
             std::array::from_fn(|a| R * F * (X[a] + bend(a) * strain) - X[a])
         };
         let ends = [displaced(0.1, 0.1), displaced(0.4, 0.25)];
-        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input])], ends }
+        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], ends }
     }
 
     fn swept(&self, u: &[Vec3; 8]) -> ElementForces {

@@ -2,7 +2,7 @@
 
 use super::super::{BlockInput, BlockParameters, Formulation, PointInput, SweepInput};
 use super::*;
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::material::{Material, NeoHookean, PronySeries, Volumetric};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
@@ -21,10 +21,10 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
         let corners: [Vec3; 8] = std::array::from_fn(|a| X[8 * e + a]);
         BlockInput {
             element: 100 + e as u32,
-            nodes: std::array::from_fn(|a| (8 * e + a) as u32),
-            corners,
+            nodes: (0..8).map(|a| (8 * e + a) as u32).collect(),
+            corners: corners.to_vec(),
             axes: Mat3::identity(),
-            geometry: ReferenceGeometry::new(&corners),
+            geometry: ReferenceGeometry::new(ElementKind::Hex8, &corners),
         }
     };
     let parameters = BlockParameters {
@@ -38,7 +38,7 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
         erosion: Some(LIMITS),
     };
     let inputs: Vec<BlockInput> = (0..10).map(input).collect();
-    (X, [ElementBlock::new(0, parameters, 0, &inputs)])
+    (X, [ElementBlock::new(0, parameters, 0, &inputs).unwrap()])
 }
 
 /// Stretches of the elements, turned in space.

@@ -1,6 +1,6 @@
 //! One-point elements, through the kernel that a run uses.
 
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
 };
@@ -41,11 +41,11 @@ impl Element {
             prony: crate::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
-        let geometry = ReferenceGeometry::new(&X);
-        let mass = geometry.corner_volume.map(|V| 1000.0 * V);
-        let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
-        let input = BlockInput { element: 0, nodes, corners: X, axes: Mat3::identity(), geometry };
-        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input])], mass }
+        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
+        let mass = std::array::from_fn(|a| 1000.0 * geometry.corner_volume[a]);
+        let nodes = (0..8).collect();
+        let input = BlockInput { element: 0, nodes, corners: X.to_vec(), axes: Mat3::identity(), geometry };
+        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
     /// Forces on the corners [N] and totals.
@@ -221,7 +221,7 @@ fn only_rigid_motions_cost_nothing() {
         values.sort_by(f64::total_cmp);
         // The softest of the others bends or twists the element by its shear modulus.
         let size = (X[6] - X[0]).norm();
-        let softest = 1e5 * ReferenceGeometry::new(&X).total_volume() / (size * size);
+        let softest = 1e5 * ReferenceGeometry::new(ElementKind::Hex8, &X).total_volume() / (size * size);
         assert!(values[5].abs() < 1e-9 * values[23], "{values:?}");
         assert!(values[6] > 0.05 * softest, "{values:?} against {softest}");
         // Against volume there is one constraint: the other 17 do not know of K.

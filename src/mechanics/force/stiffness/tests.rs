@@ -1,6 +1,6 @@
 //! Tangents against differences of the force sweep: every law in every formulation.
 
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
     SweepInput, Threads, corner_pair,
@@ -84,10 +84,10 @@ impl Element {
             prony: crate::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
-        let geometry = ReferenceGeometry::new(&X);
-        let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
-        let input = BlockInput { element: 0, nodes, corners: X, axes: Mat3::identity(), geometry };
-        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input])] }
+        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);
+        let nodes = (0..8).collect();
+        let input = BlockInput { element: 0, nodes, corners: X.to_vec(), axes: Mat3::identity(), geometry };
+        Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()] }
     }
 
     fn force(&self, u: &U) -> U {

@@ -3,7 +3,7 @@
 
 use super::super::{BlockInput, BlockParameters, Formulation, SweepInput};
 use super::*;
-use crate::mechanics::element::{HEX8_CORNERS, ReferenceGeometry};
+use crate::mechanics::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
 use crate::mechanics::material::{Material, NeoHookean, Volumetric};
 use crate::mechanics::tensor::Mat3;
 use nalgebra::{SMatrix, SVector};
@@ -45,11 +45,12 @@ impl Element {
             prony: crate::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
-        let geometry = ReferenceGeometry::new(&corners());
-        let mass = geometry.corner_volume.map(|V| DENSITY * V);
-        let nodes = [0, 1, 2, 3, 4, 5, 6, 7];
-        let input = BlockInput { element: 0, nodes, corners: corners(), axes: Mat3::identity(), geometry };
-        Self { blocks: [ElementBlock::new(0, parameters, 0, &[input])], mass }
+        let geometry = ReferenceGeometry::new(ElementKind::Hex8, &corners());
+        let mass = std::array::from_fn(|a| DENSITY * geometry.corner_volume[a]);
+        let nodes = (0..8).collect();
+        let input =
+            BlockInput { element: 0, nodes, corners: corners().to_vec(), axes: Mat3::identity(), geometry };
+        Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
     /// Viscous forces [N] and stable step [s].

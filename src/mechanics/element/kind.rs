@@ -1,0 +1,51 @@
+//! The list of the elements that there are.
+
+use super::{Element, POINTS};
+
+/// The list: calls a macro with what follows its name, and name, nodes, points and one-point formulation (of [`crate::mechanics::force`])
+/// of every element.
+macro_rules! for_each_element {
+    ($then:ident $($first:tt)*) => {
+        $then! {
+            $($first)*
+            Hex8, 8, 8, ReducedBatch;
+            Tet4, 4, 1, NoOnePoint;
+        }
+    };
+}
+pub(in crate::mechanics) use for_each_element;
+
+/// The most nodes of any element.
+pub const MOST_NODES: usize = 8;
+
+macro_rules! kinds {
+    ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
+        /// The elements that there are.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum ElementKind {
+            $(#[doc = concat!("See [`", stringify!($Kind), "`].")] $Kind,)*
+        }
+
+        impl ElementKind {
+            /// Number of nodes.
+            pub const fn node_count(self) -> usize {
+                match self { $(Self::$Kind => $N,)* }
+            }
+            /// Number of quadrature points.
+            pub const fn point_count(self) -> usize {
+                match self { $(Self::$Kind => $Q,)* }
+            }
+            /// Shape functions of the nodes at a point.
+            pub fn shapes_at(self, q: usize) -> &'static [f64] {
+                match self { $(Self::$Kind => &<super::$Kind as Element<$N, $Q>>::shapes()[q],)* }
+            }
+            /// See [`Element::LENGTHS`].
+            pub fn lengths(self) -> &'static [(usize, usize)] {
+                match self { $(Self::$Kind => <super::$Kind as Element<$N, $Q>>::LENGTHS,)* }
+            }
+        }
+
+        $(const _: () = assert!($N <= MOST_NODES && $Q <= POINTS);)*
+    };
+}
+for_each_element!(kinds);

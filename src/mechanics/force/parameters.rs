@@ -1,0 +1,104 @@
+//! What blocks of elements are made from: elements, law, formulation.
+
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::material::{Material, PronySeries};
+use crate::mechanics::tensor::{Mat3, Vec3};
+
+/// How the energy of an element is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formulation {
+    /// The points of the element for everything.
+    Full,
+    /// The same, and one mean dilatation for the volumetric energy of a split law; coupled laws are integrated fully.
+    MeanDilatation,
+    /// One point at the mean gradient, and a stabilisation of the hourglass modes ([`crate::mechanics::element::Hourglass`]).
+    Reduced,
+}
+
+impl Formulation {
+    /// Whether an element has it: the one place that says so.
+    pub const fn is_of(self, kind: ElementKind) -> bool {
+        match self {
+            Self::Full => true,
+            // At one point the mean is the point's own.
+            Self::MeanDilatation => kind.point_count() > 1,
+            Self::Reduced => matches!(kind, ElementKind::Hex8),
+        }
+    }
+}
+
+/// Elements that no block can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BlockError {
+    /// Their kind has no such formulation.
+    #[error("elements of kind {0:?} have no formulation {1:?}")]
+    Formulation(ElementKind, Formulation),
+    /// They are of several kinds, or have not the nodes of their kind.
+    #[error("the elements of a block are of one kind, with all its nodes")]
+    Kinds,
+}
+
+/// Law, formulation, density and viscosity of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockParameters {
+    /// The constitutive law.
+    pub material: Material,
+    /// How it is integrated.
+    pub formulation: Formulation,
+    /// Density at rest ρ [kg/m³].
+    pub density: f64,
+    /// Linear bulk viscosity b1 [-].
+    pub linear_viscosity: f64,
+    /// Quadratic bulk viscosity b2 [-].
+    pub quadratic_viscosity: f64,
+    /// Shear viscosity η of the material [Pa s].
+    pub shear_viscosity: f64,
+    /// Relaxation of the isochoric stress.
+    pub prony: PronySeries,
+    /// What its elements bear; `None` for ever.
+    pub erosion: Option<ErosionLimits>,
+}
+
+impl BlockParameters {
+    /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
+    pub fn is_viscous(&self) -> bool {
+        self.shear_viscosity > 0.0 || !self.prony.is_none()
+    }
+    /// Whether compression has a viscous pressure.
+    pub fn has_bulk_viscosity(&self) -> bool {
+        self.linear_viscosity > 0.0 || self.quadratic_viscosity > 0.0
+    }
+    /// As [`BlockParameters::wave_speed`], along fibres that all lie in its direction [m/s]: nothing small is faster.
+    pub fn fastest_wave(&self) -> f64 {
+        self.wave_speed().hypot((self.material.fibre_modulus_at_rest() / self.density).sqrt())
+    }
+    /// Speed of dilatational waves at rest, √((K + 4/3 G)/ρ) [m/s]; fibres apart.
+    pub fn wave_speed(&self) -> f64 {
+        let (G, K) = self.material.moduli_at_rest();
+        ((K + 4.0 / 3.0 * G) / self.density).sqrt()
+    }
+}
+
+/// What the elements of a part bear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErosionLimits {
+    /// Largest principal stretch of F̄ [-]; infinite without this limit.
+    pub stretch: f64,
+    /// Least mean volume ratio [-]; 0 without this limit.
+    pub volume_ratio: f64,
+}
+
+/// One element to put into a block.
+#[derive(Clone, Debug)]
+pub struct BlockInput {
+    /// Global number of the element.
+    pub element: u32,
+    /// Its nodes (global).
+    pub nodes: Vec<u32>,
+    /// Their reference positions X [m].
+    pub corners: Vec<Vec3>,
+    /// Its material axes, columns e1, e2, e3 in reference axes.
+    pub axes: Mat3,
+    /// Its kind and reference geometry.
+    pub geometry: ReferenceGeometry,
+}
