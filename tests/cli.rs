@@ -227,7 +227,7 @@ fn a_run_overwrites_recordings_and_nothing_else() {
     }
     let refused = run(&["run", scene, "-q", "-o", scene]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("no recording"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("not a recording"), "{}", text(&refused.stderr));
     assert_eq!(std::fs::read(scene).unwrap(), serde_json::to_vec(&document).unwrap());
 }
 
