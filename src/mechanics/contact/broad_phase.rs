@@ -1,7 +1,8 @@
-//! Which faces a slave node may meet: a list made with a tree of swept boxes, and kept while nodes have moved little.
+//! Broad phase: the faces that each slave node may meet, listed by a tree of swept boxes and reused while nodes have
+//! moved little.
 //!
-//! The list only saves time. It holds every pair that the narrow phase could accept, so that its age never changes a
-//! result.
+//! The list only saves time. It contains every pair that the narrow phase could accept, so that its age never changes
+//! a result.
 
 use super::closest_point::Patch;
 use super::narrow_phase::{DEPTH, NEAR, Proximity, eval_proximity_within};
@@ -25,7 +26,7 @@ impl Motion<'_> {
         Aabb::new(to_parry(&p.inf(&q)), to_parry(&p.sup(&q)))
     }
 
-    /// Box of a face over the step, grown by `margin`.
+    /// Box of a face over the step, enlarged by `margin`.
     fn swept_face(&self, face: &[u32; 4], margin: f64) -> Aabb {
         let (mut low, mut high) = (self.x[face[0] as usize], self.x[face[0] as usize]);
         for &node in face {
@@ -42,12 +43,12 @@ fn to_parry(p: &Vec3) -> Vector {
     Vector::new(p.x, p.y, p.z)
 }
 
-/// How far a node must be from a face of this size [m] before it is out of the narrow phase's reach [m].
+/// Distance beyond which a node is out of reach of the narrow phase for a face of this size [m].
 pub fn reach(size: f64) -> f64 {
     NEAR.max(DEPTH) * size
 }
 
-/// The tree over the faces of one master surface.
+/// Tree over the faces of one master surface.
 #[derive(Clone, Debug)]
 pub(super) struct FaceTree {
     bvh: Bvh,
@@ -58,12 +59,12 @@ impl FaceTree {
         let motion = Motion { x, x_end: x };
         let boxes: Vec<Aabb> = skin.faces.iter().map(|f| motion.swept_face(f, 0.0)).collect();
         let mut tree = Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) };
-        // Memory of the tree that grows with the first refit.
+        // The first refit allocates the memory of the tree.
         tree.refit(skin, &motion, 0.0);
         tree
     }
 
-    /// Boxes of this step, grown by each face's reach and `slack`.
+    /// Refits to the boxes of this step, each enlarged by the reach of its face and `slack`.
     fn refit(&mut self, skin: &Skin, motion: &Motion, slack: f64) {
         for (i, face) in skin.faces.iter().enumerate() {
             let grown = motion.swept_face(face, reach(skin.sizes[i]) + slack);
@@ -78,7 +79,7 @@ impl FaceTree {
         all.mins.cmple(point).all() && point.cmple(all.maxs).all()
     }
 
-    /// Faces whose boxes a ray from a point meets, that runs along an axis in the direction of `sign`.
+    /// Faces whose boxes are met by a ray from a point along an axis in the direction of `sign`.
     pub fn ahead(&self, point: &Vec3, axis: usize, sign: f64) -> impl Iterator<Item = u32> {
         let point = to_parry(point);
         self.bvh.leaves(move |node: &BvhNode| {
@@ -90,12 +91,14 @@ impl FaceTree {
         })
     }
 
-    /// The closest face of all with its sign, at any distance, at positions `x` [m] that the list still covers: of equally close
-    /// ones the first by number. `None` where no face speaks for the point, or all are farther than `limit` [m].
+    /// The closest of all faces with its sign, at any distance, at positions `x` [m] that the list still covers; of
+    /// equally close ones the first by number. `None` where the projection onto no face is valid, or all are farther
+    /// than `limit` [m].
     pub fn closest(&self, skin: &Skin, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
         let (point, best) = (to_parry(s), Cell::new(limit));
         let mut closest: Option<Proximity> = None;
-        // A box holds its face wherever that has moved to since the list was made, so its distance is never too large.
+        // A box contains its face wherever that has moved since the list was made, so its distance is never too
+        // large.
         let may_be_closer = |node: &BvhNode| {
             let (low, high) = (node.mins(), node.maxs());
             let beyond = (low - point).max(point - high).max(Vector::ZERO);
@@ -112,11 +115,11 @@ impl FaceTree {
     }
 }
 
-/// A face of the list, with how far nodes must have moved before it matters [m].
+/// A listed face, with the displacement of nodes before it becomes relevant [m].
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     face: u32,
-    /// Distance when the list was made, less the reach.
+    /// Distance when the list was made, less the reach [m].
     spare: f64,
 }
 
@@ -124,12 +127,12 @@ struct Entry {
 #[derive(Clone, Copy, Debug)]
 struct Listed {
     node: u32,
-    /// Its place in the slave's surface.
+    /// Index in the nodes of the slave's surface.
     place: u32,
     entries: (u32, u32),
-    /// The least `spare` of its entries.
+    /// The least `spare` of its entries [m].
     spare: f64,
-    /// How far it was from the closest face of all when the list was made [m], and whether inside.
+    /// Distance from the closest of all faces when the list was made [m], and whether inside.
     distance: f64,
     is_inside: bool,
 }
@@ -139,7 +142,8 @@ pub(super) struct Candidate<F> {
     pub node: u32,
     /// Faces within its reach, ascending.
     pub faces: F,
-    /// How far the closest face of all may be [m], if the node may be inside the master: it was, or has moved so far.
+    /// Upper bound of the distance to the closest face [m], if the node may be inside the master: it was, or has
+    /// moved that far.
     pub may_be_inside: Option<f64>,
 }
 
@@ -151,22 +155,22 @@ pub(super) struct Candidates {
     slack: f64,
 }
 
-/// Faces of each slave node that there is room for.
+/// Faces per slave node for which memory is reserved.
 const ROOM: usize = 16;
 
 impl Candidates {
-    /// With room for so many slave nodes.
+    /// Reserves memory for so many slave nodes.
     pub fn with_capacity(slaves: usize) -> Self {
         Self { listed: Vec::with_capacity(slaves), entries: Vec::with_capacity(ROOM * slaves), slack: 0.0 }
     }
 
-    /// Whether the list still covers all that may meet: the largest distances [m] that nodes of the slave and of the
-    /// master have moved, to either end of the step, since it was made.
+    /// Whether the list still covers everything that may meet, given the largest distances [m] that nodes of the
+    /// slave and of the master have moved since it was made, at either end of the step.
     pub fn cover(&self, slave_moved: f64, master_moved: f64) -> bool {
         slave_moved + master_moved <= self.slack
     }
 
-    /// Makes the list anew for a step. `excluded` says which faces a node never meets.
+    /// Rebuilds the list for a step. `excluded` tells which faces a node never meets.
     pub fn rebuild(
         &mut self,
         slave: &Skin,
@@ -179,6 +183,7 @@ impl Candidates {
         self.listed.clear();
         self.entries.clear();
         self.slack = slack;
+        // Surfaces farther apart than the slack need no list until they have closed in.
         if let Some(clearance) = clearance(slave, master, motion)
             && clearance > slack
         {
@@ -187,21 +192,22 @@ impl Candidates {
         }
         tree.refit(master, motion, slack);
         let slave_is_other = master.is_closed && !std::ptr::eq(slave, master);
-        // Whoever is near the last node is hardly farther from the surface.
+        // Neighbouring nodes have similar distances: the last one bounds the search for the next.
         let (mut last, mut distance_of_last) = (Vec3::zeros(), f64::INFINITY);
         for (place, &node) in slave.nodes.iter().enumerate() {
+            // Faces whose swept boxes the node's path crosses.
             let start = self.entries.len();
             let s = motion.x[node as usize];
             for face in tree.bvh.intersect_aabb(&motion.segment(node)) {
                 if !excluded(node, face) {
                     let patch = Patch::new(&master.faces[face as usize], motion.x);
                     let distance = (patch.closest(&s).point - s).norm();
-                    // A hair is given away to rounding.
+                    // Subtract a little for rounding.
                     let spare = distance * (1.0 - 1e-9) - reach(master.sizes[face as usize]);
                     self.entries.push(Entry { face, spare });
                 }
             }
-            // There may be no inside that counts.
+            // Signed distance from the closest face, where the master has an inside.
             let (mut distance, mut is_inside) = (f64::INFINITY, false);
             if slave_is_other && tree.holds(&s) {
                 let limit =
@@ -215,14 +221,14 @@ impl Candidates {
                 found.sort_unstable_by_key(|e| e.face);
                 let spare = found.iter().map(|e| e.spare).fold(f64::INFINITY, f64::min);
                 let entries = (start as u32, self.entries.len() as u32);
-                // A node inside is held however far the faces are.
+                // A node inside is held at any distance from the faces.
                 let spare = if is_inside { f64::NEG_INFINITY } else { spare };
                 self.listed.push(Listed { node, place: place as u32, entries, spare, distance, is_inside });
             }
         }
     }
 
-    /// Makes the list anew against the half space behind `point` along `normal`; `reach` [m] as in [`reach`].
+    /// Rebuilds the list against the half space behind `point` along `normal`; `reach` [m] as in [`reach`].
     pub fn rebuild_plane(
         &mut self,
         slave: &Skin,
@@ -251,8 +257,8 @@ impl Candidates {
         }
     }
 
-    /// The nodes that may meet something in a step. `slave_moved(place, node)` and
-    /// `master_moved` [m] as in [`Candidates::cover`].
+    /// The nodes that may meet something in a step. `slave_moved(place, node)` and `master_moved` [m] as in
+    /// [`Candidates::cover`].
     pub fn within_reach(
         &self,
         slave_moved: impl Fn(usize, u32) -> f64,
@@ -262,7 +268,7 @@ impl Candidates {
             let moved = slave_moved(l.place as usize, l.node) + master_moved;
             let entries = &self.entries[l.entries.0 as usize..l.entries.1 as usize];
             let faces = entries.iter().filter(move |e| e.spare <= moved).map(|e| e.face);
-            // A hair for rounding.
+            // Add a little for rounding.
             let limit = (l.distance + moved) * (1.0 + 1e-9);
             let may_be_inside = (l.is_inside || l.distance <= moved * (1.0 + 1e-9)).then_some(limit);
             (l.spare <= moved).then_some(Candidate { node: l.node, faces, may_be_inside })
@@ -270,8 +276,8 @@ impl Candidates {
     }
 }
 
-/// How far the boxes of two surfaces over a step are apart, beyond what any face reaches [m]; `None` if a surface is
-/// empty.
+/// Distance between the boxes of two surfaces over a step, less the largest reach of any face [m]; `None` if a
+/// surface is empty.
 fn clearance(slave: &Skin, master: &Skin, motion: &Motion) -> Option<f64> {
     let (s_low, s_high) = swept_box(slave, motion)?;
     let (m_low, m_high) = swept_box(master, motion)?;

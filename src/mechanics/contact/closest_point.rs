@@ -2,26 +2,26 @@
 
 use crate::mechanics::tensor::Vec3;
 
-/// Iterations of the bound-constrained Newton; flat faces take two, warped ones four or five.
+/// Iterations of the bound-constrained Newton method; flat faces take two, warped ones four or five.
 const MAX_ITERATIONS: usize = 40;
-/// A step in the face's own coordinates (0…1) below this is convergence.
+/// A step in the parametric coordinates of the face (0…1) below this is convergence.
 const CONVERGED: f64 = 1e-14;
 
-/// Where on a face a point lies. Edge k runs from corner k to the next corner.
+/// Location of a point on a face. Edge k runs from corner k to the next corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Between all edges.
+    /// Between all edges of the face.
     Interior,
-    /// On edge k.
+    /// On edge k, between its ends.
     Edge(usize),
-    /// On corner k.
+    /// At corner k, the end of two edges.
     Corner(usize),
 }
 
 /// A point of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacePoint {
-    /// Position [m].
+    /// Position in space [m].
     pub point: Vec3,
     /// Shape functions at the point; the last is zero on a triangle.
     pub weights: [f64; 4],
@@ -29,11 +29,11 @@ pub struct FacePoint {
     pub feature: Feature,
 }
 
-/// A face in space: corners counter-clockwise seen from outside; the bilinear patch through four, or a triangle if
-/// the last two are the same node.
+/// A face in space, corners counter-clockwise seen from outside: the bilinear patch of four, or a triangle if the
+/// last two are the same node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Corner positions [m].
+    /// Positions of the corners [m]; on a triangle the last two coincide.
     pub corners: [Vec3; 4],
     /// The last corner repeats the third.
     pub triangle: bool,
@@ -46,7 +46,7 @@ impl Patch {
         Self { corners: face.map(|node| x[node as usize]), triangle: face[2] == face[3] }
     }
 
-    /// The face at the share `tau` of the way from positions `x` to `x_end`.
+    /// The face at the fraction `tau` of the motion from `x` to `x_end` [m].
     pub fn between(face: &[u32; 4], x: &[Vec3], x_end: &[Vec3], tau: f64) -> Self {
         let at = |node: u32| x[node as usize] + (x_end[node as usize] - x[node as usize]) * tau;
         Self { corners: face.map(at), triangle: face[2] == face[3] }
@@ -58,7 +58,7 @@ impl Patch {
     }
 
     /// Shape functions at the coordinates `a`, `b` in 0…1, from corner 0 towards corners 1 and 3; on a triangle the
-    /// side opposite to corner 0–1 has shrunk to corner 2.
+    /// side opposite to edge 0–1 degenerates to corner 2.
     pub fn weights(&self, a: f64, b: f64) -> [f64; 4] {
         let w = [(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b];
         if self.triangle { [w[0], w[1], w[2] + w[3], 0.0] } else { w }
@@ -83,8 +83,8 @@ impl Patch {
         (along_a, along_b)
     }
 
-    /// Unit normal, outwards, at the point with the given shape functions; that of the diagonals where the patch is
-    /// degenerate there, zero if it has no area at all.
+    /// Outward unit normal at the point with the given shape functions; that of the diagonals where the patch is
+    /// degenerate, zero if it has no area.
     pub fn normal(&self, weights: &[f64; 4]) -> Vec3 {
         let (a, b) = self.tangents(weights);
         let n = a.cross(&b);
@@ -97,7 +97,7 @@ impl Patch {
         n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
     }
 
-    /// Area [m²], exact for flat faces (and to second order in the warp).
+    /// Area [m²], exact for flat faces, second-order accurate in the warp.
     pub fn area(&self) -> f64 {
         let c = &self.corners;
         if self.triangle {
@@ -106,17 +106,18 @@ impl Patch {
         0.5 * (c[2] - c[0]).cross(&(c[3] - c[1])).norm()
     }
 
-    /// The two edges at corner k: to the next corner, and to the one before.
+    /// The two edge vectors at corner k: to the next corner, and to the previous one.
     pub fn edges_at(&self, k: usize) -> (Vec3, Vec3) {
         let n = self.corner_count();
         (self.corners[(k + 1) % n] - self.corners[k], self.corners[(k + n - 1) % n] - self.corners[k])
     }
 
-    /// Shape functions where the line through `p` along `n` meets the face or its continuation, and the edge that it is farthest
-    /// beyond with how far, in the face's own coordinates (negative inside). `None` where the line does not meet it.
+    /// Shape functions where the line through `p` along `n` meets the face or its continuation, with the edge that
+    /// this point is farthest beyond and by how much, in parametric coordinates (negative inside). `None` where the
+    /// line does not meet it.
     pub fn along(&self, p: &Vec3, n: &Vec3) -> Option<([f64; 4], (usize, f64))> {
         let c = self.corners.map(|corner| corner - p);
-        // Cramer's rule in the plane across n.
+        // Cramer's rule in the plane normal to n.
         let solve = |u: &Vec3, v: &Vec3, r: &Vec3| {
             let det = n.dot(&u.cross(v));
             (det != 0.0).then(|| (n.dot(&r.cross(v)) / det, n.dot(&u.cross(r)) / det))
@@ -131,6 +132,7 @@ impl Patch {
             let w0 = 1.0 - w1 - w2;
             return Some(([w0, w1, w2, 0.0], farthest([(0, -w2), (1, -w0), (2, -w1), (2, -w1)])));
         }
+        // Newton's method on the bilinear patch, projected along n.
         let (mut a, mut b) = (0.5, 0.5);
         for _ in 0..MAX_ITERATIONS {
             let w = self.weights(a, b);
@@ -160,6 +162,7 @@ impl Patch {
         let (mut a, mut b) = (0.5, 0.5);
         let mut o = offset(a, b);
         for _ in 0..MAX_ITERATIONS {
+            // Gradient, and the bounds that hold.
             let (x_a, x_b) = (e_a + e_ab * b, e_b + e_ab * a);
             let (g_a, g_b) = (o.dot(&x_a), o.dot(&x_b));
             let held_a = (a <= 0.0 && g_a > 0.0) || (a >= 1.0 && g_a < 0.0);
@@ -174,13 +177,14 @@ impl Patch {
             if !(d_a.is_finite() && d_b.is_finite()) {
                 return self.closest_on_border(s);
             }
+            // Backtracking on the squared distance.
             let (mut share, before) = (1.0, o.norm_squared());
             let (old_a, old_b) = (a, b);
             loop {
                 a = (old_a + share * d_a).clamp(0.0, 1.0);
                 b = (old_b + share * d_b).clamp(0.0, 1.0);
                 o = offset(a, b);
-                // Rounding may raise the last step's value: accept what is equal to it.
+                // Rounding may raise the value of the last step: accept an equal one.
                 if o.norm_squared() <= before * (1.0 + 1e-12) || share < 1e-3 {
                     break;
                 }
@@ -190,7 +194,7 @@ impl Patch {
                 return self.quad_point(a, b);
             }
         }
-        // Both bounds hold, or (far off a strongly warped face) no convergence: the border may be closer.
+        // Both bounds are active, or no convergence (far off a strongly warped face): the border may be closer.
         let found = self.quad_point(a, b);
         let border = self.closest_on_border(s);
         if (border.point - s).norm_squared() < (found.point - s).norm_squared() { border } else { found }
@@ -213,7 +217,7 @@ impl Patch {
         FacePoint { point: self.point(&weights), weights, feature }
     }
 
-    /// Closest point on the edges; the first of equals.
+    /// Closest point on the edges; the first of equally close ones.
     fn closest_on_border(&self, s: &Vec3) -> FacePoint {
         let n = self.corner_count();
         let mut best = self.edge_point(0, s);
@@ -286,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Distance to the best of a fine grid of points.
+    /// Distance to the closest point of a fine grid.
     fn sampled(patch: &Patch, s: &Vec3) -> f64 {
         let mut best = f64::INFINITY;
         for i in 0..=200 {
@@ -300,7 +304,7 @@ mod tests {
 
     #[test]
     fn flat_faces_are_exact() {
-        // A planar quad that is no parallelogram, tilted.
+        // A planar quadrilateral that is no parallelogram, tilted.
         let tilt = nalgebra::Rotation3::from_euler_angles(0.3, -0.2, 0.5);
         let corners =
             [[0.0, 0.0], [2.0, 0.1], [1.7, 1.0], [0.2, 0.8]].map(|[x, y]| tilt * Vec3::new(x, y, 0.0));

@@ -1,10 +1,10 @@
-//! What a unit impulse at each node of the contacts does to the velocities of all of them: the Delassus operator of bodies
-//! whose nodes are coupled by a factored matrix.
+//! Velocities of the contact nodes due to a unit impulse at each of them: the Delassus operator of bodies whose nodes
+//! are coupled by a factored matrix.
 //!
-//! With S the matrix of an implicit step and E the columns of the identity at the nodes that contacts touch, `G = Eᵀ S⁻¹ E` serves
-//! every set of contacts between those nodes, however their frames and weights change: `W = C G Cᵀ`. So it is solved for
-//! when S changes or new nodes come in, not in every iteration. A rigid side of a contact is the two nodes of its body, its centre
-//! and its spin.
+//! With S the matrix of an implicit step and E the columns of the identity at the nodes that contacts touch, `G = Eᵀ
+//! S⁻¹ E` serves every set of contacts between those nodes, however their frames and weights change: `W = C G Cᵀ`. So
+//! G is computed only when S changes or new nodes are added, not in every iteration. A rigid side of a contact is
+//! represented by the two nodes of its body, centre and spin.
 
 use super::contact_row::Levers;
 use super::delassus::Block;
@@ -13,32 +13,32 @@ use super::{Contact, RigidSides};
 use crate::mechanics::sparse::{Cholesky, Unknowns};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Nodes of the contacts from which on W is not formed: G of so many takes 160 MB.
+/// Number of contact nodes beyond which W is not formed: G of so many takes 160 MB.
 pub const MOST_NODES: usize = 1500;
-/// Contacts whose diagonal blocks of W are solved for together.
+/// Number of contacts whose diagonal blocks of W are computed together.
 const CONTACTS_AT_A_TIME: usize = 32;
 
-/// G [1/kg], rows and columns 3 i + axis of the nodes; zero along axes that are held.
+/// G [1/kg], rows and columns 3 i + axis of the nodes; zero along fixed axes.
 #[derive(Clone, Debug, Default)]
 pub struct NodeCompliance {
-    /// Its nodes, ascending.
+    /// Global node numbers, ascending.
     nodes: Vec<u32>,
     values: Vec<f64>,
 }
 
 impl NodeCompliance {
-    /// Its nodes, ascending.
+    /// Global numbers of its nodes, ascending.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
-    /// Whether it has all nodes of the contacts.
+    /// Whether it contains all nodes of the contacts.
     pub fn covers(&self, contacts: &[Contact], rigid: &RigidSides) -> bool {
         let is_here = |share: Share| self.nodes.binary_search(&share.node()).is_ok();
         contacts.iter().all(|contact| shares(contact, rigid).all(is_here))
     }
 
-    /// Its nodes and those of the contacts, ascending.
+    /// Its nodes together with those of the contacts, ascending.
     pub fn nodes_with(&self, contacts: &[Contact], rigid: &RigidSides) -> Vec<u32> {
         let mut nodes = self.nodes.clone();
         for contact in contacts {
@@ -53,7 +53,7 @@ impl NodeCompliance {
     pub fn solve(&mut self, nodes: Vec<u32>, unknowns: &Unknowns, factor: &mut Cholesky) {
         let n = 3 * nodes.len();
         self.nodes = nodes;
-        // Free axes: which unknown, and which row of G.
+        // Free axes: number of the unknown, and row of G.
         let (mut free, mut places) = (Vec::with_capacity(n), Vec::with_capacity(n));
         for (i, node) in self.nodes.iter().enumerate() {
             for axis in 0..3 {
@@ -74,8 +74,8 @@ impl NodeCompliance {
         }
     }
 
-    /// W = C G Cᵀ of contacts between its nodes, row by row, `unknowns` rows each: (n, t1, t2), or n alone; symmetric to the last
-    /// bit.
+    /// W = C G Cᵀ of contacts between its nodes, row by row, `unknowns` rows each: (n, t1, t2), or n alone; symmetric
+    /// to the last bit.
     pub fn delassus(&self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
         let (n, rows) = (3 * self.nodes.len(), unknowns * contacts.len());
         let places: Vec<Vec<(usize, Share)>> =
@@ -96,6 +96,7 @@ impl NodeCompliance {
                         }
                     }
                 }
+                // Its products with the columns of Cᵀ, up to the diagonal; the rest by symmetry.
                 for d in 0..=c {
                     let mut sum = Vec3::zeros();
                     for (place, share) in &places[d] {
@@ -115,7 +116,7 @@ impl NodeCompliance {
         W
     }
 
-    /// The diagonal blocks of the W of contacts, solved for a few contacts at a time, so that little memory is needed.
+    /// The diagonal blocks of W, computed for a few contacts at a time to save memory.
     pub fn own_blocks(
         contacts: &[Contact],
         rigid: &RigidSides,
@@ -133,24 +134,24 @@ impl NodeCompliance {
         blocks
     }
 
-    /// Where the nodes of a contact are, with their shares.
+    /// Rows of G and coefficients of the nodes of a contact.
     fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, Share)> {
         let find = |share: Share| Some((self.nodes.binary_search(&share.node()).ok()?, share));
         shares(contact, rigid).filter_map(find).collect()
     }
 }
 
-/// Whether contacts have so many nodes that W is not formed.
+/// Whether contacts have too many nodes for W to be formed.
 pub fn are_many(contacts: &[Contact], rigid: &RigidSides) -> bool {
     NodeCompliance::default().nodes_with(contacts, rigid).len() > MOST_NODES
 }
 
-/// How the velocity of a node is part of that of a contact.
+/// Contribution of a node to the velocity of a contact.
 #[derive(Clone, Copy, Debug)]
 enum Share {
-    /// By its signed weight.
+    /// Translation with a signed weight.
     Moved(u32, f64),
-    /// By a lever: the spin of a rigid body.
+    /// Rotation about a moment arm: the spin of a rigid body.
     Turned(u32, Mat3),
 }
 
@@ -160,14 +161,14 @@ impl Share {
             Self::Moved(node, _) | Self::Turned(node, _) => node,
         }
     }
-    /// What the velocity of the node [m/s or rad/s] adds to that of the contact.
+    /// Contribution of the velocity of the node [m/s or rad/s] to that of the contact.
     fn velocity(self, v: &Vec3) -> Vec3 {
         match self {
             Self::Moved(_, weight) => v * weight,
             Self::Turned(_, J) => J * v,
         }
     }
-    /// What an impulse in space is on the node.
+    /// Impulse on the node due to an impulse on the contact in space.
     fn pull(self, impulse: &Vec3) -> Vec3 {
         match self {
             Self::Moved(_, weight) => impulse * weight,
@@ -176,28 +177,28 @@ impl Share {
     }
 }
 
-/// The shares of all nodes of a contact.
+/// Coefficients of all nodes of a contact.
 fn shares<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<'a> {
     let moved = contact.stencil.each().map(|(node, weight)| Share::Moved(node, weight));
     let levers = Levers::new(contact, rigid.of_pair(contact.pair), rigid);
     moved.chain(levers.into_each().map(|(spin, J)| Share::Turned(spin, J)))
 }
 
-/// What the law asks of a contact: `C v + drift + max(gap, 0)/h n`, in its local frame [m/s], with nodal velocities `v`
-/// relative to the flight of the bodies and `h` [s] the step.
+/// Velocity that enters the contact law: `C v + drift + max(gap, 0)/h n`, in the local frame [m/s], with nodal
+/// velocities `v` relative to the flight of the bodies and the step `h` [s].
 pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f64) -> Local {
     let [n, t1, t2] = relative_velocity(contact, rigid, v, contact.drift);
     [n + contact.gap.max(0.0) / h, t1, t2]
 }
 
-/// `C v + drift` of a contact in its local frame [m/s], with nodal velocities `v` and the `drift` in space.
+/// `C v + drift` of a contact in its local frame [m/s], with nodal velocities `v` and `drift` in space.
 pub fn relative_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], drift: Vec3) -> Local {
     let each = shares(contact, rigid).map(|share| share.velocity(&v[share.node() as usize]));
     let relative = each.fold(drift, |sum, velocity| sum + velocity);
     contact.frame.map(|direction| direction.dot(&relative))
 }
 
-/// Adds Cᵀ p, the impulse `p` [N s] of a contact (n, t1, t2), to its nodes.
+/// Adds Cᵀ p, for the impulse `p` [N s] of a contact (n, t1, t2), to its nodes.
 pub fn add_impulse(contact: &Contact, rigid: &RigidSides, p: Local, to: &mut [Vec3]) {
     let [n, t1, t2] = &contact.frame;
     let in_space = n * p[0] + t1 * p[1] + t2 * p[2];

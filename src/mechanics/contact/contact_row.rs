@@ -1,8 +1,8 @@
-//! One contact as Gauss–Seidel sees it: its nodes, its own block of the Delassus operator, its relative velocity.
+//! A contact in Gauss–Seidel: its nodes, its diagonal block of the Delassus operator, its relative velocity.
 //!
-//! A [`NormalRow`] is a contact without friction: one unknown, one direction. A [`Row`] is one with it: the same and two
-//! tangents. Either may have [`Levers`] besides its nodes, where a side is a rigid body that it turns; rows of meshes and
-//! planes have none, `()`, and no trace of them.
+//! A [`NormalRow`] is a frictionless contact: one unknown, one direction. A [`Row`] is a frictional one: the same and
+//! two tangents. Either may have [`Levers`], the moment arms of the rigid bodies that it rotates, besides its nodes;
+//! rows of meshes and planes have `()` instead, at no cost.
 
 use super::local::{Local, LocalOperator};
 use super::slip::ContactOperator;
@@ -10,18 +10,18 @@ use super::stencil::Stencil;
 use super::{Contact, RigidSides};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Two numbers of a diagonal closer than this are equal: the operator is a multiple of the identity.
+/// Relative difference of diagonal entries below which they are equal: the operator is a multiple of the identity.
 const ISOTROPY: f64 = 1e-14;
-/// Normal compliance below this share of the trace: nothing can move along n.
+/// Fraction of the trace below which the normal compliance is zero: nothing can move along n.
 const IMMOVABLE: f64 = 1e-12;
 
-/// What a contact turns besides what it moves.
+/// Rotations that a contact causes in addition to translations.
 pub(super) trait Turning {
-    /// Adds the velocities by rotation, slave less master, to those of the nodes.
+    /// Adds the velocities due to rotation, slave less master, to those of the nodes.
     fn add_velocity(&self, sum: Vec3, v: &[Vec3]) -> Vec3;
-    /// Adds `I⁻¹ Jᵀ` of an impulse in space.
+    /// Adds `I⁻¹ Jᵀ p` for an impulse `p` in space.
     fn push(&self, impulse: &Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]);
-    /// The size of the velocities by rotation.
+    /// Magnitude of the velocities due to rotation.
     fn roundable(&self, v: &[Vec3]) -> f64;
 }
 
@@ -38,7 +38,8 @@ impl Turning for () {
     }
 }
 
-/// The levers of the rigid sides of a contact: the node of the spin, and `±J` of [`crate::mechanics::rigid::Pose::lever`].
+/// Moment arms of the rigid sides of a contact: the node of the spin, and `±J` of
+/// [`crate::mechanics::rigid::Pose::lever`].
 #[derive(Clone, Debug)]
 pub(super) struct Levers([Option<(u32, Mat3)>; 2]);
 
@@ -52,7 +53,7 @@ impl Levers {
         Self([lever(0, 1.0), lever(1, -1.0)])
     }
 
-    /// Node of the spin and lever of each rigid side.
+    /// Spin node and moment arm of each rigid side.
     pub fn into_each(self) -> impl Iterator<Item = (u32, Mat3)> {
         self.0.into_iter().flatten()
     }
@@ -61,7 +62,7 @@ impl Levers {
         self.0.iter().flatten()
     }
 
-    /// `Σ J I⁻¹ Jᵀ`.
+    /// Contribution to the Delassus operator in space, `Σ J I⁻¹ Jᵀ`.
     fn operator(&self, inverse_mass: &[Vec3]) -> Mat3 {
         let of_lever =
             |(spin, J): &(u32, Mat3)| J * Mat3::from_diagonal(&inverse_mass[*spin as usize]) * J.transpose();
@@ -86,39 +87,39 @@ impl Turning for Levers {
     }
 }
 
-/// The normal direction of one contact, ready for sweeps.
+/// The normal direction of one contact, prepared for sweeps.
 #[derive(Clone, Debug)]
 pub(super) struct NormalRow<T = ()> {
     /// Its nodes and their signed weights.
     stencil: Stencil,
     normal: Vec3,
-    /// Normal drift + max(gap, 0)/h.
+    /// Normal drift + max(gap, 0)/h [m/s].
     bias: f64,
-    /// The size of the velocities that the bias is made of.
+    /// Magnitude of the velocities that make up the bias.
     bias_size: f64,
-    /// `W_nn`, 0 for a contact between immovable sides, which is skipped.
+    /// `W_nn`; 0 for a contact between immovable sides, which is skipped.
     pub w_nn: f64,
-    /// `tr W / 3`.
+    /// Mean diagonal entry, `tr W / 3`.
     pub d: f64,
-    /// `W = d I`.
+    /// Whether `W = d I`.
     pub isotropic: bool,
     turning: T,
 }
 
-/// One contact with friction, ready for sweeps.
+/// One frictional contact, prepared for sweeps.
 #[derive(Clone, Debug)]
 pub(super) struct Row<T = ()> {
     pub normal: NormalRow<T>,
     tangents: [Vec3; 2],
-    /// Tangential drift.
+    /// Tangential drift along t1 and t2 [m/s].
     bias: [f64; 2],
-    /// `C M⁻¹ Cᵀ` of this contact alone, in the local frame.
+    /// Diagonal block `C M⁻¹ Cᵀ` of this contact, in the local frame.
     pub W: LocalOperator,
-    /// The same, ready to be solved with.
+    /// The same, factored for the local solution.
     pub operator: ContactOperator,
 }
 
-/// |a|².
+/// Squared norm |a|².
 pub(super) fn squared(a: Local) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
@@ -143,7 +144,7 @@ impl NormalRow {
 }
 
 impl NormalRow<Levers> {
-    /// As [`NormalRow::new`], of a contact that turns rigid bodies.
+    /// As [`NormalRow::new`], for a contact that rotates rigid bodies.
     pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
         Self::with_operator(contact, inverse_mass, h, levers).0
     }
@@ -161,7 +162,8 @@ impl NormalRow<Levers> {
 }
 
 impl NormalRow<Levers> {
-    /// The nodes whose velocities make that of the contact, and how: 3×3 in space, ±weight for one that is moved.
+    /// Nodes that contribute to the velocity of the contact, each with its 3×3 coefficient in space: ±weight for a
+    /// translation.
     pub fn shares(&self) -> impl Iterator<Item = (u32, Mat3)> {
         let moved = self.stencil.each();
         let turned = self.turning.each().map(|(spin, J)| (*spin, *J));
@@ -170,7 +172,7 @@ impl NormalRow<Levers> {
 }
 
 impl<T: Turning> NormalRow<T> {
-    /// Nodes, normal and bias; the operator is still to come, its diagonal by the nodes comes along.
+    /// Nodes, normal and bias, without the operator; also returns the operator's diagonal due to the nodes.
     fn of_nodes(contact: &Contact, inverse_mass: &[Vec3], h: f64, turning: T) -> (Self, Vec3) {
         // C M⁻¹ Cᵀ in space is diagonal; a node that appears once contributes its squared weight.
         let mut diagonal = Vec3::zeros();
@@ -187,25 +189,25 @@ impl<T: Turning> NormalRow<T> {
         (row, diagonal)
     }
 
-    /// Velocity of the slave side less that of the master's, in space.
+    /// Velocity of the slave side relative to the master, in space.
     #[inline]
     fn difference(&self, v: &[Vec3]) -> Vec3 {
         self.turning.add_velocity(self.stencil.difference(v), v)
     }
 
-    /// `u_n`.
+    /// Normal relative velocity `u_n`.
     #[inline]
     pub fn velocity(&self, v: &[Vec3]) -> f64 {
         self.normal.dot(&self.difference(v)) + self.bias
     }
 
-    /// Adds `M⁻¹ Cᵀ` of an impulse along n.
+    /// Adds `M⁻¹ Cᵀ p` to `v`, for an impulse p along n.
     #[inline]
     pub fn push(&self, impulse: f64, inverse_mass: &[Vec3], v: &mut [Vec3]) {
         self.push_in_space(self.normal * impulse, inverse_mass, v);
     }
 
-    /// Adds `M⁻¹ Cᵀ` of an impulse in space.
+    /// Adds `M⁻¹ Cᵀ p` to `v`, for an impulse p in space.
     #[inline]
     fn push_in_space(&self, impulse: Vec3, inverse_mass: &[Vec3], v: &mut [Vec3]) {
         for (&node, &w) in self.stencil.nodes().iter().zip(self.stencil.weights()) {
@@ -215,7 +217,7 @@ impl<T: Turning> NormalRow<T> {
         self.turning.push(&impulse, inverse_mass, v);
     }
 
-    /// The size of the velocities that add up to `u`.
+    /// Magnitude of the velocities that add up to `u`.
     pub fn roundable(&self, v: &[Vec3]) -> f64 {
         let nodes = self.stencil.each().map(|(node, w)| v[node as usize].amax() * w.abs());
         nodes.sum::<f64>() + self.bias_size + self.turning.roundable(v)
@@ -223,7 +225,7 @@ impl<T: Turning> NormalRow<T> {
 }
 
 impl Row {
-    /// As [`NormalRow::new`].
+    /// As [`NormalRow::new`], with the tangents.
     pub fn new(contact: &Contact, inverse_mass: &[Vec3], h: f64) -> Self {
         let (normal, diagonal) = NormalRow::with_diagonal(contact, inverse_mass, h);
         Self::with(contact, normal, |a| a.component_mul(&diagonal))
@@ -231,7 +233,7 @@ impl Row {
 }
 
 impl Row<Levers> {
-    /// As [`NormalRow::turning`].
+    /// As [`NormalRow::turning`], with the tangents.
     pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
         let (normal, operator) = NormalRow::with_operator(contact, inverse_mass, h, levers);
         Self::with(contact, normal, |a| operator * a)
@@ -239,7 +241,7 @@ impl Row<Levers> {
 }
 
 impl<T: Turning> Row<T> {
-    /// With tangents; `times_operator` multiplies with C M⁻¹ Cᵀ in space.
+    /// Completes a normal row with tangents; `times_operator` multiplies by C M⁻¹ Cᵀ in space.
     fn with(contact: &Contact, normal: NormalRow<T>, times_operator: impl Fn(&Vec3) -> Vec3) -> Self {
         let [_, t1, t2] = contact.frame;
         let mut W = [[0.0; 3]; 3];
@@ -253,7 +255,7 @@ impl<T: Turning> Row<T> {
         Self { normal, tangents: [t1, t2], bias, W, operator: ContactOperator::new(&W) }
     }
 
-    /// `u` in the local frame.
+    /// Relative velocity `u` in the local frame.
     #[inline]
     pub fn velocity(&self, v: &[Vec3]) -> Local {
         let w = self.normal.difference(v);
@@ -261,7 +263,7 @@ impl<T: Turning> Row<T> {
         [self.normal.normal.dot(&w) + self.normal.bias, t1.dot(&w) + self.bias[0], t2.dot(&w) + self.bias[1]]
     }
 
-    /// Adds `M⁻¹ Cᵀ` of an impulse in the local frame.
+    /// Adds `M⁻¹ Cᵀ p` to `v`, for an impulse p in the local frame.
     #[inline]
     pub fn push(&self, impulse: Local, inverse_mass: &[Vec3], v: &mut [Vec3]) {
         let [t1, t2] = &self.tangents;

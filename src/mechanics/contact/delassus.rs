@@ -1,43 +1,43 @@
-//! The Delassus operator W of a contact problem: dense, or blocks of three rows and columns.
+//! The Delassus operator W of a contact problem: dense, or sparse in blocks of three rows and columns.
 
 use super::local::Local;
 
-/// One block of W, row by row: what a reaction of one contact does to the velocity of another. Need not be symmetric.
+/// One block of W, row by row: the velocity of one contact due to the reaction of another. Need not be symmetric.
 pub type Block = [[f64; 3]; 3];
 
-/// Why an operator cannot be made.
+/// Why an operator cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DelassusError {
-    /// The values do not fill a square of three rows a contact.
+    /// The values do not form a square matrix with three rows per contact.
     #[error("{given} values, but {contacts} contacts have {expected}")]
     Size {
-        /// Contacts.
+        /// Number of contacts nc.
         contacts: usize,
-        /// Values that they need.
+        /// Number of values required, (3 nc)².
         expected: usize,
-        /// Values that there are.
+        /// Number of values given.
         given: usize,
     },
-    /// A block of a contact that is not there.
+    /// A block of a contact that does not exist.
     #[error("block ({row}, {column}) of {contacts} contacts")]
     Block {
         /// Row of the block.
         row: usize,
         /// Column of the block.
         column: usize,
-        /// Contacts.
+        /// Number of contacts nc.
         contacts: usize,
     },
 }
 
-/// `W` [1/kg for impulses and velocities], 3 nc × 3 nc, three rows (n, t1, t2) a contact.
+/// `W` [1/kg for impulses and velocities], 3 nc × 3 nc, three rows (n, t1, t2) per contact.
 ///
 /// Need not be symmetric to rounding, nor of full rank.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Delassus {
     /// All values, row by row.
     Dense(DenseDelassus),
-    /// Only blocks that are not zero.
+    /// Only blocks that may be non-zero.
     Sparse(SparseDelassus),
 }
 
@@ -48,10 +48,10 @@ pub struct DenseDelassus {
     values: Vec<f64>,
 }
 
-/// Blocks of W by rows (block CSR), columns ascending in each; every diagonal block is there.
+/// Blocks of W by rows (block CSR), columns ascending in each; every diagonal block is stored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseDelassus {
-    /// Where each row of blocks starts, and the end: nc + 1.
+    /// Start of each row of blocks, and the end: nc + 1.
     starts: Vec<usize>,
     columns: Vec<u32>,
     blocks: Vec<Block>,
@@ -86,13 +86,14 @@ impl Delassus {
             list.push((row as u32, column as u32, block));
         }
         list.extend((0..contacts as u32).map(|c| (c, c, [[0.0; 3]; 3])));
-        // Stable, so that sums have the same bits whatever else is in the list.
+        // A stable sort, so that sums have the same bits whatever else is in the list.
         list.sort_by_key(|&(row, column, _)| (row, column));
         let mut sparse = SparseDelassus { starts: vec![0], columns: Vec::new(), blocks: Vec::new() };
         for run in list.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             while sparse.starts.len() <= run[0].0 as usize {
                 sparse.starts.push(sparse.blocks.len());
             }
+            // Add the blocks at the same place.
             let mut sum = run[0].2;
             for (_, _, block) in &run[1..] {
                 add(&mut sum, block);
@@ -113,7 +114,7 @@ impl Delassus {
         }
     }
 
-    /// Blocks that are stored.
+    /// Number of stored blocks.
     pub fn block_count(&self) -> usize {
         match self {
             Self::Dense(W) => W.contacts * W.contacts,
@@ -121,7 +122,7 @@ impl Delassus {
         }
     }
 
-    /// `u = W r + q`.
+    /// Relative velocities `u = W r + q`.
     pub fn apply(&self, r: &[f64], q: &[f64], u: &mut [f64]) {
         match self {
             Self::Dense(W) => W.apply(r, q, u),
@@ -140,7 +141,7 @@ impl Delassus {
         }
     }
 
-    /// `W_cc`.
+    /// Diagonal block `W_cc`.
     pub fn diagonal_block(&self, c: usize) -> Block {
         match self {
             Self::Dense(W) => W.block(c, c),
@@ -183,7 +184,7 @@ impl DenseDelassus {
         &self.values
     }
 
-    /// Block `(c, d)`.
+    /// Block `W_cd` of contacts `c` and `d`.
     pub fn block(&self, c: usize, d: usize) -> Block {
         let n = 3 * self.contacts;
         std::array::from_fn(|i| {
@@ -194,7 +195,7 @@ impl DenseDelassus {
 
     fn apply(&self, r: &[f64], q: &[f64], u: &mut [f64]) {
         let n = 3 * self.contacts;
-        // A reaction that is zero costs nothing: most contacts of a dense problem are open.
+        // Zero reactions are skipped: most contacts of a dense problem are open.
         let pressed: Vec<usize> = (0..self.contacts).filter(|&d| r[3 * d..3 * d + 3] != [0.0; 3]).collect();
         for (i, (u, q)) in u.iter_mut().zip(q).enumerate() {
             let row = &self.values[i * n..(i + 1) * n];
@@ -222,7 +223,7 @@ fn add(sum: &mut Block, block: &Block) {
     }
 }
 
-/// `W x` of one block.
+/// Product `W x` with one block.
 #[inline]
 pub(super) fn times(W: &Block, x: Local) -> Local {
     let row = |w: Local| w[0] * x[0] + w[1] * x[1] + w[2] * x[2];

@@ -1,23 +1,25 @@
-//! Which nodes may touch what within a step: the list of [`Contact`]s, from positions at both of its ends.
+//! Contact detection: the list of [`Contact`]s that may close within a step, from the positions at both of its ends.
 //!
 //! The rules, for each slave node and each master:
-//! - *One face per node and master surface*, but in a valley of another surface, all of whose sides hold it ([`Kind::Side`]): held by the
-//!   closest alone a node slides into the other, and to push it out again each step does work. Not where contacts are averaged, nor at
-//!   the first time of impact.
-//! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face that
-//!   faces the slave, as the geometry is at the start of the step. A node deeper inside a closed surface is held by the
-//!   closest face of all, which tells its side; in self-contact, and behind an open surface, it is no contact.
-//! - In self-contact a node is deeper than [`BAND`] behind a face only if the surface winds around the place just outside the node
-//!   ([`super::winding`]): so it lies in another part of the body. Else the face is the far side of what the node belongs to, and is
-//!   not touched by a body that is crushed.
-//! - Where node and face move by more than [`NEAR`] against each other, the first time of impact decides
-//!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is the one at the start
+//! - *One face per node and master surface*, except in a valley of another surface, all of whose sides hold the node
+//!   ([`Kind::Side`]): held by the closest side alone, it would slide into the other, and pushing it out again would
+//!   do work in every step. The exception applies neither to averaged contacts nor to those found by the first time
+//!   of impact.
+//! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face
+//!   that is opposed to the slave, in the geometry at the start of the step. A node deeper inside a closed surface is
+//!   held by the closest of all faces, which determines its side; in self-contact, and behind an open surface, it is
+//!   no contact.
+//! - In self-contact a node is deeper than [`BAND`] behind a face only if the surface winds around the place just
+//!   outside the node ([`super::winding`]), so that it lies in another part of the body. Otherwise the face is the
+//!   far side of the node's own part, which a crushed body does not touch.
+//! - Where node and face move by more than [`NEAR`] relative to each other, the first time of impact decides
+//!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is that at the start
 //!   along that normal. So no node tunnels, whatever the speed.
-//! - Self-contact never pairs a node with faces that touch it, with their neighbours unless folded onto it, or with the far side of its own
-//!   wall as it was at the start of the run, and only with faces opposed to the node's own normal.
-//! - Slave nodes against master faces alone; master nodes in slave faces, and edges, are for [`super::guard`].
+//! - Self-contact never pairs a node with faces around it, with their neighbours unless folded onto it, or with the
+//!   far side of its own wall at the start of the run, and only with faces opposed to the node's own normal.
+//! - Here slave nodes meet master faces only; master nodes in slave faces, and edges, are in [`super::guard`].
 //!
-//! What is found depends on the positions alone, never on how old the list of the broad phase is.
+//! The result depends on the positions alone, never on the age of the list of the broad phase.
 
 pub use super::broad_phase::reach;
 use super::broad_phase::{Candidates, FaceTree, Motion};
@@ -31,15 +33,16 @@ use super::{Contact, ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use thiserror::Error;
 
-/// A list is made for this many steps of the present motion, within the bounds below.
+/// Number of steps of the present motion for which a list is made, within the bounds below.
 const STEPS_PER_LIST: f64 = 12.0;
-/// Least and most slack of a list, in shares of the mean face size.
+/// Bounds of the slack of a list, as fractions of the mean face size.
 const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
-/// Slack of the list of a surface against itself, in shares of its mean face size. The nearest faces that count are one face away,
-/// so hardly any is listed, and while the surface moves by less against itself hardly anything is looked at.
+/// Slack of the list of a surface against itself, as a fraction of its mean face size. The nearest relevant faces are
+/// one face away, so hardly any is listed, and hardly any is checked while the surface moves by less relative to
+/// itself.
 const OWN_SLACK: f64 = 1.0;
 
-/// Why detection cannot answer.
+/// Why detection fails.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DetectionError {
     /// A position is NaN or infinite.
@@ -48,7 +51,7 @@ pub enum DetectionError {
         /// Index of the surface.
         surface: usize,
     },
-    /// The place of a rigid body is NaN or infinite.
+    /// The pose of a rigid body is NaN or infinite.
     #[error("the place of rigid body {body} is not finite")]
     BodyNotFinite {
         /// Index of the body.
@@ -56,48 +59,48 @@ pub enum DetectionError {
     },
 }
 
-/// What a detection did, for telemetry.
+/// Statistics of one detection, for telemetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DetectionReport {
-    /// The list of the broad phase was made anew.
+    /// The list of the broad phase was rebuilt.
     pub rebuilt: bool,
     /// Contacts found by their time of impact.
     pub impacts: usize,
 }
 
-/// Finds contacts; holds the topology of the surfaces and a list of candidates.
+/// Finds contacts; stores the topology of the surfaces and a list of candidates.
 #[derive(Clone, Debug)]
 pub struct Detector {
     skins: Vec<Skin>,
     pairs: Vec<PairState>,
     /// Positions of each surface's nodes when the lists were made.
     snapshots: Vec<Vec<Vec3>>,
-    /// How far each surface has moved, in the present step.
+    /// Displacement of each surface in the present step.
     moved: Vec<Moved>,
-    /// Slack of lists of self-contact, in shares of the mean face size.
+    /// Slack of lists of self-contact, as a fraction of the mean face size.
     own_slack: f64,
     search: Search,
 }
 
-/// A pair with what detection keeps for it.
+/// A pair, with the data that detection stores for it.
 #[derive(Clone, Debug)]
 pub(super) struct PairState {
-    /// The slave's surface.
+    /// Index of the slave's surface.
     pub slave: usize,
     /// What the slave must stay outside of.
     pub side: Side,
-    /// Who may meet whom.
+    /// Slave nodes and master faces that may meet.
     pub candidates: Candidates,
-    /// Averages its contacts, in mortar contact.
+    /// Averages the contacts, in mortar contact.
     pub averager: Option<Averager>,
-    /// How far the surface has moved against itself, in self-contact.
+    /// Motion of the surface relative to itself, in self-contact.
     pub own: Option<OwnMotion>,
 }
 
-/// A master, ready for detection.
+/// A master, prepared for detection.
 #[derive(Clone, Debug)]
 pub(super) enum Side {
-    /// With what a surface leaves out against itself.
+    /// With the faces that a surface excludes against itself.
     Surface {
         master: usize,
         tree: FaceTree,
@@ -110,18 +113,18 @@ pub(super) enum Side {
     },
 }
 
-/// How far the nodes of a surface have moved.
+/// Largest displacements of the nodes of a surface.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Moved {
-    /// From where they were when the lists were made, to either end of the step [m].
+    /// Since the lists were made, to either end of the step [m].
     pub since_list: f64,
     /// Within the step [m].
     pub in_step: f64,
 }
 
 impl Detector {
-    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs with a
-    /// rigid side are for [`super::rigid_detection`].
+    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs
+    /// with a rigid side are left to [`super::rigid_detection`].
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
         let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
         let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &skins, x)).collect();
@@ -129,14 +132,14 @@ impl Detector {
         Self { skins, pairs, snapshots: Vec::new(), moved, own_slack: OWN_SLACK, search: Search::default() }
     }
 
-    /// The same that looks for self-contact in every step anew, also where nothing can have come near since the last one.
+    /// Checks for self-contact in every step, even where nothing can have come near since the last one.
     #[must_use]
     pub fn that_always_looks_at_itself(mut self) -> Self {
         self.own_slack = 0.0;
         self
     }
 
-    /// The same with the contacts of two meshes made discrete as asked.
+    /// Uses the given discretisation for the contacts of two meshes.
     #[must_use]
     pub fn with(mut self, discretisation: Discretisation) -> Self {
         for pair in &mut self.pairs {
@@ -149,8 +152,9 @@ impl Detector {
 
     /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
     ///
-    /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end if nothing
-    /// touched, `drifts` [m/s] each pair's difference of flight velocities, slave less master, copied into the contacts.
+    /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end in the
+    /// absence of contact, `drifts` [m/s] the difference of flight velocities of each pair, slave less master, copied
+    /// into the contacts.
     ///
     /// # Errors
     /// [`DetectionError::NotFinite`]; `contacts` is empty then.
@@ -180,7 +184,7 @@ impl Detector {
         Ok(report)
     }
 
-    /// Makes lists anew that no longer cover this step; whether it did.
+    /// Rebuilds lists that no longer cover this step; returns whether any was.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         let mut rebuilt = self.update_lists_of_others(motion)?;
         let Self { skins, pairs, own_slack, .. } = self;
@@ -192,7 +196,7 @@ impl Detector {
         Ok(rebuilt)
     }
 
-    /// Of pairs of two surfaces, or of one and a plane: all or none.
+    /// Updates the lists of pairs of two surfaces, or of a surface and a plane: all or none.
     fn update_lists_of_others(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         if !self.snapshots.is_empty() {
             self.measure_motion(motion)?;
@@ -219,7 +223,7 @@ impl Detector {
 
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
         for (surface, skin) in self.skins.iter().enumerate() {
-            // Another measure is for surfaces that may meet nothing but themselves.
+            // Surfaces that may meet only themselves are measured by their relative motion instead.
             let mut of_it =
                 self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
             if of_it.clone().next().is_some() && of_it.all(|pair| pair.own.is_some()) {
@@ -232,7 +236,7 @@ impl Detector {
                 let start = (x - old).norm_squared();
                 let end = (x_end - old).norm_squared();
                 let step = (x_end - x).norm_squared();
-                // Plain comparisons: a NaN is dropped here and shows in the sum.
+                // Plain comparisons drop a NaN, which shows in the sum.
                 since_list = if start > since_list { start } else { since_list };
                 since_list = if end > since_list { end } else { since_list };
                 in_step = if step > in_step { step } else { in_step };
@@ -251,17 +255,17 @@ impl Detector {
         &self.skins[surface]
     }
 
-    /// The slave's skin of a pair.
+    /// The slave's surface of a pair.
     pub(super) fn slave_skin(&self, pair: usize) -> &Skin {
         &self.skins[self.pairs[pair].slave]
     }
 
-    /// The master's skin of a pair, `None` for a plane.
+    /// The master's surface of a pair, `None` for a plane.
     pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
         self.pairs[pair].side.master().map(|master| &self.skins[master])
     }
 
-    /// Point and normal of a pair's plane with the size [m] that tolerances are shares of, `None` for a surface.
+    /// Point and normal of a pair's plane with the size [m] that tolerances refer to, `None` for a surface.
     pub(super) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
         match self.pairs[pair].side {
             Side::Plane { point, frame, size } => Some((point, frame[0], size)),
@@ -269,14 +273,14 @@ impl Detector {
         }
     }
 
-    /// Slave surface, and master surface unless it is a plane, of each pair.
+    /// Slave surface of each pair, and its master surface unless that is a plane.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
         self.pairs.iter().map(|p| (p.slave, p.side.master()))
     }
 }
 
 impl Side {
-    /// The master's surface, `None` for a plane.
+    /// Index of the master's surface, `None` for a plane.
     fn master(&self) -> Option<usize> {
         match self {
             Self::Surface { master, .. } => Some(*master),
@@ -286,7 +290,7 @@ impl Side {
 }
 
 impl PairState {
-    /// `None` for a rigid master.
+    /// State of a pair at the start; `None` for a rigid master.
     fn new(pair: &ContactPair, skins: &[Skin], x: &[Vec3]) -> Option<Self> {
         let side = match pair.master {
             Master::Rigid(_) => return None,
@@ -306,8 +310,8 @@ impl PairState {
         Some(Self { slave: pair.slave, side, candidates, averager: None, own })
     }
 
-    /// Of a surface against itself: makes the list anew if it does not cover this step; whether it did. `slack` [m] that it gets.
-    /// `None` if a position is not finite.
+    /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
+    /// returns whether it did. `None` if a position is not finite.
     fn update_own_list(&mut self, skins: &[Skin], motion: &Motion, slack: f64) -> Option<bool> {
         let (skin, own) = (&skins[self.slave], self.own.as_mut()?);
         if own.has_started() {
@@ -329,7 +333,7 @@ impl PairState {
         Some(true)
     }
 
-    /// `in_step` [m]: how far the two sides move against each other in this step, at most.
+    /// `in_step` [m]: upper bound of the relative motion of the two sides in this step.
     fn rebuild(&mut self, skins: &[Skin], motion: &Motion, in_step: f64) {
         let slave = &skins[self.slave];
         let slack =

@@ -1,17 +1,17 @@
-//! Edges against edges, between their ends, where one of them is sharp.
+//! Contacts of two edges, between their ends, at least one of which is sharp.
 //!
-//! The difference of a point on one edge and one on the other, `x_A(a) − x_B(b)`, runs over a bilinear patch, and the edges meet
-//! where it is zero: so the closest points of two edges are the point of that patch closest to the origin, and their first
-//! impact is that of the resting origin with the moving patch ([`super::time_of_impact`]).
+//! The difference of a point on each edge, `x_A(a) − x_B(b)`, spans a bilinear patch, and the edges meet where it is
+//! zero: so the closest points of two edges are given by the point of that patch closest to the origin, and their
+//! first impact is that of the fixed origin with the moving patch ([`super::time_of_impact`]).
 //!
-//! Edges touch along the common normal of both, where it points out of each body: into the arc between the normals of the two
-//! faces at an edge (the arcs of the Gauss map cross), or nearly along their mean, since between surfaces that bulge towards each
-//! other edges cross whose normal is just outside of the arc. Elsewhere a node touches a face.
+//! Edges touch along their common normal, where it points out of each body: into the arc between the normals of the
+//! two faces at an edge (the arcs of the Gauss map cross), or nearly along their mean, since edges of surfaces that
+//! bulge towards each other cross with a normal just outside the arc. Elsewhere a node touches a face.
 //!
-//! An edge is sharp where the body is convex by more than [`SHARP`] there, or by [`BENT`] more than at the start of the run: soft
-//! bodies are crushed to new edges. Two edges that were sharp from the start do not enter each other at all. All others are held as
-//! nodes of the master are: by [`ALLOWED`] and no deeper, so that where nodes hold already this constrains nothing; what is deeper
-//! when it is found stays so ([`Kind::Bulge`]).
+//! An edge is sharp where the body is convex by more than [`SHARP`], or by [`BENT`] more than at the start of the
+//! run: crushed soft bodies form new edges. Two edges that were sharp from the start do not enter each other at all.
+//! All others are held as nodes of the master are: they may enter by [`ALLOWED`] and no deeper, so that this
+//! constrains nothing where nodes hold already; what is deeper when it is found stays so ([`Kind::Bulge`]).
 
 use super::ALLOWED;
 use super::closest_point::Patch;
@@ -25,19 +25,21 @@ use super::{Contact, ContactPair, Kind, Master};
 use crate::mechanics::tensor::Vec3;
 use std::f64::consts::PI;
 
-/// Angle between the normals of two faces above which the edge between them is sharp, of those that were so at the start [rad].
+/// Angle between the normals of two faces above which their common edge is sharp, for edges sharp at the start [rad].
 const SHARP: f64 = PI / 6.0;
-/// Growth of the angle that makes a sharp edge of one that was smooth [rad].
+/// Growth of the angle by which a smooth edge becomes sharp [rad].
 pub(super) const BENT: f64 = PI / 18.0;
-/// Sine of the angle between two edges below which they are parallel: then a node of one touches.
+/// Sine of the angle between two edges below which they are parallel, and a node of one touches instead.
 const PARALLEL: f64 = 0.05;
-/// Sine of the angle by which the common normal is inside the arcs: on their ends a node or a face touches.
+/// Sine of the angle by which the common normal is inside the arcs: at their ends a node or a face touches.
 const INSIDE: f64 = 0.05;
-/// Cosine of the angle between the common normal and the mean of those at an edge above which the edge is met from outside.
+/// Cosine of the angle between the common normal and the mean normal at an edge above which the edge is met from
+/// outside.
 const OUTSIDE: f64 = 0.8;
-/// Share of a smooth edge next to its ends where a node touches.
+/// Fraction of a smooth edge next to its ends where a node touches.
 const AT_END: f64 = 0.05;
-/// Edges that have crossed by more than this share of their mean length are not told apart from others that cross behind.
+/// Penetration, as a fraction of their mean length, beyond which crossed edges cannot be distinguished from edges
+/// that cross behind the bodies.
 const DEPTH: f64 = 0.25;
 
 /// An edge between two faces.
@@ -45,9 +47,9 @@ const DEPTH: f64 = 0.25;
 struct Edge {
     nodes: [u32; 2],
     faces: [u32; 2],
-    /// Angle between their normals at the start of the run [rad], negative in a notch.
+    /// Angle between the normals of the faces at the start of the run [rad], negative in a notch.
     start: f64,
-    /// Now; kept up to date only in [`EdgeFinder::near`].
+    /// Whether it is sharp in the present step; updated only in [`EdgeFinder::near`].
     is_sharp: bool,
 }
 
@@ -55,28 +57,28 @@ struct Edge {
 struct PairEdges {
     /// Number of the pair.
     number: u32,
-    /// Surfaces of slave and master.
+    /// Surface indices of slave and master.
     surfaces: [usize; 2],
-    /// Edges of both.
+    /// Edges of the slave's and of the master's surface.
     edges: [Vec<Edge>; 2],
 }
 
-/// The edges of the pairs of meshes.
+/// Finds the contacts of edges in the pairs of meshes.
 pub(super) struct EdgeFinder {
     pairs: Vec<PairEdges>,
-    /// Growth of the angle that makes an edge sharp [rad].
+    /// Growth of the angle by which an edge becomes sharp [rad].
     bent: f64,
-    /// Those of a pair that are near the other side in a step, the sharp ones first.
+    /// Edges of each side of the present pair that come near the other side in a step, the sharp ones first.
     near: [Vec<Edge>; 2],
     search: Search,
 }
 
-/// Places of all nodes at both ends of a step [m].
+/// Positions of all nodes at both ends of a step [m].
 type Ends<'a> = (&'a [Vec3], &'a [Vec3]);
 
 impl EdgeFinder {
-    /// Of pairs, with the `detector` that has the skins; `x` [m] places of all nodes at the start of the run; an edge whose angle grows
-    /// by `bent` [rad] is sharp.
+    /// Edges of the pairs of the `detector`, with the positions `x` [m] of all nodes at the start of the run; an edge
+    /// whose angle grows by `bent` [rad] is sharp.
     pub fn new(detector: &Detector, pairs: &[ContactPair], x: &[Vec3], bent: f64) -> Self {
         let of_pair = |(number, pair): (usize, &ContactPair)| {
             let Master::Surface(master) = pair.master else { return None };
@@ -94,14 +96,16 @@ impl EdgeFinder {
     pub fn detect(&mut self, detector: &Detector, ends: Ends, drifts: &[Vec3], contacts: &mut Vec<Contact>) {
         let Self { pairs, bent, near, search } = self;
         for PairEdges { number, surfaces, edges } in pairs.iter() {
+            // The part of space that both surfaces come near to.
             let skins = surfaces.map(|surface| detector.skin(surface));
             let [a, b] = skins.map(|skin| box_of(skin, ends));
             let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
-            // Near is at most a twentieth of an edge, and an edge no longer than its skin.
+            // The search distance is at most a twentieth of an edge, and no edge is longer than its surface.
             let near_size = NEAR * (a[1] - a[0]).norm().max((b[1] - b[0]).norm());
             if (0..3).any(|i| common[0][i] > common[1][i] + near_size) {
                 continue;
             }
+            // The edges of each side in there, sharp ones first.
             for (side, near) in near.iter_mut().enumerate() {
                 near.clear();
                 near.extend(near_box(&edges[side], &common, ends).map(|edge| {
@@ -112,7 +116,7 @@ impl EdgeFinder {
             }
             let sharp = near[1].partition_point(|edge| edge.is_sharp);
             for a in &near[0] {
-                // One of the two is sharp.
+                // At least one of the two is sharp.
                 let others = if a.is_sharp { &near[1][..] } else { &near[1][..sharp] };
                 for b in others {
                     if let Some(found) = contact_of([a, b], skins, ends, search) {
@@ -124,7 +128,7 @@ impl EdgeFinder {
     }
 }
 
-/// The edges of a skin.
+/// The edges between two faces of a surface.
 fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
     let mut edges = Vec::new();
     for (i, (face, across)) in skin.faces.iter().zip(&skin.neighbours).enumerate() {
@@ -145,11 +149,11 @@ fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
 /// Angle between the normals of the faces of an edge, negative in a notch: there the second lies before the first.
 fn angle(edge: &Edge, skin: &Skin, x: &[Vec3]) -> f64 {
     let [a, b] = normals(edge, skin, (x, x), 0.0);
-    // A face that is crushed to nothing has no normal.
+    // A degenerate face has no normal.
     if a.norm_squared().min(b.norm_squared()) == 0.0 {
         return 0.0;
     }
-    // From the middle of the edge to that of its face is along the face, however it is warped.
+    // The vector from the middle of the edge to that of its face lies along the face, however warped that is.
     let middle = Patch::new(&skin.faces[edge.faces[1] as usize], x).point(&[0.25; 4]);
     let of_edge = (x[edge.nodes[0] as usize] + x[edge.nodes[1] as usize]) * 0.5;
     let is_notch = a.dot(&(middle - of_edge)) > 0.0;
@@ -161,7 +165,7 @@ fn joined([low, high]: [Vec3; 2], [l, h]: [Vec3; 2]) -> [Vec3; 2] {
     [low.inf(&l), high.sup(&h)]
 }
 
-/// The box around a skin over the step.
+/// The box around a surface over the step.
 fn box_of(skin: &Skin, (x, x_end): Ends) -> [Vec3; 2] {
     let ends = skin.nodes.iter().flat_map(|&node| [x[node as usize], x_end[node as usize]]);
     ends.map(|x| [x, x]).reduce(joined).unwrap_or([Vec3::zeros(); 2])
@@ -172,7 +176,7 @@ fn near_box<'a>(edges: &'a [Edge], place: &'a [Vec3; 2], ends: Ends<'a>) -> impl
     edges.iter().filter(move |edge| meet(&swept(edge, ends), place, NEAR * length(edge, ends.0)))
 }
 
-/// Normals of the faces at an edge, at a share of the step.
+/// Normals of the faces at an edge, at the fraction `tau` of the step.
 fn normals(edge: &Edge, skin: &Skin, (x, x_end): Ends, tau: f64) -> [Vec3; 2] {
     edge.faces.map(|face| Patch::between(&skin.faces[face as usize], x, x_end, tau).normal(&[0.25; 4]))
 }
@@ -181,7 +185,7 @@ fn length(edge: &Edge, x: &[Vec3]) -> f64 {
     (x[edge.nodes[1] as usize] - x[edge.nodes[0] as usize]).norm()
 }
 
-/// The ends of an edge at a share of the step.
+/// The ends of an edge, at the fraction `tau` of the step.
 fn ends_of(edge: &Edge, (x, x_end): Ends, tau: f64) -> [Vec3; 2] {
     edge.nodes.map(|node| x[node as usize].lerp(&x_end[node as usize], tau))
 }
@@ -197,13 +201,13 @@ fn meet(a: &[Vec3; 2], b: &[Vec3; 2], near: f64) -> bool {
     (0..3).all(|i| a[0][i] <= b[1][i] + near && b[0][i] <= a[1][i] + near)
 }
 
-/// The differences `x_A(a) − x_B(b)` of the points of two edges, at a share of the step.
+/// The differences `x_A(a) − x_B(b)` of the points of two edges, at the fraction `tau` of the step.
 fn difference(edges: [&Edge; 2], ends: Ends, tau: f64) -> Patch {
     let [[a0, a1], [b0, b1]] = edges.map(|edge| ends_of(edge, ends, tau));
     Patch { corners: [a0 - b0, a1 - b0, a1 - b1, a0 - b1], triangle: false }
 }
 
-/// Where the lines of two edges are closest, as shares of their lengths, if that is between their ends.
+/// Where the lines of two edges are closest, as fractions of their lengths, if that is between their ends.
 fn closest_places(difference: &Patch) -> Option<(f64, f64)> {
     let [origin, along_a, _, along_b] = difference.corners;
     let (a, b) = (along_a - origin, along_b - origin);
@@ -215,7 +219,7 @@ fn closest_places(difference: &Patch) -> Option<(f64, f64)> {
     (is_between(places.0) && is_between(places.1)).then_some(places)
 }
 
-/// Unit normal of the contact out of the second edge, the master's, if it is in both arcs.
+/// Unit normal of the contact, out of the second edge, that of the master; `None` if it is not in both arcs.
 fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> Option<Vec3> {
     let [a, b] = edges.map(|edge| {
         let [from, to] = ends_of(edge, ends, tau);
@@ -239,12 +243,12 @@ fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> 
     (within(&n, edges[1].is_sharp, &of_b, &b) && within(&-n, edges[0].is_sharp, &of_a, &a)).then_some(n)
 }
 
-/// Whether both were sharp at the start of the run, and are.
+/// Whether both edges were sharp at the start of the run, and are.
 fn are_sharp(edges: [&Edge; 2]) -> bool {
     edges.iter().all(|edge| edge.is_sharp && edge.start > SHARP)
 }
 
-/// The contact of two edges; the numbers of pair and drift are still to come.
+/// The contact of two edges; pair number and drift are set by the caller.
 fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Search) -> Option<Contact> {
     let (x, _) = ends;
     let size = 0.5 * (length(edges[0], x) + length(edges[1], x));
@@ -255,6 +259,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
         return None;
     }
     let (start, end) = (difference(edges, ends, 0.0), difference(edges, ends, 1.0));
+    // Near each other at the start of the step: the closest points.
     if let Some((a, b)) = closest_places(&start)
         && let weights = start.weights(a, b)
         && let point = start.point(&weights)
@@ -272,7 +277,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
     if moved <= near {
         return None;
     }
-    // The side on which the patch is met: that of the edges as they are.
+    // Otherwise the first time of impact, of the side on which the patch is met.
     let turned = |patch: &Patch, is_turned: bool| {
         let [p, q, r, s] = patch.corners;
         Patch { corners: if is_turned { [q, p, s, r] } else { patch.corners }, triangle: false }
@@ -292,7 +297,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
     None
 }
 
-/// `weights` of the corners of [`difference`].
+/// Contact of two edges, with the `weights` of the corners of [`difference`].
 fn new_contact(edges: [&Edge; 2], n: &Vec3, weights: &[f64; 4], gap: f64, x: &[Vec3]) -> Option<Contact> {
     let (a, b) = (weights[1] + weights[2], weights[2] + weights[3]);
     let is_at_end = |edge: &Edge, share: f64| !edge.is_sharp && share.min(1.0 - share) < AT_END;

@@ -1,4 +1,4 @@
-//! The contacts of one pair in one step: each slave node against the faces that the broad phase left.
+//! The contacts of one pair in one step: each slave node against the faces retained by the broad phase.
 
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
@@ -13,18 +13,20 @@ use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 use std::cell::OnceCell;
 
-/// A gap below this share of the face's size is a touch.
+/// Gap below which node and face touch, as a fraction of the face's size.
 const TOUCH: f64 = 1e-6;
-/// A place outside a node is so much nearer to the middle of a face, for each length that it is away along the node's normal. Below
-/// 1 it stays on its side of a plane surface, however that is turned; at a corner of right angles 0.82 keep it over the face.
+/// Offset of the place outside a node towards the middle of a face, per unit of its distance along the node's normal.
+/// Below 1 it stays on its side of a plane surface, whatever the orientation; at a corner of right angles 0.82 keep
+/// it over the face.
 const INWARDS: f64 = 0.9;
-/// Cosine between the normals of node and face below which they look at each other.
+/// Cosine between the normals of node and face below which they are opposed.
 const WELL_OPPOSED: f64 = -0.5;
 
-/// Cosine between the normals of two faces above which a node that one holds is not held by the other, too: it rolls on smoothly.
+/// Cosine between the normals of two faces above which a node held by one is not also held by the other: it slides on
+/// smoothly.
 pub const VALLEY: f64 = 0.9;
 
-/// One pair in one step.
+/// Finds the contacts of one pair in one step.
 pub(super) struct Finder<'a> {
     pub pair: &'a PairState,
     pub index: u32,
@@ -37,6 +39,7 @@ pub(super) struct Finder<'a> {
 impl Finder<'_> {
     /// Appends the pair's contacts; returns how many were found by their time of impact.
     pub fn find(&self, snapshot: &[Vec3], search: &mut Search, contacts: &mut Vec<Contact>) -> usize {
+        // Displacement of a slave node since the list was made; in self-contact the list accounts for it.
         let moved = |place: usize, node: u32| {
             if self.pair.own.is_some() {
                 return 0.0;
@@ -87,7 +90,7 @@ impl Finder<'_> {
         })
     }
 
-    /// The contact of a slave node with one of `faces`, and whether it is by its time of impact.
+    /// The contact of a slave node with one of `faces`, and whether it was found by its time of impact.
     fn against_surface(
         &self,
         (master, tree): (&Skin, &FaceTree),
@@ -99,17 +102,21 @@ impl Finder<'_> {
         let slave = &self.skins[self.pair.slave];
         let same_surface = std::ptr::eq(slave, master);
         let normal = OnceCell::new();
-        // Faces beside those around the node meet it where the surface is folded onto itself, and are at its edges otherwise.
+        // Faces beside those around the node meet it where the surface is folded onto itself; elsewhere they are its
+        // neighbours.
         let is_folded = |face: &u32| {
             let patch = Patch::new(&master.faces[*face as usize], x);
             normal.get_or_init(|| slave.node_normal(node, x)).dot(&patch.normal(&[0.25; 4])) < WELL_OPPOSED
         };
         let faces = faces.filter(|face| !same_surface || !is_beside(master, node, *face) || is_folded(face));
+        // The closest face at the start of the step; in self-contact one in front instead, if this one is not really
+        // entered.
         let mut near = choose_face(master, &faces, &s, || slave.node_normal(node, x), x);
         if near.is_some_and(|p| p.gap < 0.0 && self.is_behind_in_name_only((master, tree), node, &p)) {
             let in_front = |face: &u32| eval_proximity(master, *face, &s, x).is_some_and(|p| p.gap >= 0.0);
             near = choose_face(master, &faces.clone().filter(in_front), &s, || slave.node_normal(node, x), x);
         }
+        // A node deep inside a closed surface is held by the closest of all faces.
         if near.is_none()
             && let Some(limit) = may_be_inside
             && master.is_closed
@@ -118,7 +125,7 @@ impl Finder<'_> {
         {
             return Some((self.near_contact(master, node, &p), false));
         }
-        // The usual step: nobody moves far.
+        // Faces that move far relative to the node; in the usual step there are none.
         let fast =
             |face: &u32| self.relative_motion(master, *face, node) > NEAR * master.sizes[*face as usize];
         let bound = (s_end - s).norm() + self.master_moved.in_step;
@@ -131,6 +138,7 @@ impl Finder<'_> {
         if quick.peek().is_none() {
             return near.map(|p| (self.near_contact(master, node, &p), false));
         }
+        // Their first impact.
         let mut first: Option<(Impact, u32)> = None;
         for face in quick {
             let nodes = &master.faces[face as usize];
@@ -142,8 +150,8 @@ impl Finder<'_> {
                 first = Some((hit, face));
             }
         }
-        // Which faces move fast depends on which are listed; what is found must not. So a face that itself moves little
-        // holds the node it would catch in the usual step, whatever another one does far from it.
+        // Which faces move fast depends on which are listed; the result must not. So a face that itself moves little
+        // holds the node as in the usual step, whatever another face does far from it.
         let near = near.filter(|p| self.holds(master, p, node, fast(&p.face), first.is_some()));
         match (near, first) {
             (Some(p), _) => Some((self.near_contact(master, node, &p), false)),
@@ -152,8 +160,9 @@ impl Finder<'_> {
         }
     }
 
-    /// Adds the other faces that hold the node of the contact at `first`, by face: in a valley a node that one side alone holds slides
-    /// into the other, step by step. Both sides stand before each other there; on a ridge the closest face is all.
+    /// Adds the other faces that hold the node of the contact at `first`, by face: in a valley a node held by one
+    /// side alone slides into the other, step by step. There the two sides are in front of each other; on a ridge the
+    /// closest face suffices.
     fn add_sides_of_valley(
         &self,
         master: &Skin,
@@ -168,7 +177,7 @@ impl Finder<'_> {
         let patch = |face: u32| Patch::new(&master.faces[face as usize], x);
         let middle = |face: u32| patch(face).point(&[0.25; 4]);
         let own = OnceCell::new();
-        // Most faces go on smoothly.
+        // Most faces continue the held one smoothly.
         for face in faces.filter(|&face| held_along.dot(&patch(face).normal(&[0.25; 4])) < VALLEY) {
             let Some(p) = eval_within(master, face, &s, x, None).filter(|p| !p.beyond) else { continue };
             let stands_before = |held: &Contact| {
@@ -192,12 +201,12 @@ impl Finder<'_> {
         contacts[first..].sort_unstable_by_key(|contact| contact.face);
     }
 
-    /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the surface winds neither
-    /// around what is just outside the node nor, where the two are well opposed, around what is behind it as the face sees it. Nearer
-    /// than [`BAND`] both are taken to touch.
+    /// Whether a node behind a face of its own surface lies in the same part of the body as the face: then the
+    /// surface winds neither around the place just outside the node nor, where the two are well opposed, around the
+    /// place behind it as seen from the face. Nearer than [`BAND`] both are taken to touch.
     ///
-    /// Outside the node means a little towards the middle of the face, too, so that edges which lie on each other do not leave it to
-    /// rounding.
+    /// The place outside the node is also shifted slightly towards the middle of the face, so that coincident edges
+    /// do not leave the decision to rounding.
     fn is_behind_in_name_only(&self, (master, tree): (&Skin, &FaceTree), node: u32, p: &Proximity) -> bool {
         let Some(own) = self.pair.own.as_ref() else { return false };
         // Behind a face beside its own the node is in the wedge of a sharp edge, unless a fold has closed on it.
@@ -205,7 +214,7 @@ impl Finder<'_> {
         if !master.is_closed {
             return is_beside;
         }
-        // A thin layer is looked at by its own size, not by that of the large faces on it.
+        // A thin layer is resolved by its own size, not by that of the large faces on it.
         let x = self.motion.x;
         let size = master.sizes[p.face as usize].min(master.shortest_edge_at(node, x));
         if p.gap >= -BAND * size && !is_beside {
@@ -218,8 +227,8 @@ impl Finder<'_> {
             let place = x[node as usize] + away * (NEAR * size);
             winding_number(master, tree, (&place, &away), (x, &own.shift)) > 0
         };
-        // Where a face beside its own has closed on the node, that is where the node's own normal points; anywhere else may be the body
-        // around a corner.
+        // If a face beside the node's own has closed on it, that is where the node's own normal points; any other
+        // direction may lead into the body around a corner.
         if is_beside {
             return !winds_around(normal);
         }
@@ -228,7 +237,7 @@ impl Finder<'_> {
         !is_entered
     }
 
-    /// How far node and face move against each other in the step [m].
+    /// Upper bound of the relative motion of node and face in the step [m].
     fn relative_motion(&self, master: &Skin, face: u32, node: u32) -> f64 {
         let step = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let own = step(node);
@@ -236,9 +245,9 @@ impl Finder<'_> {
         corners.map(|&corner| (own - step(corner)).norm_squared()).fold(0.0, f64::max).sqrt()
     }
 
-    /// Whether the face at the start of a step with fast faces still holds the node: it closes and moves little, or touches
-    /// and closes, or stays open and no impact comes. A plane continued beyond its face must not stop a node that flies
-    /// past.
+    /// Whether the face at the start of a step with fast faces still holds the node: it closes and moves little, or
+    /// touches and closes, or stays open and no impact follows. The plane of a face, continued beyond it, must not
+    /// stop a node that flies past.
     fn holds(&self, master: &Skin, p: &Proximity, node: u32, is_fast: bool, is_hit: bool) -> bool {
         let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let face = &master.faces[p.face as usize];
@@ -290,7 +299,8 @@ impl Finder<'_> {
     }
 }
 
-/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as can be; any if that is along the normal or zero.
+/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as possible; arbitrary if that is parallel to the
+/// normal or zero.
 pub(super) fn local_frame(normal: &Vec3, along: &Vec3) -> [Vec3; 3] {
     let flat = |v: &Vec3| v - normal * normal.dot(v);
     let mut t1 = flat(along);

@@ -1,4 +1,5 @@
-//! Block Gauss–Seidel over the contacts of a step, on nodal velocities: the Delassus operator is never formed.
+//! Block Gauss–Seidel over the contacts of a step, on nodal velocities: matrix-free, without forming the Delassus
+//! operator.
 //!
 //! Unknowns are the impulses `p = (p_n, p_t1, p_t2)` [N s] of each contact. With M lumped, C the local relative
 //! velocity `v_slave − Σ w_a v_a + drift` and `h` the step,
@@ -9,24 +10,25 @@
 //!
 //! so that `u_n ≥ 0` is the end-of-step gap over h (Stewart & Trinkle; Moreau). A negative gap enters as zero: it is
 //! removed by [`super::projection`], never by velocity. Each visit solves one contact exactly ([`super::local`]) and
-//! adds what changed to the velocities of its nodes at once. The order is that of the list, so results are
-//! reproducible. Where sweeps stop making progress (strong friction may cycle), steps with friction are damped.
+//! immediately adds the change to the velocities of its nodes. The order is that of the list, so results are
+//! reproducible. Where sweeps stop making progress (strong friction may cycle), frictional steps are damped.
 //!
-//! μ = ∞ (nothing slips) is discontinuous where a contact is about to open: a knot of such contacts may have no
-//! solution, and then the sweeps do not converge and say so; a large finite μ has one.
+//! μ = ∞ (full stick) is discontinuous where a contact is about to open: a cluster of such contacts may have no
+//! solution, and then the sweeps report that they do not converge; a large finite μ has one.
 //!
-//! Rigid bodies on each other couple their contacts over many, and a tower that sticks bends like a beam: sweeps alone would
-//! take tens of thousands. Where a slave is a rigid body, so that no mesh is between, each sweep is therefore a step of a nonlinear
-//! conjugate gradient (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive
-//! contact force problems"): what it changed is the gradient, and the last direction is added once more, unless changes have grown. The
-//! result is that of a sweep, so it obeys the law as it does without.
+//! Stacked rigid bodies couple many contacts, and a tower that sticks bends like a beam: sweeps alone would take tens
+//! of thousands of iterations. Where a slave is a rigid body, so that no mesh is in between, each sweep is therefore
+//! a step of a nonlinear conjugate gradient (Silcowitz-Hansen, Niebe & Erleben 2010, "A nonsmooth nonlinear conjugate
+//! gradient method for interactive contact force problems"): its change is the gradient, and the last direction is
+//! added once more, unless changes have grown. The result is that of a sweep, so it obeys the same law.
 //!
-//! Everywhere else sweeps that go on for long are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that hold the same
-//! rigid body depend on each other so closely that sweeps alone take hundreds.
+//! Elsewhere long sequences of sweeps are extrapolated (`extrapolation.rs`): nodes, edges and faces of a mesh that
+//! hold the same rigid body are so strongly coupled that sweeps alone take hundreds.
 //!
-//! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks anywhere.
-//! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same normal impulses and end
-//! velocities to the last bit: its tangential ones are exact zeros, and no residual counts what friction does not resist.
+//! A pair whose law is [`ContactLaw::Frictionless`] has one unknown per contact: no tangents and no 3×3 blocks.
+//! The law is chosen once for a run of contacts. Coulomb's law with μ = 0 has three unknowns, and gives the same
+//! normal impulses and end velocities to the last bit: its tangential impulses are exact zeros, and the residual
+//! excludes what friction does not resist.
 
 mod extrapolation;
 mod rows;
@@ -38,30 +40,30 @@ use crate::mechanics::tensor::Vec3;
 use extrapolation::Extrapolation;
 use rows::{Block, Friction, Rows, Sums};
 
-/// Residuals below this many roundings of the velocities they come from cannot be lowered.
+/// Residuals below this multiple of the rounding of the velocities that they come from cannot be reduced.
 const ROUNDINGS: f64 = 16.0;
-/// Sweeps between two looks at progress.
+/// Sweeps between two checks of progress.
 const PATIENCE: usize = 50;
-/// The same where directions are conjugate: changes grow and fall on the way.
+/// The same for conjugate directions: their changes grow and fall on the way.
 const CONJUGATE_PATIENCE: usize = 500;
-/// Progress over them below this ratio of changes is none.
+/// Ratio of changes between two checks above which sweeps make no progress.
 const STALLED: f64 = 0.9;
-/// Sweeps that must lower the change of a sweep to a half, or those at an acceptable residual are ended.
+/// Sweeps within which the change of a sweep must halve; otherwise they end at an acceptable residual.
 const LAST_LOOKS: usize = 250;
-/// Largest residual against the free velocities, over the tolerance, of a converged solution: so many times larger may the impulses be
-/// than those velocities ask for by themselves.
+/// Largest residual relative to the free velocities, over the tolerance, of a converged solution: the factor by which
+/// impulses may exceed those that the free velocities alone require.
 const HIDDEN: f64 = 1e4;
-/// Factor on the steps of frictional contacts each time there was none, and its least value.
+/// Factor on the steps of frictional contacts whenever sweeps make no progress, and its least value.
 const DAMPING: (f64, f64) = (0.7, 0.05);
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Largest scaled residual [-] of a converged solution.
     pub tolerance: f64,
-    /// Most sweeps over all contacts.
+    /// Largest number of sweeps over all contacts.
     pub max_sweeps: usize,
-    /// Scaled residual [-] at which sweeps that make no progress are ended.
+    /// Scaled residual [-] at which sweeps that make no progress stop.
     pub acceptable: f64,
 }
 
@@ -71,22 +73,22 @@ impl Default for Options {
     }
 }
 
-/// How the solution ended.
+/// Outcome of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveReport {
     /// Sweeps over all contacts.
     pub sweeps: usize,
-    /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` a contact, F at
-    /// `ρ = 1/D`, and q the free relative velocities of the contacts that close.
+    /// Scaled natural-map residual [-]: `‖D^½ F‖ / max(‖D^½ p‖, ‖D^−½ q‖)`, with `D = tr W_cc / 3` per contact, F at
+    /// `ρ = 1/D`, and q the free relative velocities of the closing contacts.
     pub residual: f64,
-    /// The same against the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-]: no growth of the impulses hides a contact that nothing
-    /// can stop.
+    /// The same relative to the free velocities alone, `‖D^½ F‖ / ‖D^−½ q‖` [-], so that growing impulses cannot hide
+    /// a contact that nothing can stop.
     pub residual_of_free: f64,
     /// The residual is within the tolerance, or at the rounding of the velocities.
     pub converged: bool,
 }
 
-/// Memory of the solver, kept by the caller between steps so that nothing is allocated.
+/// Buffers of the solver, kept by the caller between steps so that nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     meshes: Rows<()>,
@@ -96,21 +98,21 @@ pub struct Workspace {
     extrapolation: Extrapolation,
 }
 
-/// The direction of the conjugate gradient; empty where no rigid body touches a plane or another.
+/// Direction of the conjugate gradient; empty where no rigid body touches a plane or another.
 #[derive(Clone, Debug, Default)]
 struct Conjugate {
-    /// Impulses before the sweep.
+    /// Impulses before the sweep [N s].
     before: Vec<Local>,
     direction: Vec<Local>,
 }
 
-/// Finds impulses and end velocities so that every contact obeys its law.
+/// Finds impulses and end velocities such that every contact obeys its law.
 ///
-/// `contacts` sorted by pair; `laws` one a pair; `inverse_mass` per node and axis [1/kg], 0 where fixed; `h` [s] the step
-/// over which the end velocities act; `v` [m/s] per node, v* in, v⁺ out; `reactions` is resized to the contacts. Nodes
-/// without a reaction keep their bits.
+/// `contacts` sorted by pair; `laws` one per pair; `inverse_mass` per node and axis [1/kg], 0 where fixed; `h` [s]
+/// the step over which the end velocities act; `v` [m/s] per node, v* in, v⁺ out; `reactions` is resized to the
+/// contacts. Velocities of nodes without a reaction keep their bits.
 ///
-/// Contacts whose both sides are immovable along n get no reaction. Does not allocate once `workspace` has grown.
+/// Contacts with both sides immovable along n get no reaction. Does not allocate once `workspace` has grown.
 #[allow(clippy::too_many_arguments)] // each is an array of its own owner; a struct of borrows would only rename them
 pub fn solve(
     contacts: &[Contact],
@@ -126,10 +128,10 @@ pub fn solve(
     solve_with_rigid(contacts, laws, &none, inverse_mass, h, v, reactions, options, workspace)
 }
 
-/// As [`solve`], where sides may be rigid bodies.
+/// As [`solve`], with sides that may be rigid bodies.
 ///
-/// W may have a rank far below the number of contacts then (four corners of one face): the impulses are not unique, but the
-/// motion is, and the sweeps converge to one of the solutions.
+/// The rank of W may then be far below the number of contacts (four corners of one face): the impulses are not
+/// unique, but the motion is, and the sweeps converge to one of the solutions.
 #[allow(clippy::too_many_arguments)] // as for `solve`
 pub fn solve_with_rigid(
     contacts: &[Contact],
@@ -146,12 +148,13 @@ pub fn solve_with_rigid(
     reactions.resize(contacts.len(), Reaction::default());
     workspace.prepare(contacts, laws, rigid, inverse_mass, h);
 
-    // What the contacts that close ask for; if none does, p = 0 is the solution.
+    // The scale of the residual; if no contact closes, p = 0 is the solution.
     let closing = workspace.closing(v);
     if closing == 0.0 {
         return SolveReport { sweeps: 0, residual: 0.0, residual_of_free: 0.0, converged: true };
     }
 
+    // Sweep until the residual is within the tolerance.
     let (mut residual, mut residual_of_free) = (f64::INFINITY, f64::INFINITY);
     let (mut damping, mut last_look) = (1.0, f64::INFINITY);
     let (mut last_change, mut half, mut least) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
@@ -162,6 +165,7 @@ pub fn solve_with_rigid(
         let sums = workspace.sweep(inverse_mass, v, reactions, Friction::Damped(damping));
         let change = sums.change;
         least = least.min(change);
+        // Without progress, damp the frictional steps.
         if sweep % patience == 0 {
             let change = least.sqrt() / damping;
             if change > STALLED * last_look {
@@ -169,18 +173,19 @@ pub fn solve_with_rigid(
             }
             (last_look, least) = (change, f64::INFINITY);
         }
+        // At an acceptable residual, stop if the changes no longer halve.
         let hint = (sums.change / closing.max(sums.impulse)).sqrt();
         let is_stuck = sweep % LAST_LOOKS == 0 && hint / damping > half && options.acceptable > 0.0;
         if sweep % LAST_LOOKS == 0 {
             half = 0.5 * hint / damping;
         }
-        // The change of a sweep only hints at the residual, at no cost; a look at all contacts decides.
+        // The change of a sweep estimates the residual at no cost; the residual of all contacts decides.
         if sweep == 1 || is_stuck || hint <= 10.0 * options.tolerance || sweep == options.max_sweeps {
             let sums = workspace.measure(v, reactions);
             residual = (sums.change / closing.max(sums.impulse)).sqrt();
             residual_of_free = (sums.change / closing).sqrt();
             let rounding = ROUNDINGS * f64::EPSILON * sums.rounding.sqrt();
-            // Impulses that grow without end must not hide what they do not stop.
+            // Growing impulses must not hide a contact that they do not stop.
             let is_small = residual <= options.tolerance && residual_of_free <= HIDDEN * options.tolerance;
             if is_small || sums.change.sqrt() <= rounding {
                 return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: true };
@@ -189,6 +194,7 @@ pub fn solve_with_rigid(
                 return SolveReport { sweeps: start + sweep, residual, residual_of_free, converged: false };
             }
         }
+        // Acceleration by conjugate directions or extrapolation.
         if damping >= 1.0 && sweep < options.max_sweeps {
             workspace.go_on(change, last_change, inverse_mass, v, reactions);
             last_change = change;
@@ -198,7 +204,7 @@ pub fn solve_with_rigid(
 }
 
 impl Workspace {
-    /// With room for so many contacts of so many pairs, and for so many where a side is a rigid body.
+    /// Reserves memory for so many contacts of so many pairs, and for so many with a rigid side.
     pub fn with_capacity(contacts: usize, rigid_contacts: usize, pairs: usize) -> Self {
         Self {
             meshes: Rows::with_capacity(contacts),
@@ -225,6 +231,7 @@ impl Workspace {
         self.rigid.clear();
         self.blocks.clear();
         let mut start = 0;
+        // A run of contacts has one law; sides of valleys are frictionless within their pair.
         let is_alike =
             |a: &Contact, b: &Contact| a.pair == b.pair && (a.kind == Kind::Side) == (b.kind == Kind::Side);
         for run in contacts.chunk_by(is_alike) {
@@ -255,7 +262,7 @@ impl Workspace {
         self.conjugate.restart(if contacts.iter().any(has_no_mesh) { contacts.len() } else { 0 });
     }
 
-    /// What a sweep starts from.
+    /// Stores the impulses before a sweep.
     fn remember(&mut self, reactions: &[Reaction]) {
         if self.conjugate.direction.is_empty() {
             self.extrapolation.remember(reactions);
@@ -264,7 +271,8 @@ impl Workspace {
         }
     }
 
-    /// Goes on from what a sweep led to, which changed the impulses by `change` and the one before by `last_change` (squares).
+    /// Accelerates after a sweep whose squared change of the impulses is `change`; `last_change` is that of the
+    /// previous sweep.
     fn go_on(
         &mut self,
         change: f64,
@@ -290,7 +298,7 @@ impl Workspace {
         }
     }
 
-    /// `Σ D⁻¹ |q|²` of the contacts that close; without friction tangential velocities ask for nothing.
+    /// `Σ D⁻¹ |q|²` of the closing contacts; frictionless ones without their tangential velocities.
     fn closing(&self, v: &[Vec3]) -> f64 {
         let mut closing = 0.0;
         for block in &self.blocks {
@@ -303,8 +311,8 @@ impl Workspace {
         closing
     }
 
-    /// Where a slave is a rigid body: the normal impulses as they would be without friction, which are most of what a pile of
-    /// bodies carries and are found in far fewer sweeps. The number of sweeps.
+    /// Where a slave is a rigid body: starts from the frictionless normal impulses, which carry most of the load of a
+    /// pile of bodies and are found in far fewer sweeps. Returns the number of sweeps.
     fn start_without_friction(
         &mut self,
         inverse_mass: &[Vec3],
@@ -349,7 +357,7 @@ impl Workspace {
         sums
     }
 
-    /// The natural map of all contacts at the present velocities.
+    /// Squared sums of the natural map of all contacts at the present velocities.
     fn measure(&self, v: &[Vec3], reactions: &[Reaction]) -> Sums {
         let mut sums = Sums::default();
         for block in &self.blocks {
@@ -379,7 +387,8 @@ impl Conjugate {
         self.before.extend(reactions.iter().map(|reaction| reaction.impulse));
     }
 
-    /// The step `β d` along the last direction d, none where changes grow (β ≥ 1), and the next one, `β d + (p − p_before)`.
+    /// The step `β d` along the last direction d, zero where changes grow (β ≥ 1); the next direction is `β d + (p −
+    /// p_before)`.
     fn step(&mut self, reactions: &[Reaction], beta: f64) -> &[Local] {
         let beta = if beta < 1.0 { beta } else { 0.0 };
         for ((direction, before), reaction) in self.direction.iter_mut().zip(&mut self.before).zip(reactions)

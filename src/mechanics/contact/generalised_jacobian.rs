@@ -1,6 +1,6 @@
-//! Elements of the generalised Jacobian of the two residuals of the law that Newton's method works on.
+//! Elements of the generalised Jacobian of the two residuals of the contact law used by Newton's method.
 //!
-//! Both are zero exactly at a solution, in numbers for which ρ = 1 suits (see [`super::solvers`]).
+//! Both are zero exactly at a solution, in a scaling for which ρ = 1 is appropriate (see [`super::solvers`]).
 
 use super::delassus::Block;
 use super::local::{Local, length, proj_coulomb_cone};
@@ -8,11 +8,11 @@ use super::local::{Local, length, proj_coulomb_cone};
 /// A residual `F(r, u)` of one contact and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearised {
-    /// F.
+    /// The residual F.
     pub f: Local,
-    /// ∂F/∂r.
+    /// Its derivative ∂F/∂r.
     pub by_r: Block,
-    /// ∂F/∂u; zero exactly where the contact is open, and then `F = r`.
+    /// Its derivative ∂F/∂u; exactly zero where the contact is open, and then `F = r`.
     pub by_u: Block,
 }
 
@@ -82,7 +82,7 @@ fn projection_derivative(z: Local, mu: f64) -> Block {
     if mu * t <= -n {
         return OPEN;
     }
-    // Along the ray (1, μ e) the projection is linear; across it the circle of radius μ p_n turns.
+    // Along the ray (1, μ e) the projection is linear; across it, it rotates with the circle of radius μ p_n.
     let (e, unit) = ([t1 / t, t2 / t], 1.0 / (1.0 + mu * mu));
     let turn = mu * (n + mu * t) * unit / t;
     let along = [1.0, mu * e[0], mu * e[1]];

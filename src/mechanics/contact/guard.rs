@@ -1,11 +1,11 @@
-//! What slave nodes against master faces do not see: master nodes that poke through slave faces, and edges that cross.
+//! Penetrations that slave nodes against master faces miss: master nodes in slave faces, and crossing edges.
 //!
-//! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are close together
-//!   they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or at a corner of the master,
-//!   it is what holds.
-//! - *Two edges*, one of each surface and one of them sharp, are held against each other between their ends.
+//! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are
+//!   close together they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or
+//!   at a corner of the master, it is what holds.
+//! - *Two edges*, one of each surface and at least one of them sharp, are held against each other between their ends.
 //!
-//! Both are found as slave nodes are, so by their time of impact where they move far: nothing tunnels.
+//! Both are found as slave nodes are, where they move far by their time of impact: nothing tunnels.
 
 use super::detection::{DetectionError, Detector};
 use super::edges::{BENT, EdgeFinder};
@@ -14,14 +14,14 @@ use super::stencil::Stencil;
 use super::{ALLOWED, Contact, ContactPair, Discretisation, Kind, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 
-/// Weight of a node above which a place on a face is at that node.
+/// Shape function of a node above which a place on a face coincides with that node.
 const AT_NODE: f64 = 0.999;
 
-/// Finds these contacts.
+/// Finds the contacts of master nodes and of edges.
 pub struct Guard {
-    /// Of the pairs with slave and master exchanged.
+    /// Detector of the pairs with slave and master exchanged.
     reversed: Detector,
-    /// Number of each of its pairs.
+    /// Number of each of its pairs in the original list.
     pairs: Vec<u32>,
     edges: EdgeFinder,
     still: Vec<Vec3>,
@@ -29,8 +29,8 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Of the `pairs` of two different meshes, of none with [`Discretisation::NodeToSurface`]; `x` [m] places of all nodes at the
-    /// start of the run.
+    /// For the `pairs` of two different meshes, for none with [`Discretisation::NodeToSurface`]; `x` [m] are the
+    /// positions of all nodes at the start of the run.
     pub fn new(
         surfaces: &[Surface],
         pairs: &[ContactPair],
@@ -38,7 +38,7 @@ impl Guard {
         x: &[Vec3],
     ) -> Self {
         let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
-        // Mortar contact holds the mean over a smooth face, not each edge.
+        // Mortar contact controls the mean over a smooth face, not single edges.
         let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
         let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
             Master::Surface(master) if master != pair.slave => Some((
@@ -76,6 +76,7 @@ impl Guard {
             return Ok(());
         }
         let before = contacts.len();
+        // Master nodes that close against slave faces, to the allowed depth.
         let is_held = |pair: u32, slave: u32, contacts: &[Contact]| {
             contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
         };
@@ -90,10 +91,11 @@ impl Guard {
             if gap.min(gap + closing) > 0.0 {
                 continue;
             }
-            // At a slave node that has a contact itself this one would only repeat it.
+            // A slave node with a contact of its own makes this one redundant.
             let new = exchanged_contact(found, pair, gap, &drifts[pair as usize]);
             contacts.extend(new.filter(|new| !(is_at_node(found) && is_held(pair, new.slave, contacts))));
         }
+        // Edges against edges.
         self.edges.detect(&self.reversed, (x, x_end), drifts, contacts);
         if contacts.len() > before {
             contacts.sort_unstable_by_key(|c| (c.pair, c.slave, c.face, c.stencil.nodes().last().copied()));
@@ -107,7 +109,8 @@ fn is_at_node(found: &Contact) -> bool {
     found.stencil.master().any(|(_, w)| -w > AT_NODE)
 }
 
-/// The contact as one of the pair: the nodes of the face are its slave side. `None` for a face without weights.
+/// The contact in terms of the original pair: the nodes of the face are its slave side. `None` for a face without
+/// weights.
 fn exchanged_contact(found: &Contact, pair: u32, gap: f64, drift: &Vec3) -> Option<Contact> {
     let of_face = || found.stencil.master().map(|(node, w)| (node, -w));
     let heaviest = of_face().fold((0, 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });

@@ -1,4 +1,4 @@
-//! Slave nodes that start inside the other body: found before a run, with place and depth.
+//! Slave nodes that start inside the other body: found before a run, with position and depth.
 
 use super::Contact;
 use super::closest_point::Patch;
@@ -7,7 +7,7 @@ use super::narrow_phase::eval_proximity;
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
-/// Depths below this share of the face's size are rounding.
+/// Depths below this fraction of the face's size are rounding.
 pub const TOLERANCE: f64 = 1e-6;
 
 /// A slave node inside its master.
@@ -15,18 +15,18 @@ pub const TOLERANCE: f64 = 1e-6;
 pub struct Overlap {
     /// Index of the pair.
     pub pair: usize,
-    /// Node (global).
+    /// Global node number.
     pub node: u32,
-    /// Where it is [m].
+    /// Its position [m].
     pub place: Vec3,
-    /// How deep below the closest point of the master's surface [m].
+    /// Depth below the closest point of the master's surface [m].
     pub depth: f64,
 }
 
 /// All slave nodes that are inside their master at the positions `x` [m], beyond rounding, by pair and node.
 ///
-/// Inside is told by the pseudo-normal at the closest point of the whole surface (Bærentzen & Aanæs 2005), at any depth;
-/// in self-contact those are inside that detection holds. Positions that are not finite overlap nothing.
+/// The pseudo-normal at the closest point of the whole surface determines the side (Bærentzen & Aanæs 2005), at any
+/// depth; in self-contact, nodes held by detection count as inside. Positions that are not finite do not overlap.
 pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     let mut overlaps = overlaps_with_itself(detector, x);
     for (pair, (slave, master)) in detector.sides().enumerate().filter(|(_, (s, m))| *m != Some(*s)) {
@@ -53,7 +53,7 @@ pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
 fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     let of_itself: Vec<bool> = detector.sides().map(|(slave, master)| master == Some(slave)).collect();
     let mut contacts = Vec::new();
-    // Broken positions are reported with the numbers that they come from.
+    // Positions that are not finite are reported elsewhere, with the values that cause them.
     let found = of_itself.contains(&true)
         && detector.detect(x, x, &vec![Vec3::zeros(); of_itself.len()], &mut contacts).is_ok();
     let is_inside = |contact: &&Contact| {
@@ -69,7 +69,7 @@ fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     if found { contacts.iter().filter(is_inside).map(overlap).collect() } else { Vec::new() }
 }
 
-/// Signed distance of a point from the closest face that speaks for it, with that face's size.
+/// Signed distance of a point from the closest face with a valid projection, with that face's size.
 fn signed_gap(skin: &Skin, s: &Vec3, x: &[Vec3]) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64, f64)> = None;
     for (i, face) in skin.faces.iter().enumerate() {
@@ -127,7 +127,7 @@ mod tests {
             ];
             let mut detector = Detector::new(&[below, above], &pairs, &x);
             let found = initial_overlaps(&mut detector, &x);
-            // The upper cube is 0.1 high: sunk by 0.4 all its nodes are inside.
+            // The upper cube is 0.1 high: sunk by 0.4, all its nodes are inside.
             let lowest: Vec<f64> =
                 found.iter().filter(|o| o.node < 12).map(|o| (o.depth * 1e9).round() / 1e9).collect();
             assert_eq!(lowest, depths, "sunk by {lower}");

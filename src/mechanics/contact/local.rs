@@ -1,7 +1,7 @@
-//! The law of one contact: projection on the Coulomb cone, natural map, and the exact solution of one contact alone.
+//! The law of one contact: projection on the Coulomb cone, natural map, and the exact solution of a single contact.
 //!
-//! Everything here is in the local frame (n, t1, t2) and in one pair of dual quantities: an impulse `r` [N s] and a
-//! relative velocity `u` [m/s] with `u = W r + q`, or a force and a gap: the law does not care.
+//! All quantities are in the local frame (n, t1, t2), in either of two dual pairs: an impulse `r` [N s] and a
+//! relative velocity `u` [m/s] with `u = W r + q`, or a force and a gap; the law is the same.
 //!
 //! Signorini with Coulomb, in the bi-potential form of De Saxcé & Feng (1998): with `ũ = u + μ ‖u_t‖ n`,
 //! `K_μ ∋ r ⊥ ũ ∈ K_μ*`, which is `r = Proj_Kμ(r − ρ ũ)` for any ρ > 0.
@@ -13,8 +13,8 @@ pub type LocalOperator = [[f64; 3]; 3];
 
 /// Orthogonal projection of `r` on `K_μ = { ‖r_t‖ ≤ μ r_n }`, 0 ≤ μ < ∞.
 ///
-/// `r` itself in the cone (stick), 0 in the polar cone `μ ‖r_t‖ ≤ −r_n` (open), and else
-/// `r − (‖r_t‖ − μ r_n)/(1 + μ²) (r_t/‖r_t‖ − μ n)` (slip).
+/// Stick: `r` itself in the cone. Open: 0 in the polar cone `μ ‖r_t‖ ≤ −r_n`. Slip otherwise: `r − (‖r_t‖ − μ r_n)/(1
+/// + μ²) (r_t/‖r_t‖ − μ n)`.
 #[inline]
 pub fn proj_coulomb_cone(r: Local, mu: f64) -> Local {
     let [n, t1, t2] = r;
@@ -30,8 +30,8 @@ pub fn proj_coulomb_cone(r: Local, mu: f64) -> Local {
     [n + mu * excess, t1 * shrink, t2 * shrink]
 }
 
-/// Length of a tangential vector. Not `hypot`: contact problems keep their numbers where squares are numbers, and a root is
-/// quick and has the same bits everywhere.
+/// Length of a tangential vector. Not `hypot`: the numbers of a contact problem have finite squares, and a square
+/// root is fast and has the same bits everywhere.
 #[inline]
 pub(super) fn length(t1: f64, t2: f64) -> f64 {
     (t1 * t1 + t2 * t2).sqrt()
@@ -53,19 +53,19 @@ pub fn natural_map(r: Local, u: Local, mu: f64, rho: f64) -> Local {
     [r[0] - p[0], r[1] - p[1], r[2] - p[2]]
 }
 
-/// The natural map of a contact without friction: `r_n − ⟨r_n − ρ u_n⟩`.
+/// Natural map of a frictionless contact: `r_n − ⟨r_n − ρ u_n⟩`.
 #[inline]
 pub fn natural_map_frictionless(r_n: f64, u_n: f64, rho: f64) -> f64 {
     r_n - (r_n - rho * u_n).max(0.0)
 }
 
-/// Solution of one contact without friction: `r_n = ⟨−q_n⟩ / W_nn`; one unknown.
+/// Solution of one frictionless contact: `r_n = ⟨−q_n⟩ / W_nn`; one unknown.
 #[inline]
 pub fn solve_frictionless(w_nn: f64, q_n: f64) -> f64 {
     if q_n < 0.0 { -q_n / w_nn } else { 0.0 }
 }
 
-/// Solution of one contact with `W = w I`, `w > 0`, the usual case (lumped mass, no axis fixed); closed form.
+/// Closed-form solution of one contact with `W = w I`, `w > 0`, the usual case (lumped mass, no fixed axis).
 #[inline]
 pub fn solve_isotropic(w: f64, q: Local, mu: f64) -> Local {
     if q[0] >= 0.0 {
@@ -74,7 +74,7 @@ pub fn solve_isotropic(w: f64, q: Local, mu: f64) -> Local {
     let r = [-q[0] / w, -q[1] / w, -q[2] / w];
     let limit = mu * r[0];
     let t2 = r[1] * r[1] + r[2] * r[2];
-    // With μ = ∞ the limit is ∞, and everything sticks.
+    // For μ = ∞ the limit is ∞, and everything sticks.
     if t2 <= limit * limit {
         return r;
     }

@@ -1,9 +1,11 @@
 //! Frictional contact by the bi-potential method: detection, local frames, exact local solve, Gauss–Seidel.
 //!
-//! The data: a list of [`Surface`]s and [`ContactPair`]s (constant), a [`detection::Detector`] that finds the [`Contact`]s of a
-//! step, and [`gauss_seidel::solve`], which changes the nodal velocities so that the law holds at the end of the step.
+//! The data are a list of [`Surface`]s and [`ContactPair`]s (constant), a [`detection::Detector`] that finds the
+//! [`Contact`]s of a step, and [`gauss_seidel::solve`], which changes the nodal velocities so that the law holds at
+//! the end of the step.
 //!
-//! Apart from a step: a [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its reactions.
+//! Independently of steps, a [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its
+//! reactions.
 
 mod broad_phase;
 pub mod closest_point;
@@ -41,22 +43,22 @@ use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;
 use stencil::Stencil;
 
-/// How deep a master node may lie inside the slave, in shares of the size of the slave's face.
+/// Allowed penetration of a master node into the slave, as a fraction of the size of the slave's face.
 pub const ALLOWED: f64 = 0.01;
 
-/// The skin of one body. That of a rigid body is its centre, without faces.
+/// The boundary surface of one body. That of a rigid body is its centre, without faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// Global numbers of the nodes on the skin, sorted.
+    /// Global numbers of the nodes on the surface, sorted.
     pub nodes: Vec<u32>,
     /// Corner nodes (global) of each face, counter-clockwise seen from outside; a triangle repeats its last node.
     pub faces: Vec<[u32; 4]>,
 }
 
-/// What the slave nodes of a pair must stay outside of.
+/// The obstacle of the slave nodes of a pair.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Master {
-    /// The faces of a surface, by index; the same as the slave's for self-contact.
+    /// The faces of a surface, by index; for self-contact the slave's own.
     Surface(usize),
     /// A fixed half space: `normal · (x − point) ≥ 0` outside.
     Plane {
@@ -69,30 +71,30 @@ pub enum Master {
     Rigid(usize),
 }
 
-/// Two sides that may touch, compiled: the slave's nodes against the master's faces.
+/// Two sides that may touch: the slave's nodes against the master's faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPair {
     /// Name in reports, such as "ball–thigh".
     pub name: String,
     /// Surface whose nodes are the slaves.
     pub slave: usize,
-    /// What they must not enter.
+    /// The obstacle that they must not enter.
     pub master: Master,
     /// The law of its contacts.
     pub law: ContactLaw,
 }
 
-/// The law of a pair's contacts, with the unknowns that it needs.
+/// The contact law of a pair, which determines the number of unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactLaw {
-    /// Signorini's law alone: one unknown a contact.
+    /// Signorini's law alone: one unknown per contact.
     Frictionless,
-    /// With Coulomb friction μ [-], 0 to ∞ (nothing slips): three unknowns a contact.
+    /// With Coulomb friction μ [-], 0 to ∞ (full stick): three unknowns per contact.
     Coulomb(f64),
 }
 
 impl ContactLaw {
-    /// The law that needs the fewest unknowns for a coefficient of friction [-].
+    /// The law with the fewest unknowns for a coefficient of friction [-].
     pub fn of(mu: f64) -> Self {
         if mu == 0.0 { Self::Frictionless } else { Self::Coulomb(mu) }
     }
@@ -103,7 +105,7 @@ impl ContactLaw {
             Self::Coulomb(mu) => mu,
         }
     }
-    /// Unknowns of each contact.
+    /// Number of unknowns per contact.
     pub fn unknowns(self) -> u32 {
         match self {
             Self::Frictionless => 1,
@@ -112,34 +114,35 @@ impl ContactLaw {
     }
 }
 
-/// How the contact of two meshes is made discrete.
+/// Discretisation of the contact of two meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Discretisation {
-    /// Each slave node against the face closest to it, with [`guard`] besides.
+    /// Each slave node against the closest face, in addition to [`guard`].
     #[default]
     TwoPass,
-    /// Each slave node against the face closest to it.
+    /// Each slave node against the closest face.
     NodeToSurface,
-    /// Means over the slave's faces with dual shape functions, with [`guard`] besides; not for self-contact.
+    /// Means over the slave's faces with dual shape functions, in addition to [`guard`]; not for self-contact.
     Mortar,
 }
 
 /// How the gap of a contact follows the positions within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A slave node against a face, a plane or a rigid body, at the place closest to it: once a node and pair of meshes.
+    /// A slave node against a face, a plane or a rigid body, at the closest point: at most one per node and pair of meshes.
     Node,
-    /// A further face that the node lies at, in a valley; without friction, since how the friction of two sides against each other is split
-    /// between them is open, and sweeps do not find it.
+    /// A further face at the node, in a valley; frictionless, since the distribution of friction between two opposing sides
+    /// is not determined, and sweeps do not find it.
     Side,
-    /// The mean over the faces around a slave node, with weights that stand: once a node and pair.
+    /// The mean over the faces around a slave node, with constant weights: at most one per node and pair.
     Averaged,
-    /// Weights that stand, such as of two edges or of a face against a rigid body. A slave node may be in several.
+    /// Constant weights, such as of two edges or of a face against a rigid body. A slave node may have several.
     Fixed,
-    /// As [`Kind::Fixed`], of two edges of which one was made by deformation: held where they are found, but not moved apart.
+    /// As [`Kind::Fixed`], of two edges one of which was formed by deformation: held where they are found, but not moved
+    /// apart.
     Bulge,
-    /// A node of the master against a face of the slave's, `face`, which it may enter by a small share ([`ALLOWED`]): the gap is
-    /// measured from there.
+    /// A master node against a face of the slave, `face`, which it may enter by a small fraction of its size ([`ALLOWED`]):
+    /// the gap is measured from there.
     Guard,
 }
 

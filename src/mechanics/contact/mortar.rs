@@ -7,16 +7,18 @@
 //! D_A = Σ_faces ∫ N_A dA,   w_C = Σ_faces ∫ Φ_A N_C dA / D_A,   g_A = n_A · (x_A − Σ w_C x_C)
 //! ```
 //!
-//! so there is one row a slave node, as nodes against faces have, and a pressure that is uniform on the slave arrives as one on
-//! the master. Integrals are over the segments of the slave face ([`super::segments`]), so kinks of the master do not disturb
-//! them. Dual functions are made on the part of a face that is above the master (Cichosz & Bischoff 2011).
+//! so there is one row per slave node, as in node-to-surface contact, and a uniform pressure on the slave is
+//! transferred to the master as a uniform one. Integrals are over the segments of the slave face
+//! ([`super::segments`]), so kinks of the master do not disturb them. Dual functions are constructed on the part of a
+//! face above the master (Cichosz & Bischoff 2011).
 //!
-//! Σ w_C = 1 conserves linear momentum. Then the weights are changed by the least linear function that makes `x_A − Σ w_C x_C`
-//! parallel to n_A, so that impulses along n_A have no moment. Tangential ones have that of their gap, as with nodes.
+//! Σ w_C = 1 conserves linear momentum. Then the weights are changed by the least linear function that makes `x_A − Σ
+//! w_C x_C` parallel to n_A, so that impulses along n_A have no moment. Tangential ones have that of their gap, as in
+//! node-to-surface contact.
 //!
-//! Where less than half of a face that is turned to the contact is above the master, and where a node comes fast from afar, the
-//! node keeps its row against the face; so it does where a row would have more nodes than a stencil
-//! ([`super::stencil::MOST_NODES`]), as a slave much coarser than its master has.
+//! A node keeps its node-to-surface row where less than half of an adjacent face opposed to the master is above it,
+//! where the node arrives fast from afar, and where a row would have more nodes than a stencil
+//! ([`super::stencil::MOST_NODES`]), as with a slave much coarser than its master.
 
 use super::closest_point::Patch;
 use super::finder::local_frame;
@@ -28,34 +30,34 @@ use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
 use nalgebra::{Matrix4, Vector4};
 
-/// Nodes of the master below a face or around a node, at most.
+/// Largest number of master nodes below a face or around a node.
 const MOST_BELOW: usize = 36;
-/// Least share of a face above the master: shape functions over less of it are nearly dependent.
+/// Least fraction of a face above the master: on less, shape functions are nearly linearly dependent.
 const LEAST_COVERED: f64 = 0.5;
 
-/// The integrals over a slave face.
+/// Integrals over a slave face.
 #[derive(Clone, Debug)]
 struct FaceMoments {
     normal: Vec3,
-    /// `∫ N_A` of each corner [m²].
+    /// `∫ N_A` for each corner A [m²].
     own: Vector4<f64>,
-    /// `∫ Φ_A N_C` [m²] of the master's nodes C for each corner A.
+    /// `∫ Φ_A N_C` [m²] for the master nodes C and each corner A.
     below: [(u32, Vector4<f64>); MOST_BELOW],
     count: usize,
 }
 
-/// Averages the contacts of one pair of surfaces, with its memory.
+/// Averages the contacts of one pair of surfaces; its buffers persist.
 #[derive(Clone, Debug)]
 pub(super) struct Averager {
     moments: Vec<Option<FaceMoments>>,
-    /// Of each slave face its place in `moments`, `NONE` if it has none yet.
+    /// Index in `moments` of each slave face, `NONE` if it has none yet.
     places: Vec<u32>,
-    /// Faces that have one.
+    /// Slave faces with an entry in `moments`.
     faces: Vec<u32>,
 }
 
 impl Averager {
-    /// For a slave surface.
+    /// Buffers for a slave surface.
     pub fn new(slave: &Skin) -> Self {
         let count = slave.faces.len();
         Self {
@@ -65,7 +67,7 @@ impl Averager {
         }
     }
 
-    /// Makes averages of the contacts of the pair, sorted by slave node, where they can be made, at the positions `x` [m].
+    /// Replaces the contacts of the pair, sorted by slave node, by averages where possible, at the positions `x` [m].
     pub fn average(&mut self, slave: &Skin, master: &Skin, x: &[Vec3], contacts: &mut [Contact]) {
         for contact in contacts.iter().filter(|c| is_near(c, master)) {
             for &face in slave.faces_around(contact.slave) {
@@ -85,8 +87,9 @@ impl Averager {
         }
     }
 
-    /// `None` leaves the contact as it is.
+    /// Replaces one contact; `None` leaves it as it is.
     fn average_one(&self, slave: &Skin, x: &[Vec3], contact: &mut Contact) -> Option<()> {
+        // Sum the integrals of the faces around the node that are opposed to the master.
         let (mut area, mut normal) = (0.0, Vec3::zeros());
         let mut below = [(0_u32, 0.0); MOST_BELOW];
         let mut count = 0;
@@ -107,6 +110,7 @@ impl Averager {
                 count = count.max(at + 1);
             }
         }
+        // Weights and gap along the mean normal.
         let normal = normal.try_normalize(0.0)?;
         let below = &mut below[..count];
         for (_, w) in below.iter_mut() {
@@ -124,13 +128,15 @@ impl Averager {
     }
 }
 
-/// Whether the node is near its face now, rather than met later in the step.
+/// Whether the node is near its face at the start, rather than met later in the step.
 fn is_near(contact: &Contact, master: &Skin) -> bool {
     contact.kind == Kind::Node && contact.gap <= NEAR * master.sizes[contact.face as usize]
 }
 
-/// Changes weights by the least linear function of the place so that `x_A − Σ w x` is parallel to n; their sum stays.
+/// Changes weights by the least linear function of position such that `x_A − Σ w x` is parallel to n; their sum is
+/// unchanged.
 fn align(below: &mut [(u32, f64)], x_a: &Vec3, n: &Vec3, x: &[Vec3]) -> Option<()> {
+    // Positions in the tangential plane relative to node A, their weighted mean and resultant.
     let [_, t1, t2] = local_frame(n, &Vec3::zeros());
     let flat = |node: u32| {
         let from = x_a - x[node as usize];
@@ -145,6 +151,7 @@ fn align(below: &mut [(u32, f64)], x_a: &Vec3, n: &Vec3, x: &[Vec3]) -> Option<(
         }
     }
     let mean = mean.map(|m| m / size);
+    // The moments about the mean determine the linear function.
     let centred = |node: u32| {
         let s = flat(node);
         [s[0] - mean[0], s[1] - mean[1]]
@@ -168,7 +175,7 @@ fn align(below: &mut [(u32, f64)], x_a: &Vec3, n: &Vec3, x: &[Vec3]) -> Option<(
     Some(())
 }
 
-/// The integrals over a slave face, `None` where too little of it is above the master; `start` is a face near it.
+/// Integrals over a slave face, `None` where too little of it is above the master; `start` is a face near it.
 fn moments(slave: &Skin, master: &Skin, face: u32, start: u32, x: &[Vec3]) -> Option<FaceMoments> {
     let corners = &slave.faces[face as usize];
     let patch = Patch::new(corners, x);
@@ -176,12 +183,13 @@ fn moments(slave: &Skin, master: &Skin, face: u32, start: u32, x: &[Vec3]) -> Op
     let mut found =
         FaceMoments { normal, own: Vector4::zeros(), below: [(0, Vector4::zeros()); MOST_BELOW], count: 0 };
     let (mut mass, mut covered) = (Matrix4::zeros(), 0.0);
+    // Integrate over the segments.
     let all = for_each_segment_point(&patch, &normal, master, start, x, |point| {
         let nodes = &master.faces[point.face as usize];
         let below = Patch::new(nodes, x);
         let (shape, _) = patch.along(&point.place, &normal)?;
         let (weights, _) = below.along(&point.place, &normal)?;
-        // Parts that look at each other from afar do not meet.
+        // Parts that are opposed but far apart do not touch.
         if (below.point(&weights) - patch.point(&shape)).norm() > slave.sizes[face as usize] {
             return Some(());
         }
@@ -198,9 +206,11 @@ fn moments(slave: &Skin, master: &Skin, face: u32, start: u32, x: &[Vec3]) -> Op
     if covered < LEAST_COVERED * all {
         return None;
     }
+    // A triangle has no fourth shape function.
     if corner_count(corners) == 3 {
         mass[(3, 3)] = 1.0;
     }
+    // Coefficients of the dual functions.
     let dual = Matrix4::from_diagonal(&found.own) * mass.try_inverse()?;
     let count = found.count;
     found.below[..count].iter_mut().for_each(|(_, integrals)| *integrals = dual * *integrals);

@@ -1,32 +1,33 @@
-//! One slave node against the faces near it: distance, sign, and the choice of one face.
+//! Narrow phase: one slave node against the faces near it; distance, sign, and the choice of one face.
 
 use super::closest_point::{Feature, Patch};
 use super::skin::{NONE, Skin};
 use crate::mechanics::tensor::Vec3;
 use std::cell::OnceCell;
 
-/// A node this share of the face's size outside a face is a candidate: it may close within the step, also when the
-/// reaction of another contact pushes it.
+/// Distance outside a face, as a fraction of its size, within which a node is a candidate: it may close within the
+/// step, also when pushed by the reaction of another contact.
 pub const NEAR: f64 = 0.05;
-/// A node this share of the face's size behind a face is held by it without asking which face is the closest of all. Deeper ones
-/// are held by that one, which tells their side; where a surface meets itself there is no such, and they are not held: a wall that
-/// is being crushed comes nearer than its thickness at rest, and its far side must not be taken for a penetration.
+/// Depth behind a face, as a fraction of its size, to which a node is held by it without finding the closest face of
+/// all. Deeper nodes are held by the closest face, which determines their side; in self-contact there is no such
+/// face, and they are not held: a wall that is being crushed comes nearer than its thickness at rest, and its far
+/// side must not be taken for a penetration.
 pub const DEPTH: f64 = 0.08;
-/// A face reaches this share of its size beyond its border, so that nodes that lie on the edge of a body stay in
-/// contact while rounding (or the difference of two lateral strains) moves them across.
+/// Width of the band beyond its border, as a fraction of its size, in which a face is still valid, so that nodes on
+/// the edge of a body stay in contact while rounding (or the difference of two lateral strains) moves them across.
 pub const BAND: f64 = 0.01;
-/// Faces whose distances differ by less than this share of the size are equally close: the one that faces the slave
-/// best is taken.
+/// Difference of distances, as a fraction of the size, below which faces are equally close: the most opposed one is
+/// taken.
 const TIE: f64 = 1e-6;
-/// Largest cosine between the slave's normal and the face's: they must face each other.
+/// Largest cosine between the normals of slave and face: they must be opposed.
 pub(super) const OPPOSED: f64 = -0.02;
 
-/// A node and a face, seen from the closest point.
+/// A node relative to a face, at the closest point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Proximity {
     /// Index of the face.
     pub face: u32,
-    /// Shape functions of the closest point.
+    /// Shape functions at the closest point.
     pub weights: [f64; 4],
     /// Unit normal of the contact, out of the master.
     pub normal: Vec3,
@@ -34,17 +35,17 @@ pub(super) struct Proximity {
     pub gap: f64,
     /// Distance of the node from the face [m].
     pub distance: f64,
-    /// The closest point is on an edge or a corner and the normal points from there to the node, or back.
+    /// Whether the closest point is on an edge or a corner and the normal is the direction between it and the node.
     pub beyond: bool,
 }
 
-/// Distance and sign of `s` [m] against one face, or `None` where the face does not speak for the point: beyond the
-/// border of an open surface, or on the far side of an edge, where its neighbour does.
+/// Distance and sign of `s` [m] relative to one face, or `None` where the projection is not valid: beyond the border
+/// of an open surface, or on the far side of an edge, where the neighbour applies.
 pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
     eval_proximity_within(skin, face, s, x, f64::INFINITY)
 }
 
-/// As [`eval_proximity`]; `None` as well where the face is farther than `limit` [m].
+/// As [`eval_proximity`]; also `None` where the face is farther than `limit` [m].
 pub(super) fn eval_proximity_within(
     skin: &Skin,
     face: u32,
@@ -68,6 +69,7 @@ pub(super) fn eval_proximity_within(
     let found = |normal, gap| {
         Some(Proximity { face, weights: closest.weights, normal, gap, distance, beyond: false })
     };
+    // The pseudo-normal at an edge or corner determines the side there.
     let (pseudo_normal, border) = match closest.feature {
         Feature::Interior => return found(normal, along),
         Feature::Edge(k) => match skin.neighbours[face as usize][k] {
@@ -79,7 +81,7 @@ pub(super) fn eval_proximity_within(
             (skin.vertex_normal(node, x), skin.on_border(node))
         }
     };
-    // Within the band the face's own plane continues: no jump for a node that slides across its edge.
+    // Within the band the plane of the face continues: no jump for a node that slides across its edge.
     if (offset - normal * along).norm() <= BAND * size {
         let outside = pseudo_normal.dot(&offset) >= 0.0;
         // Farther past a sharp edge this plane would give the wrong sign: the neighbour gives the right one.
@@ -94,17 +96,18 @@ pub(super) fn eval_proximity_within(
     Some(Proximity { face, weights: closest.weights, normal, gap: sign * distance, distance, beyond: true })
 }
 
-/// Normal of a face at the point of it nearest to `p`.
+/// Normal of a face at its point closest to `p`.
 fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
     let patch = Patch::new(&skin.faces[face as usize], x);
     patch.normal(&patch.closest(p).weights)
 }
 
 /// The face that holds the node, of those given in ascending order: the closest one within reach and opposed to the
-/// slave's own normal (zero: any), and of equally close ones the most opposed. The normal is asked for only if needed.
+/// slave's own normal (zero: any), and of equally close ones the most opposed. The normal is evaluated only if
+/// needed.
 ///
-/// The sign at an edge or a corner is right only where that is the closest place of the whole surface. So a node is
-/// behind a face only if no other face, however it is turned, has it in front and closer.
+/// The sign at an edge or a corner is valid only at the closest point of the whole surface. So a node is behind a
+/// face only if no other face, whatever its orientation, has it in front and closer.
 pub(super) fn choose_face(
     skin: &Skin,
     faces: &(impl Iterator<Item = u32> + Clone),
@@ -117,12 +120,13 @@ pub(super) fn choose_face(
     let mut best = None;
     for face in faces.clone() {
         let Some(p) = eval_within(skin, face, s, x, best.as_ref()) else { continue };
-        // Faces beyond their own reach may be listed or not.
+        // Count only faces within their own reach: others may or may not be listed.
         if p.gap > 0.0 && p.distance <= DEPTH * skin.sizes[p.face as usize] {
             in_front = in_front.min(p.distance);
         }
         keep_better(skin, &mut best, p, &normal, &slave_normal);
     }
+    // A node behind the best face but in front of a closer one: the best face that has it in front.
     let held = best?;
     if held.gap >= 0.0 || in_front >= held.distance - BAND * skin.sizes[held.face as usize] {
         return best;
@@ -137,7 +141,7 @@ pub(super) fn choose_face(
     best
 }
 
-/// Takes the face if it may hold the node, is opposed and better.
+/// Replaces `best` by the face if that may hold the node, is opposed and better.
 fn keep_better(
     skin: &Skin,
     best: &mut Option<Proximity>,
@@ -157,8 +161,8 @@ fn keep_better(
     }
 }
 
-/// The proximity of a face within its own reach of the node, unless it is too far to hold the node instead of `best`, or to
-/// have it in front closer than `best`.
+/// The proximity of a face within its own reach of the node, unless it is too far to hold the node instead of `best`,
+/// or to have it in front closer than `best`.
 pub(super) fn eval_within(
     skin: &Skin,
     face: u32,
@@ -167,17 +171,17 @@ pub(super) fn eval_within(
     best: Option<&Proximity>,
 ) -> Option<Proximity> {
     let corners = skin.faces[face as usize].map(|node| x[node as usize]);
-    // A hair more than what `keep_better` takes, for rounding.
+    // Slightly more than `keep_better` takes, for rounding.
     let reach = DEPTH * (1.0 + 1e-9) * skin.sizes[face as usize];
     let limit = best.map_or(reach, |b| reach.min(b.distance + 2.0 * TIE * skin.largest_size));
-    // Before anything costly: the face lies within the box and the slab of its corners.
+    // Cheap bounds first: the face lies within the box and the slab of its corners.
     if is_outside_box(&corners, s, limit) || is_outside_slab(&corners, s, limit) {
         return None;
     }
     eval_proximity_within(skin, face, s, x, limit)
 }
 
-/// Whether `s` is farther than `far` from the box around the corners, along any axis.
+/// Whether `s` is farther than `far` from the bounding box of the corners, along any axis.
 #[inline]
 pub(super) fn is_outside_box(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
     let [a, b, c, d] = corners;
@@ -198,7 +202,8 @@ fn is_outside_slab(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
     heights.iter().all(|h| *h > far) || heights.iter().all(|h| *h < -far)
 }
 
-/// Closer, or as close and more opposed; faces come in ascending order, so equals keep the first.
+/// Whether `a` is closer, or as close and more opposed; faces come in ascending order, so the first of equal ones is
+/// kept.
 fn is_better(skin: &Skin, a: &Proximity, b: &Proximity, slave_normal: &Vec3) -> bool {
     let tie = TIE * skin.sizes[a.face as usize].max(skin.sizes[b.face as usize]);
     if (a.distance - b.distance).abs() > tie {
@@ -232,7 +237,7 @@ mod tests {
         (Skin::new(&surface, &x), x)
     }
 
-    /// What [`choose_face`] says, with every face evaluated and none passed over.
+    /// The result of [`choose_face`] with every face evaluated and none skipped.
     fn choose_of_all(skin: &Skin, s: &Vec3, down: &Vec3, x: &[Vec3]) -> Option<Proximity> {
         let normal = OnceCell::new();
         let count = skin.faces.len() as u32;
@@ -259,7 +264,7 @@ mod tests {
         for k in 0..20_000 {
             let t = f64::from(k);
             let [a, b, c] = [0.618_034, 0.754_878, 0.569_840].map(|step| (t * step).fract());
-            // About the sheet, within some of the faces' sizes of it.
+            // Around the sheet, within a few face sizes of it.
             let on = (a * 80.0) as usize;
             let s = x[on] + Vec3::new(b - 0.5, c - 0.5, (b + 2.0 * c).fract() - 0.5) * 0.1;
             let found = choose_face(&skin, &faces, &s, || down, &x);

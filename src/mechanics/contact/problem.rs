@@ -1,68 +1,68 @@
-//! A frictional contact problem by itself: `W`, `q` and `μ`, and how wrong a reaction is.
+//! A frictional contact problem on its own: `W`, `q` and `μ`, and error measures of a reaction.
 
 use super::delassus::{Block, Delassus, DelassusError};
 use super::local::{Local, natural_map};
 
-/// Why there is no problem to solve.
+/// Why a problem is not valid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProblemError {
-    /// The operator cannot be made.
+    /// The operator cannot be built.
     #[error(transparent)]
     Operator(#[from] DelassusError),
     /// An array of the wrong length.
     #[error("{array} has {given} numbers instead of {expected}")]
     Length {
-        /// `q` or `mu`.
+        /// Name of the array: `q` or `mu`.
         array: &'static str,
-        /// Numbers that it needs.
+        /// Numbers required for nc contacts.
         expected: usize,
-        /// Numbers that it has.
+        /// Numbers given.
         given: usize,
     },
     /// A number that is not finite.
     #[error("{array}[{index}] is not a finite number")]
     NotFinite {
-        /// `W`, `q`.
+        /// Name of the array: `W` or `q`.
         array: &'static str,
-        /// Where; for W the first row of its block.
+        /// Index of the number; for W the first row of its block.
         index: usize,
     },
-    /// A number whose square would be no number, or next to nothing on the diagonal.
+    /// A number whose square overflows, or a diagonal entry that is nearly zero.
     #[error(
-        "{array}[{index}] = {value:e} is out of range: {LARGEST:e} is the most, 1/{LARGEST:e} the least that moves a contact"
+        "{array}[{index}] = {value:e} is out of range: magnitude at most {LARGEST:e}, diagonal at least 1/{LARGEST:e} or 0"
     )]
     OutOfRange {
-        /// `W`, `q`.
+        /// Name of the array: `W` or `q`.
         array: &'static str,
-        /// Where; for W a row.
+        /// Index of the number; for W a row.
         index: usize,
-        /// The number.
+        /// The number that is out of range.
         value: f64,
     },
-    /// A coefficient of friction that is negative or no number.
-    #[error("mu[{contact}] = {mu} is no coefficient of friction (0 or more)")]
+    /// A coefficient of friction that is negative or NaN.
+    #[error("mu[{contact}] = {mu} is not a coefficient of friction (0 or more)")]
     Friction {
-        /// Which contact.
+        /// Index of the contact.
         contact: usize,
-        /// Its coefficient.
+        /// Its coefficient of friction μ [-].
         mu: f64,
     },
 }
 
-/// The largest size of a number in W and q: the sums of squares by which solutions are judged stay finite.
+/// Largest magnitude of a number in W and q: the sums of squares in the error measures stay finite.
 pub const LARGEST: f64 = 1e100;
 
-/// Find `r, u ∈ R^{3 nc}` with `u = W r + q` and, per contact, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`.
+/// Find `r, u ∈ R^{3 nc}` with `u = W r + q` and, for each contact, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`.
 ///
-/// Three rows `(n, t1, t2)` a contact; impulses [N s] and velocities [m/s], or forces and gaps. W may be rank deficient,
-/// slightly unsymmetric, and have zero diagonal blocks. All numbers are finite, except that `μ = ∞` (nothing slips) is
-/// a coefficient.
+/// Three rows `(n, t1, t2)` per contact; impulses [N s] and velocities [m/s], or forces and gaps. W may be rank
+/// deficient, slightly unsymmetric, and have zero diagonal blocks. All numbers are finite, except that a coefficient
+/// may be `μ = ∞` (full stick).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactProblem {
     W: Delassus,
     q: Vec<f64>,
     mu: Vec<f64>,
-    /// `D_c = tr W_cc / 3`; that of the mean contact where nothing can move.
+    /// `D_c = tr W_cc / 3`; the mean of the other contacts where nothing can move.
     d: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ impl ContactProblem {
     /// `W` 3 nc × 3 nc, `q` 3 nc, `mu` nc [-].
     ///
     /// # Errors
-    /// [`ProblemError`] where lengths do not fit or numbers are no numbers.
+    /// [`ProblemError`] where lengths do not match or numbers are not valid.
     pub fn new(W: Delassus, q: Vec<f64>, mu: Vec<f64>) -> Result<Self, ProblemError> {
         let contacts = W.contacts();
         for (array, expected, given) in [("q", 3 * contacts, q.len()), ("mu", contacts, mu.len())] {
@@ -103,28 +103,28 @@ impl ContactProblem {
         self.mu.len()
     }
 
-    /// The Delassus operator.
+    /// The Delassus operator W, 3 nc × 3 nc.
     pub fn W(&self) -> &Delassus {
         &self.W
     }
 
-    /// The relative velocities without reaction, 3 nc.
+    /// The free relative velocities q, 3 nc.
     pub fn q(&self) -> &[f64] {
         &self.q
     }
 
-    /// Coefficients of friction, nc.
+    /// Coefficients of friction μ [-], nc.
     pub fn mu(&self) -> &[f64] {
         &self.mu
     }
 
-    /// `D_c = tr W_cc / 3`, positive, nc: the natural scale of each contact. Where W_cc is nothing, the mean of the
-    /// others (1 if all are).
+    /// `D_c = tr W_cc / 3`, positive, nc: the natural scale of each contact. Where W_cc is zero, the mean of the
+    /// others (1 if all are zero).
     pub fn scales(&self) -> &[f64] {
         &self.d
     }
 
-    /// `u = W r + q`.
+    /// Relative velocities `u = W r + q`.
     pub fn velocity(&self, r: &[f64]) -> Vec<f64> {
         let mut u = vec![0.0; self.q.len()];
         self.W.apply(r, &self.q, &mut u);
@@ -141,13 +141,13 @@ impl ContactProblem {
         self.errors(r).plain
     }
 
-    /// How wrong `r` (3 nc) is, by every measure.
+    /// All error measures of `r` (3 nc).
     pub fn errors(&self, r: &[f64]) -> Errors {
         Errors::new(&self.d, (&self.q, &self.mu), r, &self.velocity(r))
     }
 }
 
-/// Numbers that can be squared, and diagonals that can be divided by.
+/// Checks that numbers can be squared, and that the diagonal can be a divisor.
 fn check_range(W: &Delassus, q: &[f64]) -> Result<(), ProblemError> {
     let out_of_range = |array, index, value| Err(ProblemError::OutOfRange { array, index, value });
     if let Some(index) = q.iter().position(|x| x.abs() > LARGEST) {
@@ -168,21 +168,21 @@ fn check_range(W: &Delassus, q: &[f64]) -> Result<(), ProblemError> {
     found.map_or(Ok(()), |(index, value)| out_of_range("W", index, value))
 }
 
-/// How wrong reactions are; 0 where nothing is.
+/// Error measures of reactions; 0 at an exact solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
-    /// With F the natural map at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Invariant to units.
+    /// With F the natural map at ρ_c = 1/D_c, `‖D^½ F‖ / max(‖D^½ r‖, ‖D^−½ q‖)` [-]. Independent of units.
     pub scaled: f64,
-    /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as Siconos 4.4 has it. Depends on units: means
-    /// little where ‖W‖ is far from 1.
+    /// With F the natural map at ρ = 1, `‖F‖ / max(‖q‖, ‖r‖, ‖u‖)` [-], as in Siconos 4.4. Depends on units: of
+    /// little use where ‖W‖ is far from 1.
     pub plain: f64,
-    /// `‖D^½ F‖ / ‖D^−½ q‖` [-]: against the free velocities alone, so that no growth of the reactions hides a contact that
-    /// nothing can stop.
+    /// `‖D^½ F‖ / ‖D^−½ q‖` [-]: relative to the free velocities alone, so that growing reactions cannot hide a
+    /// contact that nothing can stop.
     pub of_free: f64,
 }
 
 impl Errors {
-    /// Of reactions `r` and their velocities `u = W r + q`, with the scale `d` of each contact.
+    /// Errors of reactions `r` with velocities `u = W r + q` and the scale `d` of each contact.
     pub(super) fn new(d: &[f64], (q, mu): (&[f64], &[f64]), r: &[f64], u: &[f64]) -> Self {
         let (mut error, mut reaction, mut free, mut plain) = (0.0, 0.0, 0.0, 0.0);
         for (c, &d) in d.iter().enumerate() {
@@ -202,7 +202,7 @@ impl Errors {
     }
 }
 
-/// The three numbers of contact `c`.
+/// The three components of contact `c`.
 #[inline]
 pub(super) fn local(x: &[f64], c: usize) -> Local {
     [x[3 * c], x[3 * c + 1], x[3 * c + 2]]
@@ -212,18 +212,18 @@ pub(super) fn squared(a: Local) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }
 
-/// Whether all three are exactly zero.
+/// Whether all three components are exactly zero.
 #[inline]
 pub(super) fn is_zero(a: Local) -> bool {
     a.iter().all(|x| *x == 0.0)
 }
 
-/// 0/0 is no error; a NaN stays one.
+/// Ratio of an error to a size: 0/0 is no error; a NaN is kept.
 fn ratio(error: f64, size: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / size }
 }
 
-/// `tr W_cc / 3` of the diagonal blocks of W; the mean of the others where it is nothing, 1 if all are.
+/// `tr W_cc / 3` of the diagonal blocks of W; the mean of the others where it is zero, 1 if all are.
 pub(super) fn mean_diagonals(blocks: impl Iterator<Item = Block>) -> Vec<f64> {
     let mut d: Vec<f64> = blocks.map(|block| (block[0][0] + block[1][1] + block[2][2]) / 3.0).collect();
     let (count, sum) = d.iter().filter(|d| **d > 0.0).fold((0, 0.0), |(n, s), d| (n + 1, s + d));

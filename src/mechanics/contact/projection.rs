@@ -1,8 +1,8 @@
-//! Removes what linearisation left of negative gaps, by moving nodes: outside the velocities, capped.
+//! Removes negative gaps that remain after linearisation, by moving nodes: outside the velocities, with a limit.
 //!
-//! The end-of-step law is linear in the velocities, so after the step the true gap may be negative by O(h²). To ask
-//! velocities for it (`v⁺ = −g/h`) would throw the node off. Instead the nodes of the contact are moved apart along
-//! its normal, each by its share of the inverse masses, so that the centre of mass stays; fixed axes do not move.
+//! The end-of-step law is linear in the velocities, so after the step the true gap may be negative by O(h²). Removing
+//! it by velocities (`v⁺ = −g/h`) would eject the node. Instead the nodes of the contact are moved apart along its
+//! normal, each in proportion to its inverse mass, so that the centre of mass stays; fixed axes do not move.
 
 use super::ALLOWED;
 use super::detection::Detector;
@@ -12,27 +12,27 @@ use super::{Contact, Kind};
 use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 
-/// At most this share of the face's size is removed from a contact in a step of usual length, and less in a shorter one, as where elements
-/// are crushed: more, within a fraction of a microsecond, would be an impact of its own.
+/// Largest correction of a contact in a step of usual length, as a fraction of the face's size, and less in a shorter
+/// step, as where elements are crushed: more, within a fraction of a microsecond, would be an impact of its own.
 pub const CAP: f64 = 0.005;
-/// Share of the usual cap for places between nodes, which may begin to touch at any depth.
+/// Fraction of this cap for places between nodes, which may begin to touch at any depth.
 pub const SLOW: f64 = 0.1;
-/// Gaps above minus this share of the face's size are left alone.
+/// Penetration that is left uncorrected, as a fraction of the face's size.
 pub const TOLERANCE: f64 = 1e-8;
-/// Passes over the contacts, which share nodes.
+/// Passes over the contacts, which have nodes in common.
 const PASSES: usize = 4;
 
-/// How nodes may be moved.
+/// Mobility of the nodes.
 #[derive(Clone, Copy)]
 pub struct MovableNodes<'a> {
     /// 1/m [1/kg] per node and axis.
     pub inverse_mass: &'a [Vec3],
-    /// Those that only follow others.
+    /// Nodes that follow others, without inertia of their own.
     pub followers: &'a Followers,
 }
 
 impl MovableNodes<'_> {
-    /// Moves a node by `step` [m], and those that follow it by their share.
+    /// Moves a node by `step` [m], and its followers by their weights.
     pub(super) fn shift(self, (node, step): (u32, Vec3), x: &mut [Vec3], moved: &mut Vec<(u32, Vec3)>) {
         x[node as usize] += step;
         moved.push((node, step));
@@ -43,22 +43,23 @@ impl MovableNodes<'_> {
     }
 }
 
-/// What a projection did.
+/// Result of a projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ProjectionReport {
     /// Contacts that were moved apart.
     pub corrected: usize,
-    /// The deepest penetration before [m], zero if none.
+    /// The deepest penetration before [m], zero if there was none.
     pub deepest: f64,
-    /// The deepest penetration left after the last pass that looked [m].
+    /// The deepest penetration found by the last pass [m].
     pub left: f64,
 }
 
 /// Moves the nodes of penetrating `contacts` apart, at the positions `x` [m] of the end of the step.
 ///
-/// Gaps are measured anew, for the same node and face or with the same weights; a node that has slid off its face is left to the next detection.
-/// `nodes` says how they may be moved; `share` of [`CAP`] that may be removed [-]. `moved` is cleared and receives each displacement (node, Δx [m]) that was
-/// applied, a node possibly more than once, so that its work against the internal forces can be counted.
+/// Gaps are measured again, for the same node and face or with the same weights; a node that has slid off its face is
+/// left to the next detection. `share` is the fraction of [`CAP`] that may be removed [-]. `moved` is cleared and
+/// receives each displacement (node, Δx [m]), a node possibly more than once, so that its work against the internal
+/// forces can be accounted for.
 pub fn project_positions(
     contacts: &[Contact],
     detector: &Detector,
@@ -91,7 +92,7 @@ pub fn project_positions(
     report
 }
 
-/// A negative gap.
+/// A negative gap, with the stencil and normal along which it is opened.
 struct Penetration {
     depth: f64,
     normal: Vec3,
@@ -101,7 +102,7 @@ struct Penetration {
 
 fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
     let s = &x[contact.slave as usize];
-    // Most contacts are open: weights are gathered for those that are not.
+    // Most contacts are open: weights are gathered only for the others.
     let found = |depth: f64, normal: Vec3, size: f64, stencil: &dyn Fn() -> Stencil| {
         (depth > TOLERANCE * size).then(|| Penetration { depth, normal, stencil: stencil(), size })
     };
@@ -110,6 +111,7 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     if contact.kind == Kind::Bulge {
         return None;
     }
+    // The obstacle at the new positions: plane, master node in a slave face, fixed weights, or face.
     if let Some((point, normal, size)) = detector.plane(contact.pair as usize) {
         return found(-normal.dot(&(s - point)), normal, size, &same);
     }
@@ -121,13 +123,14 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     if !matches!(contact.kind, Kind::Node | Kind::Side) {
         let normal = contact.frame[0];
         let depth = -normal.dot(&contact.stencil.difference(x));
-        // Two edges take up what linearisation leaves, to twice what a node may be entered by: from step to step they cross elsewhere
-        // and along another normal, and to push them out each time would be work without end.
+        // Two edges may keep what linearisation leaves, up to twice the allowed penetration of a node: from step to
+        // step they cross elsewhere and along another normal, and pushing them out each time would do work without
+        // end.
         let left = if contact.kind == Kind::Fixed { 2.0 * ALLOWED * size } else { 0.0 };
         return found(depth - left, normal, size, &same);
     }
     let p = eval_proximity(skin, contact.face, s, x)?;
-    // Slid off the face: whether it is inside is for its new face to say.
+    // Slid off the face: the next detection finds its new face.
     if p.beyond {
         return None;
     }
@@ -135,7 +138,7 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     found(-p.gap, p.normal, size, &|| Stencil::node_on_face(contact.slave, face, &p.weights))
 }
 
-/// Of a master node in a face of the slave, beyond what it may.
+/// Penetration of a master node into a slave face, beyond the allowed depth.
 fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
     let skin = detector.slave_skin(contact.pair as usize);
     // The node of the master, or those that it follows.
@@ -149,7 +152,7 @@ fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Opti
     (depth > TOLERANCE * size).then_some(Penetration { depth, normal: -p.normal, stencil, size })
 }
 
-/// Opens the gap by `distance`; whether anything could move.
+/// Opens the gap by `distance`; returns whether anything could move.
 fn separate(
     found: &Penetration,
     distance: f64,
@@ -158,7 +161,7 @@ fn separate(
     moved: &mut Vec<(u32, Vec3)>,
 ) -> bool {
     let (n, inverse_mass) = (&found.normal, movable.inverse_mass);
-    // Stencils of so many nodes have been turned down by detection.
+    // Detection has rejected stencils with too many nodes.
     let Some(stencil) = found.stencil.without(movable.followers) else { return false };
     let nodes = stencil.each();
     let compliance: f64 =

@@ -1,15 +1,17 @@
-//! Which points of rigid bodies may touch what within a step: meshes, planes, and each other.
+//! Contact detection for rigid bodies: against meshes, planes, and each other.
 //!
-//! - *Mesh nodes against a shape*: by the signed distance of the shape, in its axes, where a node moves by `s₀ → s₁`. Within
-//!   [`NEAR`] of a face's size the normal is that of the start. A node that moves farther than that within the step is
-//!   followed along its way, by steps of its distance, which cannot jump over the surface; the normal is that of the place
-//!   where it meets it. So nothing tunnels, whatever the speed.
+//! - *Mesh nodes against a shape*: by the signed distance of the shape, in its axes, where a node moves by `s₀ → s₁`.
+//!   Within [`NEAR`] of a face's size the normal is that at the start. A node that moves farther than that within the
+//!   step is followed along its path, by steps of its distance, which cannot jump over the surface; the normal is
+//!   that at the place of impact. So nothing tunnels, whatever the speed.
 //! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
-//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they move or turn
-//!   far against each other, at the time of their first impact, to which they are followed as nodes are.
-//! - *Faces of a mesh between their nodes*, which a shape may enter by a small share of their size (`rigid_faces.rs`).
+//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they
+//!   move or turn far relative to each other, at the time of their first impact, found in the same way as that of
+//!   nodes.
+//! - *Faces of a mesh between their nodes*, which a shape may enter by a small fraction of their size
+//!   (`rigid_faces.rs`).
 //!
-//! What is found depends on the places alone, never on the steps before.
+//! The result depends on the positions alone, never on earlier steps.
 
 use super::closest_point::Patch;
 use super::detection::{DetectionError, NEAR};
@@ -27,26 +29,26 @@ use parry3d_f64::shape::SharedShape;
 
 pub use super::rigid_manifold::MOST_POINTS;
 
-/// A node this share of the size from the surface has met it.
+/// Distance from the surface at which a node has met it, as a fraction of the search distance.
 const MET: f64 = 1e-9;
-/// Two shapes this share of their reach from each other have met: their distance is found by iteration.
+/// The same for two shapes, whose distance is found by iteration.
 const MET_SHAPES: f64 = 1e-3;
 
-/// How far from a shape or plane something may be and still be a contact, for a length of a shape or face [m].
+/// Largest distance from a shape or plane at which a contact is formed, for a length of a shape or face [m].
 pub fn reach(size: f64) -> f64 {
     NEAR * size
 }
 
-/// Where everything is at both ends of a step, if nothing touches.
+/// Positions and poses at both ends of a step in the absence of contact.
 #[derive(Clone, Copy)]
 pub struct RigidMotion<'a> {
-    /// Places of the nodes at the start [m].
+    /// Positions of the nodes at the start [m].
     pub x: &'a [Vec3],
-    /// At the end.
+    /// Positions of the nodes at the end [m].
     pub x_end: &'a [Vec3],
     /// Poses of the rigid bodies at the start.
     pub poses: &'a [Pose],
-    /// At the end.
+    /// Poses of the rigid bodies at the end.
     pub poses_end: &'a [Pose],
 }
 
@@ -59,13 +61,13 @@ enum Side {
     Plane(Vec3, [Vec3; 3]),
 }
 
-/// The skin of a mesh.
+/// The boundary surface of a mesh.
 #[derive(Clone, Debug)]
 struct MeshSide {
     skin: Skin,
     /// Mean size of the faces at rest [m].
     size: f64,
-    /// Which edges of each face are looked at with it: each edge once.
+    /// Edges of each face that are checked with it: each edge of the mesh once.
     owns: Vec<[bool; 4]>,
 }
 
@@ -77,12 +79,13 @@ pub struct RigidDetector {
     pairs: Vec<(u32, Side, Side)>,
     manifolds: ManifoldFinder,
     touches: Vec<Touch>,
-    /// Faces near the body of a pair.
+    /// Faces near the body of the present pair.
     near: Vec<u32>,
 }
 
 impl RigidDetector {
-    /// Of the `pairs` from number `first` on, which have a rigid side; `x` [m] places of all nodes at the start of the run.
+    /// For the `pairs` from number `first` on, which have a rigid side; `x` [m] are the positions of all nodes at the
+    /// start of the run.
     pub fn new(
         surfaces: &[Surface],
         (pairs, first): (&[ContactPair], usize),
@@ -113,13 +116,13 @@ impl RigidDetector {
         }
     }
 
-    /// The rigid bodies.
+    /// All rigid bodies, by index.
     pub fn bodies(&self) -> &[RigidBody] {
         &self.bodies
     }
 
-    /// The length that a correction of a pair's contacts is small against [m]: the mean size of the faces of a mesh at rest, and no more
-    /// than the smallest thickness of a rigid body.
+    /// Length that corrections of a pair's contacts are small against [m]: the mean size of the faces of a mesh at
+    /// rest, and no more than the smallest thickness of a rigid body.
     pub fn length(&self, pair: u32) -> f64 {
         let of_side = |side: &Side| match side {
             Side::Mesh(mesh) => mesh.size,
@@ -130,10 +133,11 @@ impl RigidDetector {
         found.map_or(0.0, |(_, slave, master)| of_side(slave).min(of_side(master)))
     }
 
-    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces; `drifts` as for the other pairs.
+    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces; `drifts` as for deformable
+    /// pairs.
     ///
     /// # Errors
-    /// [`DetectionError::BodyNotFinite`] where a body is nowhere; nothing is appended then.
+    /// [`DetectionError::BodyNotFinite`] where the pose of a body is not finite; nothing is appended then.
     pub fn detect(
         &mut self,
         motion: &RigidMotion,
@@ -172,7 +176,7 @@ impl RigidDetector {
     }
 }
 
-/// One pair in one step.
+/// Finds the contacts of one pair in one step.
 struct Finder<'a> {
     pair: u32,
     drift: Vec3,
@@ -185,7 +189,7 @@ impl Finder<'_> {
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
         let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
         let shape = &self.bodies[body].shape;
-        // Most nodes are far away for the whole step.
+        // Most nodes are far away during the whole step.
         let (from, to) = (x - start.centre, x_end - end.centre);
         if from.norm() - (to - from).norm() > shape.outer_radius() + near {
             return None;
@@ -208,7 +212,8 @@ impl Finder<'_> {
         (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
     }
 
-    /// A face between its nodes, with the edges that are looked at with it; whether it is near the body.
+    /// Contacts of a face between its nodes, and on the edges checked with it; returns whether the face is near the
+    /// body.
     fn face_on_body(
         &self,
         (skin, index): (&Skin, usize),
@@ -219,7 +224,7 @@ impl Finder<'_> {
         let (face, size) = (&skin.faces[index], skin.sizes[index]);
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
         let shape = &self.bodies[body].shape;
-        // Most faces are far away for the whole step.
+        // Most faces are far away during the whole step.
         let from = face.map(|node| self.motion.x[node as usize] - start.centre);
         let to = face.map(|node| self.motion.x_end[node as usize] - end.centre);
         let middle = (from[0] + from[2]) * 0.5;
@@ -229,6 +234,7 @@ impl Finder<'_> {
         if middle.norm() - around - moved > shape.outer_radius() {
             return false;
         }
+        // Both ends of the step in the axes of the body.
         let patch = |pose: &Pose, x: [Vec3; 4]| Patch {
             corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
             triangle: face[2] == face[3],
@@ -241,8 +247,8 @@ impl Finder<'_> {
         true
     }
 
-    /// Corners of the body inside the mesh that are nearest to an edge or a node of it, at the start of the step: in a crease the faces
-    /// rise from there, and none of them has the corner straight below it.
+    /// Corners of the body inside the mesh whose closest point, at the start of the step, is on an edge or a node: in
+    /// a crease, where the adjacent faces rise, so that the corner projects onto none of them.
     fn corners_in_creases(&self, skin: &Skin, faces: &[u32], body: usize, contacts: &mut Vec<Contact>) {
         let shape @ Shape::Box { .. } = &self.bodies[body].shape else { return };
         for corner in shape.feet(&Vec3::zeros()).points() {
@@ -266,7 +272,7 @@ impl Finder<'_> {
         }
     }
 
-    /// The contact of a place on a face, by its shape functions and where it is [m].
+    /// The contact of a point of a face, given by its shape functions and position [m].
     fn fixed(
         &self,
         (index, face): (u32, &[u32; 4]),
@@ -306,6 +312,7 @@ impl Finder<'_> {
         touches: &mut Vec<Touch>,
         contacts: &mut Vec<Contact>,
     ) {
+        // Bounds of the distance and of the relative motion.
         let [a, b] = bodies.map(|body| &self.bodies[body]);
         let [a_start, b_start] = bodies.map(|body| self.motion.poses[body]);
         let [a_end, b_end] = bodies.map(|body| self.motion.poses_end[body]);
@@ -320,7 +327,7 @@ impl Finder<'_> {
         }
         let [a_shape, b_shape] = bodies.map(|body| &shapes[body]);
         touches.clear();
-        // Slow bodies as they are at the start: the points that may close within the step.
+        // Poses at a fraction of the step.
         let then = |start: &Pose, end: &Pose, share: f64| Pose {
             centre: start.centre.lerp(&end.centre, share),
             orientation: start.orientation.slerp(&end.orientation, share),
@@ -331,13 +338,13 @@ impl Finder<'_> {
                 (b_shape, &then(&b_start, &b_end, share)),
             )
         };
+        // Slow bodies: the points that may close within the step, at the start. Fast ones: those of the first impact.
         if moved <= near {
             manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
         } else if let Some(share) = first_meeting(distance, moved, MET_SHAPES * near) {
             let (a_then, b_then) = (then(&a_start, &a_end, share), then(&b_start, &b_end, share));
             manifolds.find((a_shape, &a_then), (b_shape, &b_then), near, |touch| {
-                // The gap at the start, from which the points come to where they are, and the lever on the slave as it is at the
-                // impact.
+                // The gap at the start that closes to that of the impact, and the moment arm on the slave at the impact.
                 let way =
                     |step: &Vec3, turn: &Vec3, then: &Pose| step + turn.cross(&(touch.point - then.centre));
                 let closed = way(&a_step, &a_turn, &a_then) - way(&b_step, &b_turn, &b_then);
@@ -377,7 +384,7 @@ fn rotation(start: &Pose, end: &Pose) -> Vec3 {
 }
 
 impl MeshSide {
-    /// At the places `x` [m].
+    /// At the positions `x` [m].
     fn new(surface: &Surface, x: &[Vec3]) -> Self {
         let mut owns = vec![[false; 4]; surface.faces.len()];
         let edge = |(face, k): (usize, usize)| {

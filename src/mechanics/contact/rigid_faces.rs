@@ -1,17 +1,22 @@
-//! Faces of a mesh against a rigid body, between their nodes, which are held by themselves ([`super::rigid_detection`]).
+//! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
+//! ([`super::rigid_detection`]).
 //!
-//! A shape may lie in a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close together they keep it out
-//! by themselves, and this constrains nothing. Two flat-sided bodies meet with a corner in a face, a face on a corner, or two edges; faces of a mesh warp, too:
+//! A shape may penetrate a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close
+//! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
+//! a face, a face on a corner, or two edges; faces of a mesh also warp:
 //!
-//! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal of the face,
-//!   so to the side that the mesh is on, at any depth.
-//! - *Edges* of the face between their ends, where the distance to the shape is least: the distance of a convex shape is convex along a
-//!   straight edge. It is taken to a *core*, smaller than the shape by twice what is allowed, so that the normal is unique at edges
-//!   and corners of the shape, too. Where the shape lies flat on an edge both ends of that stretch are held.
-//! - Corners of a box below an *edge or node* of the mesh from which the faces rise are for the detection over the whole skin.
+//! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal
+//!   of the face, hence to the side of the mesh, at any depth.
+//! - *Edges* of the face between their ends, where the distance to the shape is least: the distance to a convex shape
+//!   is convex along a straight edge. It is measured to a *core*, smaller than the shape by twice the allowed depth,
+//!   so that the normal is unique at edges and corners of the shape, too. Where the shape lies flat on an edge both
+//!   ends of that stretch are held.
+//! - Corners of a box below an *edge or node* of the mesh where adjacent faces rise are left to the detection over
+//!   the whole surface.
 //! - The *bulge* of a warped face, where its inside is nearer to the core than its edges.
 //!
-//! A face that moves far within a step is followed along its way by steps of its distance, as nodes are: nothing tunnels.
+//! A face that moves far within a step is followed along its path by steps of its distance, as nodes are: nothing
+//! tunnels.
 
 use super::closest_point::{Feature, Patch};
 use super::detection::NEAR;
@@ -19,32 +24,33 @@ use super::time_of_impact::first_meeting;
 use crate::mechanics::rigid::Shape;
 use crate::mechanics::tensor::Vec3;
 
-/// How deep a shape may lie in a face, in shares of the face's size at rest.
+/// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
 pub(super) const ALLOWED: f64 = 0.0025;
-/// The same, at most, in shares of the shape's thickness.
+/// Upper bound of the allowed depth, as a fraction of the shape's thickness.
 const MOST: f64 = 0.05;
-/// A foot deeper than this share of the face's size is not in that face.
+/// Depth beyond which a foot is not in the face, as a fraction of the face's size.
 const DEEPEST: f64 = 0.5;
-/// A face this share of what is allowed away has met the shape.
+/// Distance at which a face has met the shape, as a fraction of the allowed depth.
 const MET: f64 = 1e-3;
-/// A place is looked at if it is as near as this many times what the face moves.
+/// Distance up to which a place is examined, as a multiple of the motion of the face.
 const REACH: f64 = 2.0;
-/// An edge whose distance grows by less than this lies flat on the shape.
+/// Growth of the distance along an edge below which it lies flat on the shape.
 const FLAT: f64 = 1e-3;
-/// Ends of such a stretch this share of the edge apart are one place; what is as close to a node is the node.
+/// Distance, as a fraction of the edge, below which the ends of such a stretch coincide, and a place coincides with a
+/// node.
 const MERGED: f64 = 1e-2;
-/// Halvings of an edge.
+/// Bisections of an edge.
 const HALVINGS: usize = 30;
-/// A bulge whose shape functions differ by less than this from those of a foot is under that foot.
+/// Largest difference of shape functions between a bulge and a foot that is above it.
 const BESIDE: f64 = 0.1;
-/// Where the search over a face looks, in steps.
+/// Search directions on a face, in steps.
 const AROUND: [[f64; 2]; 8] =
     [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
 
-/// Where a face comes too near to a body, in the axes of the body.
+/// Where a face comes too close to a body, in the axes of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceTouch {
-    /// Share of the step at which the face is taken: 0, or that of the impact.
+    /// Fraction of the step at which the face is taken: 0, or that of the impact.
     pub share: f64,
     /// Shape functions of the place on the face.
     pub weights: [f64; 4],
@@ -52,17 +58,18 @@ pub(super) struct FaceTouch {
     pub normal: Vec3,
     /// Gap at the start of the step along the normal [m].
     pub gap: f64,
-    /// Place on the face at the start of the step, or at that share where it moves far [m].
+    /// Position on the face at the start of the step, or at that fraction where it moves far [m].
     pub point: Vec3,
 }
 
-/// How deep a shape may lie in a face of a size at rest [m].
+/// Allowed depth of a shape in a face of a size at rest [m].
 pub(super) fn allowed(shape: &Shape, size: f64) -> f64 {
     (ALLOWED * size).min(MOST * shape.size())
 }
 
-/// Calls `take` with the places at which a face of a size at rest [m] comes too near to a shape while it moves from `start` to
-/// `end`, both in the axes of the body [m]; on the edges that it `owns`, so that each of the mesh is looked at once.
+/// Calls `take` with the places at which a face of a size at rest [m] comes too close to a shape while it moves from
+/// `start` to `end`, both in the axes of the body [m]; only on the edges that it `owns`, so that each edge of the
+/// mesh is examined once.
 pub(super) fn touches_of(
     shape: &Shape,
     size: f64,
@@ -72,7 +79,7 @@ pub(super) fn touches_of(
 ) {
     let moved = start.corners.iter().zip(&end.corners).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
     let reach = REACH * moved;
-    // The distance of a convex shape is convex: nowhere on the face below that of its tangent plane.
+    // The distance to a convex shape is convex: nowhere on the face is it below its tangent plane.
     let middle = start.point(&[0.25; 4]);
     let (distance, normal) = shape.eval_distance(&middle);
     let lowest =
@@ -85,6 +92,7 @@ pub(super) fn touches_of(
     if left > reach {
         return;
     }
+    // The face at the start, or at its first impact if it is far and moves far.
     let between = |share: f64| Patch {
         corners: std::array::from_fn(|k| start.corners[k].lerp(&end.corners[k], share)),
         triangle: start.triangle,
@@ -99,29 +107,29 @@ pub(super) fn touches_of(
     } else {
         0.0
     };
-    // Normals are good for what is near.
+    // Normals are accurate only near the shape.
     obstacle.for_each_place(&between(share), reach.min(near), |place| {
         let Place { weights, normal, gap, point, .. } = place;
         if place.holds && gap <= reach.min(near) {
             let place = start.point(&weights);
             let way = end.point(&weights) - place;
-            // At the start both sides have the same lever about any axis: angular momentum is kept.
+            // At the start both sides have the same moment arm about any axis: angular momentum is conserved.
             let point = if moved <= near { place } else { point };
             take(FaceTouch { share, weights, normal, gap: gap - normal.dot(&way) * share, point });
         }
     });
 }
 
-/// A shape as a face of some size meets it.
+/// A shape as an obstacle to a face of some size.
 struct Obstacle {
-    /// How deep the face may be entered [m].
+    /// Allowed depth in the face [m].
     allowed: f64,
-    /// The face keeps at this distance [m] of a core.
+    /// The core, and the distance [m] that the face keeps from it.
     core: (Shape, f64),
-    /// What stands on the face, at this distance [m].
+    /// The shape whose feet stand on the face, and their distance [m].
     feet: (Shape, f64),
     deepest: f64,
-    /// Which edges of the face are looked at: each edge of the mesh is of one face.
+    /// Edges of the face that are checked: each edge of the mesh belongs to one face.
     owns: [bool; 4],
 }
 
@@ -130,9 +138,9 @@ struct Place {
     weights: [f64; 4],
     point: Vec3,
     normal: Vec3,
-    /// Distance beyond what is allowed [m].
+    /// Distance plus the allowed depth [m].
     gap: f64,
-    /// Whether it is for this place to hold: it is no node, and the shape is in front of the face.
+    /// Whether this place holds: it is no node, and the shape is in front of the face.
     holds: bool,
 }
 
@@ -155,7 +163,7 @@ impl Obstacle {
         Self { allowed, core, feet, deepest: DEEPEST * size, owns: [true; 4] }
     }
 
-    /// How far the face is away, nodes included, if it is no farther than `reach` [m].
+    /// Distance of the face, nodes included, if at most `reach` [m].
     fn distance(&self, face: &Patch, reach: f64) -> f64 {
         let mut least = f64::INFINITY;
         self.for_each_place(face, reach, |place| least = least.min(place.gap));
@@ -178,6 +186,7 @@ impl Obstacle {
 
     /// Feet above or in the face.
     fn for_each_foot(&self, face: &Patch, reach: f64, take: &mut impl FnMut(Place)) {
+        // Skip feet that are far from the face.
         let middle = [0.25; 4];
         let (centre, upwards) = (face.point(&middle), face.normal(&middle));
         let around = face.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
@@ -192,14 +201,14 @@ impl Obstacle {
             let aside = (foot - on_face.point - normal * height).norm();
             let is_over = match on_face.feature {
                 Feature::Interior => true,
-                // Straight over an edge, as in scenes of perfect symmetry.
+                // Exactly over an edge, as in scenes with perfect symmetry.
                 Feature::Edge(k) => self.owns[k] && aside <= MET * self.allowed,
                 Feature::Corner(_) => false,
             };
             if !is_over {
                 continue;
             }
-            // A body that lies behind the face has its centre there.
+            // The centre of a body behind the face is there, too.
             let is_in_front = height >= 0.0 || (height > -self.deepest && normal.dot(&on_face.point) < 0.0);
             let height = if is_in_front { height } else { -height };
             take(Place {
@@ -212,15 +221,15 @@ impl Obstacle {
         }
     }
 
-    /// The place inside a warped face that is nearest to the core: between straight edges that pass a corner or a rim a face bulges
-    /// into the shape; `foot`: where the lowest foot is.
+    /// The place inside a warped face that is nearest to the core: between straight edges that pass a corner or a
+    /// rim, a face bulges into the shape; `foot`: position of the lowest foot.
     fn for_the_bulge(&self, face: &Patch, foot: Option<[f64; 4]>, reach: f64, take: &mut impl FnMut(Place)) {
         let [a, b, c, d] = face.corners;
         let (core, round) = &self.core;
         let warp = 0.25 * (a - b + c - d).norm();
         let (distance, _) = core.eval_distance(&face.point(&[0.25; 4]));
         let around = face.corners.iter().map(|x| (x - face.point(&[0.25; 4])).norm()).fold(0.0, f64::max);
-        // A ball stands on its foot there.
+        // A ball touches at its foot.
         let is_ball = matches!(core, Shape::Ball { .. });
         if is_ball || face.triangle || warp <= self.allowed || distance - around - round > reach {
             return;
@@ -257,12 +266,12 @@ impl Obstacle {
         }
     }
 
-    /// A place of the face by its distance from the core.
+    /// Passes a place of the face to `take`, with its distance from the core.
     fn keep_out(&self, face: &Patch, weights: [f64; 4], holds: bool, take: &mut impl FnMut(Place)) {
         let (core, round) = &self.core;
         let point = face.point(&weights);
         let (distance, outwards) = core.eval_distance(&point);
-        // Inside the core there is no telling but by the side that the mesh is on.
+        // Inside the core only the side of the mesh determines the normal.
         let normal = if distance > MET * self.allowed { outwards } else { -face.normal(&weights) };
         take(Place {
             weights,
@@ -274,9 +283,9 @@ impl Obstacle {
     }
 }
 
-/// The place of a quadrilateral, as its two coordinates from 0 to 1, where no step in eight directions leads nearer to a shape by more
-/// than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the distance has kinks, at which a descent along
-/// fewer directions would stand still.
+/// The place of a quadrilateral, as its two coordinates from 0 to 1, from which no step in eight directions leads
+/// nearer to a shape by more than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the
+/// distance has kinks, at which a descent along fewer directions would stall.
 fn nearest_inside(core: &Shape, face: &Patch, tolerance: f64) -> [f64; 2] {
     let distance = |[xi, eta]: [f64; 2]| core.eval_distance(&face.point(&face.weights(xi, eta))).0;
     let (mut at, mut step) = ([0.5; 2], 0.25);
@@ -296,7 +305,8 @@ fn middle_of((first, last): (f64, f64)) -> f64 {
     0.5 * (first + last)
 }
 
-/// The shares of the way from a point at which the distance from a convex shape stops falling and begins to grow.
+/// The stretch of a line, as fractions of `way`, between the end of the decrease and the start of the increase of the
+/// distance to a convex shape.
 fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
     // The core of a ball is its centre.
     if matches!(core, Shape::Ball { .. }) {

@@ -1,4 +1,5 @@
-//! The points in which two convex shapes touch or nearly touch, by parry; its vectors are glam's and end here.
+//! Contact points of two convex shapes that touch or nearly touch, by parry; glam's vectors are confined to this
+//! file.
 
 use crate::mechanics::rigid::{Pose, Shape};
 use crate::mechanics::tensor::Vec3;
@@ -8,16 +9,16 @@ use parry3d_f64::query::{
 };
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SharedShape};
 
-/// The most points of one pair: two clipped quadrilaterals, and the closest point.
+/// Largest number of points of one pair: two clipped quadrilaterals, and the closest point.
 pub const MOST_POINTS: usize = 20;
 
-/// Points this share of the reach from each other are one.
+/// Distance, as a fraction of the reach, below which two points coincide.
 const SAME: f64 = 1e-6;
 
-/// A point of contact of two shapes.
+/// A contact point of two shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Touch {
-    /// In the middle between both surfaces [m].
+    /// Midway between both surfaces [m].
     pub point: Vec3,
     /// Unit normal out of the second shape.
     pub normal: Vec3,
@@ -25,14 +26,14 @@ pub(super) struct Touch {
     pub gap: f64,
 }
 
-/// Finds the points; keeps memory between calls and nothing else, so the same poses give the same bits.
+/// Finds the contact points; only memory persists between calls, so the same poses give the same bits.
 #[derive(Default)]
 pub(super) struct ManifoldFinder {
     manifolds: Vec<ContactManifold<(), ()>>,
 }
 
 impl ManifoldFinder {
-    /// Calls `take` with the points of `a` and `b` that are within `reach` [m] of each other.
+    /// Calls `take` with the contact points of `a` and `b` within `reach` [m] of each other.
     pub fn find(
         &mut self,
         (a, at): (&SharedShape, &Pose),
@@ -41,7 +42,7 @@ impl ManifoldFinder {
         mut take: impl FnMut(Touch),
     ) {
         for manifold in &mut self.manifolds {
-            // What is left of the call before would be taken for a first guess.
+            // The previous result would be taken as an initial guess.
             manifold.points.clear();
             (manifold.local_n1, manifold.local_n2) = (Vector::ZERO, Vector::ZERO);
         }
@@ -59,7 +60,7 @@ impl ManifoldFinder {
             let normal = -(at.orientation * from_parry(manifold.local_n1));
             let points = &manifold.points;
             for (i, point) in points.iter().enumerate().filter(|(_, p)| p.dist <= reach).take(MOST_POINTS) {
-                // Corners that lie on corners or edges come several times: once is enough.
+                // Corners on corners or edges appear several times: one suffices.
                 let is_same =
                     |other: &TrackedContact<()>| (other.local_p1 - point.local_p1).length() <= SAME * reach;
                 if !points[..i].iter().any(is_same) {
@@ -77,7 +78,7 @@ pub(super) fn shape_distance((a, at): (&SharedShape, &Pose), (b, bt): (&SharedSh
     distance(&to_parry(at), &*a.0, &to_parry(bt), &*b.0).map_or(0.0, |found| found.distance)
 }
 
-/// The shape for parry.
+/// The shape in parry's representation.
 pub(super) fn parry_shape(shape: &Shape) -> SharedShape {
     match *shape {
         Shape::Ball { radius } => SharedShape::new(Ball::new(radius)),

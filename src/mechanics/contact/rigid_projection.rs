@@ -1,14 +1,15 @@
-//! Removes what linearisation left of negative gaps of rigid bodies: by moving and turning, outside the velocities, capped.
+//! Removes negative gaps of rigid bodies that remain after linearisation: by translation and rotation, outside the
+//! velocities, with a limit.
 //!
-//! All contacts of the new places at once: the smallest displacement d, measured by the masses, after which no gap is
-//! negative,
+//! All contacts at the new positions at once: the smallest displacement d, in the norm of the masses, after which no
+//! gap is negative,
 //!
 //! ```text
 //! min ½ dᵀ M d   with   g + C d ≥ 0
 //! ```
 //!
-//! That is the frictionless law of [`super::gauss_seidel`] with gaps in the place of velocities, so its solver is used: corners
-//! of one face do not lift each other in turn, and a gap that is open stays so.
+//! That is the frictionless law of [`super::gauss_seidel`] with gaps in the place of velocities, so its solver is
+//! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
 
 use super::gauss_seidel::{Options, Workspace, solve_with_rigid};
 use super::projection::{CAP, MovableNodes, SLOW, TOLERANCE};
@@ -18,7 +19,7 @@ use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
 use crate::mechanics::rigid::{Pose, rotated};
 use crate::mechanics::tensor::Vec3;
 
-/// A correction need not be exact: what is left is removed in the next step.
+/// A correction need not be exact: the next step removes the remainder.
 const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };
 
 /// Buffers of the projection, kept from step to step.
@@ -26,14 +27,14 @@ pub struct RigidProjection {
     contacts: Vec<Contact>,
     laws: Vec<ContactLaw>,
     still: Vec<Vec3>,
-    /// Displacement of each node, and turn of each spin; zero between calls.
+    /// Displacement of each node [m], and rotation of each spin node [rad]; zero between calls.
     d: Vec<Vec3>,
     reactions: Vec<Reaction>,
     workspace: Workspace,
 }
 
 impl RigidProjection {
-    /// For so many nodes, pairs, and contacts at most.
+    /// For so many nodes and pairs, and at most so many contacts.
     pub fn new(nodes: usize, pairs: usize, contacts: usize) -> Self {
         Self {
             contacts: Vec::with_capacity(contacts),
@@ -45,8 +46,9 @@ impl RigidProjection {
         }
     }
 
-    /// Moves and turns what overlaps at the places `x` [m] and `poses` apart. `of_pairs`: the rigid bodies of each pair;
-    /// `nodes` says how those of meshes may be moved; `share` of [`CAP`] that may be removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
+    /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `of_pairs`: the
+    /// rigid bodies of each pair; `nodes`: mobility of the nodes of meshes; `share`: fraction of [`CAP`] that may be
+    /// removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
     pub fn project(
         &mut self,
         detector: &mut RigidDetector,
@@ -58,17 +60,17 @@ impl RigidProjection {
     ) {
         self.contacts.clear();
         let motion = RigidMotion { x, x_end: x, poses, poses_end: poses };
-        // Places that are not finite are found by the next step.
+        // Positions that are not finite are reported by the next step.
         if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
             return;
         }
         for contact in &mut self.contacts {
-            // Stencils of too many nodes have been turned down by the step.
+            // The step has rejected stencils with too many nodes.
             if let Some(stencil) = contact.stencil.without(nodes.followers) {
                 contact.stencil = stencil;
             }
         }
-        // Between nodes a face takes up what linearisation leaves, to twice what it may be entered by.
+        // Between nodes a face may keep what linearisation leaves, up to twice the allowed depth.
         for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
             contact.gap += ALLOWED * detector.length(contact.pair);
         }
@@ -80,6 +82,7 @@ impl RigidProjection {
         if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
             return;
         }
+        // Gaps, limited by the cap, take the place of velocities.
         for contact in &mut self.contacts {
             let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
             let gap = contact.gap.max(-share * cap * detector.length(contact.pair));
@@ -89,6 +92,7 @@ impl RigidProjection {
         let rigid = RigidSides { of_pairs, bodies, poses };
         let Self { contacts, laws, d, reactions, workspace, .. } = self;
         solve_with_rigid(contacts, laws, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
+        // Apply the displacements and rotations.
         for contact in &self.contacts {
             for &node in contact.stencil.nodes() {
                 let step = std::mem::replace(&mut self.d[node as usize], Vec3::zeros());

@@ -1,27 +1,27 @@
-//! The segments of a slave face: where it lies above faces of the master, cut along their edges.
+//! Segments of a slave face: its overlaps with faces of the master, cut along their edges.
 //!
-//! All is in the plane across the normal of the slave face, on which both sides are projected (Puso & Laursen 2004).
+//! Everything is in the plane normal to the slave face, onto which both sides are projected (Puso & Laursen 2004).
 
 use super::closest_point::Patch;
 use super::finder::local_frame;
 use super::skin::{NONE, Skin};
 use crate::mechanics::tensor::Vec3;
 
-/// Most faces of the master that are looked at for a slave face.
+/// Largest number of master faces visited for a slave face.
 const MOST_FACES: usize = 48;
-/// Faces that are as near as this to the first one, in edges, are looked at, whether they overlap or not.
+/// Distance from the first face, in edges, up to which faces are visited whether they overlap or not.
 const RING: u8 = 2;
-/// Most corners of a segment: four edges cut by four.
+/// Largest number of corners of a segment: four edges cut by four.
 const MOST_CORNERS: usize = 8;
-/// Largest cosine between the normals of a slave face and of what it meets.
+/// Largest cosine between the normals of a slave face and an opposed master face.
 pub(super) const OPPOSED: f64 = -0.5;
-/// A rule of second degree on a triangle, as shares of its corners; each point has a third of the area.
+/// Quadrature of second degree on a triangle, in barycentric coordinates; each point has a third of the area.
 const POINTS: [[f64; 3]; 3] =
     [[2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 1.0 / 6.0, 2.0 / 3.0]];
 
 type Point = [f64; 2];
 
-/// A convex polygon, counter-clockwise.
+/// A convex polygon, corners counter-clockwise.
 #[derive(Clone, Copy)]
 struct Polygon {
     corners: [Point; MOST_CORNERS],
@@ -33,7 +33,7 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
-    /// What is left of it on the inner side of the line from `a` to `b`. A corner too many, by rounding, is left out.
+    /// The part on the inner side of the line from `a` to `b`. A surplus corner, due to rounding, is dropped.
     fn cut(&self, a: Point, b: Point) -> Self {
         let height = |p: &Point| cross(from(a, b), from(a, *p));
         let mut left = Self { corners: [[0.0; 2]; MOST_CORNERS], count: 0 };
@@ -58,7 +58,7 @@ impl Polygon {
         }
     }
 
-    /// Calls `visit` with points and areas for integrals over it.
+    /// Calls `visit` with quadrature points and their areas.
     fn for_each_point(&self, mut visit: impl FnMut(Point, f64)) {
         for i in 2..self.count {
             let [a, b, c] = [self.corners[0], self.corners[i - 1], self.corners[i]];
@@ -84,15 +84,17 @@ fn cross(u: Point, v: Point) -> f64 {
     u[0] * v[1] - u[1] * v[0]
 }
 
-/// A point of a segment: its place in the plane of the slave face [m], its area [m²], the master's face that it lies above.
+/// A quadrature point of a segment: its position in the plane of the slave face [m], its area [m²], the master face
+/// below it.
 pub(super) struct SegmentPoint {
     pub place: Vec3,
     pub area: f64,
     pub face: u32,
 }
 
-/// Calls `visit` at the points of all segments of a slave face with unit normal `n` at the positions `x` [m]; `start` is a face of
-/// the master near it. The area of the face in its plane [m²]; `None` where the master has too many faces below it.
+/// Calls `visit` at the points of all segments of a slave face with unit normal `n` at the positions `x` [m]; `start`
+/// is a face of the master near it. Returns the area of the face in its plane [m²]; `None` where too many faces of
+/// the master are below it.
 pub(super) fn for_each_segment_point(
     slave: &Patch,
     n: &Vec3,
@@ -110,6 +112,7 @@ pub(super) fn for_each_segment_point(
         (0..n).for_each(|k| polygon.push(flat(&patch.corners[if turned { n - 1 - k } else { k }])));
         polygon
     };
+    // Breadth-first search over the master's faces, from `start`.
     let own = polygon(slave, false);
     let area = own.area();
     let (mut seen, mut count) = ([(start, 0_u8); MOST_FACES], 1);
@@ -121,6 +124,7 @@ pub(super) fn for_each_segment_point(
         if patch.normal(&[0.25; 4]).dot(n) > OPPOSED {
             continue;
         }
+        // The overlap: the slave face cut along the edges of the master face.
         let below = polygon(&patch, true);
         let edges = below.corners().iter().zip(below.corners().iter().cycle().skip(1));
         let segment = edges.fold(own, |left, (a, b)| left.cut(*a, *b));
@@ -133,6 +137,7 @@ pub(super) fn for_each_segment_point(
             });
             is_good.then_some(())?;
         }
+        // Continue across the edges.
         if overlaps || ring < RING {
             for &across in &master.neighbours[face as usize][..patch.corner_count()] {
                 if across != NONE && seen[..count].iter().all(|(f, _)| *f != across) {

@@ -1,23 +1,23 @@
-//! A surface against itself: which of its own faces a node never meets, and how far its parts have moved against each other.
+//! A surface against itself: the faces that a node never meets, and the motion of its parts relative to each other.
 
 use super::broad_phase::Motion;
 use super::closest_point::Patch;
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
-/// A face that lies behind a node at the start of the run and closer than this many sizes of it is the far side of
-/// the node's own wall.
+/// Distance in sizes of a face within which a face behind a node at the start of the run is the far side of the
+/// node's own wall.
 const WALL: f64 = 2.0;
 
-/// Faces by node that self-contact leaves out: faces around the node, and the far side of thin walls.
+/// Faces excluded from self-contact by node: faces around the node, and the far side of thin walls.
 #[derive(Clone, Debug)]
 pub(super) struct Exclusions {
-    /// All nodes where they were at the start of the run [m].
+    /// Positions of all nodes at the start of the run [m].
     rest: Vec<Vec3>,
 }
 
 impl Exclusions {
-    /// Of surfaces that start at the positions `x` [m] of all nodes.
+    /// For surfaces that start at the positions `x` [m] of all nodes.
     pub fn new(x: &[Vec3]) -> Self {
         Self { rest: x.to_vec() }
     }
@@ -31,7 +31,7 @@ impl Exclusions {
         let (s, corners) = (&self.rest[node as usize], &skin.faces[face as usize]);
         let patch = Patch::new(corners, &self.rest);
         let range = WALL * skin.sizes[face as usize];
-        // Before anything costly: a face within range has all corners within range and its own extent.
+        // Cheap bound first: a face within range has all corners within range and its own extent.
         let extent =
             (patch.corners[2] - patch.corners[0]).norm() + (patch.corners[3] - patch.corners[1]).norm();
         if (patch.corners[0] - s).norm() > range + extent {
@@ -46,30 +46,30 @@ impl Exclusions {
     }
 }
 
-/// Whether the face shares a node with a face around the node.
+/// Whether the face has a node in common with a face around the node.
 pub(super) fn is_beside(skin: &Skin, node: u32, face: u32) -> bool {
     let corners = skin.faces[face as usize].iter();
     corners.flat_map(|&c| skin.faces_around(c)).any(|&beside| skin.faces[beside as usize].contains(&node))
 }
 
-/// How a surface has moved against itself since its list was made.
+/// Motion of a surface relative to itself since its list was made.
 ///
-/// Of two nodes with displacements d and e, ‖d − e‖ is at most the diagonal of the box around the displacements of all: a body
-/// that flies, however far, has not moved against itself.
+/// For two nodes with displacements d and e, ‖d − e‖ is at most the diagonal of the box around all displacements: a
+/// body in flight, however far, has not moved relative to itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OwnMotion {
-    /// Where its nodes were then [m]; empty before the first list.
+    /// Positions of its nodes at that time [m]; empty before the first list.
     snapshot: Vec<Vec3>,
-    /// How far any two nodes have moved against each other since then, at either end of the step, at most [m].
+    /// Upper bound of the relative displacement of any two nodes since then, at either end of the step [m].
     pub since_list: f64,
-    /// How far a node moves within the step, at most [m].
+    /// Upper bound of the displacement of a node within the step [m].
     pub in_step: f64,
-    /// The middle of the displacements since then, at the start of the step [m].
+    /// Centre of the box of the displacements since then, at the start of the step [m].
     pub shift: Vec3,
 }
 
 impl OwnMotion {
-    /// Takes the positions at the start of the step as those of the list.
+    /// Starts a list at the positions at the start of the step.
     pub fn restart(&mut self, skin: &Skin, motion: &Motion) {
         self.snapshot.clear();
         self.snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
@@ -80,7 +80,7 @@ impl OwnMotion {
         !self.snapshot.is_empty()
     }
 
-    /// Measures the motion of a step; whether all positions are finite.
+    /// Measures the motion of a step; returns whether all positions are finite.
     pub fn measure(&mut self, skin: &Skin, motion: &Motion) -> bool {
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let ([mut start, mut end], mut in_step, mut check) = ([nothing; 2], 0.0_f64, 0.0);
@@ -90,7 +90,7 @@ impl OwnMotion {
             widen(&mut end, &(x_end - old));
             let step = (x_end - x).norm_squared();
             in_step = if step > in_step { step } else { in_step };
-            // A NaN is dropped by the comparisons and shows in the sum.
+            // The comparisons drop a NaN, which shows in the sum.
             check += x.x + x.y + x.z + step;
         }
         if !check.is_finite() {

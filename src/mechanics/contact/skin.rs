@@ -1,31 +1,31 @@
-//! The topology of a surface: neighbours across edges, faces around nodes, sizes; and its normals.
+//! Topology of a surface (neighbours across edges, faces around nodes, sizes) and its normals.
 
 use super::Surface;
 use super::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;
 
-/// No face: an edge on the border of an open surface.
+/// No face across the edge: it is on the border of an open surface.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// A surface with what detection asks of it. Constant over a run.
+/// A surface with the topology that detection needs. Constant over a run.
 #[derive(Clone, Debug)]
 pub(super) struct Skin {
     /// Global numbers of the nodes, sorted.
     pub nodes: Vec<u32>,
     /// Corner nodes of each face.
     pub faces: Vec<[u32; 4]>,
-    /// Square root of each face's area at the start [m]: the length that tolerances are shares of.
+    /// Square root of each face's area at the start [m]: the length that tolerances refer to.
     pub sizes: Vec<f64>,
     /// The largest of `sizes` [m].
     pub largest_size: f64,
-    /// Whether every edge has a face on either side: then there is an inside.
+    /// Whether every edge has a face on either side, so that there is an inside.
     pub is_closed: bool,
     /// The face across each edge, or `NONE`.
     pub neighbours: Vec<[u32; 4]>,
     /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
     starts: Vec<u32>,
     around: Vec<u32>,
-    /// Place in `nodes` of a global node number, offset by the least; `NONE` where there is none.
+    /// Index in `nodes` of a global node number, offset by the least; `NONE` where there is none.
     places: Vec<u32>,
     least: u32,
 }
@@ -79,13 +79,13 @@ impl Skin {
         self.around = incident.into_iter().map(|(_, face)| face).collect();
     }
 
-    /// Place of a global node number in `nodes`.
+    /// Index in `nodes` of a global node number.
     fn place(&self, node: u32) -> Option<usize> {
         let i = node.checked_sub(self.least)? as usize;
         self.places.get(i).filter(|&&place| place != NONE).map(|&place| place as usize)
     }
 
-    /// Faces around a node (global number), ascending; none if it is not of this surface.
+    /// Faces around a node (global number), ascending; none if it is not on this surface.
     pub fn faces_around(&self, node: u32) -> &[u32] {
         self.place(node).map_or(&[], |i| &self.around[self.starts[i] as usize..self.starts[i + 1] as usize])
     }
@@ -95,7 +95,7 @@ impl Skin {
         self.sizes.iter().sum::<f64>() / self.sizes.len().max(1) as f64
     }
 
-    /// Length of the shortest edge of the faces around a node that ends there [m]; infinite without faces.
+    /// Length of the shortest edge at a node, over the faces around it [m]; infinite without faces.
     pub fn shortest_edge_at(&self, node: u32, x: &[Vec3]) -> f64 {
         let of_face = |face: &u32| {
             let face = &self.faces[*face as usize];
@@ -107,8 +107,8 @@ impl Skin {
         self.faces_around(node).iter().filter_map(of_face).fold(f64::INFINITY, f64::min)
     }
 
-    /// Unit normal of the surface at a node: mean of the normals of its faces, weighted with the areas of their corners;
-    /// zero where there are no faces.
+    /// Unit normal of the surface at a node: mean normal of its faces, weighted with the areas of their corners; zero
+    /// where there are no faces.
     pub fn node_normal(&self, node: u32, x: &[Vec3]) -> Vec3 {
         let mut sum = Vec3::zeros();
         for &face in self.faces_around(node) {
@@ -122,8 +122,8 @@ impl Skin {
         sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
     }
 
-    /// Pseudo-normal at a node: the normals of its faces weighted with their angles, whose sign against an offset
-    /// tells inside from outside also at a node (Bærentzen & Aanæs 2005). Not normalised.
+    /// Pseudo-normal at a node: the normals of its faces weighted with their angles; its sign relative to an offset
+    /// distinguishes inside from outside also at a node (Bærentzen & Aanæs 2005). Not normalised.
     pub fn vertex_normal(&self, node: u32, x: &[Vec3]) -> Vec3 {
         let mut sum = Vec3::zeros();
         for &face in self.faces_around(node) {
@@ -141,7 +141,7 @@ impl Skin {
         sum
     }
 
-    /// Whether any of the faces around the node ends there without a neighbour.
+    /// Whether a face around the node has an edge without neighbour there.
     pub fn on_border(&self, node: u32) -> bool {
         self.faces_around(node).iter().any(|&f| {
             let (face, neighbours) = (&self.faces[f as usize], &self.neighbours[f as usize]);
@@ -151,7 +151,7 @@ impl Skin {
     }
 }
 
-/// 3 for a face that repeats its last node, else 4.
+/// Number of corners: 3 for a face that repeats its last node, else 4.
 pub(super) fn corner_count(face: &[u32; 4]) -> usize {
     if face[2] == face[3] { 3 } else { 4 }
 }

@@ -4,7 +4,7 @@ use super::Surface;
 use super::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;
 
-/// One of two surfaces.
+/// The slave among two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slave {
     /// The first of the two.
@@ -13,12 +13,12 @@ pub enum Slave {
     Second,
 }
 
-/// Picks the slave of two surfaces: the one with the smaller mean face area in the swept patch; the first if equal (so
-/// give the body of lower index first).
+/// Chooses the slave of two surfaces: the one with the smaller mean face area in the swept patch; the first if equal
+/// (so pass the body of lower index first).
 ///
-/// `x` [m]: positions of all nodes at the start; `motion` [m]: displacement of the first surface against the second
-/// over the time of interest. The swept patch of a surface is made of its faces that look towards the other one
-/// and overlap the box that the other sweeps; all its faces if that leaves none.
+/// `x` [m]: positions of all nodes at the start; `motion` [m]: displacement of the first surface relative to the
+/// second over the time of interest. The swept patch of a surface consists of its faces that are turned towards the
+/// other one and overlap the box that the other sweeps; of all its faces if there are none.
 pub fn choose_slave(first: &Surface, second: &Surface, x: &[Vec3], motion: &Vec3) -> Slave {
     let a = mean_patch_area(first, second, x, motion);
     let b = mean_patch_area(second, first, x, &-motion);
@@ -26,10 +26,10 @@ pub fn choose_slave(first: &Surface, second: &Surface, x: &[Vec3], motion: &Vec3
     if b < a * (1.0 - 1e-9) { Slave::Second } else { Slave::First }
 }
 
-/// Mean area of the faces of `own` that may be met while it moves by `motion` against `other`.
+/// Mean area of the faces of `own` that may be met while it moves by `motion` relative to `other`.
 fn mean_patch_area(own: &Surface, other: &Surface, x: &[Vec3], motion: &Vec3) -> f64 {
     let Some((low, high)) = bounds(other, x) else { return 0.0 };
-    // Seen from `own`, the other one sweeps the opposite way.
+    // Relative to `own`, the other one sweeps in the opposite direction.
     let (low, high) = (low.inf(&(low - motion)), high.sup(&(high - motion)));
     let (mut all, mut met) = (Mean::default(), Mean::default());
     for face in &own.faces {
@@ -75,7 +75,7 @@ impl Mean {
 mod tests {
     use super::*;
 
-    /// A horizontal grid of n × n faces of a unit square at height z, looking up or down.
+    /// A horizontal grid of n × n faces of a unit square at height z, facing up or down.
     fn sheet(n: u32, z: f64, up: bool, x: &mut Vec<Vec3>) -> Surface {
         let base = x.len() as u32;
         for j in 0..=n {

@@ -1,22 +1,23 @@
 //! Stick or slip of one closing contact, by its Schur complement and a scalar equation.
 //!
-//! With `u_n = 0` the normal reaction is `r_n = −(q_n + W_nt r_t)/W_nn`, and drag `u_t = −λ r_t`, λ ≥ 0, leaves
+//! With `u_n = 0` the normal reaction is `r_n = −(q_n + W_nt r_t)/W_nn`, and the drag law `u_t = −λ r_t`, λ ≥ 0,
+//! gives
 //! `(S + λ I) r_t = b` with `S = W_tt − W_tn W_nt/W_nn`, `b = −q_t + W_tn q_n/W_nn`. λ = 0 is stick; slip is
 //! `‖r_t(λ)‖ = μ r_n(λ)`.
 
 use super::local::{Local, LocalOperator, length, solve_frictionless};
 
-/// A normal compliance below this share of the trace of W is none: nothing on either side can move along n.
+/// Fraction of the trace of W below which the normal compliance is zero: nothing on either side can move along n.
 const IMMOVABLE: f64 = 1e-12;
-/// An eigenvalue of S below this share of its operator (of order one) is zero.
+/// Eigenvalue of S relative to its operator (of order one) below which it is zero.
 const SINGULAR: f64 = 1e-13;
-/// Newton–bisection needs far fewer; the interval is at rounding by then in any case.
+/// Newton–bisection needs far fewer; the interval is then at rounding in any case.
 const MAX_ITERATIONS: usize = 200;
 
-/// The operator of one contact, reduced to the eigenvectors of S: what all solutions with it share.
+/// The operator of one contact, reduced to the eigenvectors of S: common to all solutions with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactOperator {
-    /// `W_nn` as it is given.
+    /// `W_nn` as given.
     alone: f64,
     /// `W_nn`, 0 where nothing can move along n.
     w_nn: f64,
@@ -28,30 +29,30 @@ pub(super) struct ContactOperator {
     axes: [[f64; 2]; 2],
     /// `W_nt` along the eigenvectors.
     c: [f64; 2],
-    /// `tr W / 3`: the rest is of W over this, numbers of order one.
+    /// `tr W / 3`; all other values are of W divided by it, of order one.
     scale: f64,
 }
 
 /// Exact solution `r` of one contact: `u = W r + q`, `K_μ ∋ r ⊥ u + μ ‖u_t‖ n ∈ K_μ*`, for 0 ≤ μ ≤ ∞.
 ///
-/// `W` is symmetric positive semi-definite. Tries open (`q_n ≥ 0`), stick (`u = 0`) and slip in this order; slip is
-/// solved by a safeguarded Newton iteration on one scalar and takes the root of strongest drag where there are
-/// several (μ large against the coupling of W; Bonnefon & Daviet 2011).
+/// `W` is symmetric positive semi-definite. Tests open (`q_n ≥ 0`), stick (`u = 0`) and slip in this order; slip is
+/// solved by a safeguarded Newton iteration on one scalar, which finds the root of strongest drag where there are
+/// several (μ large relative to the coupling of W; Bonnefon & Daviet 2011).
 ///
-/// Where nothing can move along n (`W_nn` none) the result is 0. In a tangential direction in which nothing can move
-/// the reaction is the limit of ever smaller compliance: on the cone if that direction slides, for μ = ∞ nothing.
+/// Where nothing can move along n (`W_nn` zero) the result is 0. In a tangential direction in which nothing can move
+/// the reaction is the limit of vanishing compliance: on the cone if that direction slides, zero for μ = ∞.
 pub fn solve_contact(W: &LocalOperator, q: Local, mu: f64) -> Local {
     ContactOperator::new(W).solve(q, mu)
 }
 
-/// A closing contact (`q_n < 0`, `W_nn > 0`, numbers of order one).
+/// A closing contact (`q_n < 0`, `W_nn > 0`, values of order one).
 struct Closing<'a> {
     operator: &'a ContactOperator,
     /// `b` along the eigenvectors.
     b: [f64; 2],
-    /// `q_n`, negative.
+    /// `q_n`, negative: the contact closes.
     q_n: f64,
-    /// `1/μ`, 0 for μ = ∞.
+    /// `1/μ`; 0 for μ = ∞.
     inverse_mu: f64,
 }
 
@@ -60,13 +61,13 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl ContactOperator {
-    /// Of W, symmetric positive semi-definite.
+    /// Reduces W, symmetric positive semi-definite.
     pub fn new(W: &LocalOperator) -> Self {
         let alone = W[0][0];
         let scale = (W[0][0] + W[1][1] + W[2][2]) / 3.0;
         let W = W.map(|row| row.map(|x| x / scale));
         let (w_nn, w_nt) = (W[0][0], [W[0][1], W[0][2]]);
-        // The trace is 3; what is not a number moves nothing.
+        // The scaled trace is 3; a NaN moves nothing.
         let is_movable = w_nn > 3.0 * IMMOVABLE;
         if !is_movable {
             return Self {
@@ -87,7 +88,7 @@ impl ContactOperator {
         Self { alone, w_nn, w_nt, s, axes, c: axes.map(|axis| dot(axis, w_nt)), scale }
     }
 
-    /// See [`solve_contact`].
+    /// Exact solution for the free velocity `q`, as [`solve_contact`].
     pub fn solve(&self, q: Local, mu: f64) -> Local {
         if q[0] >= 0.0 || self.w_nn == 0.0 {
             return [0.0; 3];
@@ -101,8 +102,8 @@ impl ContactOperator {
 
     /// The reaction of a closing contact: stick if that lies in the cone, else slip.
     ///
-    /// With a singular S and a motion that no reaction can change, friction may jam: no finite reaction satisfies the law
-    /// (Painlevé). Then the reaction is the frictionless one, and the residual of the law shows it.
+    /// With a singular S and a motion that no reaction can change, friction may jam: no finite reaction satisfies the
+    /// law (Painlevé). The reaction is then the frictionless one, and the residual of the law shows it.
     fn solve_closing(&self, q: Local, mu: f64) -> Local {
         let closing = Closing::new(self, q, mu);
         if let Some(r) = closing.stick() {
@@ -114,7 +115,7 @@ impl ContactOperator {
         }
     }
 
-    /// A reaction in the local frame from its part along the eigenvectors.
+    /// A reaction in the local frame from its components along the eigenvectors.
     fn in_frame(&self, n: f64, t: [f64; 2]) -> Local {
         let along = |i: usize| self.axes[0][i] * t[0] + self.axes[1][i] * t[1];
         [n, along(0), along(1)]
@@ -127,7 +128,7 @@ impl<'a> Closing<'a> {
         let b = [-q[1] + w_nt[0] * q[0] / w_nn, -q[2] + w_nt[1] * q[0] / w_nn];
         let mut b = axes.map(|axis| dot(axis, b));
         for (b, s) in b.iter_mut().zip(s) {
-            // No reaction, however large, changes the velocity along such an axis: with μ = ∞ it is left out.
+            // No reaction, however large, changes the velocity along such an axis: for μ = ∞ it is omitted.
             if *s == 0.0 && (mu.is_infinite() || b.abs() <= SINGULAR) {
                 *b = 0.0;
             }
@@ -151,7 +152,7 @@ impl<'a> Closing<'a> {
         self.operator.w_nn * self.inverse_mu * length(t[0], t[1]) - self.normal(t)
     }
 
-    /// d excess / dy.
+    /// Derivative of the excess, d excess / dy.
     fn excess_slope(&self, y: f64) -> f64 {
         let t = self.tangential(y);
         let stretch = 1.0 + (self.operator.s[1] - self.operator.s[0]) * y;
@@ -191,10 +192,10 @@ impl<'a> Closing<'a> {
 
     /// The smallest root `y` of the excess, that is the largest λ; `None` if there is no finite one.
     ///
-    /// The excess is negative for small `y` and positive at stick. Squared and multiplied out it is a quartic in `y`,
-    /// whose critical points part the axis so that no root can hide between two samples of equal sign.
+    /// The excess is negative for small `y` and positive at stick. Squared and expanded it is a quartic in `y`, whose
+    /// critical points divide the axis so that no root can hide between two samples of equal sign.
     fn strongest_drag(&self) -> Option<f64> {
-        // Below this `y` the cone holds whatever the directions.
+        // Below this `y` the reaction is in the cone whatever the directions.
         let b = length(self.b[0], self.b[1]);
         let c = length(self.operator.c[0], self.operator.c[1]);
         let unit = -self.q_n / (b * (self.operator.w_nn * self.inverse_mu + c));
@@ -229,6 +230,7 @@ impl<'a> Closing<'a> {
             2.0 * (n1 * n2 - a2 * b1 * b1 * d),
             n2 * n2 - a2 * b1 * b1 * d * d,
         ];
+        // The first sign change between critical points.
         let mut lo = unit;
         let (points, count) = critical_points(&quartic, 1.0, last / unit);
         for &z in &points[..count] {
@@ -241,17 +243,18 @@ impl<'a> Closing<'a> {
         Some(self.root_between(lo, last))
     }
 
-    /// Whether the excess grows all the way to stick.
+    /// Whether the excess grows monotonically up to stick.
     ///
-    /// `‖r_t‖` grows by `r_t·r_t'/‖r_t‖`, and `r_t' = K r_t / y` with K between s_min/s_max and 1, so by no less than
-    /// `2 √κ/(1 + κ)` of `‖r_t'‖`, κ = s_max/s_min (Kantorovich); the coupling takes away `‖W_nt‖ ‖r_t'‖` at most.
+    /// `‖r_t‖` grows by `r_t·r_t'/‖r_t‖`, and `r_t' = K r_t / y` with K between s_min/s_max and 1, hence by no less
+    /// than `2 √κ/(1 + κ)` of `‖r_t'‖`, κ = s_max/s_min (Kantorovich); the coupling reduces this by at most `‖W_nt‖
+    /// ‖r_t'‖`.
     fn has_one_root(&self) -> bool {
         let [least, most] = self.operator.s;
         let slowest = 2.0 * (least * most).sqrt() / (least + most);
         self.operator.w_nn * self.inverse_mu * slowest > length(self.operator.c[0], self.operator.c[1])
     }
 
-    /// Newton with bisection: the excess is not positive at `lo` and positive at `hi` (to rounding).
+    /// Newton's method with bisection: the excess is not positive at `lo` and positive at `hi` (to rounding).
     fn root_between(&self, mut lo: f64, mut hi: f64) -> f64 {
         let mut y = 0.5 * (lo + hi);
         for _ in 0..MAX_ITERATIONS {
@@ -286,7 +289,7 @@ fn eigen_2x2(a: f64, b: f64, c: f64) -> ([f64; 2], [[f64; 2]; 2]) {
     if first <= second { ([first, second], [x, y]) } else { ([second, first], [y, x]) }
 }
 
-/// The critical points of a quartic (coefficients by ascending power) inside `(lo, hi)`, ascending, and how many.
+/// Critical points of a quartic (coefficients by ascending power) inside `(lo, hi)`, ascending, and their number.
 fn critical_points(p: &[f64; 5], lo: f64, hi: f64) -> ([f64; 3], usize) {
     let cubic = [p[1], 2.0 * p[2], 3.0 * p[3], 4.0 * p[4]];
     let value = |x: f64| ((cubic[3] * x + cubic[2]) * x + cubic[1]) * x + cubic[0];
@@ -306,7 +309,7 @@ fn critical_points(p: &[f64; 5], lo: f64, hi: f64) -> ([f64; 3], usize) {
     (points, count)
 }
 
-/// Real roots of `a x² + b x + c`, ascending, and how many.
+/// Real roots of `a x² + b x + c`, ascending, and their number.
 fn quadratic_roots(a: f64, b: f64, c: f64) -> ([f64; 2], usize) {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {
@@ -322,8 +325,8 @@ fn quadratic_roots(a: f64, b: f64, c: f64) -> ([f64; 2], usize) {
     }
 }
 
-/// The place between `lo` and `hi`, of opposite signs, where `f` changes sign; a bracket for the root needs no more
-/// than some forty halvings.
+/// The point between `lo` and `hi`, of opposite signs, where `f` changes sign; a bracket for the root needs only some
+/// forty bisections.
 fn bisect(f: impl Fn(f64) -> f64, mut lo: f64, mut hi: f64) -> f64 {
     let positive = f(lo) > 0.0;
     for _ in 0..60 {

@@ -1,17 +1,18 @@
-//! The nodes of a contact with signed weights: how the velocity of a contact is made of those of its nodes.
+//! The nodes of a contact with signed weights, by which their velocities make up that of the contact.
 
 use crate::mechanics::followers::Followers;
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
 
-/// Most nodes of a contact, both sides together.
+/// Largest number of nodes of a contact, both sides together.
 pub const MOST_NODES: usize = 32;
 
-/// The nodes of both sides of a contact with their signed weights: those of the slave side add up to +1, those of a meshed
-/// master to −1; a plane has none. A rigid body is the node of its centre of mass.
+/// The nodes of both sides of a contact with their signed weights: those of the slave side add up to +1, those of a
+/// meshed master to −1; a plane has none. A rigid body is represented by the node of its centre of mass.
 ///
-/// With `x` the places of the nodes, `Σ w x` is the vector from the master to the slave, and with nodal velocities it is the
-/// relative velocity; an impulse `p` on the slave side is `w p` on each node. So linear momentum is conserved.
+/// With `x` the positions of the nodes, `Σ w x` is the vector from the master to the slave, and with nodal velocities
+/// it is the relative velocity; an impulse `p` on the slave side is `w p` on each node. So linear momentum is
+/// conserved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stencil {
     nodes: [u32; MOST_NODES],
@@ -21,15 +22,15 @@ pub struct Stencil {
 }
 
 impl Stencil {
-    /// One slave node; nothing of a master yet.
+    /// One slave node; the master side is empty.
     pub fn of_node(slave: u32) -> Self {
         let (mut nodes, mut weights) = ([0; MOST_NODES], [0.0; MOST_NODES]);
         (nodes[0], weights[0]) = (slave, 1.0);
         Self { nodes, weights, slaves: 1, count: 1 }
     }
 
-    /// Of nodes (global) with weights that add up to 1 on either side, which have no node in common. Weights of zero are left
-    /// out, those of a node that is named twice on a side are added. `None` where the nodes are more than [`MOST_NODES`].
+    /// For nodes (global) with weights that add up to 1 on either side, and with no node in common. Weights of zero
+    /// are omitted, those of a node repeated on a side are added. `None` for more than [`MOST_NODES`] nodes.
     pub fn new(
         slave: impl IntoIterator<Item = (u32, f64)>,
         master: impl IntoIterator<Item = (u32, f64)>,
@@ -45,11 +46,11 @@ impl Stencil {
         Some(stencil)
     }
 
-    /// A slave node against a point of a face, by its nodes and shape functions; zero weights for a plane.
+    /// A slave node against a point of a face, given by its nodes and shape functions; zero weights for a plane.
     pub fn node_on_face(slave: u32, face: &[u32; 4], weights: &[f64; 4]) -> Self {
         let mut stencil = Self::of_node(slave);
         for (&node, &weight) in face.iter().zip(weights) {
-            // Five nodes are never too many.
+            // Five nodes always fit.
             let _ = stencil.add(1, node, -weight);
         }
         stencil
@@ -70,8 +71,8 @@ impl Stencil {
         Some(())
     }
 
-    /// The same with the nodes that move its nodes in the place of those that follow others: relative velocity and power of an impulse
-    /// stay. `None` where they are more than [`MOST_NODES`].
+    /// The same stencil with followers replaced by their masters: relative velocity and power of an impulse are
+    /// unchanged. `None` for more than [`MOST_NODES`] nodes.
     pub fn without(&self, followers: &Followers) -> Option<Self> {
         if !self.nodes().iter().any(|node| followers.contains(*node as usize)) {
             return Some(self.clone());
@@ -97,7 +98,7 @@ impl Stencil {
         &self.nodes[..usize::from(self.count)]
     }
 
-    /// Their signed weights.
+    /// Signed weights of the nodes, in their order.
     #[inline]
     pub fn weights(&self) -> &[f64] {
         &self.weights[..usize::from(self.count)]
@@ -118,7 +119,7 @@ impl Stencil {
         self.range(self.len_of_slave()..usize::from(self.count))
     }
 
-    /// The nodes of one side with their weights without sign.
+    /// The nodes of one side with the absolute values of their weights.
     pub fn side(&self, is_master: bool) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
         let (range, sign) = if is_master {
             (self.len_of_slave()..usize::from(self.count), -1.0)
@@ -128,7 +129,7 @@ impl Stencil {
         self.range(range).map(move |(node, weight)| (node, sign * weight))
     }
 
-    /// `Σ w a` of a vector at each node.
+    /// `Σ w a` for a vector `a` at each node.
     #[inline]
     pub fn difference(&self, a: &[Vec3]) -> Vec3 {
         let (nodes, weights) = (self.nodes(), self.weights());

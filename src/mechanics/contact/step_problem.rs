@@ -1,5 +1,5 @@
-//! The contact problem of a step with lumped masses, written out: `W = C M⁻¹ Cᵀ` and q, which [`super::gauss_seidel`] never forms;
-//! and a step whose reactions a solver of the library finds.
+//! The contact problem of a step with lumped masses, with `W = C M⁻¹ Cᵀ` and q explicit, which
+//! [`super::gauss_seidel`] never forms; and the solution of a step by a solver of the library.
 
 use super::contact_row::{Levers, Row};
 use super::delassus::{Block, Delassus};
@@ -11,8 +11,8 @@ use crate::mechanics::tensor::{Mat3, Vec3};
 /// The problem whose solution is the impulses of a step of length `h` [s]: `u = W p + q` [m/s] with `u_n` the end-of-step
 /// gap over h, as in [`super::gauss_seidel`].
 ///
-/// `laws` one a pair; `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
-/// `reactions`, which are taken off again; `rigid` the bodies that they turn.
+/// `laws` one per pair; `inverse_mass` per node and axis [1/kg]; `v` [m/s] the velocities *after* the impulses of
+/// `reactions`, which are subtracted again; `rigid` the bodies that they rotate.
 ///
 /// # Errors
 /// [`ProblemError`] where a number is not finite.
@@ -27,14 +27,16 @@ pub fn step_problem(
     let rows: Vec<Row<Levers>> = contacts.iter().map(|c| row(c, (inverse_mass, rigid), h)).collect();
     let mut free = v.to_vec();
     take_off(contacts, reactions, (inverse_mass, rigid), h, &mut free);
+    // Free velocities and coefficients of friction.
     let q = rows.iter().flat_map(|row| row.velocity(&free)).collect();
     let mu = contacts.iter().map(|c| c.law(laws).mu()).collect();
-    // (node, contact, ∂(relative velocity)/∂v of the node), so that contacts of a node stand together.
+    // (node, contact, ∂(relative velocity)/∂v of the node), sorted so that the contacts of a node are adjacent.
     let mut shares: Vec<(u32, usize, Mat3)> = Vec::new();
     for (c, row) in rows.iter().enumerate() {
         shares.extend(row.normal.shares().map(|(node, J)| (node, c, J)));
     }
     shares.sort_by_key(|&(node, contact, _)| (node, contact));
+    // Contacts with a node in common are coupled through its mass.
     let blocks = shares.chunk_by(|a, b| a.0 == b.0).flat_map(|at_node| {
         let m = inverse_mass[at_node[0].0 as usize];
         let M = Mat3::from_diagonal(&m);
@@ -47,7 +49,7 @@ pub fn step_problem(
     ContactProblem::new(Delassus::from_blocks(contacts.len(), blocks)?, q, mu)
 }
 
-/// Takes the impulses of `reactions` off the velocities `v` [m/s] that they led to; other arguments as of [`step_problem`].
+/// Subtracts the effect of `reactions` from the velocities `v` [m/s]; other arguments as of [`step_problem`].
 pub fn take_off(
     contacts: &[Contact],
     reactions: &[Reaction],
@@ -60,11 +62,12 @@ pub fn take_off(
     }
 }
 
-/// Finds impulses and end velocities as [`super::gauss_seidel::solve_with_rigid`], by a solver of the library: W is formed, and
-/// memory allocated. Contacts whose both sides are immovable along n get no reaction. `None` where no other is left.
+/// Finds impulses and end velocities as [`super::gauss_seidel::solve_with_rigid`], by a solver of the library: W is
+/// formed, and memory allocated. Contacts with both sides immovable along n get no reaction. `None` where there are
+/// no others.
 ///
-/// Arguments as of [`step_problem`], but `reactions` are where the solver starts, and `v` [m/s] the velocities without them; then the
-/// impulses that it found and the velocities after these.
+/// Arguments as of [`step_problem`], but `reactions` are the initial guess, and `v` [m/s] the velocities without
+/// them; on return, the impulses found and the velocities after them.
 ///
 /// # Errors
 /// [`ProblemError`] where a number is not finite.
@@ -77,12 +80,14 @@ pub fn solve_step(
     v: &mut [Vec3],
     options: &Options,
 ) -> Result<Option<SolveReport>, ProblemError> {
+    // Contacts that can move.
     let is_movable = |c: &usize| row(&contacts[*c], masses, h).normal.w_nn > 0.0;
     let movable: Vec<usize> = (0..contacts.len()).filter(is_movable).collect();
     if movable.is_empty() {
         reactions.fill(Reaction::default());
         return Ok(None);
     }
+    // Solve for their reactions, and apply these.
     let chosen: Vec<Contact> = movable.iter().map(|&c| contacts[c].clone()).collect();
     let problem = step_problem(&chosen, &[], laws, masses, h, v)?;
     let mut r: Vec<f64> = movable.iter().flat_map(|&c| reactions[c].impulse).collect();
@@ -101,7 +106,7 @@ fn row(contact: &Contact, (inverse_mass, rigid): (&[Vec3], &RigidSides), h: f64)
     Row::turning(contact, inverse_mass, h, Levers::new(contact, rigid.of_pair(contact.pair), rigid))
 }
 
-/// `T_c A T_dᵀ`.
+/// Block `T_c A T_dᵀ` of W, with T the local frames.
 fn coupling(c: &[Vec3; 3], d: &[Vec3; 3], A: &Mat3) -> Block {
     c.map(|a| d.map(|b| a.dot(&(A * b))))
 }
@@ -115,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_impulses_of_a_step_solve_the_problem_of_the_step() {
-        // Two nodes that share a face of four: its nodes couple them.
+        // Two nodes on one face of four: its nodes couple them.
         let frame = [Vec3::z(), Vec3::x(), Vec3::y()];
         let contact = |slave, weights| Contact {
             pair: 0,

@@ -2,31 +2,33 @@
 //!
 //! Node and corners move on straight lines. Then `F(a, b, τ) = x_face(a, b, τ) − s(τ)` is linear in each of its three
 //! arguments, and over any box of them it stays within the bounds of its eight corner values. Boxes whose bounds
-//! exclude zero are dropped, others halved, earliest first (the inclusion test of Snyder 1992 as used for collisions by
-//! Wang et al. 2021): a crossing cannot be missed, whatever the speed. Newton's method finishes in small boxes.
+//! exclude zero are dropped, others bisected, earliest first (the inclusion test of Snyder 1992 as used for
+//! collisions by Wang et al. 2021): no crossing can be missed, whatever the speed. Newton's method finishes in small
+//! boxes.
 
 use super::closest_point::Patch;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Boxes examined before the search settles for the earliest time not excluded; a usual hit takes some forty.
+/// Number of boxes after which the search accepts the earliest time not excluded; a usual hit takes some forty.
 const MAX_BOXES: usize = 4000;
-/// Newton is tried in boxes whose image is smaller than this share of the face.
+/// Size of the image of a box, as a fraction of the face, below which Newton's method is tried.
 const NEWTON_SHARE: f64 = 0.05;
-/// A box with an image smaller than this share of the face counts as a crossing.
+/// Size of the image of a box, as a fraction of the face, below which it counts as a crossing.
 const LEAF_SHARE: f64 = 1e-7;
-/// Steps along the way of a node; each leads to the surface or most of the way to the closest pass.
+/// Largest number of steps along the path of a node; each leads to the surface or most of the way to the closest
+/// pass.
 const MARCH: usize = 100;
-/// How far outside 0…1 Newton's root may lie, for rounding on shared edges.
+/// Distance of Newton's root outside 0…1 that is tolerated, for rounding on common edges.
 const SLACK: f64 = 1e-9;
 
-/// Where and when a node meets a face.
+/// Place and time at which a node meets a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
-    /// Share of the step, 0…1.
+    /// Fraction of the step, 0…1.
     pub tau: f64,
-    /// Coordinates on the face, 0…1, see [`Patch::weights`].
+    /// First coordinate on the face, 0…1, see [`Patch::weights`].
     pub a: f64,
-    /// Second coordinate.
+    /// Second coordinate on the face, 0…1.
     pub b: f64,
 }
 
@@ -45,10 +47,10 @@ struct Box3 {
     values: [Vec3; 8],
 }
 
-/// Boxes that a search has room for at first.
+/// Boxes for which a search reserves memory at first.
 const ROOM: usize = 256;
 
-/// Memory of the search, kept between calls.
+/// Memory of the search, reused between calls.
 #[derive(Clone)]
 pub struct Search {
     stack: Vec<Box3>,
@@ -68,8 +70,8 @@ impl std::fmt::Debug for Search {
 
 impl Search {
     /// The first impact of a node moving from `s` to `s_end` on the *outside* of a face moving from `face` to
-    /// `face_end` [m], before the share `before` of the step; `None` if it does not reach it, or leaves through it from
-    /// behind.
+    /// `face_end` [m], before the fraction `before` of the step; `None` if it does not reach the face, or passes
+    /// through it from behind.
     pub fn first_impact(
         &mut self,
         face: &Patch,
@@ -78,19 +80,21 @@ impl Search {
         s_end: &Vec3,
         before: f64,
     ) -> Option<Impact> {
+        // Exclude most nodes by the bounds of the whole step.
         let whole = Box3::whole(face, face_end, s, s_end);
         let scale = face.corners.iter().map(|c| (c - face.corners[0]).amax()).fold(0.0, f64::max);
         let rounding = 1e-14 * whole.values.iter().map(Vec3::amax).fold(scale, f64::max);
         if whole.excludes_zero(rounding) {
             return None;
         }
-        // A crossing from outside, found at once, is the first one: an earlier one would need two more.
+        // A crossing from outside found at once is the first one: an earlier one would need two more.
         if let Some(hit) = whole.guess(face, s).and_then(|start| whole.newton(&whole, start))
             && whole.approaches(hit)
         {
             let found = Impact::at(hit);
             return (found.tau < before).then_some(found);
         }
+        // Bisection, earliest times first.
         let mut best: Option<Impact> = None;
         self.stack.clear();
         self.stack.push(whole);
@@ -140,13 +144,13 @@ impl Box3 {
         std::array::from_fn(|i| self.low[i] + 0.5 * self.width[i])
     }
 
-    /// The middle of the face in the box at its earliest time, to be conservative.
+    /// Middle of the face at the earliest time of the box, to be conservative.
     fn earliest(&self) -> [f64; 3] {
         let [a, b, _] = self.middle();
         [a, b, self.low[2]]
     }
 
-    /// Where the root is likely: from the closest point at the start, if the node is outside there and closes.
+    /// Initial guess of the root: from the closest point at the start, if the node is outside there and closing.
     fn guess(&self, face: &Patch, s: &Vec3) -> Option<[f64; 3]> {
         let closest = face.closest(s);
         let [_, w1, w2, w3] = closest.weights;
@@ -207,8 +211,8 @@ impl Box3 {
         (over_face(&along_tau), [d_a, d_b, over_face(&change)])
     }
 
-    /// A root of F, whose values on all of its arguments `whole` has, in this box (with some room around it), by Newton's
-    /// method.
+    /// A root of F in this box (with a small margin), by Newton's method; `whole` has the values of F on the full
+    /// range of its arguments.
     fn newton(&self, whole: &Self, mut at: [f64; 3]) -> Option<[f64; 3]> {
         for _ in 0..12 {
             let (f, d) = whole.eval(at);
@@ -233,7 +237,7 @@ impl Box3 {
         let (_, [d_a, d_b, d_tau]) = self.eval(at);
         let mut n = d_a.cross(&d_b);
         if n.norm_squared() <= 1e-24 * (d_a.norm_squared() + d_b.norm_squared()).powi(2) {
-            // The shrunk side of a triangle: its normal from the middle of the face.
+            // The degenerate side of a triangle: use the normal at the middle of the face.
             let (_, [d_a, d_b, _]) = self.eval([0.5, 0.5, at[2]]);
             n = d_a.cross(&d_b);
         }
@@ -241,9 +245,10 @@ impl Box3 {
     }
 }
 
-/// The first share of a straight way of some length [m] at which the distance falls to `met` [m]; it starts outside.
+/// The first fraction of a straight path of the given length [m] at which the distance falls to `met` [m]; it starts
+/// outside.
 ///
-/// No step is longer than the distance, which no surface can be nearer than, so none is jumped over.
+/// No step exceeds the distance, so no surface is jumped over.
 pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64) -> Option<f64> {
     let mut share = 0.0;
     for _ in 0..MARCH {
@@ -256,7 +261,7 @@ pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64
             return None;
         }
     }
-    // It passes along the surface: as good as met.
+    // It passes along the surface, which counts as an impact.
     Some(share)
 }
 
@@ -276,7 +281,7 @@ mod tests {
         let (face, from, to) = (square(0.0), Vec3::new(0.3, 0.6, 1.0), Vec3::new(0.3, 0.6, -3.0));
         let hit = search.first_impact(&face, &face, &from, &to, 2.0).unwrap();
         assert!((hit.tau - 0.25).abs() < 1e-12 && (hit.a - 0.3).abs() < 1e-12 && (hit.b - 0.6).abs() < 1e-12);
-        // From behind it is no impact, nor beside, nor too short.
+        // No impact from behind, beside, or with too short a path.
         assert_eq!(search.first_impact(&face, &face, &to, &from, 2.0), None);
         assert_eq!(search.first_impact(&face, &face, &(from + Vec3::x()), &(to + Vec3::x()), 2.0), None);
         assert_eq!(search.first_impact(&face, &face, &from, &Vec3::new(0.3, 0.6, 0.01), 2.0), None);
@@ -328,7 +333,7 @@ mod tests {
         let mut search = Search::default();
         let face = square(0.0);
         let (s, s_end) = (Vec3::new(-1.0, 0.5, 0.0), Vec3::new(2.0, 0.5, 0.0));
-        // Touching without approaching is no impact; the search must only end.
+        // Touching without approaching is no impact; the search must only terminate.
         assert_eq!(search.first_impact(&face, &face, &s, &s_end, 2.0), None);
     }
 }

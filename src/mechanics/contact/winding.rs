@@ -1,18 +1,20 @@
-//! How many times a closed surface winds around a point: 0 outside, 1 inside, 2 where two of its parts lie in each other.
+//! Winding number of a closed surface around a point: 0 outside, 1 inside, 2 where two of its parts overlap.
 //!
-//! Along a ray from the point each way out counts 1 and each way in −1. Faces are two triangles, seen along an axis of space; an
-//! edge is on one side of the ray or the other by the same arithmetic for both of its triangles, so none is counted twice or missed.
+//! Along a ray from the point each exit counts 1 and each entry −1. Faces are two triangles, projected along a
+//! coordinate axis; the side of the ray on which an edge lies is computed by the same arithmetic for both of its
+//! triangles, so none is counted twice or missed.
 
 use super::Surface;
 use super::broad_phase::FaceTree;
 use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
-/// How far from a node along its normal is outside of its own surroundings, in shares of the mean face size.
+/// Distance from a node along its normal, as a fraction of the mean face size, at which a place is outside the node's
+/// surroundings.
 const BESIDE: f64 = 1e-6;
 
-/// Nodes of a closed surface that lie inside what it encloses at positions `x` [m] of all nodes, with the surface's normals there:
-/// the surface winds around the place just outside of them.
+/// Nodes of a closed surface that lie inside the volume that it encloses, at positions `x` [m] of all nodes, with the
+/// surface's normals there: the surface winds around the place just outside them.
 pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
     let skin = Skin::new(surface, x);
     let (tree, beside) = (FaceTree::new(&skin, x), BESIDE * skin.mean_size());
@@ -25,8 +27,8 @@ pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
     surface.nodes.iter().filter_map(inside).collect()
 }
 
-/// Of the surface of `tree` around `point` [m], at positions `x` [m] that are `shift` [m] from those of the tree, within its
-/// slack. The ray is the axis nearest to `towards`.
+/// Winding number around `point` [m] of the surface of `tree`, at positions `x` [m] that are `shift` [m] from those
+/// of the tree, within its slack. The ray is along the axis nearest to `towards`.
 pub(super) fn winding_number(
     skin: &Skin,
     tree: &FaceTree,
@@ -35,7 +37,7 @@ pub(super) fn winding_number(
 ) -> i32 {
     let axis = towards.iamax();
     let sign = if towards[axis] < 0.0 { -1.0 } else { 1.0 };
-    // Looking against the ray, right-handed: across, up, along.
+    // Seen against the ray, right-handed: across, up, along.
     let (mut across, mut up) = ((axis + 1) % 3, (axis + 2) % 3);
     if sign < 0.0 {
         (across, up) = (up, across);
@@ -64,7 +66,7 @@ fn passage([a, b, c]: [[f64; 3]; 3]) -> i32 {
     if around == 0 {
         return 0;
     }
-    // Height where the ray passes, times twice the area seen.
+    // Height of the triangle on the ray, times twice its projected area.
     let height = cross(&b, &c) * a[2] + cross(&c, &a) * b[2] + cross(&a, &b) * c[2];
     if height * f64::from(around) > 0.0 { around } else { 0 }
 }

@@ -1,4 +1,4 @@
-//! Polyconvex tissue after Schröder, Neff & Balzani: fibres by a power of what their surroundings are stretched.
+//! Polyconvex tissue after Schröder, Neff & Balzani: fibres by a power of the stretch of their surroundings.
 
 use super::isochoric::{bound_first_invariant, eval_first_invariant};
 use super::validity::TISSUE;
@@ -11,8 +11,9 @@ use crate::mechanics::tensor::Sym;
 
 /// ψ = c1 (Ī1 − 3) + Σ_a α1 ⟨I1 I4a − I5a − 2⟩^α2 + U(J)
 ///
-/// (Schröder, Neff & Balzani 2005; Balzani, Neff, Schröder & Holzapfel 2006.) `I1 I4 − I5 = tr[cof C (I − a⊗a)]` is the sum of the
-/// squares of the stretches of two faces that hold the fibre. With α2 > 2 the tangent is continuous where a family switches on.
+/// (Schröder, Neff & Balzani 2005; Balzani, Neff, Schröder & Holzapfel 2006.) `I1 I4 − I5 = tr[cof C (I − a⊗a)]` is
+/// the sum of the squared stretches of two faces that contain the fibre. With α2 > 2 the tangent is continuous where
+/// a family becomes active.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balzani {
     /// c1 [Pa], > 0.
@@ -21,7 +22,7 @@ pub struct Balzani {
     pub alpha1: f64,
     /// α2 [-], > 2.
     pub alpha2: f64,
-    /// Fibre families.
+    /// Fibre families, at most [`super::MAX_FAMILIES`].
     pub families: FibreFamilies,
     /// The volumetric energy, with its bulk modulus K [Pa].
     pub volumetric: Volumetric,
@@ -38,8 +39,9 @@ impl Law for Balzani {
 
     /// With x = I1 I4 − I5 − 2, S = 2 W′ M, M = ∂x/∂C = I1 a⊗a + I4 I − (a⊗C a + C a⊗a).
     ///
-    /// The bound of a family is `W″ 4 x² |M|² + 12 W′ x²`, x² here the largest eigenvalue of C: `|2 F M|² ≤ 4 x² |M|²`, and with the
-    /// faces' sides u, v, w the second derivative of `|u×v|² + |w×u|²` is at most `2 (2 u² + v² + w² + |u×v| + |w×u|)`.
+    /// The bound of a family is `W″ 4 x² |M|² + 12 W′ x²`, x² here the largest eigenvalue of C: `|2 F M|² ≤ 4 x²
+    /// |M|²`, and with the sides u, v, w of the faces the second derivative of `|u×v|² + |w×u|²` is at most `2 (2 u²
+    /// + v² + w² + |u×v| + |w×u|)`.
     #[inline(always)]
     fn eval_with_bounds<R: Real>(
         &self,
@@ -52,9 +54,10 @@ impl Law for Balzani {
         let zero = psi.zero();
         let mut S = Sym([zero; 6]);
         let C = k.C_minus_I.plus_diagonal(zero.constant(1.0));
+        // Each family with its invariant x, energy W(x) and derivatives.
         for a in fibres {
             let x = k.mean_cof_C_m1() * 2.0 - k.dev_cof_C.quadratic_form(a);
-            // x^(α2 − 2), 0 where the family is off
+            // x^(α2 − 2), 0 where the family is inactive
             let on = x.max(x.constant(f64::MIN_POSITIVE));
             let power = x.select_positive((on.ln() * (self.alpha2 - 2.0)).exp(), zero);
             let ddW = power * (self.alpha1 * self.alpha2 * (self.alpha2 - 1.0));

@@ -17,7 +17,7 @@ impl Law for BlatzKo {
     const NAME: &'static str = "Blatz–Ko";
     const FITTED: Deformations = Deformations { stretch: [0.4, 2.0], jacobian: [0.4, 2.0] };
 
-    /// With r = J^(−1/3) the energy is `μ/2 [r² (Ī2 − 3) + (r − 1)² (3r³ + 6r² + 4r + 2)/r³]`, which keeps its digits at rest.
+    /// With r = J^(−1/3) the energy is `μ/2 [r² (Ī2 − 3) + (r − 1)² (3r³ + 6r² + 4r + 2)/r³]`, accurate near rest.
     ///
     /// The bound is `μ (3 y⁴ + √(4/3 I1))`, y² the largest eigenvalue of C⁻¹; 5 μ at rest. In principal stretches tr C⁻¹ has the
     /// block `6 diag(y⁴)` and rotation modes up to `6 y⁴`, J a traceless block of norm² 2 I1, whose largest eigenvalue is at most

@@ -1,25 +1,26 @@
-//! What elements of a law cost, from a fixed table and never from a stopwatch, so that a scene always gets the same plan.
+//! Cost of elements of each law, from a fixed table and never from a stopwatch, so that a scene always gets the same
+//! plan.
 //!
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench --bench element_kernels`.
 
-/// Time of one element-step on one core [ns]: while the data of the elements lie in the cache, and when they do not.
+/// Time of one element-step on one core [ns]: with the data of the elements in the cache, and in main memory.
 pub type Nanoseconds = [f64; 2];
 
-/// Time of an element-step in each formulation.
+/// Time of one element-step in each formulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementTime {
-    /// Of mean dilatation.
+    /// With mean dilatation, at 2×2×2 points.
     pub mean_dilatation: Nanoseconds,
-    /// Of full integration.
+    /// With full integration, at 2×2×2 points.
     pub full: Nanoseconds,
-    /// Of one point, stabilised.
+    /// With one point and stabilisation.
     pub reduced: Nanoseconds,
-    /// Of each family of fibres, on top.
+    /// Additional time per fibre family.
     pub family: Nanoseconds,
 }
 
 impl ElementTime {
-    /// Of the neo-Hookean law, and of each family of Holzapfel–Gasser–Ogden on top of that.
+    /// Of the neo-Hookean law, with the families of Holzapfel–Gasser–Ogden in addition.
     pub const NEO_HOOKEAN: Self = Self {
         mean_dilatation: [167.0, 233.0],
         full: [196.0, 256.0],
@@ -27,8 +28,8 @@ impl ElementTime {
         family: [48.0, 31.0],
     };
 
-    /// Of a law that takes `extra` [ns] longer than the neo-Hookean one at each of its points: estimated from its operations, not
-    /// measured.
+    /// Of a law that takes `extra` [ns] longer than the neo-Hookean one at each integration point: estimated from its
+    /// operations, not measured.
     pub const fn neo_hookean_and(extra: f64) -> Self {
         let base = Self::NEO_HOOKEAN;
         Self {

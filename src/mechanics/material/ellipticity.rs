@@ -1,18 +1,18 @@
-//! Whether a law is elliptic at a state: waves of every direction and polarisation have a real speed.
+//! Ellipticity of a law at a state: waves of every direction and polarisation have a real speed.
 //!
-//! Where the acoustic tensor `Q_ik(n) = A_iJkL n_J n_L` of some direction n has a negative eigenvalue the deformation can localise
-//! there, on any mesh as narrowly as its elements allow (Hadamard's condition of stability).
+//! Where the acoustic tensor `Q_ik(n) = A_iJkL n_J n_L` of some direction n has a negative eigenvalue, the
+//! deformation can localise, on any mesh into bands as narrow as its elements (Hadamard's condition of stability).
 
 use super::{Material, assemble_law_tangent};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
 
-/// Directions that are tried, on half a sphere: some 6° apart.
+/// Number of directions sampled on a hemisphere: some 6° apart.
 const DIRECTIONS: usize = 800;
 
 /// Least eigenvalue of the acoustic tensor over directions [Pa], ≥ 0 where the law is elliptic, at `H = F − I` [-] with J > 0.
 ///
-/// `bulk` is U″ [Pa] of a split law, of the element's mean dilatation where the element takes that, 0 of a coupled law. The pressure
-/// does not matter: cof F does not curve along a⊗n.
+/// `bulk` is U″ [Pa]: of the element's mean dilatation where the element uses that, of a split law otherwise, 0 for a
+/// coupled law. The pressure does not matter: cof F is linear along a⊗n.
 ///
 /// # Panics
 /// With more fibres than [`super::MAX_FAMILIES`].
@@ -35,7 +35,7 @@ pub fn least_acoustic_eigenvalue(
     (0..DIRECTIONS).map(|i| along(&direction(i))).fold(f64::INFINITY, f64::min)
 }
 
-/// The i-th of [`DIRECTIONS`] on half a sphere, as on a sunflower.
+/// The i-th of [`DIRECTIONS`] on a hemisphere, on a Fibonacci spiral.
 fn direction(i: usize) -> Vec3 {
     let z = (i as f64 + 0.5) / DIRECTIONS as f64;
     let (sin, cos) = (i as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt())).sin_cos();
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn what_softens_is_found() {
-        // ln² beyond J = e: U″ = K (1 − ln J)/J², here −0.028 K of the point, along the stretch.
+        // ln² beyond J = e: U″ = K (1 − ln J)/J², here −0.028 K at the point, along the stretch.
         let K = 1e7;
         let volumetric = Volumetric::LnSquared(K);
         let law = Material::NeoHookean(NeoHookean { c10: 1.0, volumetric });

@@ -1,22 +1,22 @@
-//! The exponential of laws that stiffen, continued before it overflows.
+//! The exponential of stiffening laws, continued before it overflows.
 
 use crate::mechanics::real::Real;
 
 /// The largest exponent [-] up to which a law is its exponential.
 ///
-/// Beyond it the energy goes on linearly in the exponent (with the stress continuous): nothing overflows, whatever a lane
-/// holds. e²⁰⁰ ≈ 7·10⁸⁶ is far beyond any tissue: a point that gets there has failed, and
-/// [`super::BoundedResponse::fibre_exponent`] tells.
+/// Beyond it the energy continues linearly in the exponent (with continuous stress): no lane can overflow. e²⁰⁰ ≈
+/// 7·10⁸⁶ is far beyond any tissue: a point that gets there has failed, as [`super::BoundedResponse::fibre_exponent`]
+/// shows.
 pub const FIBRE_EXPONENT_LIMIT: f64 = 200.0;
 
 /// The continued exponential at an exponent q.
 #[derive(Clone, Copy)]
 pub(super) struct BoundedExponential<R> {
-    /// q, at most the limit.
+    /// The exponent q, at most the limit.
     pub exponent: R,
     /// exp(q) − 1, linear beyond the limit.
     pub minus_one: R,
-    /// Its derivative, exp(q) at most at the limit; no less than its second derivative.
+    /// Its derivative, exp(q) up to the limit; no less than its second derivative.
     pub slope: R,
 }
 

@@ -76,7 +76,8 @@ impl Law for VerondaWestmann {
     const NAME: &'static str = "Veronda–Westmann";
     const FITTED: Deformations = TISSUE;
 
-    /// For the bound the energy is taken apart as `C1 (e^(C2 x) − 1 − C2 x) + C1 C2 (x − ½ (Ī2 − 3))`, x = Ī1 − 3: exact at rest.
+    /// For the bound the energy is decomposed as `C1 (e^(C2 x) − 1 − C2 x) + C1 C2 (x − ½ (Ī2 − 3))`, x = Ī1 − 3:
+    /// exact at rest.
     #[inline(always)]
     fn eval_with_bounds<R: Real>(
         &self,

@@ -1,10 +1,10 @@
-//! Families of fibres with an energy W(E) each: stress and stiffness bound, whatever W is.
+//! Fibre families with an energy W(E) each: stress and stiffness bound, for any W.
 
 use super::{BoundedResponse, Invariants, Kinematics, Response};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Sym;
 
-/// Which invariants a fibre term takes.
+/// Invariants used in a fibre term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum I4Form {
     /// The full I1, I4: a compressible tissue does not swell under fibre tension (the default).
@@ -18,14 +18,14 @@ pub enum I4Form {
 pub(super) struct FibreInvariant {
     /// Dispersion κ, 0 (aligned) … 1/3 (isotropic) [-].
     pub kappa: f64,
-    /// Its invariants.
+    /// Full or isochoric I1 and I4.
     pub form: I4Form,
 }
 
-/// The stretch of one family.
+/// Strain and stretch of one family.
 #[derive(Clone, Copy)]
 pub(super) struct FibreStrain<R> {
-    /// ⟨E_a⟩ [-].
+    /// Positive part ⟨E_a⟩ of the strain [-].
     pub E: R,
     /// The square of its stretch, a·C a [-].
     I4: R,
@@ -33,16 +33,16 @@ pub(super) struct FibreStrain<R> {
 
 /// The energy W(E) of one family and its derivatives, at E ≥ 0.
 pub(super) struct FibreEnergy<R> {
-    /// W [J/m³].
+    /// Energy W(E) per reference volume [J/m³].
     pub W: R,
-    /// W′ ≥ 0 [Pa].
+    /// First derivative W′ ≥ 0 [Pa].
     pub dW: R,
-    /// An upper bound of W″ that is not negative [Pa]; from above at E = 0.
+    /// Non-negative upper bound of W″ [Pa]; the right-hand limit at E = 0.
     pub ddW: R,
 }
 
 impl FibreInvariant {
-    /// The strain of the family `a`; exactly 0 at rest.
+    /// Strain of the family `a`; exactly 0 at rest.
     ///
     /// With `θ = κ I1 + (1 − 3κ) I4 = 1 + E_a` of the full invariants, the isochoric ones give `J^(−2/3) θ − 1`.
     #[inline(always)]
@@ -59,8 +59,8 @@ impl FibreInvariant {
 
     /// Bound [Pa] of the Hessian of one family's term: `W″ |∂E_a/∂F|² + W′ max(∂²E_a/∂F²)`.
     ///
-    /// A family that is off counts with W″(0⁺): it is the one-sided value at rest, and the stable step must
-    /// hold when the family switches on within it.
+    /// An inactive family enters with W″(0⁺): that is the one-sided value at rest, and the critical time step must
+    /// hold if the family becomes active within the step.
     ///
     /// With `B = κ F + (1 − 3κ) F a⊗a`, `|B|² = κ² I1 + (1 − 3κ)(1 − κ) I4`, `θ = κ I1 + (1 − 3κ) I4`:
     /// full: ∂E = 2B, ∂²E ≤ 2 (1 − 2κ); isochoric: ∂E = 2 J^(−2/3) (B − θ/3 F⁻ᵀ) and, by completing the square,
@@ -93,18 +93,18 @@ impl FibreInvariant {
     }
 }
 
-/// The terms of families, added to the energy and the bound of a matrix.
+/// Sums the terms of the families, starting from the energy and the bound of a matrix.
 pub(super) struct FibreTerms<R> {
     invariant: FibreInvariant,
     psi: R,
     bound: R,
-    /// S [Pa], but for what keeps isochoric invariants so.
+    /// S [Pa], without the volumetric correction of isochoric invariants.
     S: Sym<R>,
     trace_CS: R,
 }
 
 impl<R: Real> FibreTerms<R> {
-    /// No family yet.
+    /// Starts with the matrix alone: its energy `psi` and stiffness `bound`.
     #[inline(always)]
     pub fn new(invariant: FibreInvariant, psi: R, bound: R) -> Self {
         let zero = psi.zero();
@@ -137,12 +137,12 @@ impl<R: Real> FibreTerms<R> {
         self.bound += self.invariant.bound(k, inv, strain, &energy);
     }
 
-    /// Everything, with the stress of the matrix (and, of isochoric invariants, −⅓ tr(C S)/J I in it).
+    /// The complete response, with the stress of the matrix (which includes −⅓ tr(C S)/J I for isochoric invariants).
     #[inline(always)]
     pub fn response(self, k: &Kinematics<R>, mut matrix: Sym<R>, exponent: R) -> BoundedResponse<R> {
         let mut S = self.S;
         if self.invariant.form == I4Form::Isochoric {
-            // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is on
+            // C : ∂E_a/∂C = J^(−2/3) θ = 1 + E_a where the family is active
             S = S.scaled(k.j23_m1() + 1.0);
             matrix = matrix.plus_diagonal(self.trace_CS * k.J_inverse * (-1.0 / 3.0));
         }

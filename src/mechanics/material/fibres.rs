@@ -1,4 +1,4 @@
-//! Families of fibres of a law, as directions in the material's own axes.
+//! Fibre families of a law, as directions in the material axes.
 
 /// The largest number of fibre families in one law.
 pub const MAX_FAMILIES: usize = 4;
@@ -12,11 +12,11 @@ pub struct FibreFamilies {
 }
 
 impl FibreFamilies {
-    /// No families.
+    /// A law without fibres.
     pub const NONE: Self = Self { directions: [[0.0; 3]; MAX_FAMILIES], count: 0 };
 
-    /// From up to [`MAX_FAMILIES`] directions of any positive length; `None` when there are more, or one has no
-    /// direction (zero or not finite).
+    /// From up to [`MAX_FAMILIES`] directions of any positive length; `None` if there are more, or one is zero or not
+    /// finite.
     pub fn new(directions: &[[f64; 3]]) -> Option<Self> {
         let mut out = [[0.0; 3]; MAX_FAMILIES];
         for (i, d) in directions.iter().enumerate() {
@@ -28,7 +28,7 @@ impl FibreFamilies {
         }
         Some(Self { directions: out, count: directions.len() })
     }
-    /// The unit directions.
+    /// Unit directions, one per family.
     #[inline(always)]
     pub fn directions(&self) -> &[[f64; 3]] {
         &self.directions[..self.count]

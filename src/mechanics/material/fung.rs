@@ -26,7 +26,7 @@ impl OrthotropicModuli {
         let ([e1, e2, e3], [nu12, nu23, nu31]) = (self.young, self.poisson);
         let (s12, s23, s31) = (-nu12 / e1, -nu23 / e2, -nu31 / e3);
         let compliance = Mat3::new(1.0 / e1, s12, s31, s12, 1.0 / e2, s23, s31, s23, 1.0 / e3);
-        // An eigenvalue of what is not a number is looked for forever.
+        // The eigenvalue iteration does not end on a NaN.
         let is_finite = compliance.iter().all(|s| s.is_finite());
         if !(is_finite && compliance.symmetric_eigenvalues().min() > 0.0) {
             return None;
@@ -38,16 +38,16 @@ impl OrthotropicModuli {
 
 /// ψ = c/2 (e^Q − 1) + U(J), c Q = Ẽ : ℂ : Ẽ, Ẽ = ½ (J^(−2/3) C − I)      (Fung 1993; Ateshian & Costa 2009)
 ///
-/// ℂ is the orthotropic stiffness of small strains, in the element's axes: FEBio's "Fung orthotropic". Only its part across a
-/// change of volume is felt at rest, U(J) has the rest.
+/// ℂ is the orthotropic stiffness of small strains, in the element's axes: FEBio's "Fung orthotropic". At rest only
+/// its isochoric part has an effect, U(J) has the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FungOrthotropic {
-    /// c [Pa].
+    /// Coefficient c of the exponential [Pa].
     c: f64,
     /// ℂ of the normal strains, and the shear moduli G12, G23, G31 [Pa].
     normal: [[f64; 3]; 3],
     shear: [f64; 3],
-    /// Square roots of the largest `D : ℂ : D` of a D without trace, and of D = I/√3, for the bound [√Pa].
+    /// Square roots of the largest `D : ℂ : D` of a traceless D, and of that of D = I/√3, for the bound [√Pa].
     roots: [f64; 2],
     axes: FibreFamilies,
     volumetric: Volumetric,
@@ -68,7 +68,7 @@ impl FungOrthotropic {
         Some(Self { c, normal, shear: moduli.shear, roots, axes, volumetric })
     }
 
-    /// T = ℂ : Ẽ [Pa] in the axes, of Ẽ in the axes.
+    /// T = ℂ : Ẽ [Pa], both in the material axes.
     #[inline(always)]
     fn linear_stress<R: Real>(&self, E: &Sym<R>) -> Sym<R> {
         let mut T = *E;
@@ -82,9 +82,10 @@ impl FungOrthotropic {
 
     /// Bound [Pa] of the Hessian, of T = ℂ : Ẽ and the exponential at Q; exact at rest.
     ///
-    /// `∂Ẽ : dF = J^(−2/3) sym Fᵀ(dF − ⅓ (F⁻ᵀ : dF) F)` has norm ≤ d = J^(−2/3) √(x² I1 Y)/3, x² the largest eigenvalue of C and
-    /// Y = tr C⁻¹, and a trace ≤ t = J^(−2/3) √(I1 (I1 Y/9 − 1)); so `e^Q (√ℂ_dev d + √ℂ_vol t)²` and `2/c e^Q (T : D)²`. To it comes
-    /// `e^Q |T| |∂²Ẽ|`, |∂²Ẽ| ≤ J^(−2/3) [1 + 4/3 x √Y + (2/9 Y + ⅓ y²) |C|].
+    /// `∂Ẽ : dF = J^(−2/3) sym Fᵀ(dF − ⅓ (F⁻ᵀ : dF) F)` has norm ≤ d = J^(−2/3) √(x² I1 Y)/3, x² the largest
+    /// eigenvalue of C and Y = tr C⁻¹, and a trace ≤ t = J^(−2/3) √(I1 (I1 Y/9 − 1)); hence `e^Q (√ℂ_dev d + √ℂ_vol
+    /// t)²` and `2/c e^Q (T : D)²`. The term `e^Q |T| |∂²Ẽ|` is added, with |∂²Ẽ| ≤ J^(−2/3) [1 + 4/3 x √Y + (2/9 Y +
+    /// ⅓ y²) |C|].
     #[inline(always)]
     fn bound<R: Real>(&self, k: &Kinematics<R>, inv: &Invariants<R>, T: &Sym<R>, slope: R) -> R {
         let j23 = k.j23_m1() + 1.0;
@@ -112,7 +113,7 @@ impl Law for FungOrthotropic {
         self.axes.directions()
     }
 
-    /// S = J^(−2/3) (S̃ − ⅓ (S̃ : C) C⁻¹), S̃ = e^Q T. An axis that is not given adds nothing.
+    /// S = J^(−2/3) (S̃ − ⅓ (S̃ : C) C⁻¹), S̃ = e^Q T. A missing axis contributes nothing.
     #[inline(always)]
     fn eval_with_bounds<R: Real>(
         &self,
@@ -120,6 +121,7 @@ impl Law for FungOrthotropic {
         inv: &Invariants<R>,
         axes: &[[R; 3]],
     ) -> BoundedResponse<R> {
+        // Isochoric strain in the material axes.
         let zero = k.j.zero();
         let j23_m1 = k.j23_m1();
         let j23 = j23_m1 + 1.0;
@@ -130,6 +132,7 @@ impl Law for FungOrthotropic {
                 *e = strain.bilinear_form(a, b);
             }
         }
+        // Stress and exponential, rotated back.
         let T = self.linear_stress(&E);
         let Q = T.double_dot(&E) * (1.0 / self.c);
         let e = BoundedExponential::new(Q);
@@ -155,7 +158,7 @@ impl Law for FungOrthotropic {
         Some(self.volumetric)
     }
 
-    /// The largest shear modulus of any plane, since there is no isotropic part.
+    /// The largest shear modulus of any plane, in the absence of an isotropic part.
     #[inline(always)]
     fn moduli_at_rest(&self) -> (f64, f64) {
         (0.5 * self.roots[0] * self.roots[0], self.volumetric.bulk_modulus())

@@ -11,7 +11,7 @@ use super::{
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Sym;
 
-/// The matrix term.
+/// Form of the matrix term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatrixForm {
     /// c/2 (Ī1 − 3), the default.
@@ -22,7 +22,7 @@ pub enum MatrixForm {
 
 /// ψ = c/2 (Ī1 − 3) + Σ_a k1/(2 k2) (exp[k2 ⟨E_a⟩²] − 1) + U(J),  E_a = κ (I1 − 3) + (1 − 3κ)(I4a − 1)
 ///
-/// (Holzapfel, Gasser & Ogden 2000; Gasser, Ogden & Holzapfel 2006.) The whole term of a family is off while its
+/// (Holzapfel, Gasser & Ogden 2000; Gasser, Ogden & Holzapfel 2006.) The whole term of a family is inactive while its
 /// E_a < 0; ψ and P are continuous there, the tangent is not.
 ///
 /// FEBio's "Holzapfel-Gasser-Ogden" is [`MatrixForm::Isochoric`] with [`I4Form::Isochoric`], its "HGO
@@ -37,18 +37,18 @@ pub struct HolzapfelGasserOgden {
     pub k2: f64,
     /// Dispersion κ, 0 (aligned) … 1/3 (isotropic) [-].
     pub kappa: f64,
-    /// Fibre families.
+    /// Fibre families, at most [`super::MAX_FAMILIES`].
     pub families: FibreFamilies,
     /// Invariants of the fibre term.
     pub i4: I4Form,
-    /// Matrix term.
+    /// Matrix term, isochoric or coupled.
     pub matrix: MatrixForm,
     /// The volumetric energy, with its bulk modulus K [Pa].
     pub volumetric: Volumetric,
 }
 
 impl HolzapfelGasserOgden {
-    /// k2, and in place of 0 a number so small that `exp_m1(k2 E²) / k2` is E² to the last bit.
+    /// k2, with 0 replaced by a number so small that `exp_m1(k2 E²) / k2` is E² to the last bit.
     #[inline(always)]
     fn exponent(&self) -> f64 {
         self.k2.max(1e-100)
@@ -70,7 +70,7 @@ impl HolzapfelGasserOgden {
     }
 
     /// W = k1/(2 k2) (exp(k2 E²) − 1), W′ = k1 E exp(k2 E²) and W″ = k1 (1 + 2 k2 E²) exp(k2 E²), continued beyond
-    /// [`super::FIBRE_EXPONENT_LIMIT`], where W″ is that from below.
+    /// [`super::FIBRE_EXPONENT_LIMIT`], where W″ is the left-hand limit.
     #[inline(always)]
     fn eval_fibre_energy<R: Real>(&self, strain: FibreStrain<R>) -> FibreEnergy<R> {
         let (k2, E) = (self.exponent(), strain.E);
@@ -131,7 +131,8 @@ impl Law for HolzapfelGasserOgden {
         }
     }
 
-    /// A strain ε along a family adds 4 (1 − 2κ)² k1 ≤ 4 k1 to the modulus: E_a grows by 2 (1 − 2κ) ε, the energy is k1/2 E_a².
+    /// A strain ε along a family adds 4 (1 − 2κ)² k1 ≤ 4 k1 to the modulus: E_a grows by 2 (1 − 2κ) ε, the energy is
+    /// k1/2 E_a².
     fn fibre_modulus_at_rest(&self) -> f64 {
         4.0 * self.k1 * self.families.directions().len() as f64
     }

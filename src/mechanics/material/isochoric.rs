@@ -1,7 +1,7 @@
 //! The isochoric invariants Ī1 and Ī2: energy, stress and stiffness bound of `c (Ī1 − 3)` and `c (Ī2 − 3)`.
 //!
-//! Every law with an isochoric matrix is made of these. Both are formed from the deviator of C or of cof C, which
-//! is formed from the strain, so that energy and stress are exactly 0 at rest and keep their digits near it.
+//! Every law with an isochoric matrix consists of these. Both are computed from the deviator of C or of cof C, which
+//! is computed from the strain, so that energy and stress are exactly 0 at rest and accurate near it.
 
 use super::{Invariants, Kinematics};
 use crate::mechanics::real::Real;
@@ -31,7 +31,7 @@ pub(super) fn eval_second_invariant<R: Real>(c: f64, k: &Kinematics<R>) -> (R, R
 /// `3 (w − 1)` with `w = mean / det^(1/3)` of the matrix `mean I + s`, tr s = 0; `scale = det^(−1/3)`, and its cube.
 ///
 /// As `mean³ − det = ½ mean s:s − det s`, this is `3 (½ mean s:s − det s) / (det (w² + w + 1))`: quadratic in s,
-/// where the difference `scale · 3 mean − 3` would be left with the rounding of its first-order terms.
+/// where the difference `scale · 3 mean − 3` would retain the rounding of its first-order terms.
 #[inline(always)]
 fn isochoric_excess<R: Real>(mean: R, s: &Sym<R>, scale: R, scale_cubed: R) -> R {
     let w = mean * scale;
@@ -71,8 +71,9 @@ pub(super) fn bound_second_invariant<R: Real>(c: f64, k: &Kinematics<R>, inv: &I
     k.J23() * diagonal.mul_add(y2, spread) * c
 }
 
-/// Bound [Pa] of the Hessian of f(Ī1 − 3) with f′ = `slope` and f″ ≤ `curvature` [Pa]: `|f′| B + ⟨f″⟩ |∂Ī1/∂F|²`, B the bound of
-/// [`bound_first_invariant`] (which no negative eigenvalue exceeds either), `|∂Ī1/∂F|² = 4/9 J^(−4/3) I1 (I1 tr C⁻¹ − 9)`.
+/// Bound [Pa] of the Hessian of f(Ī1 − 3) with f′ = `slope` and f″ ≤ `curvature` [Pa]: `|f′| B + ⟨f″⟩ |∂Ī1/∂F|²`, B
+/// the bound of [`bound_first_invariant`] (which also bounds the negative eigenvalues), `|∂Ī1/∂F|² = 4/9 J^(−4/3) I1
+/// (I1 tr C⁻¹ − 9)`.
 #[inline(always)]
 pub(super) fn bound_function_of_first<R: Real>(
     slope: R,
@@ -89,10 +90,10 @@ pub(super) fn bound_function_of_first<R: Real>(
 
 /// Bound [-] of the Hessian of `Ī1 − ½ Ī2`; its exact value 2 at rest.
 ///
-/// Mode by mode (see [`bound_first_invariant`] and [`bound_second_invariant`]), with a = J^(−2/3), b = J^(2/3), t = yᵢyⱼ or y²:
-/// what Ī2 takes off is at least `b/2 (6 t² − ⅔ Y t)`, least at t = Y/18 or the smallest t; its `−4/Y y³⊗y³` adds at most
-/// `4 ⟨b Y/I1 − a⟩ + 4 b/Y |v|²` to `−4a/I1 s⊗s`, v the part of y³ across s, `|v|² = Σy⁶ − Y²/I1`. Rotation modes of the other sign
-/// are at most `2a − ⅔ a I1 t + b t (⅔ Y − 2 t)` at the ends of t.
+/// Mode by mode (see [`bound_first_invariant`] and [`bound_second_invariant`]), with a = J^(−2/3), b = J^(2/3), t =
+/// yᵢyⱼ or y²: the reduction by Ī2 is at least `b/2 (6 t² − ⅔ Y t)`, least at t = Y/18 or the smallest t; its `−4/Y
+/// y³⊗y³` adds at most `4 ⟨b Y/I1 − a⟩ + 4 b/Y |v|²` to `−4a/I1 s⊗s`, v the part of y³ orthogonal to s, `|v|² = Σy⁶ −
+/// Y²/I1`. Rotation modes of the other sign are at most `2a − ⅔ a I1 t + b t (⅔ Y − 2 t)` at the ends of t.
 #[inline(always)]
 pub(super) fn bound_first_less_second<R: Real>(k: &Kinematics<R>, inv: &Invariants<R>) -> R {
     let (a, b) = (k.j23_m1() + 1.0, k.J23());

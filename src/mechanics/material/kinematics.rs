@@ -1,4 +1,4 @@
-//! What every law reads of the deformation, formed so that nothing cancels near rest.
+//! The kinematic quantities that laws use, computed without cancellation near rest.
 
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Sym, Tensor};
@@ -26,7 +26,7 @@ pub struct Kinematics<R> {
     pub dev_cof_C: Sym<R>,
     /// J^(−1/3) − 1, to full relative accuracy [-].
     pub a: R,
-    /// 1/J, as the cube of J^(−1/3): a division is as long as the rest of the cofactor [-].
+    /// 1/J, as the cube of J^(−1/3): a division would take as long as the rest of the cofactor [-].
     pub J_inverse: R,
 }
 
@@ -38,7 +38,7 @@ impl<R: Real> Kinematics<R> {
         Self::with_volume_change(H, j, inverse_cbrt_m1(j))
     }
 
-    /// As [`Kinematics::new`], for those who have `j = J − 1` of [`volume_change`] and `a = J^(−1/3) − 1` already.
+    /// As [`Kinematics::new`], where `j = J − 1` of [`volume_change`] and `a = J^(−1/3) − 1` are known.
     ///
     /// With s the deviator of C, m its mean and q = s : s, `cof C = cof(m I + s)` has the mean `m² − q/6` and the deviator
     /// `s² − m s − q/3 I`: linear in s, so that nothing cancels near rest.
@@ -48,6 +48,7 @@ impl<R: Real> Kinematics<R> {
         let one = j.constant(1.0);
         let F = H.plus(&Tensor::diagonal(one));
         let cof = F.cofactor();
+        // C − I and its deviator.
         let mut G = Sym([one; 6]);
         for (g, (a, b)) in G.0.iter_mut().zip(Sym::<R>::INDICES) {
             let linear = h[a][b] + h[b][a];
@@ -56,6 +57,7 @@ impl<R: Real> Kinematics<R> {
         let third = j.constant(1.0 / 3.0);
         let dev_C = G.deviator();
         let mean_C = G.trace().mul_add(third, one);
+        // cof C by its mean and deviator.
         let q = dev_C.norm_squared();
         let dev_cof_C = dev_C.squared().plus_scaled(-mean_C, &dev_C).plus_diagonal(-(q * third));
         let root = a + 1.0;
@@ -74,7 +76,7 @@ impl<R: Real> Kinematics<R> {
         }
     }
 
-    /// J^(−2/3) − 1.
+    /// J^(−2/3) − 1 [-], without cancellation.
     #[inline(always)]
     pub fn j23_m1(&self) -> R {
         self.a * (self.a + 2.0)
@@ -88,7 +90,7 @@ impl<R: Real> Kinematics<R> {
         (trace * 2.0 + second) * (1.0 / 3.0)
     }
 
-    /// J^(2/3).
+    /// Isochoric factor J^(2/3) [-].
     #[inline(always)]
     pub fn J23(&self) -> R {
         self.J * (self.a + 1.0)
@@ -120,7 +122,7 @@ pub struct Invariants<R> {
 }
 
 impl<R: Real> Invariants<R> {
-    /// From the kinematics of the point.
+    /// Invariants and bounds from the kinematics at a point.
     #[inline(always)]
     pub fn new(k: &Kinematics<R>) -> Self {
         let J2_inverse = k.J_inverse * k.J_inverse;

@@ -1,11 +1,11 @@
-//! What a constitutive law is: the trait of all of them, and what it gives at a point.
+//! The trait of all constitutive laws, and their response at a point.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::{Deformations, ElementTime, Invariants, Kinematics, Volumetric};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Sym, Tensor};
 
-/// ψ and the stress at one point, as the laws have it: [`Response::first_piola`] makes P = ∂ψ/∂F of it.
+/// ψ and the stress at one point in the form that laws return; [`Response::first_piola`] gives P = ∂ψ/∂F.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<R> {
     /// Strain energy per reference volume [J/m³].
@@ -28,21 +28,21 @@ impl<R: Real> Response<R> {
     }
 }
 
-/// What a law gives at one point, with what the stable step and the diagnosis take of it.
+/// Response of a law at one point, with the quantities for the critical time step and the diagnosis.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundedResponse<R> {
-    /// ψ and stress.
+    /// Energy ψ and stress.
     pub response: Response<R>,
-    /// An upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F²; exact (or nearly so) at rest, where it decides the stable
-    /// step of most scenes.
+    /// Upper bound [Pa] of the largest eigenvalue of ∂²ψ/∂F²; exact (or nearly so) at rest, where it determines the
+    /// critical time step of most scenes.
     pub stiffness_bound: R,
-    /// The largest exponent [-] of an exponential law (k2 ⟨E_a⟩² of its fibre families), 0 for a law without. Beyond
-    /// [`super::FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports `FibreOverstretched`, with the
-    /// stretch from [`super::Material::overstretch`].
+    /// Largest exponent [-] of an exponential law (k2 ⟨E_a⟩² of its fibre families), 0 for other laws. Beyond
+    /// [`super::FIBRE_EXPONENT_LIMIT`] the law is no longer its exponential: the stepper reports
+    /// `FibreOverstretched`, with the stretch from [`super::Material::overstretch`].
     pub fibre_exponent: R,
 }
 
-/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point, everything in.
+/// ψ [J/m³] and P = ∂ψ/∂F [Pa] (rows spatial) at one point, including the volumetric energy.
 #[derive(Clone, Copy, Debug)]
 pub struct TotalResponse<R> {
     /// Strain energy per reference volume [J/m³].
@@ -51,34 +51,34 @@ pub struct TotalResponse<R> {
     pub P: Tensor<R>,
 }
 
-/// What a hyperelastic law gives at a point, *without* the volumetric energy `U(J)` of a split law.
+/// A hyperelastic law at a point, *without* the volumetric energy `U(J)` of a split law.
 ///
-/// A split law keeps `U` apart (see [`Law::volumetric`]), because the mean-dilatation element evaluates it once
-/// per element with `J̄`. A coupled law returns `None` there and puts everything into `eval`.
+/// A split law returns `U` separately (see [`Law::volumetric`]), because the mean-dilatation element evaluates it
+/// once per element with `J̄`. A coupled law returns `None` there and includes everything in `eval`.
 pub trait Law: Copy + std::fmt::Debug + Send + Sync + 'static {
-    /// Its name, for people.
+    /// Name of the law in reports.
     const NAME: &'static str;
-    /// What its parameters are usually fitted to.
+    /// Deformations to which its parameters are usually fitted.
     const FITTED: Deformations;
 
-    /// Unit directions of the fibre families that it reads, in the material axes: none keeps every fibre array out of the block.
+    /// Unit directions of the law's fibre families in the material axes; without any, blocks have no fibre arrays.
     fn fibre_directions(&self) -> &[[f64; 3]] {
         &[]
     }
-    /// Number of fibre families that the law reads.
+    /// Number of fibre families of the law.
     #[inline(always)]
     fn family_count(&self) -> usize {
         self.fibre_directions().len()
     }
-    /// ψ and stress of all but `U(J)`, with bounds for the step: together, because exponentials serve both. `fibres[a]` are
-    /// the reference unit directions.
+    /// ψ and stress without `U(J)`, with bounds for the time step: together, because both use the exponentials.
+    /// `fibres[a]` are the reference unit directions.
     fn eval_with_bounds<R: Real>(
         &self,
         k: &Kinematics<R>,
         inv: &Invariants<R>,
         fibres: &[[R; 3]],
     ) -> BoundedResponse<R>;
-    /// ψ and stress alone; what the bounds take is not computed where the compiler sees that nobody asks.
+    /// ψ and stress alone; the compiler eliminates the computation of the bounds, which are not requested.
     #[inline(always)]
     fn eval<R: Real>(&self, k: &Kinematics<R>, fibres: &[[R; 3]]) -> Response<R> {
         self.eval_with_bounds(k, &Invariants::new(k), fibres).response
@@ -87,21 +87,22 @@ pub trait Law: Copy + std::fmt::Debug + Send + Sync + 'static {
     fn volumetric(&self) -> Option<Volumetric>;
     /// Small-strain shear modulus G and bulk modulus K at rest, fibres apart [Pa].
     fn moduli_at_rest(&self) -> (f64, f64);
-    /// What fibres add to the stiffness along one direction at rest when they are pulled, at most [Pa].
+    /// Upper bound of the contribution of fibres in tension to the stiffness along one direction at rest [Pa].
     fn fibre_modulus_at_rest(&self) -> f64 {
         0.0
     }
-    /// What an element of it costs.
+    /// Cost of an element with this law.
     fn element_time(&self) -> ElementTime {
         ElementTime::NEO_HOOKEAN
     }
-    /// The same law without the families of fibres that have no stiffness: energy and stress keep their bits, since each of
-    /// those would add zero.
+    /// The same law without fibre families of zero stiffness: energy and stress keep their bits, since each of those
+    /// adds zero.
     #[must_use]
     fn without_idle_fibres(self) -> Self {
         self
     }
-    /// The same law with its isochoric stress times `factor` [-], `None` for a coupled law, which does not keep it apart.
+    /// The same law with its isochoric stress times `factor` [-]; `None` for a coupled law, where that is not
+    /// separate.
     #[must_use]
     fn with_isochoric_scaled(self, factor: f64) -> Option<Self>;
 }

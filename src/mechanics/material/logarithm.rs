@@ -1,7 +1,8 @@
-//! Functions of the isochoric strain by its logarithm, smooth where principal stretches meet.
+//! Functions of the isochoric strain in terms of its logarithm, smooth where principal stretches coincide.
 //!
-//! L = ln C̄ is symmetric without trace, so L³ = p L + q I with p = ½ tr L², q = det L (Cayley–Hamilton). Its powers are
-//! `a L² + b L + c I` with a, b, c polynomials of p and q: no eigenvectors, and nothing happens at equal eigenvalues.
+//! L = ln C̄ is symmetric and traceless, so L³ = p L + q I with p = ½ tr L², q = det L (Cayley–Hamilton). Its powers
+//! are `a L² + b L + c I` with a, b, c polynomials of p and q: no eigenvectors are needed, and equal eigenvalues are
+//! no special case.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::Kinematics;
@@ -12,25 +13,25 @@ use crate::mechanics::tensor::Sym;
 /// exp(kL) − I = a L² + b L + c I.
 #[derive(Clone, Copy)]
 pub(super) struct Exponential<R> {
-    /// Coefficient of L².
+    /// Coefficient a of L².
     pub a: R,
-    /// Coefficient of L.
+    /// Coefficient b of L.
     pub b: R,
-    /// Coefficient of I.
+    /// Coefficient c of I.
     pub c: R,
 }
 
 /// Terms of the series of exp: relative error below 1e-16 for a norm up to 0.3, 1e-13 up to 0.6.
 const SERIES: i32 = 12;
 
-/// A multiple kL, and how often it is halved for the series: the norm is then below 0.3 for principal stretches λ̄ from 1/9 to 9,
-/// |ln λ̄²| < 4.5.
+/// A multiple kL, with the number of halvings for the series: the norm is then below 0.3 for principal stretches λ̄
+/// from 1/9 to 9, |ln λ̄²| < 4.5.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Multiple {
-    /// k [-].
+    /// The factor k [-].
     k: f64,
     halvings: u32,
-    /// k/2^halvings.
+    /// The factor of the series, k/2^halvings [-].
     reduced: f64,
 }
 
@@ -38,7 +39,7 @@ impl Multiple {
     const UP: Self = Self { k: 1.0, halvings: 4, reduced: 1.0 / 16.0 };
     const DOWN: Self = Self { k: -1.0, halvings: 4, reduced: -1.0 / 16.0 };
 
-    /// kL.
+    /// The multiple kL of a logarithm L.
     pub fn new(k: f64) -> Self {
         let halvings = 4 + k.abs().max(1.0).log2().ceil() as u32;
         Self { k, halvings, reduced: k * 0.5_f64.powi(halvings.cast_signed()) }
@@ -46,8 +47,8 @@ impl Multiple {
 }
 
 impl<R: Real> Exponential<R> {
-    /// Of a multiple of L, by its series for the halved one, squared again and again as `(I + E)² − I`, which keeps the digits of
-    /// a small E.
+    /// Exponential of a multiple of L: the series for the reduced one, squared repeatedly as `(I + E)² − I`, which
+    /// preserves the accuracy of a small E.
     #[inline(always)]
     pub fn new(of: Multiple, p: R, q: R) -> Self {
         let r = of.reduced;
@@ -64,7 +65,7 @@ impl<R: Real> Exponential<R> {
             let square_a = aa.mul_add(p, b.mul_add(b, a * c * 2.0));
             let square_b = aa.mul_add(q, twice_ab.mul_add(p, b * c * 2.0));
             let square_c = twice_ab.mul_add(q, c * c);
-            // From here on the coefficients are those of twice the tensor.
+            // After this scaling the coefficients are those of twice the tensor.
             (a, b, c) = ((square_a + a * 2.0) * 0.25, (square_b + b * 2.0) * 0.5, square_c + c * 2.0);
             (p, q) = (p * 4.0, q * 8.0);
         }
@@ -72,7 +73,7 @@ impl<R: Real> Exponential<R> {
     }
 }
 
-/// ln C̄ at a point, by its invariants.
+/// ln C̄ at a point, in terms of its invariants.
 #[derive(Clone, Copy)]
 pub(super) struct Logarithm<R> {
     /// p = ½ tr L² [-].
@@ -81,19 +82,19 @@ pub(super) struct Logarithm<R> {
     pub q: R,
     /// Largest and least eigenvalue [-], without derivatives.
     pub extremes: [R; 2],
-    /// exp(L).
+    /// Coefficients of exp(L) − I.
     up: Exponential<R>,
-    /// exp(−L).
+    /// Coefficients of exp(−L) − I.
     down: Exponential<R>,
-    /// `a₊ b₋ − a₋ b₊`, minus the product of the divided differences of exp: never 0.
+    /// `a₊ b₋ − a₋ b₊`, minus the product of the divided differences of exp; never zero.
     determinant: R,
 }
 
 impl<R: Real> Logarithm<R> {
-    /// At a point.
+    /// Logarithm at a point.
     ///
-    /// Values come from the largest eigenvalues of C̄ and C̄⁻¹, in closed form, whose derivatives do not exist where eigenvalues meet.
-    /// Those of p and q do, by Newton's step on `tr exp(±L) = Ī1, Ī2`: `∂ tr exp(±L)/∂p = ±b`,
+    /// Values come from the largest eigenvalues of C̄ and C̄⁻¹ in closed form, whose derivatives do not exist where
+    /// eigenvalues coincide. Those of p and q do, by a Newton step on `tr exp(±L) = Ī1, Ī2`: `∂ tr exp(±L)/∂p = ±b`,
     /// `∂ tr exp(±L)/∂q = ±a`.
     #[inline(always)]
     pub fn new(k: &Kinematics<R>) -> Self {
@@ -102,7 +103,7 @@ impl<R: Real> Logarithm<R> {
         let (x2, _) = eval_second_invariant(1.0, k);
         let most = log_of_largest(x1, &k.dev_C, j23);
         let least = -log_of_largest(x2, &k.dev_cof_C, j23 * j23);
-        // The three have the sum 0.
+        // The sum of the three is zero.
         let minus_middle = most + least;
         let mut p = most.mul_add(most, least * minus_middle);
         let mut q = -(most * least * minus_middle);

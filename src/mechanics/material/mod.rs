@@ -1,4 +1,4 @@
-//! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file a law.
+//! Constitutive laws: energy per reference volume ψ [J/m³], stress P = ∂ψ/∂F [Pa], one file per law.
 //!
 //! A law is written once over [`Real`], see there. Its tangent comes from dual numbers ([`tangent_along`]), exact to
 //! rounding, so that no second formula can disagree with the first.
@@ -53,14 +53,14 @@ pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 use super::real::Real;
 use super::tensor::Tensor;
 
-/// Makes of the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`, which leaves the laws that
-/// share a force kernel as they are. `$dollar` is a dollar sign, for the inner macros.
+/// Generates from the lists of laws the enum [`Material`], `with_law!`, which matches it, and `with_kernel_law!`,
+/// which does not resolve laws with a common force kernel. `$dollar` is a dollar sign, for the inner macros.
 macro_rules! laws {
     ($dollar:tt: own [$($own_file:ident::$Own:ident),* $(,)?] shared [$($file:ident::$Shared:ident),* $(,)?]) => {
         $(pub use $own_file::$Own;)*
         $(pub use $file::$Shared;)*
 
-        /// Any of the laws, by value: what a scene names and a plan keeps. Matched once a chunk of elements, outside the
+        /// Any of the laws, by value, as named in a scene and stored in a plan. Matched once per chunk of elements, outside the
         /// loops; as a law itself, at every point.
         #[allow(clippy::large_enum_variant)] // one a block of elements, read in its loops
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,8 @@ macro_rules! laws {
         }
         pub(crate) use with_law;
 
-        /// Runs `$body` with `$law` bound to what force kernels are compiled for: the law itself, or [`Material`].
+        /// Runs `$body` with `$law` bound to the type that force kernels are compiled for: the law itself, or
+        /// [`Material`].
         macro_rules! with_kernel_law {
             ($dollar material:expr, $dollar law:ident => $dollar body:expr) => {
                 match $dollar material {
@@ -104,7 +105,7 @@ macro_rules! laws {
     };
 }
 
-// A new law is a file of this folder and a line here: with a force kernel of its own where its speed matters.
+// A new law is a file in this folder and a line here: with its own force kernel where its speed matters.
 laws! { $:
     own [
         mooney_rivlin::MooneyRivlin,
@@ -125,7 +126,7 @@ laws! { $:
 }
 
 impl Material {
-    /// ψ and P with everything in, at a point with its own J (no element average). `H = F − I` [-].
+    /// ψ and P, including U(J), at a point with its own J (no element average). `H = F − I` [-].
     pub fn eval_total<R: Real>(&self, H: &Tensor<R>, fibres: &[[R; 3]]) -> TotalResponse<R> {
         let k = Kinematics::new(H);
         with_law!(self, law => {
@@ -135,15 +136,15 @@ impl Material {
             TotalResponse { psi: response.psi + energy, P: response.first_piola(&k, pressure) }
         })
     }
-    /// The law's name, for people.
+    /// Name of the law in reports.
     pub fn name(&self) -> &'static str {
         with_law!(self, law => name_of(law))
     }
-    /// What an element of it costs.
+    /// Cost of an element with this law.
     pub fn element_time(&self) -> ElementTime {
         with_law!(self, law => law.element_time())
     }
-    /// The range of the law where a scene gives no other.
+    /// Range of validity of the law unless a scene specifies another.
     pub fn validity(&self) -> Validity {
         with_law!(self, law => validity_of(law))
     }
@@ -151,11 +152,12 @@ impl Material {
     pub fn moduli_at_rest(&self) -> (f64, f64) {
         with_law!(self, law => law.moduli_at_rest())
     }
-    /// See [`Law::fibre_modulus_at_rest`].
+    /// Upper bound of the contribution of fibres in tension to the stiffness at rest [Pa],
+    /// [`Law::fibre_modulus_at_rest`].
     pub fn fibre_modulus_at_rest(&self) -> f64 {
         with_law!(self, law => law.fibre_modulus_at_rest())
     }
-    /// Number of fibre families that the law reads.
+    /// Number of fibre families of the law.
     pub fn family_count(&self) -> usize {
         with_law!(self, law => law.family_count())
     }
@@ -163,23 +165,23 @@ impl Material {
     pub fn fibre_directions(&self) -> &[[f64; 3]] {
         with_law!(self, law => law.fibre_directions())
     }
-    /// See [`Law::without_idle_fibres`].
+    /// The same law without fibre families of zero stiffness, [`Law::without_idle_fibres`].
     #[must_use]
     pub fn without_idle_fibres(self) -> Self {
         with_law!(self, law => law.without_idle_fibres().into())
     }
-    /// See [`Law::with_isochoric_scaled`].
+    /// The same law with its isochoric stress times `factor` [-], [`Law::with_isochoric_scaled`].
     #[must_use]
     pub fn with_isochoric_scaled(self, factor: f64) -> Option<Self> {
         with_law!(self, law => law.with_isochoric_scaled(factor).map(Self::from))
     }
-    /// The largest stretch [-] when an exponent has passed [`FIBRE_EXPONENT_LIMIT`], else `None`: `|F a|` of the most stretched
-    /// family, of a law without fibres a bound of the principal stretches. `H = F − I` [-].
+    /// Largest stretch [-] where an exponent exceeds [`FIBRE_EXPONENT_LIMIT`], else `None`: `|F a|` of the most
+    /// stretched family, or a bound of the principal stretches of a law without fibres. `H = F − I` [-].
     pub fn overstretch(&self, H: &Tensor<f64>, fibres: &[[f64; 3]]) -> Option<f64> {
         let k = Kinematics::new(H);
         let inv = Invariants::new(&k);
         let exponent = with_law!(self, law => law.eval_with_bounds(&k, &inv, fibres).fibre_exponent);
-        // Not `>`: an exponent that is not a number has passed the limit too.
+        // Not `>`: a NaN exponent exceeds the limit, too.
         if exponent <= FIBRE_EXPONENT_LIMIT {
             return None;
         }
@@ -192,8 +194,9 @@ impl Material {
     }
 }
 
-/// Any law as one: matched at every point. All passes but the internal forces are compiled for it alone, and those of the laws that
-/// share a kernel: a match costs little beside what they compute, and kernels are most of what the compiler works on.
+/// Any law as one type, matched at every point. All passes but the internal forces are compiled for it alone, as are
+/// the internal forces of laws with a common kernel: a match costs little compared with the law, and kernels dominate
+/// the compile time.
 impl Law for Material {
     const NAME: &'static str = "any law";
     const FITTED: Deformations = <NeoHookean as Law>::FITTED;
@@ -226,7 +229,7 @@ fn name_of<L: Law>(_: &L) -> &'static str {
     L::NAME
 }
 
-/// The range of the law of a value.
+/// Range of validity of the law of a value.
 fn validity_of<L: Law>(_: &L) -> Validity {
     Validity::fitted_to(L::FITTED)
 }

@@ -59,7 +59,7 @@ pub struct CoupledNeoHookean {
 
 /// `μ/2 (I1 − 3) − μ ln J` [J/m³] and its stress `μ (C − I) / J` [Pa].
 ///
-/// `½ (I1 − 3) − ln J` is formed as `½ J^(2/3) (Ī1 − 3) + 3/2 (z − ln(1 + z))`, z = J^(2/3) − 1, because tr E and
+/// `½ (I1 − 3) − ln J` is computed as `½ J^(2/3) (Ī1 − 3) + 3/2 (z − ln(1 + z))`, z = J^(2/3) − 1, because tr E and
 /// ln J agree to first order.
 #[inline(always)]
 pub(super) fn eval_coupled_matrix<R: Real>(mu: f64, k: &Kinematics<R>) -> (R, Sym<R>) {

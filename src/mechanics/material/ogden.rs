@@ -5,13 +5,13 @@ use super::validity::NEARLY_INCOMPRESSIBLE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
 
-/// The most terms of an Ogden law.
+/// Largest number of terms of an Ogden law.
 pub const MAX_OGDEN_TERMS: usize = 6;
 
 /// One term of an Ogden law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OgdenTerm {
-    /// μ [Pa], of the sign of α.
+    /// μ [Pa], of the same sign as α.
     pub mu: f64,
     /// α [-], not 0.
     pub alpha: f64,
@@ -21,12 +21,13 @@ pub struct OgdenTerm {
 ///
 /// Shear modulus at rest ½ Σ μ_p α_p. FEBio's constants c_p, m_p are α_p = m_p, μ_p = c_p/m_p.
 ///
-/// With L = ln C̄ the sum of powers is tr exp(½ α L), and the stress `Σ μ dev exp(½ α L)` (Kirchhoff, in C's axes) is written
-/// in dev C and dev cof C like that of Mooney–Rivlin, see [`super::logarithm`]: nothing happens where stretches meet.
+/// With L = ln C̄ the sum of powers is tr exp(½ α L), and the stress `Σ μ dev exp(½ α L)` (Kirchhoff, in C's axes) is
+/// expressed by dev C and dev cof C as that of Mooney–Rivlin, see [`super::logarithm`]: coinciding stretches are no
+/// special case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ogden {
     terms: [OgdenTerm; MAX_OGDEN_TERMS],
-    /// ½ α of each.
+    /// The multiple ½ α of L in each term.
     half_powers: [Multiple; MAX_OGDEN_TERMS],
     count: usize,
     volumetric: Volumetric,
@@ -40,7 +41,7 @@ impl Ogden {
         let half_powers = all.map(|term| Multiple::new(0.5 * term.alpha));
         Some(Self { terms: all, half_powers, count: terms.len(), volumetric })
     }
-    /// Its terms.
+    /// Terms of the law, at most [`MAX_OGDEN_TERMS`].
     #[inline(always)]
     pub fn terms(&self) -> &[OgdenTerm] {
         &self.terms[..self.count]
@@ -48,10 +49,10 @@ impl Ogden {
 
     /// Bound [Pa] of the Hessian, from the mean m of `Σ μ λ̄^α`; 2 G at rest.
     ///
-    /// With τ = Σ μ λ̄^α − m the principal Kirchhoff stresses and n = Σ μ α λ̄^α the 3×3 block in principal stretches is
-    /// `D (Q diag(n) Q − diag(τ)) D`, D = diag(1/λ), Q the projector on what is isochoric: at most ⟨−τ/λ²⟩ and the lesser of
-    /// n/λ² at its largest and of the trace. Rotation modes are means of `(n − τ)/λ²` between two stretches, whose terms are
-    /// largest at one of the ends, and `(τᵢ/λᵢ + τⱼ/λⱼ)/(λᵢ + λⱼ)`.
+    /// With τ = Σ μ λ̄^α − m the principal Kirchhoff stresses and n = Σ μ α λ̄^α, the 3×3 block in principal
+    /// stretches is `D (Q diag(n) Q − diag(τ)) D`, D = diag(1/λ), Q the isochoric projector: at most ⟨−τ/λ²⟩ plus the
+    /// lesser of the largest n/λ² and the trace. Rotation modes are means of `(n − τ)/λ²` between two stretches,
+    /// whose terms are largest at one of the ends, and `(τᵢ/λᵢ + τⱼ/λⱼ)/(λᵢ + λⱼ)`.
     #[inline(always)]
     fn bound<R: Real>(&self, k: &Kinematics<R>, log: &Logarithm<R>, m: R) -> R {
         let zero = m.zero();

@@ -1,13 +1,13 @@
 //! Stress of a material at a given deformation, and along the usual test paths.
 //!
-//! A path prescribes some entries of F; the rest are such that the other faces carry no load. Those entries are
-//! found by Newton's method on the exact tangent, for the compressible law as it is: no incompressibility assumed.
+//! A path prescribes some entries of F; the others are such that the remaining faces are free of load. They are found
+//! by Newton's method on the exact tangent, for the compressible law as it is, without assuming incompressibility.
 
 use super::{FibreFamilies, Material, assemble_tangent};
 use crate::mechanics::tensor::{Mat3, Tensor};
 use nalgebra::{DMatrix, DVector};
 
-/// What a homogeneous specimen is put through; `value` is the stretch λ or the shear γ [-].
+/// Loading of a homogeneous specimen; `value` is the stretch λ or the shear γ [-].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
     /// F e_x = λ e_x, the faces normal to y and z free of load: the Cauchy stress is σ_xx alone.
@@ -29,32 +29,32 @@ pub struct PointStress {
     pub cauchy: Mat3,
 }
 
-/// One row of a path.
+/// One point of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathPoint {
-    /// The stretch or shear that was asked for [-].
+    /// The prescribed stretch or shear [-].
     pub value: f64,
-    /// Deformation gradient, with the free entries found [-].
+    /// Deformation gradient, including the free entries [-].
     pub F: Mat3,
     /// Energy and stress there.
     pub stress: PointStress,
 }
 
-/// Why a material point has no stress to give.
+/// Why the stress at a material point cannot be evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MaterialError {
-    /// det F is not a positive number.
+    /// det F is not positive and finite.
     #[error("the deformation is inverted or not a number: J = {J}")]
     Inverted {
         /// J = det F [-].
         J: f64,
     },
-    /// The asked value is not a positive stretch, or not a number.
+    /// The prescribed value is not a positive stretch, or not finite.
     #[error("{value} is no value of a {path:?} path")]
     NoSuchValue {
-        /// The path.
+        /// The path of the request.
         path: Path,
-        /// The value asked for [-].
+        /// The prescribed value [-].
         value: f64,
     },
     /// More than [`super::MAX_FAMILIES`] directions, or one without a direction.
@@ -63,9 +63,9 @@ pub enum MaterialError {
     /// Newton's method found no state with free lateral faces, however small the increments.
     #[error("{path:?} path: no state with free lateral faces found beyond {reached} towards {value}")]
     NotConverged {
-        /// The path.
+        /// The path of the request.
         path: Path,
-        /// The value asked for [-].
+        /// The prescribed value [-].
         value: f64,
         /// The last value with a solution on the way there [-].
         reached: f64,
@@ -86,8 +86,8 @@ pub fn eval_point(material: &Material, F: &Mat3) -> Result<PointStress, Material
     eval_with_fibres(material, material.fibre_directions(), F)
 }
 
-/// The states along a path at `values` (stretches or shears [-]), in the order asked for, each found from the one
-/// before, the first from rest.
+/// The states along a path at `values` (stretches or shears [-]), in the given order, each found from the previous
+/// one, the first from rest.
 ///
 /// `fibres_in_xyz` are the directions of the families in x, y, z, of any length; a law without fibres ignores them.
 ///
@@ -122,7 +122,7 @@ fn eval_with_fibres(
     F: &Mat3,
 ) -> Result<PointStress, MaterialError> {
     let J = F.determinant();
-    // Not `J <= 0`: a J that is not a number is refused too.
+    // Not `J <= 0`: a NaN is rejected, too.
     if !(J > 0.0 && J.is_finite()) {
         return Err(MaterialError::Inverted { J });
     }
@@ -135,13 +135,13 @@ fn eval_with_fibres(
     Ok(PointStress { psi: response.psi, P, cauchy: P * F.transpose() / J })
 }
 
-/// H = F − I.
+/// Displacement gradient H = F − I.
 fn displacement_gradient(F: &Mat3) -> Tensor<f64> {
     Tensor::from(&(F - Mat3::identity()))
 }
 
 impl Path {
-    /// The value at rest.
+    /// The value of the undeformed state.
     fn value_at_rest(self) -> f64 {
         match self {
             Self::Uniaxial | Self::Equibiaxial => 1.0,
@@ -149,15 +149,15 @@ impl Path {
         }
     }
 
-    /// Whether there is such a state.
+    /// Whether `value` is possible on this path.
     fn admits(self, value: f64) -> bool {
         value.is_finite() && (value > 0.0 || self == Self::SimpleShear)
     }
 
-    /// The entries (i, J) of F that the free faces decide.
+    /// The entries (i, J) of F determined by the free faces.
     ///
-    /// The entries below the diagonal stay 0, which takes the rigid rotations out; the P of a free entry being 0,
-    /// those below are 0 too by the symmetry of P Fᵀ.
+    /// The entries below the diagonal stay 0, which excludes rigid rotations; the P of a free entry being 0, those
+    /// below are 0 too by the symmetry of P Fᵀ.
     fn free_entries(self) -> &'static [(usize, usize)] {
         match self {
             Self::Uniaxial => &[(1, 1), (2, 2), (0, 1), (0, 2), (1, 2)],
@@ -165,7 +165,8 @@ impl Path {
         }
     }
 
-    /// F at `value` from `F` at `reached`, the free diagonal scaled so that J is unchanged: the guess for Newton.
+    /// F at `value` from F at `reached`, the free diagonal scaled such that J is unchanged: the initial guess of
+    /// Newton's method.
     fn prescribe(self, value: f64, (reached, mut F): (f64, Mat3)) -> Mat3 {
         match self {
             Self::Uniaxial => {
@@ -193,7 +194,7 @@ struct Specimen<'a> {
 
 impl Specimen<'_> {
     /// The state at `value` from a state on the path, in increments of at most 0.05 that are halved where Newton's
-    /// method fails and doubled where it does not.
+    /// method fails and doubled where it converges.
     fn load_to(&self, value: f64, mut state: (f64, Mat3)) -> Result<(f64, Mat3), MaterialError> {
         const LARGEST: f64 = 0.05;
         const SMALLEST: f64 = 1e-7;
@@ -217,11 +218,11 @@ impl Specimen<'_> {
         }
     }
 
-    /// Newton's method for P = 0 at the free entries of F, with the residual made smaller in every iteration;
-    /// `None` when it does not get there.
+    /// Newton's method for P = 0 at the free entries of F, with a line search that reduces the residual in every
+    /// iteration; `None` if it fails.
     ///
-    /// Done when the last change of F is below 10⁻¹², after which the error is of rounding by quadratic
-    /// convergence. A test on the residual would need a scale that depends on the law.
+    /// Converged when the last change of F is below 10⁻¹²; by quadratic convergence the error is then of rounding. A
+    /// test on the residual would need a scale that depends on the law.
     fn solve_free_entries(&self, mut F: Mat3) -> Option<Mat3> {
         const DONE: f64 = 1e-12;
         const ITERATIONS: usize = 50;
@@ -244,8 +245,8 @@ impl Specimen<'_> {
         None
     }
 
-    /// The first of F + t `change`, t = 1, ½, ¼ …, with a smaller residual; near the solution t = 1 at once, where
-    /// the residual is of rounding and need not fall.
+    /// The first of F + t `change`, t = 1, ½, ¼ …, with a smaller residual; near the solution t = 1 without a test,
+    /// where the residual is of rounding and need not decrease.
     fn search_line(
         &self,
         F: &Mat3,
@@ -269,7 +270,7 @@ impl Specimen<'_> {
         None
     }
 
-    /// P at the free entries [Pa]; `None` when F is inverted or a number is not finite.
+    /// P at the free entries [Pa]; `None` if F is inverted or a value is not finite.
     fn eval_residual(&self, F: &Mat3) -> Option<DVector<f64>> {
         let free = self.path.free_entries();
         if F.determinant() <= 0.0 {

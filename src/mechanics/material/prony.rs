@@ -4,9 +4,9 @@
 //! S(t) = S∞ + Σ_i g_i DEV H_i        Ḣ_i + H_i/τ_i = dS_iso/dt        DEV H = H − ⅓ (H : C) C⁻¹
 //! ```
 //!
-//! with S∞ the stress of the law, whose constants are those of slow loading, and S_iso what of it is not the pressure `U′`. For
-//! small strains the relaxation modulus is `G(t) = G∞ (1 + Σ_i g_i e^(−t/τ_i))`. The recursion over a step h is exact where S_iso
-//! is linear in time, and of second order elsewhere:
+//! with S∞ the stress of the law, whose constants are those of slow loading, and S_iso its part without the pressure
+//! `U′`. For small strains the relaxation modulus is `G(t) = G∞ (1 + Σ_i g_i e^(−t/τ_i))`. The recursion over a step
+//! h is exact where S_iso is linear in time, and second-order accurate elsewhere:
 //!
 //! ```text
 //! H_i⁺ = e^(−h/τ_i) H_i + (1 − e^(−h/τ_i)) τ_i/h (S_iso⁺ − S_iso)
@@ -16,38 +16,38 @@ use super::{Kinematics, Response};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Sym;
 
-/// The most branches of a series.
+/// Largest number of branches of a series.
 pub const MAX_BRANCHES: usize = 6;
 
 /// One term of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Branch {
-    /// Modulus g over that of slow loading [-].
+    /// Modulus g relative to that of slow loading [-].
     pub relative_modulus: f64,
     /// Relaxation time τ [s].
     pub relaxation_time: f64,
 }
 
-/// A Prony series; that without branches has no memory.
+/// A Prony series; without branches there is no memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PronySeries {
     branches: [Branch; MAX_BRANCHES],
     count: usize,
 }
 
-/// What one step does to a branch.
+/// Coefficients of a branch in one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BranchStep {
     /// Relative modulus g [-].
     pub g: f64,
-    /// e^(−h/τ) [-].
+    /// Decay e^(−h/τ) of the branch in the step [-].
     pub decay: f64,
     /// (1 − e^(−h/τ)) τ/h [-].
     pub gain: f64,
 }
 
 impl PronySeries {
-    /// No memory.
+    /// A material without memory.
     pub const NONE: Self =
         Self { branches: [Branch { relative_modulus: 0.0, relaxation_time: 0.0 }; MAX_BRANCHES], count: 0 };
 
@@ -58,7 +58,7 @@ impl PronySeries {
         Some(series)
     }
 
-    /// Its branches.
+    /// Branches of the series, at most [`MAX_BRANCHES`].
     pub fn branches(&self) -> &[Branch] {
         &self.branches[..self.count]
     }
@@ -68,17 +68,17 @@ impl PronySeries {
         self.count == 0
     }
 
-    /// Sum of the relative moduli [-]: an instantaneous load meets 1 + Σg times the stress of a slow one.
+    /// Sum of the relative moduli [-]: the instantaneous stress is 1 + Σg times that of slow loading.
     pub fn sum(&self) -> f64 {
         self.branches().iter().map(|b| b.relative_modulus).sum()
     }
 
-    /// Symmetric tensors of history at a point: S_iso, and H of each branch.
+    /// Number of symmetric history tensors at a point: S_iso, and H of each branch.
     pub fn history_len(&self) -> usize {
         if self.is_none() { 0 } else { 1 + self.count }
     }
 
-    /// What a step of `h` [s] does; with `h = 0`, at the start of a run, nothing has been loaded and all has relaxed.
+    /// Coefficients of a step of `h` [s]; `h = 0`, at the start of a run, stands for a fully relaxed state.
     pub fn step(&self, h: f64) -> [BranchStep; MAX_BRANCHES] {
         let mut steps = [BranchStep::default(); MAX_BRANCHES];
         for (step, b) in steps.iter_mut().zip(self.branches()) {
@@ -101,7 +101,7 @@ pub fn isochoric_stress<R: Real>(k: &Kinematics<R>, response: &Response<R>) -> S
     }
 }
 
-/// DEV H = H − ⅓ (H : C) C⁻¹.
+/// Deviator in the current configuration, DEV H = H − ⅓ (H : C) C⁻¹.
 #[inline(always)]
 pub fn deviator_at<R: Real>(k: &Kinematics<R>, H: &Sym<R>) -> Sym<R> {
     let C = k.dev_C.plus_diagonal(k.mean_C);
@@ -142,7 +142,7 @@ mod tests {
         let S = isochoric_stress(&k, &response);
         let (P, expected) = (k.F.dot_sym(&S), response.first_piola(&k, 0.0));
         assert!(P.plus_scaled(-1.0, &expected).double_dot(&P).abs() < 1e-13 * P.double_dot(&P));
-        // It has no pressure in it, so that its deviator is itself.
+        // It contains no pressure, so it equals its deviator.
         let rest = deviator_at(&k, &S).plus_scaled(-1.0, &S);
         assert!(rest.norm_squared() < 1e-26 * S.norm_squared());
         let C = k.dev_C.plus_diagonal(k.mean_C);

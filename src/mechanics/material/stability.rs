@@ -1,29 +1,30 @@
-//! Whether an isotropic law is stable in the usual tests: Drucker's condition for the incompressible solid.
+//! Stability of an isotropic law in the usual tests: Drucker's condition for the incompressible solid.
 
 use super::{Material, assemble_law_tangent};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
 
-/// Logarithmic strains of the tests, over that of the stretch which names their state.
+/// Logarithmic strains of the tests, relative to that of the stretch that names their state.
 const TESTS: [(&str, [f64; 3]); 3] =
     [("uniaxial", [1.0, -0.5, -0.5]), ("equibiaxial", [1.0, 1.0, -2.0]), ("planar", [1.0, 0.0, -1.0])];
 
-/// States between rest and each end of a test.
+/// Number of states between rest and each end of a test.
 const STATES: u32 = 80;
 
 /// Rounding of a tangent, relative to its largest entry [-].
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
-/// Where a law loses stability.
+/// State at which a law loses stability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instability {
     /// The test: "uniaxial", "equibiaxial" or "planar".
     pub test: &'static str,
-    /// The stretch [-].
+    /// Stretch λ at that state [-].
     pub stretch: f64,
 }
 
-/// The state nearest to rest between two stretches, in uniaxial, equibiaxial or planar tension or compression, at which
-/// `dτ : dε > 0` fails for some isochoric dε: τ the Kirchhoff stress, ε the logarithmic strain. Fibres are left out.
+/// The state nearest to rest between two stretches, in uniaxial, equibiaxial or planar tension or compression, at
+/// which `dτ : dε > 0` fails for some isochoric dε: τ the Kirchhoff stress, ε the logarithmic strain. Fibres are
+/// omitted.
 pub fn first_instability(material: &Material, [least, most]: [f64; 2]) -> Option<Instability> {
     (1..=STATES).find_map(|i| {
         let share = f64::from(i) / f64::from(STATES);
@@ -35,7 +36,7 @@ pub fn first_instability(material: &Material, [least, most]: [f64; 2]) -> Option
     })
 }
 
-/// Whether dτ : dε > 0 for every isochoric dε along the principal axes, at these logarithmic strains without trace.
+/// Whether dτ : dε > 0 for every isochoric dε along the principal axes, at these traceless logarithmic strains.
 fn is_stable(material: &Material, logs: [f64; 3]) -> bool {
     let H = Tensor::from_fn(|i, j| if i == j { logs[i].exp_m1() } else { 0.0 });
     let A = assemble_law_tangent(material, &H, &[]);
@@ -48,9 +49,9 @@ fn is_stable(material: &Material, logs: [f64; 3]) -> bool {
     });
     let (a, b) = (Vec3::new(1.0, -1.0, 0.0) / 2.0_f64.sqrt(), Vec3::new(1.0, 1.0, -2.0) / 6.0_f64.sqrt());
     let [aa, bb, ab] = [a.dot(&(D * a)), b.dot(&(D * b)), 0.5 * (a.dot(&(D * b)) + b.dot(&(D * a)))];
-    // A high power makes one direction stiffer than another by more than the digits of a number: the lesser is lost in rounding.
+    // A high power makes one direction so much stiffer than another that the lesser stiffness is lost in rounding.
     let rounding = ROUNDING * D.amax();
-    // Not `<=`: what is not a number is not stable.
+    // Not `<=`: a NaN is not stable.
     aa + bb > 0.0 && aa * bb - ab * ab > -rounding * (aa + bb)
 }
 
@@ -63,7 +64,7 @@ mod tests {
 
     #[test]
     fn positive_constants_are_stable() {
-        // Of fat: at stretches of 0.5 and 4 its stiffnesses differ by 18 digits.
+        // For fat: at stretches of 0.5 and 4 its stiffnesses differ by 18 digits.
         let fat = Ogden::new(&[OgdenTerm { mu: 30.0, alpha: 20.0 }], Volumetric::LnSquared(5e7)).unwrap();
         for law in [
             fat.into(),
@@ -87,7 +88,7 @@ mod tests {
         };
         let planar = (100..400).map(|i| 0.01 * f64::from(i)).find(|l| slope(*l) <= 0.0).unwrap();
         let found = first_instability(&law, [0.25, 4.0]).unwrap();
-        // Equibiaxial tension is worse, and is within the states between.
+        // Equibiaxial tension loses stability first, at a strain between these bounds.
         assert!(
             found.stretch.ln().abs() <= planar.ln() && found.stretch.ln().abs() > 0.4 * planar.ln(),
             "{found:?} {planar}"

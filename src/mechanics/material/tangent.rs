@@ -21,7 +21,7 @@ pub fn tangent_along<R: Real>(
     Tensor::from_fn(|i, j| P.0[i][j].slope)
 }
 
-/// [`assemble_tangent`] of a split law without its volumetric energy U, of a coupled law with everything.
+/// [`assemble_tangent`] without the volumetric energy U of a split law; that of a coupled law is complete.
 ///
 /// # Panics
 /// With more fibres than [`super::MAX_FAMILIES`].
@@ -43,7 +43,7 @@ pub fn assemble_tangent(material: &Material, H: &Tensor<f64>, fibres: &[[f64; 3]
     assemble(|unit| tangent_along(material, H, fibres, unit))
 }
 
-/// `H` as dual numbers with the slope `dF`, and fibres without.
+/// `H` as dual numbers with the slope `dF`, and fibres with zero slope.
 fn lift<R: Real>(
     H: &Tensor<R>,
     fibres: &[[R; 3]],

@@ -1,16 +1,17 @@
-//! How far a law may be believed: the deformations that its parameters are usually fitted to, and those beyond which it says nothing.
+//! Range of validity of a law: the deformations that its parameters are usually fitted to, and those beyond which it
+//! is meaningless.
 
-/// Principal stretches λ and volume ratio J, each from … to [-].
+/// Ranges of principal stretches λ and volume ratio J [-].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deformations {
-    /// λ.
+    /// Least and largest principal stretch λ [-].
     pub stretch: [f64; 2],
-    /// J.
+    /// Least and largest volume ratio J [-].
     pub jacobian: [f64; 2],
 }
 
 impl Deformations {
-    /// How far beyond them the least and largest stretch and J are, as a factor [-]: at most 1 within.
+    /// Factor [-] by which stretches and J exceed the range: at most 1 within.
     pub fn excess(&self, stretch: [f64; 2], jacobian: [f64; 2]) -> f64 {
         let beyond =
             |[least, most]: [f64; 2], [from, to]: [f64; 2]| f64::max(from / least.max(VANISHING), most / to);
@@ -18,30 +19,31 @@ impl Deformations {
     }
 }
 
-/// Below this a stretch or J is as good as none [-].
+/// Least stretch or J that is distinguished from zero [-].
 const VANISHING: f64 = 1e-9;
 
-/// The range of a law.
+/// Range of validity of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
-    /// What its parameters are fitted to.
+    /// Deformations that its parameters are fitted to.
     pub fitted: Deformations,
-    /// Beyond these its numbers are none.
+    /// Deformations beyond which its results are meaningless.
     pub limit: Deformations,
 }
 
-/// Beyond a stretch of 4, or crushed to a tenth, no soft tissue or rubber of these laws is whole; with J below 0.1 the mesh has failed.
+/// Beyond a stretch of 4, or crushed to a tenth, no soft tissue or rubber of these laws is intact; with J below 0.1
+/// the mesh has failed.
 const LIMIT: Deformations = Deformations { stretch: [0.1, 4.0], jacobian: [0.1, 10.0] };
 
-/// Of laws that are nearly incompressible: a change of volume by a tenth needs a tenth of the bulk modulus.
+/// For nearly incompressible laws: a volume change by a tenth requires a tenth of the bulk modulus.
 pub(super) const NEARLY_INCOMPRESSIBLE: [f64; 2] = [0.9, 1.1];
 
-/// Soft tissue and rubber of one constant: that fits rubber in tension up to about 1.5, two up to about 2 (L. R. G. Treloar, The
-/// Physics of Rubber Elasticity, ch. 5); soft tissue is seldom tested beyond 1.5.
+/// Soft tissue and rubber: one constant fits rubber in tension up to about 1.5, two up to about 2 (L. R. G. Treloar,
+/// The Physics of Rubber Elasticity, ch. 5); soft tissue is seldom tested beyond 1.5.
 pub(super) const TISSUE: Deformations = Deformations { stretch: [0.6, 1.5], jacobian: NEARLY_INCOMPRESSIBLE };
 
 impl Validity {
-    /// The range of a law fitted to these, where a scene gives no other.
+    /// Range of a law fitted to these, unless a scene specifies another.
     pub(super) fn fitted_to(fitted: Deformations) -> Self {
         Self { fitted, limit: LIMIT }
     }

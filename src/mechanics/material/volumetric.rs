@@ -14,7 +14,7 @@ pub enum Volumetric {
 }
 
 impl Volumetric {
-    /// K [Pa].
+    /// Bulk modulus K at rest [Pa].
     pub fn bulk_modulus(&self) -> f64 {
         match *self {
             Self::LnSquared(K) | Self::Quadratic(K) | Self::QuadraticLn(K) => K,

@@ -1,4 +1,4 @@
-//! Transversely isotropic tissue after Weiss: fibres with a toe and a straight part in a Mooney–Rivlin matrix.
+//! Transversely isotropic tissue after Weiss: fibres with a toe and a straight region in a Mooney–Rivlin matrix.
 
 use super::fibre_terms::{FibreEnergy, FibreInvariant, FibreTerms, I4Form};
 use super::isochoric::{
@@ -11,13 +11,13 @@ use super::{
 };
 use crate::mechanics::real::Real;
 
-/// Terms of the series of the toe's energy.
+/// Number of terms in the series of the toe's energy.
 const SERIES: usize = 48;
 
 /// The largest exponent C4 (λ_m − 1) of the toe [-] and its longest stretch λ_m [-], for which the series of its energy is exact to
 /// 1e-14: the remainder is below z⁴⁸/48! + (λ_m − 1)⁴⁸ e^z of it.
 pub const MOST_TOE_EXPONENT: f64 = 10.0;
-/// See [`MOST_TOE_EXPONENT`].
+/// Largest stretch λ_m at the end of the toe [-], see [`MOST_TOE_EXPONENT`].
 pub const MOST_TOE_STRETCH: f64 = 1.5;
 
 /// Fibres that are slack up to λ = 1, uncrimp up to λ_m and are straight beyond (Weiss, Maker & Govindjee 1996):
@@ -32,11 +32,11 @@ pub struct StraighteningFibres {
     c3: f64,
     c4: f64,
     c5: f64,
-    /// C6 [Pa].
+    /// Intercept C6 of the straight region [Pa], from continuity.
     c6: f64,
-    /// λ_m − 1 [-].
+    /// Strain at the end of the toe, λ_m − 1 [-].
     toe: f64,
-    /// ∫ (e^(C4 t) − 1)/(1 + t) dt from 0 to u, by powers of s = u/(λ_m − 1) from s² on.
+    /// Coefficients of ∫ (e^(C4 t) − 1)/(1 + t) dt from 0 to u, by powers of s = u/(λ_m − 1) from s² on.
     energy: [f64; SERIES],
 }
 
@@ -63,7 +63,7 @@ impl StraighteningFibres {
         let t = E / (lambda + 1.0);
         let u = t.min(t.constant(self.toe));
         let beyond = t - u;
-        // The toe, then what a straight fibre adds: C5 (λ − λ_m) + T_m in place of T_m.
+        // The toe, then the contribution of a straight fibre: C5 (λ − λ_m) + T_m in place of T_m.
         let e_m1 = (u * self.c4).exp_m1();
         let T = e_m1 * self.c3 + beyond * self.c5;
         let toe_slope = (e_m1 + 1.0) * (self.c3 * self.c4);
@@ -83,7 +83,7 @@ impl StraighteningFibres {
         }
     }
 
-    /// Times a factor.
+    /// The same fibres with all stresses times `factor` [-].
     fn scaled(self, factor: f64) -> Self {
         Self { c3: self.c3 * factor, c5: self.c5 * factor, c6: self.c6 * factor, ..self }
     }
@@ -98,9 +98,9 @@ pub struct Weiss {
     pub c10: f64,
     /// C01 [Pa], ≥ 0.
     pub c01: f64,
-    /// The energy of a family.
+    /// Energy of a fibre family.
     pub fibres: StraighteningFibres,
-    /// Fibre families.
+    /// Fibre families, at most [`super::MAX_FAMILIES`].
     pub families: FibreFamilies,
     /// Invariants of the fibre term: the stretch is that of F, or of J^(−1/3) F.
     pub i4: I4Form,
@@ -153,7 +153,7 @@ impl Law for Weiss {
         (2.0 * (self.c10 + self.c01), self.volumetric.bulk_modulus())
     }
 
-    /// The slope of λ W′ just beyond λ = 1.
+    /// Slope of λ W′ just beyond λ = 1.
     fn fibre_modulus_at_rest(&self) -> f64 {
         self.fibres.c3 * self.fibres.c4 * self.families.directions().len() as f64
     }

@@ -1,4 +1,4 @@
-//! What detection must hold: nothing tunnels, nothing is missed, and nothing depends on the age of the list.
+//! Requirements on detection: nothing tunnels, nothing is missed, and nothing depends on the age of the list.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
 use super::*;
@@ -8,7 +8,7 @@ use crate::mechanics::contact::stencil::weighted;
 mod self_contact;
 mod valley;
 
-/// A flat box of n × n × m cells, as a closed skin appended to `x`; `place` maps its unit cube.
+/// A flat box of n × n × m cells, as a closed surface appended to `x`; `place` maps its unit cube.
 fn block(n: u32, m: u32, x: &mut Vec<Vec3>, place: impl Fn(Vec3) -> Vec3) -> Surface {
     let base = x.len() as u32;
     let at = |i: u32, j: u32, k: u32| base + (k * (n + 1) + j) * (n + 1) + i;
@@ -111,7 +111,7 @@ fn nothing_tunnels_through_a_thin_plate_at_any_speed() {
             assert!((c.gap - 0.0115).abs() < 1e-12);
         }
     }
-    // Fired from below it meets the lower face.
+    // Fired from below, it meets the lower face.
     let mut below = x.clone();
     below[slave].z = -0.012;
     let mut x_end = below.clone();
@@ -173,16 +173,16 @@ fn a_sharp_convex_edge_ends_the_contact_and_open_borders_make_no_phantom() {
                 .first()
                 .map(|c| c.gap)
         };
-        // On and just inside the rim, it is held by the top; also a hair beyond (rounding).
+        // On and just inside the rim, it is held by the top; also slightly beyond (rounding).
         for y in [0.7, 1.0, 1.0 + 1e-12] {
             let gap = gap_at(Vec3::new(0.3, y, 1.0 + 1e-4)).unwrap();
             assert!((gap - 1e-4).abs() < 1e-12, "{gap}");
         }
-        // Well beyond the rim and below the top: nothing below the top's plane is a penetration.
+        // Well beyond the rim and below the top: nothing below the plane of the top is a penetration.
         let beside = gap_at(Vec3::new(0.3, 1.02, 0.999));
         assert!(beside.is_none_or(|gap| gap > 0.019), "{beside:?}");
         assert_eq!(gap_at(Vec3::new(0.3, 1.4, 0.99)), None);
-        // Deep inside it is held by the closest face of all; a sheet has no inside.
+        // Deep inside it is held by the closest of all faces; a sheet has no inside.
         assert_eq!(gap_at(Vec3::new(0.5, 0.5, 0.5)), in_the_middle);
         // Slightly inside it is held with a negative gap.
         assert!((gap_at(Vec3::new(0.3, 0.6, 0.99)).unwrap() + 0.01).abs() < 1e-12);
@@ -195,7 +195,7 @@ fn aligned_bars_touch_on_their_whole_ends() {
     let left = block(2, 4, &mut x, |p| Vec3::new(p.z * 10.0 - 10.0, p.x, p.y));
     let right = block(2, 4, &mut x, |p| Vec3::new(p.z * 10.0, p.x, p.y));
     for shift in [0.0, 1e-13, -1e-13, 1e-4] {
-        // Also when the end of the slave is a little inside, and has widened a little.
+        // Also when the end of the slave is slightly inside, and slightly wider.
         for depth in [0.0, 1e-12, 1e-5] {
             let mut y = x.clone();
             for &n in &left.nodes {
@@ -272,7 +272,7 @@ fn the_age_of_the_list_never_shows() {
             };
             *p += speed + Vec3::new(p.y, p.z, p.x) * (2e-4 * (0.3 * t + i as f64).sin());
         }
-        // Now and then a step that would carry the ball far, from the same place.
+        // Occasionally, a step that would carry the ball far, from the same position.
         let slow_end = x_end.clone();
         if step % 7 == 3 {
             for p in &mut x_end[first_slave..] {
@@ -290,7 +290,7 @@ fn the_age_of_the_list_never_shows() {
 
 #[test]
 fn a_far_face_that_moves_fast_does_not_let_go_of_a_node() {
-    // A node comes down slowly on a face; faces half a size from it rush away. An old list holds those too.
+    // A node approaches a face slowly; faces half a size from it move away fast. An old list contains those too.
     let mut x = Vec::new();
     let ground = block(8, 1, &mut x, |p| Vec3::new(p.x, p.y, 0.25 * p.z - 0.25));
     let surfaces = [ground, node(&mut x, Vec3::new(0.5625, 0.5625, 0.001))];
@@ -367,7 +367,7 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
         let vector = |i: usize, k: usize| {
             Vec3::new(random(i, 7 * round + k), random(i, 7 * round + k + 1), random(i, 7 * round + k + 2))
         };
-        // Warped faces that move and turn while the bullets fly through from all around.
+        // Warped faces that move and rotate while the bullets fly through from all sides.
         let mut x_end = x.clone();
         for i in 0..count {
             x[i] = reference[i] + vector(i, 0) * 0.04;
@@ -397,14 +397,14 @@ fn whoever_would_end_inside_a_deforming_block_is_stopped() {
 
 #[test]
 fn a_node_in_front_of_one_face_is_not_behind_the_edge_of_its_neighbour() {
-    // Beside a block, lower than its top: from the top alone, the edge's normal says that it is inside.
+    // Beside a block, lower than its top: for the top alone, the edge's normal places it inside.
     let mut x = Vec::new();
     let master = block(1, 1, &mut x, |p| p);
     let outside = Vec3::new(1.02, 0.5, 1.0 - 0.06);
     let slave = node(&mut x, outside);
     let found = detect(&[slave, master], &[pair(0, Master::Surface(1))], &x, &x);
     assert!(found.iter().all(|c| c.gap > 0.0), "{found:?}");
-    // Farther than a face reaches, nobody holds it.
+    // Beyond the reach of the faces, nothing holds it.
     *x.last_mut().unwrap() = Vec3::new(1.055, 0.5, 1.0 - 0.057);
     let master = block(1, 1, &mut Vec::new(), |p| p);
     let slave = Surface { nodes: vec![x.len() as u32 - 1], faces: Vec::new() };
@@ -413,7 +413,7 @@ fn a_node_in_front_of_one_face_is_not_behind_the_edge_of_its_neighbour() {
 
 #[test]
 fn a_fold_of_two_faces_meets_itself_once_it_is_narrow() {
-    // Two faces with a common edge at x = 0 are closed like a book from flat to 2°; their outer sides look at each other.
+    // Two faces with a common edge at x = 0 are closed like a book from flat to 2°; their outer sides are opposed.
     let contacts = |angle: f64| {
         let (sin, cos) = (0.5 * angle).to_radians().sin_cos();
         let x: Vec<Vec3> = [-1.0, 0.0, 1.0]

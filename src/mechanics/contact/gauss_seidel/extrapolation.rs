@@ -1,41 +1,42 @@
-//! Anderson's acceleration of sweeps that go on for long: the combination of the last few whose change is least (Walker & Ni 2011,
-//! "Anderson acceleration for fixed-point iterations").
+//! Anderson acceleration of long sequences of sweeps: the combination of the last iterates with the least change
+//! (Walker & Ni 2011, "Anderson acceleration for fixed-point iterations").
 //!
 //! ```text
 //! f_k = G(p_k) − p_k        γ = argmin ‖f_k − Σ γ_j Δf_j‖        p_{k+1} = G(p_k) − Σ γ_j ΔG_j
 //! ```
 //!
-//! with Δ the differences from sweep to sweep. What it leads to may leave the cones; the next sweep brings it back.
+//! with Δ the differences from sweep to sweep. The result may leave the cones; the next sweep brings it back.
 
 use super::super::Reaction;
 use super::super::local::Local;
 
-/// Sweeps that it combines besides the last.
+/// Number of sweeps combined with the last one.
 const DEPTH: usize = 5;
-/// Sweeps before it begins: most solutions are found by then.
+/// Number of sweeps before it begins: most solutions are found by then.
 const BEGIN: usize = 6;
-/// Growth of the squared change of a sweep after which what came before is forgotten.
+/// Growth of the squared change of a sweep at which the history is discarded.
 const GROWN: f64 = 4.0;
-/// Least pivot of the normal equations, over the diagonal.
+/// Least pivot of the normal equations, relative to the diagonal.
 const DEPENDENT: f64 = 1e-10;
-/// The same over the squared change of a sweep: where there is no solution each sweep adds the same, and differences are rounding.
+/// The same, relative to the squared change of a sweep: where there is no solution each sweep adds the same, and
+/// differences are rounding.
 const RESOLVED: f64 = 1e-8;
-/// Largest step, over the impulses that it is added to.
+/// Largest step, relative to the impulses that it is added to.
 const LARGEST: f64 = 10.0;
 
-/// What the last sweeps made of which impulses.
+/// History of the last sweeps: impulses and their changes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Extrapolation {
-    /// Impulses before a sweep; after it the step that is added.
+    /// Impulses before a sweep; after it, the step to be added.
     step: Vec<Local>,
-    /// Changes by the sweep before, and what they led to.
+    /// Changes f by the previous sweep, and its result G.
     last: [Vec<Local>; 2],
-    /// Differences of these two from sweep to sweep, in turn.
+    /// Differences Δf and ΔG from sweep to sweep, in a ring buffer.
     differences: [[Vec<Local>; 2]; DEPTH],
     sweeps: usize,
-    /// How many of the differences are of use.
+    /// Number of valid differences.
     known: usize,
-    /// Squared change by the last sweep.
+    /// Squared change by the previous sweep.
     last_change: f64,
 }
 
@@ -54,13 +55,13 @@ impl Extrapolation {
         (self.sweeps, self.known) = (0, 0);
     }
 
-    /// Before a sweep.
+    /// Stores the impulses before a sweep.
     pub fn remember(&mut self, reactions: &[Reaction]) {
         self.step.clear();
         self.step.extend(reactions.iter().map(|reaction| reaction.impulse));
     }
 
-    /// After a sweep that changed the impulses by `change` (a square): the step to add to them, if any.
+    /// The step to add to the impulses after a sweep of squared change `change`, if any.
     pub fn step(&mut self, reactions: &[Reaction], change: f64) -> Option<&[Local]> {
         self.sweeps += 1;
         if self.sweeps < BEGIN {
@@ -86,12 +87,13 @@ impl Extrapolation {
         (size(&self.step) <= LARGEST * LARGEST * size(&self.last[1])).then_some(&self.step[..])
     }
 
-    /// The slot of `k` sweeps before.
+    /// Slot of the difference `k` sweeps before that in `slot`.
     fn back(slot: usize, k: usize) -> usize {
         (slot + DEPTH - k) % DEPTH
     }
 
-    /// Keeps what this sweep changed, and by how much that differs from the sweep before; nothing yet at the first.
+    /// Stores the change by this sweep and its difference from that of the previous sweep; at the first sweep there
+    /// is none.
     fn differ(&mut self, reactions: &[Reaction], slot: usize) {
         let Self { step: before, last: [change, result], differences, .. } = self;
         let [changes, results] = &mut differences[slot];
@@ -114,13 +116,15 @@ impl Extrapolation {
         }
     }
 
-    /// Least squares: the shares γ of the differences, the latest first, with `‖f − ΔF γ‖` least; Cholesky.
+    /// Least squares by Cholesky: the coefficients γ of the differences, the latest first, that minimise `‖f − ΔF
+    /// γ‖`.
     fn shares(&self, slot: usize) -> [f64; DEPTH] {
         let of = |k: usize| &self.differences[Self::back(slot, k)][0];
         let dot = |a: &[Local], b: &[Local]| -> f64 {
             a.iter().zip(b).map(|(a, b)| a[0] * b[0] + a[1] * b[1] + a[2] * b[2]).sum()
         };
         let (n, least) = (self.known, RESOLVED * dot(&self.last[0], &self.last[0]));
+        // Normal equations.
         let (mut L, mut y) = ([[0.0; DEPTH]; DEPTH], [0.0; DEPTH]);
         for i in 0..n {
             for j in 0..=i {
@@ -128,7 +132,7 @@ impl Extrapolation {
             }
             y[i] = dot(of(i), &self.last[0]);
         }
-        // A difference that the later ones already span has no share.
+        // Cholesky factor; a difference in the span of the later ones gets no coefficient.
         for i in 0..n {
             let diagonal = L[i][i];
             for j in 0..i {
@@ -138,6 +142,7 @@ impl Extrapolation {
             let pivot = diagonal - L[i][..i].iter().map(|x| x * x).sum::<f64>();
             L[i][i] = if pivot > (DEPENDENT * diagonal).max(least) { pivot.sqrt() } else { 0.0 };
         }
+        // Forward and backward substitution.
         for i in 0..n {
             let sum: f64 = (0..i).map(|k| L[i][k] * y[k]).sum();
             y[i] = if L[i][i] > 0.0 { (y[i] - sum) / L[i][i] } else { 0.0 };
@@ -156,7 +161,8 @@ mod tests {
 
     #[test]
     fn a_slow_linear_iteration_ends_in_a_few_sweeps() {
-        // p ← p + (1 − λ)(p* − p) in five modes, the slowest of which sweeps alone would halve in seventy.
+        // p ← p + (1 − λ)(p* − p) in five modes, the slowest of which takes seventy sweeps to halve without
+        // acceleration.
         let rates = [0.99, 0.97, 0.9, 0.5, 0.1];
         let (mut reactions, mut extrapolation) = (vec![Reaction::default(); 40], Extrapolation::default());
         let goal = |c: usize, i: usize| 1.0 + c as f64 - 0.3 * i as f64;

@@ -1,4 +1,4 @@
-//! The rows of the contacts of one kind, and what sweeps do with them.
+//! The rows of the contacts of one kind, and the operations of a sweep on them.
 
 use super::super::contact_row::{NormalRow, Row, Turning, squared};
 use super::super::local::{
@@ -21,35 +21,35 @@ impl<T> Default for Rows<T> {
     }
 }
 
-/// A run of contacts of one pair.
+/// A run of contacts of one pair and one law.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub(super) law: ContactLaw,
     /// Whether a side is a rigid body.
     pub(super) turns: bool,
-    /// Where its contacts are in the list.
+    /// Range of its contacts in the list.
     pub(super) contacts: Range<usize>,
-    /// Where its rows are among those of its kind: among the normal ones without friction, else among the full ones.
+    /// Range of its rows among those of its kind: normal rows if frictionless, full rows otherwise.
     pub(super) rows: Range<usize>,
 }
 
-/// How a sweep deals with friction.
+/// Treatment of friction in a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Friction {
-    /// By the law, with a factor on the steps.
+    /// The law of each pair, with a factor on the steps.
     Damped(f64),
-    /// As if there were none.
+    /// All contacts frictionless.
     None,
 }
 
 /// Squared sums over contacts, for the scaled residual.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sums {
-    /// `D |F|²`, or D |change|² in a sweep.
+    /// `D |F|²`; in a sweep `D |change|²`.
     pub(super) change: f64,
-    /// `D |p|²`.
+    /// Impulses, `D |p|²`.
     pub(super) impulse: f64,
-    /// `D⁻¹ (roundable velocities)²`.
+    /// Velocities that may round, `D⁻¹ |v|²`.
     pub(super) rounding: f64,
 }
 
@@ -63,7 +63,7 @@ impl<T> Rows<T> {
         self.full.clear();
     }
 
-    /// Adds the rows of a pair, with the unknowns that its law needs; where they are.
+    /// Adds the rows of a pair with the unknowns of its law; returns their range.
     pub(super) fn extend<C>(
         &mut self,
         law: ContactLaw,
@@ -124,7 +124,7 @@ impl<T: Turning> Rows<T> {
             ContactLaw::Coulomb(mu) => {
                 let (mu, damping) = match friction {
                     Friction::Damped(damping) if mu > 0.0 => (mu, damping),
-                    // Without friction nothing cycles.
+                    // Frictionless contacts do not cycle.
                     _ => (0.0, 1.0),
                 };
                 sweep_coulomb(
@@ -139,7 +139,7 @@ impl<T: Turning> Rows<T> {
         }
     }
 
-    /// Adds impulses.
+    /// Adds `step` to the impulses of a block, and its effect to the velocities.
     pub(super) fn add(
         &self,
         block: &Block,
@@ -190,7 +190,8 @@ impl<T: Turning> Rows<T> {
 }
 
 impl Sums {
-    /// Adds the residual `f` of a contact of impulse `p` and normal velocity `u_n`, unless nothing can move along n.
+    /// Adds the residual `f` of a contact with impulse `p` and normal velocity `u_n`, unless nothing can move along
+    /// n.
     pub(super) fn add<T: Turning>(&mut self, row: &NormalRow<T>, p: Local, u_n: f64, f: Local, v: &[Vec3]) {
         if row.w_nn == 0.0 {
             return;
@@ -239,6 +240,7 @@ fn sweep_coulomb<T: Turning>(
         if w_nn == 0.0 {
             continue;
         }
+        // Local solution with the other impulses held.
         let (old, u) = (reaction.impulse, row.velocity(v));
         let new = if isotropic {
             solve_isotropic(d, [0, 1, 2].map(|i| u[i] - d * old[i]), mu)
@@ -247,7 +249,7 @@ fn sweep_coulomb<T: Turning>(
             let q = [0, 1, 2].map(|i| u[i] - (W[i][0] * old[0] + W[i][1] * old[1] + W[i][2] * old[2]));
             row.operator.solve(q, mu)
         };
-        // A point between two of the cone is in the cone.
+        // The cone is convex, so the damped impulse stays in it.
         let new = if damping < 1.0 { [0, 1, 2].map(|i| old[i] + damping * (new[i] - old[i])) } else { new };
         let change = [0, 1, 2].map(|i| new[i] - old[i]);
         if squared(change) > 0.0 {

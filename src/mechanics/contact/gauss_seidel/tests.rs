@@ -1,4 +1,5 @@
-//! What the sweeps must hold: agreement with the dense operator, momentum, the cone, and a word when they do not converge.
+//! Requirements on the sweeps: agreement with the dense operator, momentum, the cone, and a report where they do not
+//! converge.
 #![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
 
 use super::super::contact_row::squared;
@@ -43,9 +44,9 @@ fn contact(slave: u32, master: [u32; 4], weights: [f64; 4], frame: [Vec3; 3], ga
     }
 }
 
-/// `count` contacts among `nodes` nodes. Slaves and master faces share nodes freely, with normals all around; where
-/// nothing may slip, two bodies with normals within some 40° and one contact a slave instead: full stick in a knot need
-/// not have a solution.
+/// `count` contacts among `nodes` nodes. Slaves and master faces have nodes in common, with normals in all
+/// directions; for full stick, two bodies with normals within some 40° and one contact per slave instead: full stick
+/// in a cluster need not have a solution.
 fn random_problem(
     random: &mut Random,
     count: usize,
@@ -85,7 +86,7 @@ fn random_problem(
     (contacts, inverse_mass, v)
 }
 
-/// C as a dense matrix (3 rows a contact, 3 columns a node).
+/// C as a dense matrix (3 rows per contact, 3 columns per node).
 fn dense_c(contacts: &[Contact], nodes: usize) -> nalgebra::DMatrix<f64> {
     let mut c = nalgebra::DMatrix::zeros(3 * contacts.len(), 3 * nodes);
     for (k, contact) in contacts.iter().enumerate() {
@@ -135,13 +136,13 @@ fn nodal_form_agrees_with_the_dense_delassus_operator() {
         let mu = [0.0, 0.3, 0.7, f64::INFINITY][case % 4];
         let (mut contacts, mut inverse_mass, mut v_star) = random_problem(&mut random, 1 + case % 6, 13, mu);
         if case % 3 == 0 {
-            // Fixed nodes, which rest.
+            // Fixed nodes at rest.
             inverse_mass[case % 13].y = 0.0;
             v_star[case % 13].y = 0.0;
             inverse_mass[(case + 4) % 13] = Vec3::zeros();
             v_star[(case + 4) % 13] = Vec3::zeros();
         } else {
-            // A flight of each node, which drifts put into the contacts.
+            // A flight velocity of each node, which enters the contacts as drift.
             let flight: Vec<Vec3> = (0..13).map(|_| random.vector()).collect();
             for c in &mut contacts {
                 c.drift = c.stencil.difference(&flight);
@@ -184,7 +185,7 @@ fn nodal_form_agrees_with_the_dense_delassus_operator() {
             }
         }
     }
-    // Full stick is discontinuous where it opens; the few problems without a solution there are reported as such.
+    // Full stick is discontinuous where contacts open; the few problems without a solution are reported as such.
     assert!(unresolved <= 4, "{unresolved} of 75");
 }
 
@@ -233,7 +234,7 @@ fn one_unknown_gives_the_bits_of_three_without_friction() {
         for contact in &mut contacts {
             contact.drift = random.vector();
         }
-        // Some axes held: blocks that are no multiple of the identity.
+        // Some fixed axes: blocks that are no multiple of the identity.
         for node in 0..case % 9 {
             inverse_mass[2 * node][case % 3] = 0.0;
         }
@@ -250,7 +251,7 @@ fn one_unknown_gives_the_bits_of_three_without_friction() {
                 &options,
                 &mut workspace,
             );
-            // Adding +0 takes the sign off zeros and leaves all other bits.
+            // Adding +0 removes the sign of zeros and leaves all other bits.
             let bits = |x: f64| (x + 0.0).to_bits();
             let impulses: Vec<u64> = reactions.iter().flat_map(|r| r.impulse).map(bits).collect();
             let velocities: Vec<u64> = v.iter().flatten().copied().map(bits).collect();

@@ -3,7 +3,7 @@ use super::super::narrow_phase::eval_proximity;
 use super::super::{ContactLaw, Reaction};
 use super::*;
 
-/// A box of n³ cells of a size between its corner `at` and the opposite one, turned about its middle; its skin.
+/// A box of n³ cells, given its corner `at` and its size, rotated about its centre; its boundary surface.
 fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Vec<Vec3>) -> Surface {
     let base = x.len() as u32;
     let middle = at + Vec3::repeat(0.5 * size);
@@ -42,7 +42,7 @@ fn pair(slave: usize, master: usize) -> ContactPair {
     ContactPair { name, slave, master: Master::Surface(master), law: ContactLaw::Frictionless }
 }
 
-/// All contacts of a step, those of slave nodes included.
+/// All contacts of a step, including those of slave nodes.
 fn contacts_of(surfaces: &[Surface], x0: &[Vec3], x: &[Vec3], x_end: &[Vec3]) -> Vec<Contact> {
     let (pairs, drifts, mut contacts) = ([pair(0, 1)], [Vec3::zeros()], Vec::new());
     Detector::new(surfaces, &pairs, x0).detect(x, x_end, &drifts, &mut contacts).unwrap();
@@ -56,8 +56,9 @@ fn plain() -> nalgebra::Rotation3<f64> {
     nalgebra::Rotation3::identity()
 }
 
-/// Steps with nodes of equal masses, without forces; the second surface starts with a velocity. The nodes of each surface move as
-/// one: what contact gives to some of them is shared with the others until nothing closes any more.
+/// Steps with nodes of equal masses, without forces; the second surface has an initial velocity. The nodes of each
+/// surface move as one: what contact gives to some of them is distributed to the others until nothing closes any
+/// more.
 fn fly(surfaces: &[Surface], x: &mut [Vec3], velocity: Vec3, h: f64, steps: usize) {
     let (pairs, drifts) = ([pair(0, 1)], [Vec3::zeros()]);
     let (mut detector, mut guard) =
@@ -105,7 +106,7 @@ fn a_corner_of_the_coarse_surface_is_stopped_by_the_middle_of_a_slave_face_at_an
         let from = x.clone();
         let lowest = top.nodes.iter().map(|&n| x[n as usize].z).fold(f64::INFINITY, f64::min);
         assert!(lowest > 0.0);
-        // One step that would carry it right through, or many small ones.
+        // One step that would carry it through, or many small ones.
         let steps = if speed > 10.0 { 1 } else { 400 };
         let h = 8.0 / speed / f64::from(steps);
         fly(&[floor.clone(), top.clone()], &mut x, Vec3::new(0.0, 0.0, -speed), h, steps as usize);
@@ -143,7 +144,7 @@ fn crossed_edges_do_not_pass_each_other_at_any_speed() {
         let h = 6.0 / speed / f64::from(steps);
         fly(&[lower.clone(), upper.clone()], &mut x, Vec3::new(0.0, 0.0, -speed), h, steps as usize);
         let apart = middle(&x, top) - middle(&x, &lower);
-        // The edges touch where the middles are √2 apart.
+        // The edges touch where the centres are √2 apart.
         assert!((apart - 2.0_f64.sqrt()).abs() < 0.01, "at {speed} m/s the middles are {apart} apart");
     }
 }

@@ -70,7 +70,7 @@ fn projection_is_idempotent_and_orthogonal() {
         let again = proj_coulomb_cone(p, mu);
         let step = [a[0] - p[0], a[1] - p[1], a[2] - p[2]];
         assert!(norm([again[0] - p[0], again[1] - p[1], again[2] - p[2]]) <= 1e-14);
-        // Moreau: the step is in the polar cone and orthogonal to the projection.
+        // Moreau: the difference is in the polar cone and orthogonal to the projection.
         assert!((step[0] * p[0] + step[1] * p[1] + step[2] * p[2]).abs() <= 1e-14);
         assert!(mu * step[1].hypot(step[2]) <= -step[0] + 1e-14);
     }
@@ -87,7 +87,7 @@ fn exact_solution_satisfies_the_law_for_random_operators() {
         let r = solve_contact(&W, q, mu);
         let u = apply(&W, r, q);
         let error = scaled_residual(&W, q, mu, r);
-        // The measure multiplies the rounding of u_t by μ, which shows for absurd μ only.
+        // The measure multiplies the rounding of u_t by μ, which matters only for extreme μ.
         assert!(
             error <= f64::max(1e-12, 1e-15 * mu),
             "case {i}: residual {error:e}, W = {W:?}, q = {q:?}, mu = {mu}, r = {r:?}"
@@ -134,7 +134,7 @@ fn singular_and_empty_operators_give_finite_reactions() {
 
 #[test]
 fn several_slip_roots_give_the_one_of_strongest_drag() {
-    // Strong coupling and friction: the excess has three roots. The largest λ must be the one found.
+    // Strong coupling and friction: the excess has three roots. The largest λ must be found.
     let W = [[1.0, 0.0, 0.9], [0.0, 1.0, 0.0], [0.9, 0.0, 1.0]];
     let mut random = Random(5);
     for _ in 0..2000 {
@@ -146,7 +146,7 @@ fn several_slip_roots_give_the_one_of_strongest_drag() {
         if u[1].hypot(u[2]) < 1e-9 {
             continue;
         }
-        // Beyond the found λ the cone condition must hold everywhere.
+        // Beyond the λ found, the cone condition must hold everywhere.
         for k in 1..200 {
             let lambda = found * 1.0001 * 1.05f64.powi(k);
             let s22 = 1.0 - 0.81;

@@ -1,4 +1,4 @@
-//! What averages must hold: a uniform pressure is passed on, straight and curved, and no row has a moment.
+//! Requirements on averages: a uniform pressure is transferred, straight and curved, and no row has a moment.
 #![allow(clippy::unwrap_used)] // tests may panic
 
 use crate::mechanics::contact::closest_point::Patch;
@@ -7,7 +7,7 @@ use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Discretisation
 use crate::mechanics::tensor::Vec3;
 use std::f64::consts::FRAC_PI_3;
 
-/// A sheet of n × m faces, `place` of (0 … 1, 0 … 1), turned over if asked.
+/// A sheet of n × m faces, `place` of (0 … 1, 0 … 1), reversed if `turned`.
 fn sheet(n: u32, m: u32, turned: bool, x: &mut Vec<Vec3>, place: impl Fn(f64, f64) -> Vec3) -> Surface {
     let base = x.len() as u32;
     for j in 0..=m {
@@ -37,7 +37,7 @@ fn contacts(slave: Surface, master: Surface, x: &[Vec3], by: Discretisation) -> 
 const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// The loads of a pressure of 1 on the faces, `∫ N n dA`, by 3 × 3 points, at each node.
+/// Nodal loads of a pressure of 1 on the faces, `∫ N n dA`, by 3 × 3 points.
 fn loads(surface: &Surface, x: &[Vec3]) -> Vec<Vec3> {
     let mut loads = vec![Vec3::zeros(); x.len()];
     for face in &surface.faces {
@@ -55,8 +55,8 @@ fn loads(surface: &Surface, x: &[Vec3]) -> Vec<Vec3> {
     loads
 }
 
-/// The largest error of the load on a master's node, as a share of the load there, where a pressure of 1 is on the slave; of
-/// the nodes that `look` takes.
+/// Largest error of the load on a master node, relative to the load there, for a pressure of 1 on the slave, over the
+/// nodes that `look` selects.
 fn error(
     (slave, master): (Surface, Surface),
     x: &[Vec3],
@@ -67,7 +67,7 @@ fn error(
     let nodes = master.nodes.clone();
     let mut got = vec![Vec3::zeros(); x.len()];
     for contact in contacts(slave, master, x, by) {
-        // What holds the slave node against a pressure from its other side.
+        // The reaction that balances a pressure on the other side of the slave node.
         let p = contact.frame[0] * contact.frame[0].dot(&from[contact.slave as usize]);
         for (node, w) in contact.stencil.master() {
             got[node as usize] += p * w;
@@ -92,13 +92,13 @@ fn flat(slave: u32, master: u32, by: Discretisation) -> f64 {
     error((above, below), &x, by, |_| true)
 }
 
-/// A part of 60° of two shells of radius 1, with 3 : 2 elements or the other way round; the master's ends reach farther.
+/// A 60° sector of two shells of radius 1, with 3 : 2 elements or vice versa; the master extends beyond the slave.
 fn curved(slave: u32, master: u32, by: Discretisation) -> f64 {
     let mut x = Vec::new();
     let on = |angle: f64, y: f64| Vec3::new(angle.sin(), y, -angle.cos());
     let outer = sheet(slave, slave / 2, false, &mut x, |a, b| on(FRAC_PI_3 * (a - 0.5), b));
     let inner = sheet(master, master / 2, true, &mut x, |a, b| on(FRAC_PI_3 * (a - 0.5), b));
-    // The outer shell looks inwards, the inner one outwards; nodes at the two straight ends have half a load.
+    // The outer shell faces inwards, the inner one outwards; nodes at the two straight ends have half a load.
     error((outer, inner), &x, by, |p| p.x.abs() < 0.4)
 }
 

@@ -39,7 +39,7 @@ fn a_small_penetration_is_removed_about_the_centre_of_mass() {
     assert!((report.deepest - 0.001).abs() < 1e-15 && report.left <= 1e-8);
     let centre = |x: &[Vec3]| x.iter().zip(&masses).map(|(x, m)| x.component_div(m)).sum::<Vec3>();
     assert!((centre(&x) - centre(&before)).norm() < 1e-15);
-    // What is recorded is what was done.
+    // The recorded displacements are those applied.
     let mut replayed = before;
     for (node, step) in moved {
         replayed[node as usize] += step;
@@ -55,7 +55,7 @@ fn the_cap_holds_and_fixed_sides_stay() {
     let report = project_positions(&contacts, &detector, (nodes(&masses), 1.0), &mut x, &mut moved);
     assert!((x[4].z + 0.05 - CAP).abs() < 1e-14 && report.left > 0.04);
     assert_eq!(x[..4], before[..4]);
-    // Nothing moves where nothing can, and no number breaks.
+    // Immovable nodes do not move, and all values stay finite.
     let mut x = before.clone();
     let report =
         project_positions(&contacts, &detector, (nodes(&[Vec3::zeros(); 5]), 1.0), &mut x, &mut moved);

@@ -15,7 +15,7 @@ struct Pile {
 }
 
 impl Pile {
-    /// Bodies of 1 kg, every one with the next, and the first with the plane z = 0.
+    /// Bodies of 1 kg, each paired with the next, and the first with the plane z = 0.
     fn new(shapes: &[(Shape, Vec3, Rotation)], mu: f64) -> Self {
         let mut all = Self {
             bodies: Vec::new(),

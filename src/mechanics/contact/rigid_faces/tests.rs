@@ -44,7 +44,8 @@ fn a_small_shape_is_met_in_the_middle_and_on_an_edge_of_a_face_at_any_speed() {
                 assert!(down.z < if aside > 0.0 { -0.5 } else { -0.95 }, "{shape:?} {angle} {aside}: {down}");
                 let lowest = rotation.inverse_transform_vector(&-Vec3::z());
                 let reaches = shape.feet(&lowest).points().iter().map(|p| p.dot(&lowest)).fold(0.0, f64::max);
-                // Its lowest point lies in the face by what is allowed, and by 1.8 times that where two edges cross.
+                // Its lowest point lies in the face by the allowed depth, and by 1.8 times that where two edges
+                // cross.
                 let depth = first.share * far - (1.5 - reaches);
                 let allowed = Obstacle::new(&shape, SIZE).allowed;
                 let most = if aside > 0.0 { f64::INFINITY } else { 2.0 }; // its corner may be beside the face
@@ -126,7 +127,7 @@ fn a_beam_across_a_warped_face_is_held_by_its_bulge_and_by_no_edge() {
     let rotation = Rotation::from_euler_angles(0.0, 0.0, along.y.atan2(along.x));
     let middle = face.point(&[0.25; 4]);
     for depth in [-1.0, 0.05, 0.1, 0.15] {
-        // In the axes of the beam, its lower side so deep below the middle of the face.
+        // In the axes of the beam, its lower side this deep below the centre of the face.
         let centre = middle + Vec3::z() * (0.2 - depth);
         let seen = turned(&rotation, &face, &-centre);
         let touches = found(&beam, &seen, &seen);

@@ -1,12 +1,12 @@
 //! The fixed point of De Saxcé & Feng (1998) on all contacts at once: `r ← Proj_K(r − ρ (u + μ ‖u_t‖ n))`.
 //!
-//! Sure and slow: ρ is the inverse of the largest eigenvalue of W.
+//! Robust and slow: ρ is the inverse of the largest eigenvalue of W.
 
 use super::fixed_point::{Iterate, iterate};
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 
-/// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
+/// Iterations until the error is within the tolerance; requires finite μ, else does nothing.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     iterate(scaled, limits, Iterate::safe_step, |scaled, rho| {
         let next = scaled.projected_step(&scaled.r, *rho);

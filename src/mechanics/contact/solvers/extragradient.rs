@@ -1,21 +1,21 @@
-//! The extragradient method (Korpelevich 1976) with the step length of Khobotov (1987): the De Saxcé step is taken from the
-//! present reactions, with the velocities of a first, predicting step.
+//! The extragradient method (Korpelevich 1976) with the step length of Khobotov (1987): the De Saxcé step is taken
+//! from the current reactions, with the velocities of a predictor step.
 
 use super::fixed_point::{Iterate, iterate};
 use super::scaled::Scaled;
 use super::{Ending, Limits};
 
-/// The velocities of the prediction may differ by this share of what ρ allows.
+/// Largest difference of the velocities of the prediction, as a fraction of what ρ allows.
 const AGREEMENT: f64 = 0.9;
-/// Below this share the next ρ may be longer.
+/// Fraction below which the next ρ may be longer.
 const EASY: f64 = 0.3;
-/// Factors on ρ.
+/// Factor on ρ that shortens a step.
 const SHORTER: f64 = 2.0 / 3.0;
 const LONGER: f64 = 1.5;
-/// The most shortenings of one step.
+/// Largest number of shortenings of one step.
 const MAX_SHORTENINGS: usize = 30;
 
-/// Iterations until the error is within the tolerance; needs finite μ, else nothing is done.
+/// Iterations until the error is within the tolerance; requires finite μ, else does nothing.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     iterate(scaled, limits, Iterate::safe_step, |scaled, rho| {
         let (r, u) = (scaled.r.clone(), scaled.u.clone());
@@ -38,7 +38,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     })
 }
 
-/// How far the present `u + μ ‖u_t‖ n` is from that of other velocities.
+/// Distance of the current `u + μ ‖u_t‖ n` from that of other velocities.
 fn lifted_distance(scaled: &Scaled, other: &[f64]) -> f64 {
     let lift = |u: &[f64], mu: f64| u[0] + mu * u[1].hypot(u[2]);
     let pairs = scaled.u.chunks_exact(3).zip(other.chunks_exact(3)).zip(&scaled.mu);

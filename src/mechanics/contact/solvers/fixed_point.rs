@@ -1,19 +1,20 @@
-//! What the first-order methods share: steps that need finite μ, until the error is small. They ask for products with W alone.
+//! Common part of the first-order methods: steps with finite μ until the error is small. They need only products with
+//! W.
 
 use super::scaled::{Scaled, scaled_error};
 use super::{Ending, Limits};
 use crate::mechanics::contact::local::proj_coulomb_cone;
 use crate::mechanics::contact::problem::local;
 
-/// Power iterations for the largest eigenvalue, and the room given to what they miss.
+/// Power iterations for the largest eigenvalue, and the safety factor for their error.
 const POWER_STEPS: usize = 30;
 const EIGENVALUE_ROOM: f64 = 1.05;
 
-/// Iterations unless the caller says otherwise.
+/// Default limit of iterations.
 pub(super) const MAX_STEPS: usize = 100_000;
 
-/// Takes steps until the error is within the tolerance; with infinite μ, where the De Saxcé form is none, nothing is done. `prepare`
-/// makes what the steps need, of which the first is usually their length.
+/// Takes steps until the error is within the tolerance; does nothing for infinite μ, for which there is no De Saxcé
+/// form. `prepare` computes the data of the steps, usually starting with their length.
 pub(super) fn iterate<P: Iterate, S>(
     scaled: &mut P,
     limits: &Limits,
@@ -38,9 +39,9 @@ pub(super) fn iterate<P: Iterate, S>(
 pub(super) struct At<'a> {
     pub mu: &'a [f64],
     pub r: &'a [f64],
-    /// `W r + q`.
+    /// Velocities `W r + q`.
     pub u: &'a [f64],
-    /// `‖q‖`.
+    /// Norm `‖q‖` of the free velocities.
     pub q_size: f64,
 }
 
@@ -48,13 +49,13 @@ pub(super) struct At<'a> {
 pub(super) trait Iterate {
     fn at(&self) -> At<'_>;
 
-    /// Other reactions, and their velocities.
+    /// Replaces the reactions and updates their velocities.
     fn set_reactions(&mut self, r: &[f64]);
 
-    /// `W x`.
+    /// Product `W x`.
     fn product(&mut self, x: &[f64]) -> Vec<f64>;
 
-    /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the present velocities; μ finite.
+    /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the current velocities; μ finite.
     fn projected_step(&self, z: &[f64], rho: f64) -> Vec<f64> {
         let At { mu, u, .. } = self.at();
         let one = |c: usize| {
@@ -65,10 +66,11 @@ pub(super) trait Iterate {
         (0..mu.len()).flat_map(one).collect()
     }
 
-    /// The ρ with which a step of all contacts at once is sure: the inverse of the largest eigenvalue of W, by power iteration.
+    /// The ρ for which a simultaneous step of all contacts converges: the inverse of the largest eigenvalue of W, by
+    /// power iteration.
     fn safe_step(&mut self) -> f64 {
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // Any vector that no symmetry of the contacts makes orthogonal to the sought one.
+        // A vector that no symmetry of the contacts makes orthogonal to the eigenvector.
         let mut x: Vec<f64> =
             (0..self.at().r.len()).map(|i| 1.0 + 0.37 * ((i * 7919) % 101) as f64 / 101.0).collect();
         let mut largest = 3.0;

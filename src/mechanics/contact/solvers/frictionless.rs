@@ -1,8 +1,8 @@
-//! Problems in which nothing rubs: one unknown a contact, `0 ≤ r_n ⊥ W_nn r_n + q_n ≥ 0`.
+//! Frictionless problems: one unknown per contact, `0 ≤ r_n ⊥ W_nn r_n + q_n ≥ 0`.
 //!
-//! A few sweeps of projected Gauss–Seidel, then the active set is guessed from them, solved, and guessed again (the
-//! primal-dual active set method, which is Newton's on this problem: Hintermüller, Ito & Kunisch 2002); sweeps finish what
-//! it does not.
+//! A few sweeps of projected Gauss–Seidel provide an estimate of the active set, which is solved and updated in turn
+//! (the primal-dual active set method, which is Newton's on this problem: Hintermüller, Ito & Kunisch 2002); sweeps
+//! finish the rest.
 
 use super::linear_system::LinearSystem;
 use super::scaled::Scaled;
@@ -10,11 +10,11 @@ use super::{Ending, LARGEST_OF_FREE, Limits, Method, Options, SolveReport};
 use crate::mechanics::contact::local;
 use crate::mechanics::contact::problem::ProblemError;
 
-/// Sweeps unless the caller says otherwise.
+/// Default limit of sweeps.
 pub(super) const MAX_SWEEPS: usize = 100_000;
-/// Sweeps before the active set is guessed.
+/// Sweeps before the active set is estimated.
 const FIRST_SWEEPS: usize = 20;
-/// Guesses of the active set.
+/// Largest number of estimates of the active set.
 const GUESSES: usize = 50;
 
 /// The normal part of a problem.
@@ -38,10 +38,11 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     Ending { iterations, error: scaled.error() }
 }
 
-/// Solves `0 ≤ r ⊥ W r + q ≥ 0` with W (nc × nc, row by row) of the normals alone; `r` start in, solution out.
+/// Solves `0 ≤ r ⊥ W r + q ≥ 0` with W (nc × nc, row by row) of the normal directions; `r` is the initial guess, then
+/// the solution.
 ///
 /// # Errors
-/// [`ProblemError`] where W or q are no numbers or do not fit to `r`.
+/// [`ProblemError`] where W or q have values that are not finite or do not match the length of `r`.
 pub fn solve_frictionless(
     W: &[f64],
     q: &[f64],
@@ -83,6 +84,7 @@ pub fn solve_frictionless(
         interrupt: options.interrupt,
     };
     let iterations = normal.solve(&limits);
+    // Solution and its errors in the original units.
     for ((r, scaled), root) in r.iter_mut().zip(&normal.r).zip(&root) {
         *r = scaled / root;
     }
@@ -107,7 +109,7 @@ pub fn solve_frictionless(
 }
 
 impl Normal {
-    /// Sweeps, guesses of the active set, sweeps; how many.
+    /// Sweeps, active sets, sweeps; returns the number of iterations.
     fn solve(&mut self, limits: &Limits) -> usize {
         let mut iterations = self.sweep_until(limits, FIRST_SWEEPS.min(limits.iterations));
         if self.error() > limits.tolerance {
@@ -144,13 +146,13 @@ impl Normal {
         }
     }
 
-    /// The size of the natural map.
+    /// Norm of the natural map.
     fn residual(&self) -> f64 {
         let f = |(r, u): (&f64, &f64)| r - (r - u).max(0.0);
         self.r.iter().zip(&self.u).map(|x| f(x).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// The scaled error.
+    /// Scaled error: the residual relative to the larger of ‖r‖ and ‖q‖.
     fn error(&self) -> f64 {
         let error = self.residual();
         let size = self.r.iter().map(|r| r * r).sum::<f64>().sqrt();
@@ -177,7 +179,7 @@ impl Normal {
         most
     }
 
-    /// Solves for guessed active sets; keeps the best reactions.
+    /// Solves for estimated active sets; keeps the best reactions.
     fn guess_until(&mut self, limits: &Limits, most: usize) -> usize {
         let mut best = (self.error(), self.r.clone());
         let mut guesses = 0;
@@ -196,7 +198,7 @@ impl Normal {
         guesses
     }
 
-    /// Reactions with `u = 0` where contacts press by the present guess, and none elsewhere.
+    /// Reactions with `u = 0` where contacts press by the current estimate, and zero elsewhere.
     fn solve_active(&self) -> Option<Vec<f64>> {
         let mut place = vec![usize::MAX; self.r.len()];
         let active: Vec<usize> = (0..self.r.len()).filter(|&c| self.r[c] > self.u[c]).collect();

@@ -1,13 +1,13 @@
-//! The default: one solver after the other, each from the best iterate so far, the quick ones first.
+//! The default: one solver after the other, each from the best iterate so far, fast ones first.
 //!
-//! A few sweeps of Gauss–Seidel find which contacts press, and Newton's method ends there in most problems. What it does
-//! not solve is degenerate: more careful steps, interior points, then proximal points. The budgets are numbers of
-//! iterations, so that the way does not depend on the machine.
+//! A few sweeps of Gauss–Seidel find which contacts press, from where Newton's method solves most problems. Those
+//! that remain are degenerate: more careful steps, interior points, then proximal points. The budgets are numbers of
+//! iterations, so that the sequence does not depend on the machine.
 
 use super::scaled::Scaled;
 use super::{Ending, Limits, Method, interior_point, newton, nsgs, proximal};
 
-/// The solvers in their order, with the most iterations of each.
+/// The solvers in their order, with the largest number of iterations of each.
 const STAGES: [(Stage, usize); 6] = [
     (Stage::Sweeps, 20),
     (Stage::Bold, 40),
@@ -26,7 +26,7 @@ enum Stage {
     Proximal,
 }
 
-/// Solves; says which solver found the best iterate.
+/// Solves; returns which solver found the best iterate.
 pub(super) fn solve(scaled: &mut Scaled, given: &Limits) -> (Method, Ending) {
     let mut total = 0;
     let mut best = (scaled.error(), Method::Nsgs, scaled.r.clone());

@@ -7,12 +7,13 @@
 //! y = M x + b + ‖y_t‖ e_0,    x, y ∈ Q,    x ∘ y = 0,    M = P⁻¹ W P⁻¹,  b = P⁻¹ q,  P = diag(μ, 1, 1)
 //! ```
 //!
-//! Newton's method with Nesterov–Todd scaling follows `x ∘ y = m e_0` as m falls. The system `M + G H`, with H positive
-//! definite in every block, is regular however deficient the rank of W. m falls only where both the complementarity and
-//! the velocities have come close to their targets: else the iterates reach the border before they are solutions, and
-//! stick there. ‖y_t‖ is rounded at the scale of m, where a sticking contact has its kink.
+//! Newton's method with Nesterov–Todd scaling follows `x ∘ y = m e_0` as m falls. The system `M + G H`, with H
+//! positive definite in every block, is regular however deficient the rank of W. m falls only where both the
+//! complementarity and the velocities have come close to their targets: otherwise the iterates reach the border
+//! before they are solutions, and stick there. ‖y_t‖ is smoothed at the scale of m, where a sticking contact has its
+//! kink.
 //!
-//! Without friction (μ = 0) a contact has the half line alone.
+//! A frictionless contact (μ = 0) has the half line alone.
 
 use super::linear_system::{Factors, LinearSystem};
 use super::scaled::Scaled;
@@ -22,44 +23,44 @@ use crate::mechanics::contact::delassus::{Block, times};
 use crate::mechanics::contact::local::Local;
 use crate::mechanics::contact::problem::local;
 
-/// Steps unless the caller says otherwise.
+/// Default limit of steps.
 pub(super) const MAX_STEPS: usize = 100;
-/// The first m as a share of the square of the largest free velocity, and the factor by which it falls.
+/// First m, as a fraction of the square of the largest free velocity, and the factor by which it falls.
 const TARGET: (f64, f64) = (0.1, 0.1);
-/// `x ∘ y` off its target by less than this share of it lets m fall.
+/// Deviation of `x ∘ y` from its target, as a fraction of it, below which m may fall.
 const CENTRED: f64 = 0.9;
-/// Velocities off by less than this many m (over the scale) let m fall.
+/// Residual of the velocities in multiples of m (over the scale) below which m may fall.
 const FEASIBLE: f64 = 10.0;
-/// The rounding of ‖y_t‖ as a share of m over the scale.
+/// Smoothing of ‖y_t‖ as a fraction of m over the scale.
 const ROUNDING: f64 = 0.01;
-/// Share of the way to the border of the cones.
+/// Fraction of the distance to the border of the cones that a step may take.
 const BORDER: f64 = 0.99;
-/// Steps shorter than this, so many in a row, lead nowhere.
+/// Steps shorter than this, this many in a row, make no progress.
 const STUCK: (f64, usize) = (1e-2, 4);
 
-/// The iterate, with what a step needs to know of each contact.
+/// The iterate, with the data of each contact that a step needs.
 struct Iterate<'a> {
     scaled: &'a Scaled,
-    /// The diagonal of P⁻¹; 0 for directions without friction.
+    /// The diagonal of P⁻¹; 0 for frictionless directions.
     inverse: Vec<f64>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// The largest free velocity, `P⁻¹ q`.
+    /// Largest component of the scaled free velocities `P⁻¹ q`.
     scale: f64,
 }
 
 /// The linearised equations of one step.
 struct Step {
     scalings: Vec<Scaling>,
-    /// The gradient of the rounded ‖y_t‖.
+    /// The gradient of the smoothed ‖y_t‖.
     gradients: Vec<[f64; 2]>,
-    /// `M x + b + ‖y_t‖ e_0 − y`.
+    /// Residual `M x + b + ‖y_t‖ e_0 − y`.
     residual: Vec<f64>,
     factors: Factors,
 }
 
-/// Steps until the error is within the tolerance, or they lead nowhere; ends with the best iterate. Needs finite μ; else
-/// nothing is done.
+/// Steps until the error is within the tolerance, or they make no progress; ends with the best iterate. Requires
+/// finite μ; else does nothing.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     let mut best = (scaled.error(), scaled.r.clone());
     let mut steps = 0;
@@ -71,6 +72,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     let mut iterate = Iterate::new(scaled);
     let mut target = TARGET.0 * iterate.scale * iterate.scale;
     while steps < limits.iterations && short < STUCK.1 && !limits.interrupted() {
+        // Keep the best iterate.
         trial.set_reactions(&iterate.reactions());
         let error = trial.error();
         if error < best.0 {
@@ -79,6 +81,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         if error <= limits.tolerance {
             break;
         }
+        // One Newton step; m falls where the iterate is close to its target.
         let velocity: Vec<f64> = trial.u.iter().zip(&iterate.inverse).map(|(u, p)| u * p).collect();
         let Some(step) = iterate.linearise(&velocity, ROUNDING * target / iterate.scale) else { break };
         if step.off_centre(target) < CENTRED && step.infeasibility() * iterate.scale < FEASIBLE * target {
@@ -93,7 +96,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
 }
 
 impl<'a> Iterate<'a> {
-    /// In the middle of the cones.
+    /// An iterate well inside the cones.
     fn new(scaled: &'a Scaled) -> Self {
         let row = |&mu: &f64| if mu > 0.0 { [1.0 / mu, 1.0, 1.0] } else { [1.0, 0.0, 0.0] };
         let inverse: Vec<f64> = scaled.mu.iter().flat_map(row).collect();
@@ -102,7 +105,7 @@ impl<'a> Iterate<'a> {
         Self { scaled, inverse, y: x.clone(), x, scale }
     }
 
-    /// `r = P⁻¹ x`.
+    /// Reactions `r = P⁻¹ x`.
     fn reactions(&self) -> Vec<f64> {
         self.x.iter().zip(&self.inverse).map(|(x, p)| x * p).collect()
     }
@@ -135,10 +138,10 @@ impl<'a> Iterate<'a> {
         Some(Step { scalings, gradients, residual, factors: system.factorise()? })
     }
 
-    /// One Newton step towards `x ∘ y = target e_0`; its length, or `None` if there is none.
+    /// One Newton step towards `x ∘ y = target e_0`; returns its length, or `None` if the system is singular.
     fn advance(&mut self, step: &Step, target: f64) -> Option<f64> {
         let contacts = self.scaled.contacts;
-        // dy + H dx = z.
+        // dx from the reduced system, with dy + H dx = z.
         let z: Vec<Local> = step.scalings.iter().map(|s| s.towards(target)).collect();
         let mut dx = Vec::with_capacity(3 * contacts);
         for (c, z) in z.iter().enumerate() {
@@ -149,6 +152,7 @@ impl<'a> Iterate<'a> {
         if !step.factors.solve(&mut dx) {
             return None;
         }
+        // dy, and the longest step inside the cones.
         let mut dy = Vec::with_capacity(3 * contacts);
         let mut longest = f64::INFINITY;
         for (c, z) in z.iter().enumerate() {
@@ -170,7 +174,7 @@ impl<'a> Iterate<'a> {
 }
 
 impl Step {
-    /// The largest `‖x ∘ y − m e_0‖ / m` of a contact.
+    /// Largest `‖x ∘ y − m e_0‖ / m` of all contacts.
     fn off_centre(&self, target: f64) -> f64 {
         let off = |s: &Scaling| {
             let [n, t1, t2] = product(s.lambda, s.lambda);
@@ -185,14 +189,14 @@ impl Step {
 }
 
 impl Scaling {
-    /// `V (λ \ (m e_0 − λ ∘ λ))`.
+    /// Right-hand side `V (λ \ (m e_0 − λ ∘ λ))`.
     fn towards(&self, target: f64) -> Local {
         let square = product(self.lambda, self.lambda);
         times(&self.root, quotient(self.lambda, [target - square[0], -square[1], -square[2]]))
     }
 }
 
-/// `G H` with `G = I − e_0 (0, ∇‖y_t‖)`.
+/// Product `G H` with `G = I − e_0 (0, ∇‖y_t‖)`.
 fn through_slip(H: &Block, [g1, g2]: [f64; 2]) -> Block {
     [[0, 1, 2].map(|j| H[0][j] - g1 * H[1][j] - g2 * H[2][j]), H[1], H[2]]
 }

@@ -1,4 +1,4 @@
-//! The linear systems of Newton's methods, dense, or sparse where few entries are there.
+//! The linear systems of Newton's methods, dense, or sparse where few entries are non-zero.
 
 use crate::mechanics::contact::delassus::Block;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -6,19 +6,19 @@ use faer::sparse::linalg::solvers::Lu;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Col, Mat};
 
-/// Unknowns from which a sparse factorisation pays.
+/// Number of unknowns from which a sparse factorisation is faster.
 const SPARSE_FROM: usize = 120;
-/// The largest share of entries that are there with which it pays.
+/// Largest fraction of non-zero entries for which it is.
 const SPARSE_SHARE: f64 = 0.1;
 
-/// A square system, gathered entry by entry.
+/// A square system, assembled entry by entry.
 #[derive(Debug)]
 pub(super) struct LinearSystem {
     size: usize,
     entries: Vec<Triplet<usize, usize, f64>>,
 }
 
-/// A factorised system.
+/// LU factors of a dense or a sparse system.
 #[derive(Debug)]
 pub(super) enum Factors {
     Dense(PartialPivLu<f64>),
@@ -26,17 +26,17 @@ pub(super) enum Factors {
 }
 
 impl LinearSystem {
-    /// With so many unknowns.
+    /// An empty system of so many unknowns.
     pub fn new(size: usize) -> Self {
         Self { size, entries: Vec::new() }
     }
 
-    /// Adds to an entry.
+    /// Adds `value` to an entry.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         self.entries.push(Triplet::new(row, column, value));
     }
 
-    /// Adds to three rows and columns, counted by blocks.
+    /// Adds a block to three rows and columns, with indices of blocks.
     pub fn add_block(&mut self, row: usize, column: usize, block: &Block) {
         for (i, values) in block.iter().enumerate() {
             for (j, &x) in values.iter().enumerate() {
@@ -45,7 +45,7 @@ impl LinearSystem {
         }
     }
 
-    /// LU factors; `None` if the matrix has no pivots left.
+    /// LU factors; `None` if the matrix is singular.
     pub fn factorise(&self) -> Option<Factors> {
         let n = self.size;
         let share = self.entries.len() as f64 / (n * n) as f64;
@@ -62,7 +62,7 @@ impl LinearSystem {
 }
 
 impl Factors {
-    /// Solves in place; false if the solution is not finite.
+    /// Solves in place; returns false if the solution is not finite.
     pub fn solve(&self, b: &mut [f64]) -> bool {
         let mut x = Col::from_fn(b.len(), |i| b[i]);
         match self {

@@ -1,8 +1,9 @@
-//! One contact exactly: Newton on the 3×3 bi-potential equation, with the enumerative solution behind it.
+//! Exact solution of one contact: Newton's method on the 3×3 bi-potential equation, with the enumerative solution as
+//! a fallback.
 //!
-//! Newton's method from where the contact was takes two or three steps. Where it does not end, the cases are gone through
-//! one by one ([`solve_contact`]: open, stick, and slip by the roots of a quartic, found by Newton with bisection;
-//! Bonnefon & Daviet 2011), and Newton polishes what an unsymmetric block leaves.
+//! From the last reaction Newton's method takes two or three steps. Where it does not converge, the cases are
+//! enumerated ([`solve_contact`]: open, stick, and slip by the roots of a quartic, found by Newton with bisection;
+//! Bonnefon & Daviet 2011), and Newton's method corrects for an unsymmetric block.
 
 use crate::mechanics::contact::delassus::{Block, times};
 use crate::mechanics::contact::generalised_jacobian::linearise_alart_curnier;
@@ -10,11 +11,11 @@ use crate::mechanics::contact::local::{Local, natural_map};
 use crate::mechanics::contact::problem::squared;
 use crate::mechanics::contact::slip::solve_contact;
 
-/// Newton steps before the cases are gone through.
+/// Newton steps before the cases are enumerated.
 const MAX_STEPS: usize = 8;
-/// A residual of this share of the reaction and the free velocity is rounding.
+/// Residual, as a fraction of the reaction and the free velocity, that is rounding.
 const EXACT: f64 = 1e-14;
-/// A residual beyond this share is a failure.
+/// The same, beyond which the solution has failed.
 const SOLVED: f64 = 1e-10;
 
 /// The reaction of one contact, and whether it obeys the law.
@@ -41,11 +42,11 @@ pub(super) fn solve(W: &Block, q: Local, mu: f64, r: Local) -> LocalSolution {
     LocalSolution { r: case, solved: error <= SOLVED * squared(q).max(squared(case)).sqrt() }
 }
 
-/// Newton from `r`; `None` if it does not end, or ends outside the law.
+/// Newton's method from `r`; `None` if it does not converge, or converges to a point that violates the law.
 #[inline]
 fn newton(W: &Block, q: Local, mu: f64, mut r: Local) -> Option<Local> {
     if r[0] <= 0.0 {
-        // An open contact that closes: as if it pressed, so that the first step is to stick.
+        // An open contact that closes: start as if it pressed, so that the first step is to stick.
         r = [-q[0] / W[0][0], 0.0, 0.0];
     }
     let size = squared(q);
@@ -77,7 +78,7 @@ fn symmetric(W: &Block) -> Block {
     std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (W[i][j] + W[j][i])))
 }
 
-/// `A x = b` by cofactors; `None` if A is singular to rounding.
+/// Solves `A x = b` by cofactors; `None` if A is singular to rounding.
 #[inline]
 pub(super) fn solve_3x3(A: &Block, b: Local) -> Option<Local> {
     let cross = |a: Local, b: Local| {
@@ -149,7 +150,7 @@ mod tests {
             let mut W = operator(&mut state, 0.0);
             let mu = [0.7, 3.0, 100.0, f64::INFINITY][case % 4];
             if case % 5 == 0 {
-                // A row and a column that nothing moves along.
+                // A row and a column along which nothing moves.
                 for i in 0..3 {
                     (W[2][i], W[i][2]) = (0.0, 0.0);
                 }
@@ -160,7 +161,7 @@ mod tests {
             let error = squared(natural_map(r, u, mu, 1.0)).sqrt();
             let size = squared(q).max(squared(r)).sqrt();
             assert!(solved == (error <= 1e-10 * size) || q[0] >= 0.0, "case {case}: {error:e}, {solved}");
-            // With μ = ∞ a contact about to open may have no solution.
+            // For μ = ∞ a contact about to open may have no solution.
             assert!(solved || case % 5 == 0 || mu.is_infinite(), "case {case}: {error:e}, μ = {mu}");
         }
     }

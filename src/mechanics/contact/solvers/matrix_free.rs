@@ -1,33 +1,34 @@
-//! Problems whose W is not formed: of many contacts, for which it would not fit into memory. Projected gradient with momentum, which
-//! asks for products with W alone.
+//! Matrix-free solution of problems with too many contacts for W to fit into memory: projected gradient with
+//! momentum, which needs only products with W.
 
 use super::fixed_point::{At, Iterate, MAX_STEPS};
 use super::{LARGEST_OF_FREE, Limits, Method, Options, SolveReport, accelerated_gradient};
 use crate::mechanics::contact::delassus::Block;
 use crate::mechanics::contact::problem::{Errors, ProblemError, mean_diagonals};
 
-/// What [`super::super::problem::ContactProblem`] is, with W known by its diagonal blocks and its products alone; μ finite.
+/// As [`super::super::problem::ContactProblem`], with W given only by its diagonal blocks and its products; μ finite.
 pub struct MatrixFree<'a> {
     /// `W r`: r (3 nc) in, the product (3 nc) out.
     pub product: &'a mut dyn FnMut(&[f64], &mut [f64]),
-    /// `W_cc`, nc.
+    /// Diagonal blocks `W_cc`, nc.
     pub diagonal: &'a [Block],
-    /// The relative velocities without reaction, 3 nc.
+    /// The free relative velocities q, 3 nc.
     pub q: &'a [f64],
-    /// Coefficients of friction, nc.
+    /// Coefficients of friction μ [-], nc.
     pub mu: &'a [f64],
 }
 
 /// As [`super::solve`], by [`Method::AcceleratedGradient`].
 ///
 /// # Errors
-/// [`ProblemError`] where lengths do not fit, numbers are no numbers, or a μ is not finite.
+/// [`ProblemError`] where lengths do not match, numbers are not valid, or a μ is not finite.
 pub fn solve_matrix_free(
     problem: &mut MatrixFree,
     r: &mut [f64],
     options: &Options,
 ) -> Result<SolveReport, ProblemError> {
     problem.check(r)?;
+    // Solve in dimensionless numbers.
     let d = mean_diagonals(problem.diagonal.iter().copied());
     let root: Vec<f64> = d.iter().map(|d| d.sqrt()).collect();
     let limits = Limits {
@@ -37,6 +38,7 @@ pub fn solve_matrix_free(
     };
     let mut scaled = Scaled::new(problem, &root, r);
     let ending = accelerated_gradient::solve(&mut scaled, &limits);
+    // Errors of the solution in the units of the problem.
     for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
         *r = scaled / root[i / 3];
     }

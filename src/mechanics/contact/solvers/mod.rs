@@ -1,6 +1,6 @@
-//! Solvers of a [`ContactProblem`], one file each under its name in the literature.
+//! Solvers of a [`ContactProblem`], one file each, under its name in the literature.
 //!
-//! All work in the same dimensionless numbers, see `scaled.rs`.
+//! All use the same dimensionless numbers, see `scaled.rs`.
 
 mod accelerated_gradient;
 mod de_saxce;
@@ -25,13 +25,13 @@ pub use matrix_free::{MatrixFree, solve_matrix_free};
 use super::problem::ContactProblem;
 use scaled::Scaled;
 
-/// The most by which a converged solution breaks the law, as a share of the free velocities.
+/// Largest violation of the law by a converged solution, as a fraction of the free velocities.
 pub const LARGEST_OF_FREE: f64 = 1e-2;
 
-/// Which solver.
+/// Method by which a contact problem is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Picks and switches by itself.
+    /// Chooses and switches between solvers automatically.
     #[default]
     Hybrid,
     /// Block Gauss–Seidel with the exact solution of each contact.
@@ -44,18 +44,18 @@ pub enum Method {
     Proximal,
     /// The fixed point of De Saxcé & Feng.
     DeSaxce,
-    /// Extragradient steps of their own length.
+    /// Extragradient steps of adaptive length.
     Extragradient,
-    /// One projection a contact and sweep, with a step of its own.
+    /// One projection per contact and sweep, with a step length for each contact.
     Uzawa,
     /// Projected gradient with Nesterov's momentum and restarts.
     AcceleratedGradient,
-    /// One unknown a contact, where nothing rubs; the same as [`Method::Hybrid`] where something does.
+    /// One unknown per contact in frictionless problems; [`Method::Hybrid`] in others.
     Frictionless,
 }
 
 impl Method {
-    /// All of them, the default first.
+    /// All methods, the default first.
     pub const ALL: [Self; 10] = [
         Self::Hybrid,
         Self::Nsgs,
@@ -69,7 +69,7 @@ impl Method {
         Self::Frictionless,
     ];
 
-    /// Its name, as in reports and on the command line.
+    /// Name in reports and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Hybrid => "hybrid",
@@ -85,27 +85,28 @@ impl Method {
         }
     }
 
-    /// Whether it can have an infinite μ: the De Saxcé form has none.
+    /// Whether it allows an infinite μ, which the De Saxcé form does not.
     fn takes_full_stick(self) -> bool {
         matches!(self, Self::Hybrid | Self::Nsgs | Self::Newton | Self::Proximal | Self::Frictionless)
     }
 
-    /// The solver of a name.
+    /// The method with a name, if there is one.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|m| m.name() == name)
     }
 }
 
-/// When to stop, and how to get there.
+/// Method and stopping criteria.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// Largest scaled error [-] of a converged solution.
     pub tolerance: f64,
-    /// Most iterations of the solver (its own: sweeps or Newton steps); `None` for what suits it.
+    /// Largest number of iterations of the solver (sweeps or Newton steps); `None` for its default.
     pub max_iterations: Option<usize>,
-    /// Which solver.
+    /// Method by which to solve.
     pub method: Method,
-    /// Asked between iterations: true ends the solver with its best iterate. It never changes the way to a solution.
+    /// Called between iterations: true stops the solver with its best iterate. It never changes the path to a
+    /// solution.
     pub interrupt: Option<&'a dyn Fn() -> bool>,
 }
 
@@ -115,7 +116,7 @@ impl Default for Options<'_> {
     }
 }
 
-/// When one solver stops.
+/// Stopping criteria of one solver.
 struct Limits<'a> {
     tolerance: f64,
     iterations: usize,
@@ -128,7 +129,7 @@ impl Limits<'_> {
     }
 }
 
-/// How one solver stopped: with its best iterate.
+/// Result of one solver at its best iterate.
 #[derive(Clone, Copy, Debug)]
 struct Ending {
     iterations: usize,
@@ -145,12 +146,12 @@ impl std::fmt::Debug for Options<'_> {
     }
 }
 
-/// How a solution ended.
+/// Outcome of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveReport {
-    /// Which solver found it; never [`Method::Hybrid`].
+    /// The solver that found it; never [`Method::Hybrid`].
     pub solver: Method,
-    /// Iterations of all solvers that had a part in it.
+    /// Iterations of all solvers involved.
     pub iterations: usize,
     /// [`ContactProblem::error_scaled`] of the solution.
     pub error_scaled: f64,
@@ -158,19 +159,22 @@ pub struct SolveReport {
     pub error_plain: f64,
     /// [`Errors::of_free`](super::problem::Errors::of_free) of the solution.
     pub error_of_free: f64,
-    /// The scaled error is within the tolerance, and the law broken by no more than a hundredth of the free velocities:
-    /// where no solution exists, reactions may grow until the scaled error is small. Else `r` is the best iterate.
+    /// The scaled error is within the tolerance, and the law violated by at most a hundredth of the free velocities:
+    /// where no solution exists, reactions may grow until the scaled error is small. Otherwise `r` is the best
+    /// iterate.
     pub converged: bool,
-    /// Contacts that Gauss–Seidel could not solve alone in its last sweep: nothing moves them along n, or friction jams.
+    /// Contacts without a local solution in the last sweep of Gauss–Seidel: nothing moves them along n, or friction
+    /// jams.
     pub failed_contacts: usize,
 }
 
-/// Solves for the reactions: `r` (3 nc) start in, solution out. Numbers of the start that are not finite count as zero.
+/// Solves for the reactions: `r` (3 nc) is the initial guess, then the solution. Initial values that are not finite
+/// count as zero.
 ///
-/// The errors are measured on what is handed out, with the problem as given. Deterministic.
+/// The errors are those of the result in the problem as given. Deterministic.
 ///
 /// # Panics
-/// If `r` has not three numbers a contact.
+/// If `r` does not have three numbers per contact.
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
     assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
     if problem.q().iter().all(|q| *q == 0.0) {
@@ -196,8 +200,8 @@ pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> Solv
     }
 }
 
-/// Runs one solver; says which found the solution, and its iterations. Where a μ is infinite, which not all of them can have, the
-/// default takes their place.
+/// Runs one solver; returns which one found the solution, and its iterations. Where a μ is infinite, which not all
+/// solvers allow, the default replaces them.
 fn run<'a>(scaled: &mut Scaled, method: Method, limits: impl Fn(usize) -> Limits<'a>) -> (Method, usize) {
     let sticks = scaled.mu.iter().any(|mu| mu.is_infinite());
     let ending = match method {

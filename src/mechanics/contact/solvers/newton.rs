@@ -1,8 +1,9 @@
-//! Global semismooth Newton on all contacts at once (Alart & Curnier 1991; Joli & Feng 2008), in whole or half steps.
+//! Global semismooth Newton method on all contacts at once (Alart & Curnier 1991; Joli & Feng 2008), in whole or half
+//! steps.
 //!
-//! Open contacts have `F = r`: their step is known, and only the others enter the linear system. The Jacobian of a rank
-//! deficient W is singular: W is taken as `W + α I` in it, with α falling with the error, which takes the least change of
-//! reactions that are not determined.
+//! Open contacts have `F = r`: their step is known, and only the others enter the linear system. The Jacobian is
+//! singular where W is rank deficient: there W is replaced by `W + α I`, with α proportional to the error, which
+//! gives the least change of reactions that are not determined.
 
 use super::linear_system::LinearSystem;
 use super::scaled::Scaled;
@@ -12,32 +13,32 @@ use crate::mechanics::contact::generalised_jacobian::{Linearised, linearise_alar
 use crate::mechanics::contact::local::Local;
 use crate::mechanics::contact::problem::{is_zero, local};
 
-/// Steps unless the caller says otherwise.
+/// Default limit of steps.
 pub(super) const MAX_STEPS: usize = 100;
-/// A whole step that leaves this share of the error or less is taken at once.
+/// Ratio of errors at or below which a whole step is accepted at once.
 const ENOUGH: f64 = 0.9;
-/// An iterate is better if its error is below this share of the best.
+/// Ratio to the best error below which an iterate is better.
 const BETTER: f64 = 0.999;
-/// The least α.
+/// Least regularisation α [-].
 const LEAST_ALPHA: f64 = 1e-13;
 
-/// How careful the steps are.
+/// Regularisation of the steps, and patience.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Caution {
     /// α for an error of 1.
     pub slope: f64,
-    /// The largest α.
+    /// Largest regularisation α [-].
     pub most: f64,
-    /// Steps in a row without a better iterate before it gives up.
+    /// Steps in a row without a better iterate after which the method stops.
     pub patience: usize,
 }
 
-/// Large steps, and soon given up: where the start is good, this is all that it takes.
+/// Large steps, soon stopped: sufficient where the initial guess is good.
 pub(super) const BOLD: Caution = Caution { slope: 1e-3, most: 1e-4, patience: 8 };
-/// Shorter steps in what W does not determine, and time to find a way.
+/// Shorter steps in the null space of W, and more of them.
 pub(super) const CAREFUL: Caution = Caution { slope: 1.0, most: 0.1, patience: 60 };
 
-/// Newton steps until the error is within the tolerance, or they lead nowhere; ends with the best iterate.
+/// Newton steps until the error is within the tolerance, or they make no progress; ends with the best iterate.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> Ending {
     let mut error = scaled.error();
     let mut best = (error, scaled.r.clone());
@@ -63,10 +64,11 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits, caution: Caution) -> E
     Ending { iterations: steps, error: best.0 }
 }
 
-/// Moves along `direction`: the whole way if that lowers the error enough, else whole or half, whichever ends lower.
+/// Moves along `direction`: by the whole step if that reduces the error enough, otherwise by the whole or half step,
+/// whichever has the lower error.
 ///
-/// Not shorter: where a contact is about to open or to slip the error rises before it falls, and steps short enough to
-/// avoid that stay at the kink.
+/// Not by less: where a contact is about to open or to slip the error rises before it falls, and steps short enough
+/// to avoid that stay at the kink.
 fn search(scaled: &mut Scaled, direction: &[f64], error: f64) -> f64 {
     let start = scaled.r.clone();
     let mut at = |share| {
@@ -81,12 +83,12 @@ fn search(scaled: &mut Scaled, direction: &[f64], error: f64) -> f64 {
     if whole < half { at(1.0) } else { half }
 }
 
-/// The Newton step of all reactions; `None` if there is none.
+/// The Newton step of all reactions; `None` if the system is singular.
 fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
     let at: Vec<Linearised> = (0..scaled.contacts)
         .map(|c| linearise_alart_curnier(local(&scaled.r, c), local(&scaled.u, c), scaled.mu[c]))
         .collect();
-    // What the steps of open contacts do to the others.
+    // The known steps of open contacts, and their effect on the others.
     let mut direction = vec![0.0; 3 * scaled.contacts];
     let mut moved = vec![0.0; 3 * scaled.contacts];
     let mut place = vec![usize::MAX; scaled.contacts];
@@ -101,6 +103,7 @@ fn direction(scaled: &Scaled, alpha: f64) -> Option<Vec<f64>> {
             scaled.add_column(c, step, &mut moved);
         }
     }
+    // The linear system of the pressing contacts, column by column.
     let mut system = LinearSystem::new(3 * pressed.len());
     let mut step = Vec::with_capacity(3 * pressed.len());
     let own = alpha + scaled.proximal();
@@ -128,7 +131,7 @@ fn right_side(at: &Linearised, moved: Local) -> Local {
     })
 }
 
-/// `∂F/∂r + ∂F/∂u (W_cc + α I)`.
+/// Diagonal block `∂F/∂r + ∂F/∂u (W_cc + α I)`.
 fn diagonal(at: &Linearised, W: &Block, alpha: f64) -> Block {
     let mut own = *W;
     for (i, row) in own.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
-//! Nonsmooth Gauss–Seidel: one contact after the other is solved exactly, the others held (Jean & Moreau; Jourdan,
-//! Alart & Jean 1998).
+//! Nonsmooth Gauss–Seidel: one contact after the other is solved exactly, with the others fixed (Jean & Moreau;
+//! Jourdan, Alart & Jean 1998).
 
 use super::local_newton;
 use super::scaled::Scaled;
@@ -7,7 +7,7 @@ use super::{Ending, Limits};
 use crate::mechanics::contact::delassus::times;
 use crate::mechanics::contact::problem::local;
 
-/// Sweeps unless the caller says otherwise.
+/// Default limit of sweeps.
 pub(super) const MAX_SWEEPS: usize = 100_000;
 
 /// Sweeps until the error is within the tolerance.
@@ -19,14 +19,14 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
         }
         self::sweep(scaled);
         if sweep % 64 == 63 {
-            // What rounding has added up.
+            // Remove accumulated rounding.
             scaled.update_velocity();
         }
     }
     Ending { iterations: limits.iterations, error: scaled.error() }
 }
 
-/// One sweep over all contacts, in order; counts the contacts that were not solved in it.
+/// One sweep over all contacts, in order; counts the contacts without a local solution.
 pub(super) fn sweep(scaled: &mut Scaled) {
     scaled.failed_contacts = 0;
     for c in 0..scaled.contacts {

@@ -1,8 +1,8 @@
-//! The same problem in dimensionless numbers: `r̂ = D^½ r`, `û = D^−½ u`, `Ŵ = D^−½ W D^−½`, one number D a contact.
+//! The problem in dimensionless numbers: `r̂ = D^½ r`, `û = D^−½ u`, `Ŵ = D^−½ W D^−½`, one number D per contact.
 //!
-//! The law is homogeneous, so that it is the same in r̂ and û. Every diagonal block has trace 3, ρ = 1 suits every
-//! contact, and the scaled error of [`ContactProblem::error_scaled`] is `‖F̂‖ / max(‖r̂‖, ‖q̂‖)` with the natural map F̂ at
-//! ρ = 1.
+//! The law is homogeneous, so it is the same in r̂ and û. Every diagonal block has trace 3, ρ = 1 is appropriate for
+//! every contact, and the scaled error of [`ContactProblem::error_scaled`] is `‖F̂‖ / max(‖r̂‖, ‖q̂‖)` with the
+//! natural map F̂ at ρ = 1.
 
 use crate::mechanics::contact::delassus::{Block, Delassus};
 use crate::mechanics::contact::local::{Local, natural_map};
@@ -11,44 +11,45 @@ use crate::mechanics::contact::problem::{ContactProblem, is_zero, local, squared
 /// The problem and its iterate, scaled.
 #[derive(Clone, Debug)]
 pub(super) struct Scaled {
-    /// Number of contacts.
+    /// Number of contacts nc.
     pub contacts: usize,
-    /// Coefficients of friction.
+    /// Coefficients of friction μ [-], nc.
     pub mu: Vec<f64>,
     pub q: Vec<f64>,
-    /// The iterate.
+    /// The current reactions r̂, 3 nc.
     pub r: Vec<f64>,
-    /// `W r + q`, kept with it.
+    /// Their velocities `W r + q`, updated with them.
     pub u: Vec<f64>,
-    /// Contacts that could not be solved alone, in the last sweep.
+    /// Contacts without a local solution in the last sweep.
     pub failed_contacts: usize,
-    /// Diagonal blocks.
+    /// Diagonal blocks `Ŵ_cc`, nc.
     pub diagonal: Vec<Block>,
     /// Proximal weight α and centre: velocities have `α (r − centre)` added.
     proximal: f64,
     centre: Vec<f64>,
-    /// The columns of W: what a reaction does to all velocities.
+    /// The columns of W: velocities due to a unit reaction.
     columns: Columns,
-    /// `D^½`.
+    /// `D^½` of each contact.
     root: Vec<f64>,
-    /// `‖q‖`.
+    /// Norm `‖q̂‖` of the free velocities.
     pub q_size: f64,
 }
 
-/// W by columns.
+/// W stored by columns.
 #[derive(Clone, Debug)]
 enum Columns {
-    /// All of it: column after column.
+    /// All entries, column after column.
     Dense(Vec<f64>),
     /// Blocks by columns: starts, rows, blocks.
     Sparse { starts: Vec<usize>, rows: Vec<u32>, blocks: Vec<Block> },
 }
 
 impl Scaled {
-    /// The problem, started at `r`.
+    /// The scaled problem, with the initial reactions `r`.
     pub fn new(problem: &ContactProblem, r: &[f64]) -> Self {
         let contacts = problem.contacts();
         let root: Vec<f64> = problem.scales().iter().map(|d| d.sqrt()).collect();
+        // Free velocities and initial reactions; what is not finite starts at zero.
         let mut q = problem.q().to_vec();
         for_each_contact(&mut q, &root, |q, root| *q /= root);
         let mut r = r.to_vec();
@@ -58,6 +59,7 @@ impl Scaled {
                 *r = 0.0;
             }
         });
+        // The operator, and its diagonal blocks.
         let mut diagonal = vec![[[0.0; 3]; 3]; contacts];
         let columns = Columns::new(problem.W(), |c, d, block| {
             let factor = 1.0 / (root[c] * root[d]);
@@ -93,7 +95,7 @@ impl Scaled {
         for_each_contact(r, &self.root, |r, root| *r /= root);
     }
 
-    /// `u = W r + q` anew.
+    /// Recomputes `u = W r + q`.
     pub fn update_velocity(&mut self) {
         self.u.copy_from_slice(&self.q);
         for c in 0..self.contacts {
@@ -114,18 +116,18 @@ impl Scaled {
         self.proximal
     }
 
-    /// Other reactions, and their velocities.
+    /// Replaces the reactions and updates their velocities.
     pub fn set_reactions(&mut self, r: &[f64]) {
         self.r.copy_from_slice(r);
         self.update_velocity();
     }
 
-    /// Whether nothing rubs anywhere.
+    /// Whether all contacts are frictionless.
     pub fn is_frictionless(&self) -> bool {
         self.mu.iter().all(|mu| *mu == 0.0)
     }
 
-    /// `r = start + share · direction`, and its velocities.
+    /// Sets `r = start + share · direction` and updates the velocities.
     pub fn move_from(&mut self, start: &[f64], direction: &[f64], share: f64) {
         for ((r, s), d) in self.r.iter_mut().zip(start).zip(direction) {
             *r = s + share * d;
@@ -133,7 +135,7 @@ impl Scaled {
         self.update_velocity();
     }
 
-    /// Adds `α (r − r_now)` to the velocities from now on; with α = 0 nothing.
+    /// Adds `α (r − r_now)` to the velocities from now on; α = 0 ends that.
     pub fn set_proximal(&mut self, alpha: f64) {
         for block in &mut self.diagonal {
             for i in 0..3 {
@@ -145,7 +147,7 @@ impl Scaled {
         self.update_velocity();
     }
 
-    /// Changes the reaction of contact `c`, and all velocities with it.
+    /// Sets the reaction of contact `c`, and updates all velocities.
     #[inline]
     pub fn change(&mut self, c: usize, new: Local) {
         let old = local(&self.r, c);
@@ -161,12 +163,12 @@ impl Scaled {
         }
     }
 
-    /// Adds what a reaction `x` of contact `c` does to the velocities `u`.
+    /// Adds the effect of a reaction `x` of contact `c` to the velocities `u`.
     pub fn add_column(&self, c: usize, x: Local, u: &mut [f64]) {
         self.columns.add(c, x, u);
     }
 
-    /// Visits the blocks of column `c` in the rows that have a place.
+    /// Visits the blocks of column `c` in the rows that have an index in `place`.
     pub fn for_column(&self, c: usize, place: &[usize], mut visit: impl FnMut(usize, &Block)) {
         match &self.columns {
             Columns::Dense(values) => {
@@ -204,7 +206,7 @@ pub(super) fn scaled_error(mu: &[f64], r: &[f64], u: &[f64], q_size: f64) -> f64
     f.sqrt() / r_size.max(q_size)
 }
 
-/// Changes the three numbers of every contact, given its own.
+/// Changes the three numbers of every contact by means of one number per contact.
 fn for_each_contact(x: &mut [f64], of_contact: &[f64], change: impl Fn(&mut f64, f64)) {
     for (x, &own) in x.chunks_exact_mut(3).zip(of_contact) {
         for x in x {
@@ -227,6 +229,7 @@ impl Columns {
             });
             return Self::Dense(values);
         }
+        // Count the blocks of each column, then distribute them.
         let mut starts = vec![0; contacts + 1];
         W.for_each_block(|_, d, _| starts[d + 1] += 1);
         for d in 0..contacts {
@@ -243,7 +246,7 @@ impl Columns {
         Self::Sparse { starts, rows, blocks }
     }
 
-    /// Adds what a reaction `x` of contact `c` does.
+    /// Adds the effect of a reaction `x` of contact `c` to the velocities `u`.
     #[inline]
     fn add(&self, c: usize, x: Local, u: &mut [f64]) {
         match self {

@@ -1,7 +1,7 @@
-//! Uzawa's method in the bi-potential framework, contact after contact (De Saxcé & Feng 1998; Joli & Feng 2008): one prediction and
-//! projection `r ← Proj_K(r − ρ (u + μ ‖u_t‖ n))` each, where Gauss–Seidel solves the contact exactly.
+//! Uzawa's method in the bi-potential framework, contact by contact (De Saxcé & Feng 1998; Joli & Feng 2008): one
+//! prediction and projection `r ← Proj_K(r − ρ (u + μ ‖u_t‖ n))` each, where Gauss–Seidel solves the contact exactly.
 //!
-//! Each contact has its own ρ, the inverse of the largest eigenvalue of its block of W.
+//! Each contact has its own ρ, the inverse of the largest eigenvalue of its diagonal block of W.
 
 use super::fixed_point::iterate;
 use super::scaled::Scaled;
@@ -11,10 +11,10 @@ use crate::mechanics::contact::local::proj_coulomb_cone;
 use crate::mechanics::contact::problem::local;
 use crate::mechanics::tensor::Mat3;
 
-/// Sweeps after which velocities are summed anew: what rounding has added up.
+/// Sweeps after which velocities are recomputed, to remove accumulated rounding.
 const SUMMED_AFTER: usize = 64;
 
-/// Sweeps until the error is within the tolerance; needs finite μ, else nothing is done.
+/// Sweeps until the error is within the tolerance; requires finite μ, else does nothing.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     let start = |scaled: &mut Scaled| (scaled.diagonal.iter().map(step_of).collect::<Vec<f64>>(), 0);
     iterate(scaled, limits, start, |scaled, (rho, sweeps)| {
@@ -30,7 +30,7 @@ pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {
     })
 }
 
-/// ρ of a contact; 1 where nothing moves it.
+/// Step length ρ of a contact; 1 where nothing moves it.
 fn step_of(W: &Block) -> f64 {
     let symmetric = Mat3::from_fn(|i, j| 0.5 * (W[i][j] + W[j][i]));
     let largest = symmetric.symmetric_eigenvalues().max();

@@ -10,14 +10,14 @@ fn states() -> Vec<[f64; 3]> {
     states
 }
 
-/// τ1 − τ3 and τ2 − τ3 of the principal Kirchhoff stresses [Pa]: no pressure is in them.
+/// τ1 − τ3 and τ2 − τ3 of the principal Kirchhoff stresses [Pa], independent of pressure.
 fn differences(law: &Material, stretches: [f64; 3]) -> [f64; 2] {
     let (_, P) = eval(law, &Mat3::from_diagonal(&stretches.into()));
     let tau = [0, 1, 2].map(|i| P[(i, i)] * stretches[i]);
     [tau[0] - tau[2], tau[1] - tau[2]]
 }
 
-/// Compares with the energy's derivatives by ln λ, `tau`, and with the energy.
+/// Compares the derivatives of the energy by ln λ with `tau`, and the energy with `psi`.
 fn check(law: impl Into<Material>, tau: impl Fn(f64, [f64; 3]) -> f64, psi: impl Fn([f64; 3]) -> f64) {
     let law = law.into();
     for stretches in states() {
@@ -121,7 +121,7 @@ fn fibres_of_weiss_follow_their_definition() {
             (P[(0, 0)] * stretch - tension(stretch)).abs() <= 1e-13 * tension(stretch).max(1.0),
             "{stretch}"
         );
-        // ∫ λW′/λ dλ by Simpson's rule, in pieces that end where the toe does.
+        // ∫ λW′/λ dλ by Simpson's rule, piecewise up to and beyond the toe.
         let simpson = |from: f64, to: f64| {
             let (n, h) = (2000, (to - from) / 2000.0);
             let weight = |i: i32| if i == 0 || i == n { 1.0 } else { f64::from(2 + 2 * (i % 2)) };

@@ -1,11 +1,11 @@
-//! Ogden's law where principal stretches meet, and beside that.
+//! Ogden's law where principal stretches coincide, and close to that.
 
 use super::*;
 use nalgebra::SMatrix;
 
 const U: Volumetric = Volumetric::LnSquared(40.0);
 
-/// Deformations with two and three equal principal stretches, exactly and nearly, turned.
+/// Deformations with two and three equal principal stretches, exactly and nearly, rotated.
 fn deformations() -> Vec<Mat3> {
     let mut uniform = Uniform(21);
     let mut all = vec![Mat3::identity()];

@@ -1,4 +1,4 @@
-//! The laws over SIMD lanes against the same laws over plain numbers.
+//! The laws over SIMD lanes against the same laws over scalars.
 
 use super::*;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -10,7 +10,7 @@ struct LanesOfLaw<'a> {
     deformations: &'a [Mat3; BATCH],
 }
 
-/// What is compared, for each deformation: 9 components of P, ψ, bound, exponent.
+/// Values compared for each deformation: 9 components of P, ψ, bound, exponent.
 type Outcome = [Row; 12];
 
 impl WithSimd for LanesOfLaw<'_> {
@@ -50,7 +50,7 @@ fn lanes_give_what_plain_numbers_give() {
     for law in all_laws(40.0) {
         let fibres = law.fibre_directions();
         let mut deformations: [Mat3; BATCH] = std::array::from_fn(|_| uniform.deformation(0.5));
-        // Lanes beside each other at rest, and far beyond the exponent limit.
+        // Neighbouring lanes at rest, and far beyond the exponent limit.
         deformations[2] = Mat3::identity();
         let far = if matches!(law, Material::Ogden(_)) {
             [5.0, 6.0, 1.0 / 24.0]

@@ -1,6 +1,6 @@
-//! Tests that hold for every law: what is shared here is the list of laws and the deformations.
+//! Tests that hold for every law; here the list of laws and the deformations that they have in common.
 
-// A law must be *exactly* free of stress at rest: equality of floats is what is meant.
+// A law must be *exactly* free of stress at rest: equality of floats is intended.
 #![allow(clippy::float_cmp, clippy::unwrap_used)]
 
 mod closed_forms;
@@ -64,7 +64,7 @@ pub(super) fn ogden(volumetric: Volumetric) -> Material {
     Ogden::new(&terms, volumetric).unwrap().into()
 }
 
-/// Fibres along [`FIBRES`] that are straight from a stretch of 1.2 on.
+/// Fibres along [`FIBRES`] that are straight from a stretch of 1.2.
 pub(super) fn weiss(i4: I4Form, volumetric: Volumetric) -> Material {
     let families = FibreFamilies::new(&FIBRES).unwrap();
     let fibres = StraighteningFibres::new(0.6, 9.0, 20.0, 1.2);
@@ -77,14 +77,14 @@ pub(super) fn balzani(alpha2: f64, volumetric: Volumetric) -> Material {
         .into()
 }
 
-/// An orthotropic tissue.
+/// An orthotropic tissue with three Young's moduli.
 pub(super) fn fung(volumetric: Volumetric) -> Material {
     let moduli =
         OrthotropicModuli { young: [12.0, 8.0, 5.0], shear: [3.0, 2.0, 4.0], poisson: [0.3, 0.2, 0.1] };
     FungOrthotropic::new(6.0, &moduli, volumetric).unwrap().into()
 }
 
-/// Whether a law has an isotropic part beside its fibres.
+/// Whether a law has an isotropic part in addition to its fibres.
 pub(super) fn has_matrix(law: &Material) -> bool {
     !matches!(law, Material::FungOrthotropic(_))
 }
@@ -100,7 +100,7 @@ pub(super) fn hgo(kappa: f64, i4: I4Form, matrix: MatrixForm, volumetric: Volume
 pub(super) struct Uniform(pub u64);
 
 impl Uniform {
-    /// The next number.
+    /// The next pseudo-random number in [−1, 1).
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -128,7 +128,7 @@ pub(super) fn gradient(F: &Mat3) -> Tensor<f64> {
     Tensor::from(&(F - Mat3::identity()))
 }
 
-/// (ψ, P) with everything in, at F with the law's own fibres.
+/// (ψ, P) including U(J), at F with the law's own fibres.
 pub(super) fn eval(law: &Material, F: &Mat3) -> (f64, Mat3) {
     let r = law.eval_total(&gradient(F), law.fibre_directions());
     (r.psi, Mat3::from(&r.P))

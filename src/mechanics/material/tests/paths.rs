@@ -1,8 +1,8 @@
-//! The free faces of the paths, their limits, and what they refuse.
+//! The free faces of the paths, their limits, and invalid requests.
 
 use super::*;
 
-/// The largest load on a free face over the largest stress, and the asymmetry of σ.
+/// The largest load on a free face relative to the largest stress, and the asymmetry of σ.
 fn free_load(path: Path, point: &PathPoint) -> f64 {
     let P = &point.stress.P;
     let free = match path {
@@ -47,7 +47,7 @@ fn small_uniaxial_stretch_gives_young_s_modulus() {
 
 #[test]
 fn nearly_incompressible_rubber_is_found_too() {
-    // K/G = 10⁶ against the closed form of the incompressible limit, off by order G/K.
+    // K/G = 10⁶ against the closed form of the incompressible limit, with a deviation of order G/K.
     let law = MooneyRivlin { c10: 0.5, c01: 0.0, volumetric: Volumetric::LnSquared(1e6) };
     let values = [0.4, 1.5, 3.0];
     for point in eval_path(&Material::MooneyRivlin(law), &[], Path::Uniaxial, &values).unwrap() {

@@ -47,7 +47,7 @@ fn stress_and_tangent_agree_with_central_differences() {
             let A = Mat3::from(&A);
             let by_difference = central_difference(2e-4, |t| at(t).0);
             assert!((P.dot(&dF) - by_difference).abs() <= 1e-9 * (P.norm() + psi), "{law:?} at {F}");
-            // The tangent jumps where a family switches: there a difference has nothing to say.
+            // The tangent jumps where a family is switched: there a difference is meaningless.
             let strains = [-5e-4, 5e-4].map(|t| is_on(&law, &(F + dF * t)));
             if strains[0] == strains[1] {
                 let by_difference = Mat3::from_fn(|i, j| central_difference(2e-4, |t| at(t).1[(i, j)]));
@@ -58,7 +58,7 @@ fn stress_and_tangent_agree_with_central_differences() {
     }
 }
 
-/// Which families are on, by the energy that each alone adds.
+/// Which families are active, by the energy that each adds.
 fn is_on(law: &Material, F: &Mat3) -> Vec<bool> {
     let alone =
         |a: &[f64; 3]| law.eval_total(&gradient(F), &[*a]).psi > law.eval_total(&gradient(F), &[]).psi;
@@ -147,7 +147,7 @@ fn a_tiny_strain_keeps_the_digits_of_its_energy() {
 
 #[test]
 fn a_family_in_compression_adds_nothing() {
-    // κ = 1/3 with the isochoric I1 has no compression: Ī1 ≥ 3.
+    // κ = 1/3 with the isochoric I1 is never in compression: Ī1 ≥ 3.
     let never_off = hgo(1.0 / 3.0, I4Form::Isochoric, MatrixForm::Isochoric, Volumetric::QuadraticLn(40.0));
     assert!(is_on(&never_off, &Mat3::from_diagonal(&[0.8, 0.9, 0.95].into())) == [true, true]);
     let can_be_off = |law: &Material| match law {
@@ -183,7 +183,7 @@ fn an_overstretched_exponential_is_told_and_stays_finite() {
             let F = Mat3::from_diagonal(&[stretch, stretch, 1.0 / (stretch * stretch)].into());
             let told = law.overstretch(&gradient(&F), fibres);
             assert_eq!(told.is_some(), has_exponential(&law), "{law:?}");
-            // Of a law without fibres it is a bound.
+            // For a law without fibres it is a bound.
             let excess = told.map_or(0.0, |told| told / stretch - 1.0);
             let most = if fibres.is_empty() { 0.2 } else { 1e-12 };
             assert!(excess > -1e-12 && excess < most, "{law:?}: {excess}");
@@ -212,7 +212,7 @@ fn energy_and_stress_are_continuous_at_the_exponent_limit() {
     let (below, above) = (at(E - h), at(E + h));
     assert!((above.psi - below.psi).abs() <= 1e-6 * below.psi);
     assert!((above.P.0[0][0] - below.P.0[0][0]).abs() <= 1e-6 * below.P.0[0][0]);
-    // and far beyond it the stress is still the derivative of the energy
+    // far beyond it the stress is still the derivative of the energy
     let slope = central_difference(1e-3, |t| at(2.0 * E + t).psi);
     let F11 = (1.0 + 2.0 * E).sqrt();
     let P11 = at(2.0 * E).P.0[0][0];

@@ -3,7 +3,7 @@
 use super::*;
 use nalgebra::SMatrix;
 
-/// The largest eigenvalue of ∂²ψ/∂F² of a law made without U.
+/// The largest eigenvalue of ∂²ψ/∂F² of a law without U.
 fn largest_eigenvalue(law: &Material, F: &Mat3, fibres: &[[f64; 3]]) -> f64 {
     let A = assemble_tangent(law, &gradient(F), fibres);
     SMatrix::<f64, 9, 9>::from_fn(|i, j| 0.5 * (A[i][j] + A[j][i])).symmetric_eigenvalues().max()
@@ -25,13 +25,13 @@ fn the_bound_is_never_below_the_largest_eigenvalue() {
                 let F = uniform.deformation(spread);
                 let own = law.fibre_directions();
                 for fibres in [own, &own[..own.len().min(1)], &[]] {
-                    // An orthotropic law has its three axes or none.
+                    // An orthotropic law has three axes or none.
                     if fibres.len() < own.len() && !has_matrix(&law) {
                         continue;
                     }
                     let (bound, exact) = (bound(&law, &F, fibres), largest_eigenvalue(&law, &F, fibres));
                     assert!(bound >= exact * (1.0 - 1e-10), "{law:?} at {F}: {bound} below {exact}");
-                    // Fibres that are off count as on, so only the matrix can be asked to be close.
+                    // Inactive fibres count as active, so only the matrix can be required to be close.
                     let is_close = !fibres.is_empty() || !has_matrix(&law) || bound <= 3.0 * exact;
                     assert!(is_close, "{law:?} at {F}: {bound} {exact}");
                 }
@@ -46,13 +46,13 @@ fn the_bound_is_exact_at_rest_without_fibres_and_close_near_it() {
     for law in all_laws(0.0).into_iter().filter(has_matrix) {
         let exact = largest_eigenvalue(&law, &Mat3::identity(), &[]);
         let at_rest = bound(&law, &Mat3::identity(), &[]);
-        // λ < 0 is left out of the coupled bound, which then is 2μ: the exact value too.
+        // The coupled bound omits λ < 0 and is then 2μ, as is the exact value.
         assert!((at_rest / exact - 1.0).abs() <= 1e-12, "{law:?}: {at_rest} {exact}");
         for _ in 0..20 {
             let H = uniform.rotation() * 0.01;
             let F = Mat3::identity() + H;
             let ratio = bound(&law, &F, &[]) / largest_eigenvalue(&law, &F, &[]);
-            // A difference of two bounds is further off.
+            // A difference of two bounds is less sharp.
             let most = if matches!(law, Material::VerondaWestmann(_)) { 1.1 } else { 1.06 };
             assert!((1.0 - 1e-12..most).contains(&ratio), "{law:?}: {ratio}");
         }
@@ -64,7 +64,7 @@ fn the_bound_of_one_family_at_rest_is_its_stiffness_just_switched_on() {
     for law in all_laws(0.0) {
         let Material::HolzapfelGasserOgden(law) = law else { continue };
         let law = Material::HolzapfelGasserOgden(HolzapfelGasserOgden { c: 0.0, ..law });
-        // An extension along the family so small that only the switch matters, and the same compression.
+        // An extension along the family so small that only the activation matters, and the same compression.
         let a = nalgebra::Vector3::from(FIBRES[0]);
         let F = |e: f64| Mat3::identity() + a * a.transpose() * e;
         let exact = largest_eigenvalue(&law, &F(1e-9), &FIBRES[..1]);

@@ -1,10 +1,10 @@
-//! Surfaces against themselves.
+//! Contact of surfaces with themselves.
 
 use super::*;
 
 #[test]
 fn self_contact_needs_opposed_faces_and_leaves_out_the_own_wall() {
-    // A thin plate alone touches nothing of itself, …
+    // A thin plate alone does not touch itself, …
     let mut x = Vec::new();
     let plate = block(6, 1, &mut x, |p| Vec3::new(p.x, p.y, 0.02 * p.z));
     let own = [pair(0, Master::Surface(0))];
@@ -29,7 +29,7 @@ fn a_body_that_is_crushed_does_not_touch_itself() {
     let mut detector = Detector::new(std::slice::from_ref(&cube), &own, &x);
     let mut contacts = Vec::new();
     for height in [0.5_f64, 0.1, 0.03, 0.01] {
-        // Wider as it is lower, barrelled, and sheared.
+        // Wider towards the bottom, barrelled, and sheared.
         let crushed = |p: &Vec3| {
             let wide = height.powf(-0.5) * (1.0 + p.z * (1.0 - p.z));
             Vec3::new((p.x - 0.5) * wide + 0.3 * p.z, (p.y - 0.5) * wide, p.z * height)
@@ -57,7 +57,7 @@ fn a_part_that_has_entered_another_part_is_held() {
         let mut detector = Detector::new(std::slice::from_ref(&ring), &own, &rest);
         let mut contacts = Vec::new();
         detector.detect(&x, &x, &[Vec3::zeros()], &mut contacts).unwrap();
-        // All 23 nodes of either end that are on no edge, at least.
+        // At least all 23 nodes of either end that are on no edge.
         let inside = contacts.iter().filter(|c| c.gap < 0.0 && c.frame[0].y.abs() > 0.99).count();
         assert!(inside >= 40, "{depth}: {inside} of {}", contacts.len());
     }
@@ -66,7 +66,7 @@ fn a_part_that_has_entered_another_part_is_held() {
 #[test]
 fn the_age_of_the_list_of_a_surface_against_itself_never_shows() {
     let own = [pair(0, Master::Surface(0))];
-    // A ring that closes, and opens, while it flies and turns.
+    // A ring that closes, and opens, while it flies and rotates.
     let ring_at = |step: i32| {
         let t = f64::from(step);
         let turn = 0.98 + 0.0203 * (0.05 * t).sin();

@@ -1,10 +1,10 @@
-//! Nodes between faces that stand against each other.
+//! Nodes between opposing faces.
 
 use super::*;
 
 #[test]
 fn a_node_in_a_valley_is_held_by_both_sides_and_on_a_ridge_by_one() {
-    // Two faces that share the edge x = 0; `rise` of their outer edges.
+    // Two faces with the common edge x = 0; `rise` of their outer edges.
     for (rise, sides) in [(0.7, 2), (0.05, 1), (-0.7, 1)] {
         let sheet = [
             Vec3::new(0.0, 0.0, 0.0),
