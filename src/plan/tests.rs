@@ -45,7 +45,7 @@ fn cells_without_an_element_are_not_compiled() {
     let error = compile(&scene).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "body `stone`: only eight-node hexahedra are computed, but the mesh has tetrahedron of 4 nodes (1)"
+        "body `stone`: only eight-node hexahedra have a finite element here, but the mesh has tetrahedron of 4 nodes (1)"
     );
 }
 

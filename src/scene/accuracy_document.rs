@@ -1,20 +1,20 @@
-//! An accuracy that is asked for instead of a mesh, in a scene document.
+//! A required accuracy in place of a mesh, in a scene document.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How exact the numbers shall be, and how long that may take. The scene is run on finer and finer meshes until each number that is asked for
-/// is known well enough, or the next mesh would take too long; the coarser ones give the error bars.
+/// Required accuracy of the results, and the time it may take. The scene is run on finer and finer meshes until each
+/// requested result is accurate enough, or the next mesh would take too long; the coarser meshes give the error bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AccuracyDocument {
-    /// Largest error bar, as a fraction of the number [-].
+    /// Largest error bar, as a fraction of the result [-].
     #[serde(default = "a_tenth")]
     pub relative: f64,
-    /// The numbers that it holds for.
+    /// Results that the accuracy is required of.
     #[serde(default = "AskedNumber::usual")]
     pub of: Vec<AskedNumber>,
-    /// What all meshes together may take [s].
+    /// Time limit for all meshes together [s].
     #[serde(default = "a_minute")]
     pub time_budget_s: f64,
 }
@@ -33,31 +33,31 @@ impl Default for AccuracyDocument {
     }
 }
 
-/// A number of the summary that an accuracy is asked of.
+/// A result of the summary whose accuracy can be required.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AskedNumber {
-    /// Peak impact force.
+    /// Peak force of the impact.
     PeakForce,
-    /// Impulse of the contact.
+    /// Impulse of the contact force.
     Impulse,
-    /// Largest contact patch.
+    /// Largest area of the contact patch.
     ContactPatch,
-    /// Depth of the first threshold of stress.
+    /// Depth of the first stress threshold.
     StressDepth,
-    /// Energy that the impact has given the tissue at the end.
+    /// Energy transferred to the tissue by the end of the run.
     EnergyGiven,
     /// Largest deflection of the skin.
     Deflection,
 }
 
 impl AskedNumber {
-    /// Those that are asked for where nothing is said: what is done to the tissue as a whole.
+    /// Default results: those that describe the load on the tissue as a whole.
     fn usual() -> Vec<Self> {
         vec![Self::PeakForce, Self::Impulse, Self::EnergyGiven]
     }
 
-    /// For people.
+    /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::PeakForce => "peak force",

@@ -1,25 +1,25 @@
-//! How large a scene may be. Checked before anything of that size is allocated.
+//! Limits on the size of a scene, checked before anything of that size is allocated.
 
 use serde::{Deserialize, Serialize};
 
 /// Upper limits of a scene; each is inclusive.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Budget {
-    /// Bytes of the document.
+    /// Size of the document [bytes].
     pub document_bytes: u64,
-    /// Bytes of one mesh file.
+    /// Size of one mesh file [bytes].
     pub mesh_bytes: u64,
-    /// Bodies and planes together.
+    /// Number of bodies and planes together.
     pub bodies: u64,
-    /// Elements of all bodies together.
+    /// Number of elements of all bodies together.
     pub elements: u64,
-    /// Steps to the end, as estimated from the shortest edge and the wave speed at rest.
+    /// Number of steps to the end, estimated from the shortest edge and the wave speed at rest.
     pub steps: u64,
-    /// Bytes of plan and state, as estimated from the counts.
+    /// Size of plan and state [bytes], estimated from the counts.
     pub memory_bytes: u64,
-    /// Frames of fields.
+    /// Number of field frames.
     pub frames: u64,
-    /// Bytes of the fields of all frames, before compression.
+    /// Size of the fields of all frames before compression [bytes].
     pub recording_bytes: u64,
 }
 
@@ -27,7 +27,7 @@ const MB: u64 = 1_000_000;
 const GB: u64 = 1_000_000_000;
 
 impl Budget {
-    /// What a person at a command line may ask of their own machine: enough to stop slips of the pen.
+    /// Limits of the command line, high enough for any intended scene: they catch typing errors.
     pub const COMMAND_LINE: Self = Self {
         document_bytes: 64 * MB,
         mesh_bytes: 2 * GB,
@@ -38,7 +38,7 @@ impl Budget {
         frames: 100_000,
         recording_bytes: 200 * GB,
     };
-    /// What a stranger may ask of a service.
+    /// Limits of a service, for unknown users.
     pub const SERVICE: Self = Self {
         document_bytes: 4 * MB,
         mesh_bytes: 100 * MB,

@@ -1,4 +1,4 @@
-//! A body of the document → its mesh, in its place, with a part entry and material axes for every element.
+//! A body of the document → its mesh, in place, with a part entry and material axes for every element.
 
 use super::RigidSceneBody;
 use super::budget::Budget;
@@ -20,7 +20,7 @@ use nalgebra::{Rotation3, Unit};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
-/// A rigid body from its document; `None` where the document's own checks have said why not.
+/// A rigid body from its document; `None` where the checks of the document report why not.
 pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
     let mass = rigid.mass()?;
     Some(RigidSceneBody {
@@ -33,13 +33,13 @@ pub fn rigid_body(rigid: &RigidDocument) -> Option<RigidSceneBody> {
 
 /// A mesh after local refinement.
 pub struct Refined {
-    /// The mesh.
+    /// The refined mesh.
     pub mesh: Mesh,
-    /// Elements before, and how many of them were split; `None` where nothing was to be refined.
+    /// Number of elements before, and how many of them were split; `None` where nothing was to be refined.
     pub refined: Option<[usize; 2]>,
 }
 
-/// Makes the meshes of a scene; a file that several bodies name is read once.
+/// Makes the meshes of a scene; a file named by several bodies is read once.
 pub struct Builder<'a> {
     source: &'a dyn MeshSource,
     budget: &'a Budget,
@@ -51,7 +51,7 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// A builder for one scene.
+    /// A builder for one scene, with the whole budget left.
     pub fn new(source: &'a dyn MeshSource, budget: &'a Budget) -> Self {
         Self {
             source,
@@ -62,7 +62,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The mesh of a body, in its place; `None` when problems were found.
+    /// The mesh of a body, in place; `None` when problems were found.
     pub fn body_mesh(&mut self, index: usize, body: &BodyDocument, out: &mut Findings) -> Option<Mesh> {
         let here = Pointer::root().key("bodies").index(index);
         let mesh = match body.mesh.as_ref()? {
@@ -77,7 +77,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The mesh of a body as it asks to be refined, of those of all bodies in their places.
+    /// The locally refined mesh of a body, given the placed meshes of all bodies.
     pub fn refined(
         &mut self,
         (document, placed): (&SceneDocument, &[Option<Mesh>]),
@@ -93,7 +93,7 @@ impl<'a> Builder<'a> {
     }
 
     fn generated(&mut self, recipe: &Recipe, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
-        // The size is arithmetic: it is known before a byte is allocated.
+        // The number of elements is known before anything is allocated.
         self.spend(recipe.element_count(), here, out)?;
         let problems = recipe.problems(here);
         if !problems.is_empty() {
@@ -116,7 +116,7 @@ impl<'a> Builder<'a> {
         }
         let mesh = match self.files.get(&file.name)? {
             Ok(mesh) => mesh.clone(),
-            // Each body that names the file has to change.
+            // Reported for each body that names the file.
             Err(problem) => {
                 out.push(Problem { pointer: place.as_str().to_owned(), ..problem.clone() });
                 return None;
@@ -142,18 +142,18 @@ impl<'a> Builder<'a> {
         let found = self.source.read(name, self.budget.mesh_bytes);
         let found = found.map_err(|error| source_problem(&error, place).value(name))?;
         self.file_hashes.insert(name.to_owned(), Sha256::digest(&found.bytes).into());
-        // A name without a known ending (an uploaded mesh) is told by its first bytes.
+        // The format of a file without a known extension (an uploaded mesh) is detected from its first bytes.
         let format = MeshFormat::from_name(&found.file_name).or_else(|| MeshFormat::sniff(&found.bytes));
         let format = format.ok_or_else(|| {
             Problem::error("unknown_mesh_format", place, "the format of the mesh is not known")
                 .value(name)
-                .limit("a name ending in .msh or .inp")
+                .limit("a file name ending in .msh or .inp")
                 .remedy("save the mesh as Gmsh .msh or Abaqus .inp")
         })?;
         read_mesh(&found.bytes, format).map_err(|error| mesh_problem(&error, place).value(name))
     }
 
-    /// Takes elements from the budget.
+    /// Takes elements from the budget; reports a problem when too few are left.
     fn spend(&mut self, elements: u64, here: &Pointer, out: &mut Findings) -> Option<()> {
         let left = self.elements_left.checked_sub(elements);
         if let Some(left) = left {
@@ -173,15 +173,15 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Only some parts of a mesh; every name that it does not have is a problem.
+/// Only some parts of a mesh; every unknown name is a problem.
 fn selected(mesh: &Mesh, parts: &[String], here: &Pointer, out: &mut Findings) -> Option<Mesh> {
     let known = || mesh.parts.iter().map(String::as_str);
     let mut sound = !parts.is_empty();
     out.require(sound, || {
-        Problem::error("no_parts", here, "no part is chosen")
+        Problem::error("no_parts", here, "no part is selected")
             .value(Vec::<f64>::new())
             .limit("at least one part")
-            .remedy(format!("leave \"parts\" out for all; {}", suggest("", known())))
+            .remedy(format!("omit \"parts\" to take all; {}", suggest("", known())))
     });
     for (i, name) in parts.iter().enumerate() {
         if !known().any(|k| k == name) {
@@ -201,7 +201,7 @@ fn selected(mesh: &Mesh, parts: &[String], here: &Pointer, out: &mut Findings) -
     mesh.select_parts(&names).map_err(|error| out.push(mesh_problem(&error, here))).ok()
 }
 
-/// The mesh scaled, turned and moved. What is wrong with the numbers is reported with the document.
+/// The mesh scaled, rotated and translated. Invalid numbers are reported by the checks of the document.
 fn placed(mesh: &Mesh, placement: &PlacementDocument, here: &Pointer, out: &mut Findings) -> Option<Mesh> {
     let rotation = match &placement.rotation {
         None => Rotation3::identity(),
@@ -217,7 +217,7 @@ fn placed(mesh: &Mesh, placement: &PlacementDocument, here: &Pointer, out: &mut 
     moved.map_err(|error| out.push(mesh_problem(&error, here))).ok()
 }
 
-/// Material axes of all elements, or nothing when no law of the body has fibres; `None` when problems were found.
+/// Material axes of all elements, empty when no law of the body has fibres; `None` when problems were found.
 pub fn body_axes(
     index: usize,
     body: &BodyDocument,
@@ -236,7 +236,7 @@ pub fn body_axes(
         match element_axes(body.parts[entry].fibre_frame.as_ref(), mesh, element) {
             Ok(frame) => axes.push(frame),
             Err(reason) => {
-                // Once a part: all its elements share the frame.
+                // Once for each part: all its elements share the frame.
                 if !std::mem::replace(&mut refused[entry], true) {
                     out.0.extend(frame_problem(reason, &parts.index(entry).key("fibre_frame")));
                 }
@@ -258,12 +258,12 @@ fn frame_problem(reason: NoAxes, here: &Pointer) -> Option<Problem> {
             Problem::error(
                 "element_on_axis",
                 &here.key("axis"),
-                format!("element {element} lies on the axis of the cylinder, where nothing is radial"),
+                format!("element {element} lies on the axis of the cylinder, where the radial direction is undefined"),
             )
             .limit("an axis outside the elements of the part")
             .remedy("move the axis, or choose a constant frame"),
         ),
-        // The document's own checks have said so.
+        // Reported by the checks of the document.
         NoAxes::Degenerate => None,
     }
 }
@@ -275,7 +275,7 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
             problem.limit("eight-node hexahedra").remedy("mesh with hexahedra of first order")
         }
         MeshError::Malformed { .. } => {
-            problem.limit("a sound .msh or .inp file").remedy("write the file anew, or mend it there")
+            problem.limit("a valid .msh or .inp file").remedy("export the file again, or repair it")
         }
         _ => problem.limit("a mesh of hexahedra").remedy("change the mesh"),
     }
@@ -287,17 +287,17 @@ fn source_problem(error: &MeshSourceError, here: &Pointer) -> Problem {
             let problem = Problem::error("mesh_not_found", here, error.to_string())
                 .limit("a mesh file in the folder of the scene");
             if known.is_empty() {
-                problem.remedy("put the file beside the scene, where there is no mesh yet")
+                problem.remedy("put the file into the folder of the scene, which has no mesh yet")
             } else {
                 let others = suggest(name, known.iter().map(String::as_str));
-                problem.remedy(format!("{others}; a file that is elsewhere has to be put beside the scene"))
+                problem.remedy(format!("{others}; copy files from elsewhere into the folder of the scene"))
             }
         }
         MeshSourceError::NotUploaded { .. } => Problem::error("mesh_not_found", here, error.to_string())
             .limit("the id of an uploaded mesh")
             .remedy("upload the file by `POST /v1/meshes` and name the mesh by the id in the answer"),
         MeshSourceError::Outside { .. } => Problem::error("mesh_outside_folder", here, error.to_string())
-            .limit("a relative path without \"..\" and without links that lead out")
+            .limit("a relative path without \"..\" and without links that leave the folder")
             .remedy("copy the mesh into the folder of the scene"),
         MeshSourceError::TooLarge { limit, .. } => {
             Problem::error("budget_mesh_bytes", here, error.to_string())

@@ -1,22 +1,22 @@
-//! How a document chooses one variant of an enum of the schema: by a word, a tag, its only member or its type.
+//! How a document selects a variant of an enum of the schema: by a keyword, a tag, its only member or its type.
 
 use super::misfit::is_of_type;
 use serde_json::Value;
 
-/// Members by which the variant of an enum is chosen.
+/// Members that select the variant of an enum.
 pub(super) const TAGS: [&str; 2] = ["law", "kind"];
 
-/// How a document chooses one variant of an enum.
+/// How a document selects a variant of an enum.
 pub(super) enum Choice {
-    /// By being this word.
+    /// By being this keyword.
     Word(Value),
-    /// By this word under this tag.
+    /// By this keyword under this tag.
     Tag(&'static str, Value),
     /// By having this member, which is the only one, or the only one that must be.
     Member(String),
     /// By being of this type.
     Type(String),
-    /// By choosing one of these.
+    /// By one of these choices.
     Nested(Vec<Choice>),
 }
 
@@ -31,7 +31,7 @@ impl Choice {
             Self::Nested(choices) => choices.iter().any(|c| c.is_made_by(found)),
         }
     }
-    /// Whether `found` has the type of whoever makes this choice.
+    /// Whether the type of `found` fits this choice.
     pub(super) fn has_type_of(&self, found: &Value) -> bool {
         match self {
             Self::Word(_) => found.is_string(),
@@ -40,7 +40,7 @@ impl Choice {
             Self::Nested(choices) => choices.iter().any(|c| c.has_type_of(found)),
         }
     }
-    /// The tag under which the choice is made.
+    /// Tag of the choice, if it has one.
     pub(super) fn tag(&self) -> Option<&'static str> {
         match self {
             Self::Tag(tag, _) => Some(tag),
@@ -48,7 +48,7 @@ impl Choice {
             _ => None,
         }
     }
-    /// What may be written to make it.
+    /// What to write to make the choice.
     pub(super) fn words(&self) -> Vec<String> {
         match self {
             Self::Word(word) | Self::Tag(_, word) => vec![word.as_str().unwrap_or_default().to_owned()],
@@ -59,12 +59,12 @@ impl Choice {
     }
 }
 
-/// The variants of an enum, or of a value that may be absent.
+/// The variants of an enum or of an optional value.
 pub(super) fn variants(schema: &Value) -> Option<&[Value]> {
     schema.get("oneOf").or_else(|| schema.get("anyOf"))?.as_array().map(Vec::as_slice)
 }
 
-/// The choices of variants, in their order.
+/// How each variant is selected, in order.
 pub(super) fn choices(variants: &[Value], root: &Value) -> Vec<Choice> {
     variants.iter().map(|variant| choice(variant, root)).collect()
 }
@@ -95,14 +95,14 @@ fn choice(variant: &Value, root: &Value) -> Choice {
     }
 }
 
-/// Index of the only choice that keeps to `condition`.
+/// Index of the only choice that satisfies `condition`.
 pub(super) fn only(choices: &[Choice], condition: impl Fn(&Choice) -> bool) -> Option<usize> {
     let mut kept = choices.iter().enumerate().filter(|(_, choice)| condition(choice));
     let (index, _) = kept.next()?;
     kept.next().is_none().then_some(index)
 }
 
-/// What a `$ref` points to.
+/// Target of a `$ref`.
 pub(super) fn resolve<'a>(schema: &Value, root: &'a Value) -> Option<&'a Value> {
     root.pointer(schema.get("$ref")?.as_str()?.strip_prefix('#')?)
 }

@@ -1,4 +1,4 @@
-//! What steps cost, from a fixed table and never from a stopwatch, so that a scene always gets the same plan.
+//! Cost of time steps, from a fixed table rather than timing, so that a scene always gets the same plan.
 //!
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
 //! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
@@ -10,35 +10,37 @@ use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns}
 use crate::mesh::Mesh;
 use std::sync::Arc;
 
-/// The rest of a step [ns]: sums, ledger and measures for each node, contact for each node of a slave surface. What whole
-/// runs of `ball_on_block` and `flashball_thigh` take beyond their elements, parted by estimate.
+/// Cost of a step apart from the elements [ns]: sums, ledger and measures for each node, contact for each node of a slave
+/// surface; estimated split of what whole runs of `ball_on_block` and `flashball_thigh` take beyond their elements.
 const NODE: f64 = 70.0;
 const SLAVE_NODE: f64 = 350.0;
 
-/// Iterations and matrices of an implicit step, about. Steps of `ball_on_block` (0.6 GFLOP a factor) took 60 ms where they are as long
-/// as explicit ones, 187 ms at five times that and 327 ms at ten times, with cuts and retries; this is for those between.
+/// Approximate numbers of iterations and matrices of an implicit step. Steps of `ball_on_block` (0.6 GFLOP per factor) took
+/// 60 ms at the length of explicit ones, 187 ms at five times that and 327 ms at ten times, with cuts and retries; these
+/// numbers are for steps in between.
 const ITERATIONS: f64 = 8.0;
 const MATRICES: f64 = 2.0;
-/// Stiffness of an element and its place in the matrix [ns], speed of a factorisation [GFLOP/s] (20 to 23 measured on blocks of 12³ to
-/// 20³ elements), an entry of the factor in one solution [ns] (1.3 in the cache, 1.75 to 1.95 beyond it), and in one of many at once
-/// as a share of that.
+/// Stiffness of an element and its assembly [ns], speed of a factorisation [GFLOP/s] (20 to 23 measured on blocks of 12³ to
+/// 20³ elements), an entry of the factor in one solution [ns] (1.3 in the cache, 1.75 to 1.95 beyond it), and in one of
+/// many simultaneous solutions as a fraction of that.
 const STIFFNESS: f64 = 4000.0;
 const FACTOR_GFLOPS: f64 = 20.0;
 const FACTOR_ENTRY: f64 = 1.9;
 const COLUMN: f64 = 0.03;
-/// Share of the slave nodes that are candidates at a time, with as many master nodes.
+/// Fraction of the slave nodes that are contact candidates at a time, with as many master nodes.
 const TOUCHED: f64 = 0.1;
 
-/// Shear viscosity, on top of any law [ns]: while the data of the elements lie in the cache, and when they do not.
+/// Cost of shear viscosity in addition to any law [ns]: with the element data in the cache, and beyond it.
 const VISCOUS: [f64; 2] = [90.0, 110.0];
 
-/// Relaxation, on top of any law [ns], likewise.
+/// Cost of stress relaxation in addition to any law [ns], likewise.
 const RELAXING: [f64; 2] = [250.0, 300.0];
 
-/// Up to so many bytes the data of the elements lie in the cache.
+/// Largest size of the element data that fits in the cache [bytes].
 const CACHE_BYTES: usize = 4_000_000;
 
-/// Time of an element-step on one core [s], when a sweep goes through so many bytes; `viscous`: has it a shear viscosity, a Prony series.
+/// Time of one element for one step on one core [s], if the force evaluation reads `swept_bytes`; `viscous`: whether it has
+/// a shear viscosity, and a Prony series.
 pub fn element_s(
     material: &Material,
     formulation: Formulation,
@@ -57,27 +59,27 @@ pub fn element_s(
     1e-9 * (viscous + matrix[place] + material.family_count() as f64 * time.family[place])
 }
 
-/// What a step works on.
+/// Amount of work in a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepLoad {
-    /// Elements.
+    /// Number of elements.
     pub elements: usize,
-    /// One sweep over them on one core [s].
+    /// One evaluation of all internal forces on one core [s].
     pub sweep_s: f64,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Slave nodes of all contact pairs.
+    /// Number of slave nodes of all contact pairs.
     pub slaves: usize,
 }
 
 impl StepLoad {
-    /// Time of an explicit step on one core [s], if every element is swept.
+    /// Time of an explicit step on one core [s], if every element is active.
     pub fn explicit_step_s(&self) -> f64 {
         self.sweep_s + 1e-9 * (NODE * self.nodes as f64 + SLAVE_NODE * self.slaves as f64)
     }
 
-    /// Time of an implicit step on one core [s]: sweeps and solutions of every iteration, and its share of a matrix with factor
-    /// and compliances.
+    /// Time of an implicit step on one core [s]: force evaluations and solutions of every iteration, and a fraction of the
+    /// cost of a matrix with factor and compliances.
     pub fn implicit_step_s(&self, factor: &FactorSize) -> f64 {
         let solution = 1e-9 * FACTOR_ENTRY * factor.entries;
         let columns = 3.0 * TOUCHED * self.slaves as f64;
@@ -87,23 +89,23 @@ impl StepLoad {
     }
 }
 
-/// Size of the factor of implicit steps.
+/// Size of the factor of the system matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FactorSize {
-    /// Entries.
+    /// Number of entries.
     pub entries: f64,
-    /// Floating-point operations of a factorisation.
+    /// Floating-point operations of one factorisation.
     pub flops: f64,
 }
 
 impl FactorSize {
-    /// Of a body, all of whose nodes are free but those that hang; nothing is factored.
+    /// The size for a body whose nodes are all free, except hanging ones; only analyses, factors nothing.
     ///
     /// # Errors
-    /// [`SparseError`].
+    /// As [`Cholesky::new`].
     pub fn of(mesh: &Mesh) -> Result<Self, SparseError> {
         let nodes = mesh.nodes.len();
-        // Nodes that cannot follow are told when the scene is compiled.
+        // Nodes that cannot follow are reported when the scene is compiled.
         let followers = Arc::new(Followers::new(nodes, &mesh.hanging.ties()).unwrap_or_default());
         let unknowns = Unknowns::with_followers(
             nodes,

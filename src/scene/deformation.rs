@@ -1,17 +1,17 @@
-//! The deformation that a body starts from.
+//! Initial deformation of a body.
 
 use super::document::{BodyDocument, InitialDeformation};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 impl BodyDocument {
-    /// Where a point X [m] of its placed mesh is at the start [m].
+    /// Initial position [m] of a point X [m] of the placed mesh.
     pub fn start_position(&self, X: &Vec3) -> Vec3 {
         self.initial_deformation.as_ref().map_or(*X, |deformation| deformation.position(X))
     }
 }
 
 impl InitialDeformation {
-    /// Where a point X [m] of the body at rest is at the start [m].
+    /// Initial position [m] of a point X [m] of the body at rest.
     ///
     /// Inflation: r³ = R³ + A³ (λ³ − 1) along the ray from the centre. Affine: x = c + F (X − c).
     pub fn position(&self, X: &Vec3) -> Vec3 {

@@ -1,4 +1,4 @@
-//! The scene document: what a user writes, with the unit in every name. Every struct refuses unknown fields.
+//! The scene document: the user's input, with the unit in every field name. Every struct refuses unknown fields.
 
 use super::named_materials::{WrittenMaterial, not_null};
 use super::prony_document::PronyDocument;
@@ -21,13 +21,13 @@ pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
 pub use super::solver_document::{ContactSolver, ErrorBarsDocument, Keep, SolverDocument};
 
-/// One scene: bodies, what may touch, how long, what to record.
+/// One scene: bodies, contact, duration, and what to record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneDocument {
-    /// Name of the scene, for reports.
+    /// Name of the scene, used in reports.
     pub name: String,
-    /// What it shows, for people.
+    /// Free text: what the scene shows.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
     /// Simulated time to the end [s].
@@ -37,47 +37,47 @@ pub struct SceneDocument {
     /// Fixed rigid planes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<PlaneDocument>,
-    /// What may touch what.
+    /// Contact pairs, friction and discretisation.
     #[serde(default)]
     pub contact: ContactDocument,
     /// Acceleration of gravity [m/s²].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity_m_per_s2: Option<[f64; 3]>,
-    /// How gravity grows; constant by default, over a quasi-static run from 0 to 1.
+    /// Load curve of gravity; constant by default, from 0 to 1 over a quasi-static run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity_ramp: Option<RampDocument>,
-    /// Load quasi-statically before the clock starts.
+    /// Apply the loads quasi-statically before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preload: Option<PreloadDocument>,
-    /// Settle under gravity with damping before the clock starts.
+    /// Dynamic relaxation under gravity, with damping, before the clock starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settle: Option<SettleDocument>,
-    /// How to step.
+    /// Time integration: explicit, implicit, quasi-static, or chosen from the estimated cost.
     #[serde(default)]
     pub integrator: IntegratorDocument,
-    /// How to solve, apart from what.
+    /// Settings of the solution that leave the physical problem unchanged.
     #[serde(default, skip_serializing_if = "SolverDocument::is_default")]
     pub solver: SolverDocument,
-    /// How exact the numbers shall be, and how long that may take; without it the meshes are run as they are given.
+    /// Required accuracy and the time it may take; without it the meshes are used as given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyDocument>,
-    /// What to record and how often.
+    /// What to record, and how often.
     #[serde(default)]
     pub record: RecordDocument,
-    /// What the measures need to know.
+    /// Inputs of the measures.
     #[serde(default)]
     pub measures: MeasuresDocument,
 }
 
-/// What a body is in the story; the measures speak of the tissue and the projectile.
+/// Role of a body; the measures refer to the tissue and the projectile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// It hits.
+    /// The impacting body.
     Projectile,
-    /// It is hit: absorbed energy and depth are measured in it.
+    /// The impacted body: absorbed energy and depth are measured in it.
     Tissue,
-    /// Neither.
+    /// Neither projectile nor tissue.
     #[default]
     Other,
 }
@@ -88,52 +88,52 @@ pub enum Role {
 pub struct BodyDocument {
     /// Name, unique in the scene.
     pub name: String,
-    /// Role in the story.
+    /// Projectile, tissue or other.
     #[serde(default)]
     pub role: Role,
-    /// A body that does not deform; instead of a mesh and what goes with it.
+    /// A body that does not deform; replaces `mesh` and the fields that refer to it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rigid: Option<RigidDocument>,
-    /// Where the mesh comes from.
+    /// Source of the mesh: a generator or a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshDocument>,
-    /// Where it stands, applied to the mesh: scale, then rotation, then translation.
+    /// Placement of the mesh: scale, then rotation, then translation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementDocument>,
-    /// Where the elements of the placed mesh are to be small.
+    /// Where the placed mesh is refined.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refinement: Vec<RefinementDocument>,
-    /// Node sets chosen by place, besides those that the mesh brings.
+    /// Node sets defined by boxes, in addition to those of the mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sets: Vec<SetDocument>,
-    /// One entry for every part of the mesh.
+    /// One entry for each part of the mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartDocument>,
-    /// Initial velocity of flight [m/s].
+    /// Initial translational velocity [m/s].
     #[serde(default)]
     pub velocity_m_per_s: [f64; 3],
     /// Initial spin about the centre of mass [rad/s].
     #[serde(default)]
     pub spin_rad_per_s: [f64; 3],
-    /// A deformation that the body starts from, at rest.
+    /// Initial deformation of the body, at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub initial_deformation: Option<InitialDeformation>,
     /// Node sets held fixed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<FixedDocument>,
-    /// Node sets whose displacement is given.
+    /// Node sets with prescribed displacement.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prescribed: Vec<PrescribedDocument>,
-    /// Pressures and tractions on faces of the skin.
+    /// Pressures and tractions on boundary faces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub face_loads: Vec<FaceLoadDocument>,
 }
 
-/// A node set chosen by place: all nodes of the placed mesh in a box, its faces included.
+/// A node set defined by a box: all nodes of the placed mesh inside it or on its faces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetDocument {
-    /// Name, unlike those of the mesh.
+    /// Name, different from those of the mesh.
     pub name: String,
     /// Lowest corner of the box [m].
     pub min_m: [f64; 3],
@@ -162,35 +162,35 @@ pub struct PartDocument {
     /// steps only.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub shear_viscosity_pa_s: f64,
-    /// Relaxation of the stress of a split law. In explicit steps; a quasi-static run finds what is left when all has relaxed.
+    /// Stress relaxation of a split law. Explicit steps only; a quasi-static run uses the fully relaxed response.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
-    /// What its elements bear before they are given up: for skin that tears. In explicit steps only.
+    /// Limits beyond which elements are eroded, as for skin that tears. Explicit steps only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<ErosionDocument>,
     /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
-    /// Material axes of the part; by default those of the mesh, else x, y, z.
+    /// Material axes of the part; by default those of the mesh, otherwise x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fibre_frame: Option<FibreFrameDocument>,
 }
 
-/// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the nodes. Both
-/// are looked at in the mean over the element.
+/// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the
+/// nodes. Both limits apply to the mean over the element.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErosionDocument {
-    /// Largest principal stretch that an element bears [-].
+    /// Largest admissible principal stretch [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stretch: Option<f64>,
-    /// Least share of its volume at rest that it bears [-].
+    /// Smallest admissible volume, as a fraction of the volume at rest [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_ratio: Option<f64>,
 }
 
 impl ErosionDocument {
-    /// As the elements know it.
+    /// The limits in the form of the force evaluation; a limit that is not set is infinite, or zero.
     pub fn limits(&self) -> force::ErosionLimits {
         force::ErosionLimits {
             stretch: self.stretch.unwrap_or(f64::INFINITY),
@@ -200,12 +200,12 @@ impl ErosionDocument {
 }
 
 impl PartDocument {
-    /// The law under slow loading; `None` where it cannot be made.
+    /// The law under slow loading; `None` where its parameters are inadmissible.
     pub fn law(&self) -> Option<Material> {
         let material = self.material.to_material()?;
         self.prony_series.as_ref().map_or(Some(material), |prony| prony.slow_law(material))
     }
-    /// Its Prony series.
+    /// Its Prony series, or [`PronySeries::NONE`].
     pub fn series(&self) -> PronySeries {
         self.prony_series.as_ref().map_or(PronySeries::NONE, PronyDocument::series)
     }
@@ -213,7 +213,7 @@ impl PartDocument {
     pub fn is_viscous(&self) -> bool {
         self.shear_viscosity_pa_s > 0.0 || self.prony_series.is_some()
     }
-    /// The element that is asked for, or else mean dilatation for split laws and full integration for coupled ones.
+    /// The requested element formulation; by default mean dilatation for split laws and full integration for coupled ones.
     pub fn element(&self, material: &Material) -> force::Formulation {
         match self.formulation {
             Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
@@ -230,9 +230,9 @@ impl PartDocument {
 pub enum Formulation {
     /// 2×2×2 points for the isochoric part, one mean dilatation and one pressure per element.
     MeanDilatation,
-    /// 2×2×2 points for everything.
+    /// All terms at 2×2×2 points.
     Full,
-    /// One point, with a physical stabilisation of the hourglass modes whose energy the ledger shows.
+    /// One point, with a physical hourglass stabilisation whose energy the ledger reports.
     Reduced,
 }
 
@@ -240,12 +240,12 @@ pub enum Formulation {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FibreFrameDocument {
-    /// The axes that the mesh carries (limb segments do; an error where it has none).
+    /// The axes stored in the mesh (limb segments have them; an error where there are none).
     // With braces: serde lets unknown fields pass in a tagged unit variant.
     Mesh {},
     /// One frame for the whole part: e1 along `axis`, e2 the part of `plane` normal to it.
     Constant {
-        /// Direction of e1.
+        /// Direction of e1; any length.
         axis: [f64; 3],
         /// A direction in the plane of e1 and e2.
         plane: [f64; 3],
@@ -259,13 +259,13 @@ pub enum FibreFrameDocument {
     },
 }
 
-/// Nodes held fixed.
+/// A node set with zero displacement along some axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedDocument {
     /// Name of a node set of the mesh; `*` for all nodes.
     pub set: String,
-    /// Which axes.
+    /// The fixed axes; all three by default.
     #[serde(default = "all_axes")]
     pub axes: Vec<Axis>,
 }
@@ -274,7 +274,7 @@ fn all_axes() -> Vec<Axis> {
     vec![Axis::X, Axis::Y, Axis::Z]
 }
 
-/// An axis of space.
+/// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
@@ -286,13 +286,13 @@ pub enum Axis {
     Z,
 }
 
-/// A deformation that a body starts from.
+/// An initial deformation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum InitialDeformation {
     /// Volume-preserving radial motion of a hollow ball: r³ = R³ + A³ (λ³ − 1).
     SphericalInflation {
-        /// Centre [m].
+        /// Centre of the ball [m].
         center_m: [f64; 3],
         /// Inner radius A at rest [m].
         inner_radius_m: f64,
@@ -308,27 +308,27 @@ pub enum InitialDeformation {
     },
 }
 
-/// A fixed rigid half space: material must stay where `normal · (x − point) ≥ 0`.
+/// A fixed rigid half space; the admissible side is `normal · (x − point) ≥ 0`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneDocument {
     /// Name, unique among bodies and planes.
     pub name: String,
-    /// A point on the plane [m].
+    /// Any point on the plane [m].
     pub point_m: [f64; 3],
-    /// Normal, out of the solid half space; of any length.
+    /// Outward normal of the solid half space; any length.
     pub normal: [f64; 3],
 }
 
-/// What may touch what.
+/// Contact pairs, friction and discretisation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactDocument {
-    /// `"all"` (every body with every other body and plane), or a list of pairs. Bodies of either that deform meet themselves, too, see
-    /// `self_contact`.
+    /// `"all"` (every body with every other body and plane), or a list of pairs. Deformable bodies in either are also
+    /// checked for self-contact, see `self_contact`.
     #[serde(default)]
     pub pairs: ContactPairs,
-    /// Whether bodies meet themselves.
+    /// Whether bodies are checked for self-contact.
     #[serde(default, skip_serializing_if = "SelfContact::is_default")]
     pub self_contact: SelfContact,
     /// Coulomb friction μ of pairs that do not give their own [-].
@@ -337,23 +337,23 @@ pub struct ContactDocument {
     /// Largest scaled residual of the contact solver [-].
     #[serde(default = "default_contact_tolerance")]
     pub tolerance: f64,
-    /// Share of the mass of skin nodes that is moved inwards, 0 … 0.95 [-]: lowers what a lumped node loses when it is caught,
-    /// and shortens the step.
+    /// Fraction of the mass of boundary nodes that is moved inwards, 0 … 0.95 [-]: reduces the energy that a lumped node
+    /// loses on impact activation, and the time step.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub mass_redistribution: f64,
-    /// How the contact of two meshes is made discrete. `mortar` passes on a pressure between meshes that do not match.
+    /// Discretisation of contact between two meshes. `mortar` transmits a uniform pressure across non-matching meshes.
     #[serde(default, skip_serializing_if = "ContactDiscretisation::is_default")]
     pub discretisation: ContactDiscretisation,
 }
 
-/// Whether bodies that deform meet themselves, such as where they fold.
+/// Self-contact of deformable bodies, for example where they fold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SelfContact {
-    /// All of them that may touch anything.
+    /// All deformable bodies that take part in any contact.
     #[default]
     Auto,
-    /// None, listed or not.
+    /// None, not even listed ones.
     None,
 }
 
@@ -364,18 +364,18 @@ impl SelfContact {
     }
 }
 
-/// How the contact of two meshes is made discrete.
+/// Discretisation of contact between two meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactDiscretisation {
-    /// Each slave node against the closest face of the master; nodes of the master in slave faces beyond 1 % of a face; sharp edges
-    /// against edges, also those that deformation makes: nothing slips between the nodes of either side.
+    /// Each slave node against the closest master face; master nodes that penetrate a slave face by more than 1 % of a
+    /// face; sharp edges against edges, also those formed by deformation.
     #[default]
     TwoPass,
-    /// Each slave node against the closest face of the master, and nothing else.
+    /// Each slave node against the closest master face, and nothing else.
     NodeToSurface,
-    /// Means over the slave's faces with dual shape functions, and the rest as with `two_pass`. Faces that are not wholly above the master, and self-contact, keep
-    /// nodes against faces.
+    /// Means over the slave faces with dual shape functions, otherwise as `two_pass`. Faces that are only partly above the
+    /// master, and self-contact, use nodes against faces.
     Mortar,
 }
 
@@ -385,7 +385,7 @@ impl ContactDiscretisation {
         *self == Self::default()
     }
 
-    /// As detection names it.
+    /// The corresponding method of contact detection.
     pub fn method(self) -> Discretisation {
         match self {
             Self::NodeToSurface => Discretisation::NodeToSurface,
@@ -417,13 +417,13 @@ impl Default for ContactDocument {
     }
 }
 
-/// All pairs or a list.
+/// All pairs, or a list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ContactPairs {
     /// `"all"`
     All(AllPairs),
-    /// Only these.
+    /// The listed pairs only.
     List(Vec<PairDocument>),
 }
 
@@ -433,7 +433,7 @@ impl Default for ContactPairs {
     }
 }
 
-/// The word `"all"`.
+/// The keyword `"all"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AllPairs {
@@ -441,25 +441,26 @@ pub enum AllPairs {
     All,
 }
 
-/// One pair that may touch.
+/// A contact pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairDocument {
-    /// Two names of bodies or planes; the same body twice asks for self-contact.
+    /// Names of two bodies or planes; the same body twice for self-contact.
     pub between: [String; 2],
     /// Coulomb friction μ [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
 }
 
-/// Settle before the clock starts: gravity on, damping on, full stick; in the last third of the time with the friction of the scene, so
-/// that what it cannot hold slips before the clock starts. A body with a velocity waits where the scene puts it.
+/// Dynamic relaxation before the clock starts: gravity, damping and full stick; in the last third the friction of the
+/// scene, so that what friction cannot hold slips before the clock starts. A body with a velocity stays where the scene
+/// places it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SettleDocument {
-    /// How long [s].
+    /// Duration of the relaxation [s].
     pub duration_s: f64,
-    /// Mass-proportional damping α, force −α M v [1/s].
+    /// Mass-proportional damping α; force −α M v [1/s].
     pub damping_per_s: f64,
 }
 
@@ -467,16 +468,16 @@ pub struct SettleDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordDocument {
-    /// Fields to record at the field times; empty for none.
+    /// Fields recorded at the field times; may be empty.
     #[serde(default = "default_fields")]
     pub fields: Vec<FieldName>,
-    /// Times of the fields [s]; the run hits them exactly. The start and the end are always recorded.
+    /// Times of the fields [s], hit exactly. The start and the end are always recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field_times_s: Option<Vec<f64>>,
-    /// Or every so often [s]; by default a fiftieth of the run. Not together with `field_times_s`.
+    /// Interval between field times [s]; by default 1/50 of the run. Excludes `field_times_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field_interval_s: Option<f64>,
-    /// Contact forces and energy every so many steps.
+    /// Contact forces and energies are recorded every so many steps.
     #[serde(default = "default_step_cadence")]
     pub every_steps: u32,
 }
@@ -500,7 +501,7 @@ impl Default for RecordDocument {
 }
 
 impl SceneDocument {
-    /// The bodies that meet themselves though no pair says so, by index: those that deform and may touch anything else.
+    /// Indices of the bodies with self-contact that no pair asks for: those that deform and may touch anything else.
     pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = usize> {
         let may_fold = |body: &BodyDocument| match &self.contact.pairs {
             ContactPairs::All(_) => true,
@@ -521,18 +522,18 @@ impl SceneDocument {
         self.bodies.iter().any(|body| matches!(body.mesh, Some(MeshDocument::File(_))))
     }
 
-    /// Whether a part has what only explicit steps know: viscosity, relaxation, erosion.
+    /// Whether a part has properties that only explicit steps support: viscosity, relaxation, erosion.
     pub fn needs_explicit_steps(&self) -> bool {
         let parts = self.bodies.iter().flat_map(|body| &body.parts);
         parts.into_iter().any(|part| part.is_viscous() || part.erosion.is_some())
     }
 
-    /// Whether a thing is put back that plans leave out.
+    /// Whether the document keeps a feature that plans omit.
     pub fn keeps(&self, thing: Keep) -> bool {
         self.solver.keep.contains(&thing)
     }
 
-    /// The fields that are recorded, each once: those asked for, or all where the unasked ones are kept.
+    /// The recorded fields, each once: those requested, or all if unrequested fields are kept.
     pub fn recorded_fields(&self) -> Vec<FieldName> {
         let recorded =
             |field: &FieldName| self.record.fields.contains(field) || self.keeps(Keep::UnaskedFields);
@@ -540,7 +541,7 @@ impl SceneDocument {
     }
 }
 
-/// A field of the recording.
+/// A recorded field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldName {
@@ -559,7 +560,7 @@ pub enum FieldName {
 }
 
 impl FieldName {
-    /// All of them, in their order.
+    /// All fields, in the order of declaration.
     pub const ALL: [Self; 6] = [
         Self::VonMises,
         Self::Pressure,

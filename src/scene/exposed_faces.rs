@@ -1,11 +1,11 @@
-//! The faces of a body that something may hit: its skin, and not the cuts through it where it is held.
+//! The boundary faces of a body that can be hit, without the cut sections where it is held.
 
 use super::document::{Role, SceneDocument};
 use crate::mesh::Mesh;
 use crate::mesh::surface::faces_within;
 
-/// Those of the outer `faces` of a body (a number of the document, with its mesh) that are its skin: the faces within the node set
-/// that a tissue is measured on, or else all that are not wholly held by one entry of `fixed` or several.
+/// The exposed part of the boundary `faces` of a body (index of the document, with its mesh): the faces within the skin set
+/// of the measures for the tissue, otherwise all faces with a node that no entry of `fixed` holds.
 pub fn exposed_faces(
     document: &SceneDocument,
     body: usize,

@@ -1,4 +1,4 @@
-//! Material axes of elements: what a fibre frame of the document means in the mesh.
+//! Material axes of elements from the fibre frames of the document.
 
 use super::document::FibreFrameDocument;
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -7,20 +7,20 @@ use crate::mesh::Mesh;
 /// Why an element has no material axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoAxes {
-    /// The frame is to come from the mesh, which carries none.
+    /// The frame is to come from the mesh, which has none.
     MeshHasNone,
     /// The centre of this element lies on the axis of the cylinder.
     OnAxis {
-        /// The element.
+        /// Index of the element.
         element: u32,
     },
-    /// The directions of the frame have no length or lie on one line.
+    /// The directions of the frame have no length, or are parallel.
     Degenerate,
 }
 
 /// Axes e1 ∥ `axis`, e2 in the plane of both, as columns; `None` when they do not span a plane.
 pub fn constant_frame(axis: [f64; 3], plane: [f64; 3]) -> Option<Mat3> {
-    // Lengths first, so that directions of any length are judged by their angle alone.
+    // Normalised first, so that only the angle between the directions matters.
     let e1 = Vec3::from(axis).try_normalize(0.0)?;
     let p = Vec3::from(plane).try_normalize(0.0)?;
     let e2 = (p - e1 * e1.dot(&p)).try_normalize(1e-9)?;
@@ -28,10 +28,10 @@ pub fn constant_frame(axis: [f64; 3], plane: [f64; 3]) -> Option<Mat3> {
     frame.iter().all(|x| x.is_finite()).then_some(frame)
 }
 
-/// Material axes of `element`, columns e1, e2, e3. Without a frame those of the mesh, and x, y, z where it has none.
+/// Material axes of `element`, columns e1, e2, e3. Without a frame those of the mesh, or x, y, z where it has none.
 ///
 /// # Errors
-/// See [`NoAxes`].
+/// [`NoAxes`] where the axes are undefined.
 pub fn element_axes(frame: Option<&FibreFrameDocument>, mesh: &Mesh, element: usize) -> Result<Mat3, NoAxes> {
     let of_mesh = mesh.axes.get(element).map(|e| Mat3::from_columns(e));
     match frame {

@@ -1,7 +1,7 @@
-//! Explicit or implicit steps where the document leaves it open: what is estimated to cost less.
+//! Explicit or implicit steps where the document leaves it open: the scheme with the lower estimated cost.
 //!
-//! Explicit steps are as short as a wave takes across an element; implicit ones as long as what moves allows, but each solves
-//! linear systems. The estimate is from the counts, the wave speeds at rest and the fixed table of [`super::cost`].
+//! Explicit steps are limited by the crossing time of a wave through an element; implicit ones by the motion, but each
+//! solves linear systems. The estimate uses the counts, the wave speeds at rest and the fixed table of [`super::cost`].
 
 use super::SceneBody;
 use super::budget::Budget;
@@ -12,38 +12,38 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::surface::{skin, skin_nodes};
 use serde::Serialize;
 
-/// Implicit steps of a run, unless something flies faster or the scene gives their length.
+/// Default number of implicit steps of a run, unless a body moves faster.
 const IMPLICIT_STEPS: f64 = 100.0;
-/// Share of the shortest edge that a body may fly in an implicit step, unless the scene gives its length.
+/// Largest displacement of a body in a default implicit step, as a fraction of the shortest edge [-].
 const FLOWN: f64 = 0.5;
-/// Share of the skins' nodes that are slaves: one of the two sides.
+/// Fraction of the boundary nodes that are slaves: one of the two sides.
 const SLAVES: f64 = 0.5;
 
-/// What was chosen, and what both would cost.
+/// The chosen scheme, with the estimated cost of both.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorChoice {
     /// `explicit` or `implicit`.
     pub chosen: String,
-    /// Explicit steps.
+    /// Estimated cost of explicit steps.
     pub explicit: SteppingEstimate,
-    /// Implicit steps; null where they were not looked at.
+    /// Estimated cost of implicit steps; null where it was not estimated.
     pub implicit: Option<SteppingEstimate>,
-    /// Why, in a sentence.
+    /// Reason for the choice, in one sentence.
     pub why: String,
 }
 
-/// What one way of stepping would cost, about.
+/// Approximate cost of a time integration scheme.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SteppingEstimate {
-    /// Step [s].
+    /// Time step [s].
     pub step_s: f64,
-    /// Steps to the end.
+    /// Number of steps to the end.
     pub steps: f64,
-    /// Time of a step on one core [s], by the table of costs.
+    /// Time of a step on one core [s], from the table of costs.
     pub time_per_step_s: f64,
-    /// Run time on one core [s].
+    /// Time of the run on one core [s].
     pub run_time_s: f64,
 }
 
@@ -53,14 +53,14 @@ impl SteppingEstimate {
         Self { step_s, steps, time_per_step_s, run_time_s: steps * time_per_step_s }
     }
 
-    /// "1200 steps of 1.000e-6 s, about 12.0 s".
+    /// A phrase such as "1200 steps of 1.000e-6 s, about 12.0 s".
     pub fn in_words(&self) -> String {
         format!("{:.0} steps of {:.3e} s, about {:.3} s", self.steps, self.step_s, self.run_time_s)
     }
 }
 
 impl IntegratorChoice {
-    /// The estimates in a line.
+    /// The estimates and the reason in one line.
     pub fn in_words(&self) -> String {
         let implicit =
             self.implicit.as_ref().map_or_else(String::new, |i| format!("; implicit {}", i.in_words()));
@@ -68,8 +68,8 @@ impl IntegratorChoice {
     }
 }
 
-/// The integrator in the place of `auto`, and why; `None` where the document says itself. `shortest_edge` of any element [m],
-/// infinite without elements.
+/// The integrator chosen for `auto`, with the reason; `None` where the document gives the integrator. `shortest_edge` of
+/// any element [m], infinite without elements.
 pub fn choose(
     document: &SceneDocument,
     bodies: &[SceneBody],
@@ -77,25 +77,26 @@ pub fn choose(
     budget: &Budget,
 ) -> Option<(IntegratorDocument, IntegratorChoice)> {
     let IntegratorDocument::Auto { step_s, theta, energy_gate } = &document.integrator else { return None };
+    // // Steps of both schemes, and the lower bound of the implicit cost: without matrices.
     let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
     let implicit_step = step_s.unwrap_or_else(|| default_step(document, shortest_edge));
     let stable = IntegratorDocument::SAFETY * shortest_crossing(document, bodies);
-    // Without elements nothing dictates an explicit step, and the length is a matter of what shall be resolved as well.
+    // Without elements there is no critical time step, and both schemes need the same resolution.
     let explicit_step = if stable.is_finite() { stable } else { implicit_step };
     let load = step_load(document, bodies);
     let explicit = SteppingEstimate::new(duration, explicit_step, load.explicit_step_s());
     let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
 
     let (implicit, why) = if document.needs_explicit_steps() {
-        (None, "implicit steps know neither shear viscosity nor relaxation nor erosion".to_owned())
+        (None, "implicit steps support neither shear viscosity nor relaxation nor erosion".to_owned())
     } else if least.run_time_s >= explicit.run_time_s {
-        // Sweeps and matrices alone take longer: nothing need be analysed.
-        (None, "the sweeps of implicit steps alone would take longer".to_owned())
+        // Force evaluations alone take longer: no need to analyse the matrix.
+        (None, "the force evaluations of implicit steps alone would take longer".to_owned())
     } else if system_bytes(load.nodes as u64) > budget.memory_bytes {
-        (None, "the matrix of implicit steps would not fit into the memory that is allowed".to_owned())
+        (None, "the matrix of implicit steps would exceed the memory limit".to_owned())
     } else {
         match bodies.iter().map(|b| FactorSize::of(&b.mesh)).sum::<Result<FactorSize, _>>() {
-            Err(error) => (None, format!("there is no factor of implicit steps: {error}")),
+            Err(error) => (None, format!("the matrix of implicit steps cannot be factored: {error}")),
             Ok(factor) => {
                 let implicit = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&factor));
                 let times = explicit.run_time_s / implicit.run_time_s;
@@ -108,6 +109,7 @@ pub fn choose(
             }
         }
     };
+    // // The cheaper of the two.
     let is_implicit = implicit.as_ref().is_some_and(|i| i.run_time_s < explicit.run_time_s);
     let integrator = if is_implicit {
         IntegratorDocument::implicit_with(implicit_step, *theta, *energy_gate)
@@ -118,11 +120,11 @@ pub fn choose(
     Some((integrator, IntegratorChoice { chosen, explicit, implicit, why }))
 }
 
-/// A hundredth of the run, and no longer than the fastest body takes for half of the shortest edge.
+/// 1/100 of the run, but no longer than the fastest body takes for half of the shortest edge.
 fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
     let speed = |velocity: [f64; 3]| Vec3::from(velocity).norm();
     let fastest = document.bodies.iter().map(|body| speed(body.velocity_m_per_s)).fold(0.0, f64::max);
-    // Where nothing flies this is infinite.
+    // Infinite where no body moves.
     let flown = FLOWN * shortest_edge / fastest;
     (document.end_time_s / IMPLICIT_STEPS).min(flown)
 }

@@ -1,21 +1,21 @@
-//! How to step in time, as a scene document says it.
+//! Time integration in a scene document.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How to step in time.
+/// Time integration scheme.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum IntegratorDocument {
     /// Central differences with velocities at half steps, contact on the end-of-step gap.
     Explicit {
-        /// Share of the stable step that is used, 0 … 1.
+        /// Time step as a fraction of the critical time step, 0 … 1.
         #[serde(default = "default_safety")]
         safety_factor: f64,
-        /// Largest step [s]; none by default.
+        /// Largest time step [s]; unbounded by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         max_step_s: Option<f64>,
-        /// Largest change of length of an element's edge or diagonal in a step, `h max|D|` [-]: it limits the step where
+        /// Largest change of length of an element's edge or diagonal in a step, `h max|D|` [-]: limits the step where
         /// elements are crushed.
         #[serde(default = "default_strain_increment")]
         largest_strain_increment: f64,
@@ -29,10 +29,10 @@ pub enum IntegratorDocument {
         #[serde(default = "default_energy_gate")]
         energy_gate: f64,
     },
-    /// The θ scheme: `M (v⁺ − v) = h [ξ f⁺ + (1 − ξ) f] + Cᵀ p`, `u⁺ = u + h [θ v⁺ + (1 − θ) v]`, contact on the end velocity. For
-    /// slow or stiff scenes; no bulk viscosity.
+    /// The θ scheme: `M (v⁺ − v) = h [ξ f⁺ + (1 − ξ) f] + Cᵀ p`, `u⁺ = u + h [θ v⁺ + (1 − θ) v]`, contact on the end
+    /// velocity. For slow or stiff scenes; no bulk viscosity.
     Implicit {
-        /// Step [s]; cut where it does not converge, and grown again.
+        /// Time step [s]; halved where it does not converge, and increased again.
         step_s: f64,
         /// Weight θ of the end velocity, 0.5 (conserves the energy of linear bodies) … 1 (damps most) [-].
         #[serde(default = "default_theta")]
@@ -40,28 +40,29 @@ pub enum IntegratorDocument {
         /// Weight ξ of the end forces, 0.5 … 1 [-]; θ by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         xi: Option<f64>,
-        /// Mean forces of the step whose work is the strain energy that it stores, exactly: without contact energy and both momenta are
-        /// conserved at any step, for large motions, too. Contact keeps the linear momentum; the angular momentum to first order in the
-        /// step, since reactions act where the bodies are at the start of it. For θ = ξ = 0.5; each iteration sweeps the elements twice.
+        /// Mean forces of the step whose work equals the stored strain energy exactly: without contact, energy and both
+        /// momenta are conserved at any step, for large motions too. Contact conserves the linear momentum; the angular
+        /// momentum to first order in the step, since reactions act at the positions of the start of the step. For θ = ξ =
+        /// 0.5; each iteration evaluates the internal forces twice.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         energy_momentum: bool,
         /// Largest residual of the momentum, relative to the impulses of the step [-].
         #[serde(default = "default_newton_tolerance")]
         newton_tolerance: f64,
-        /// A step that would have to be shorter than this ends the run [s]; a ten thousandth of `step_s` by default.
+        /// The run fails when a step would have to be shorter than this [s]; 1e-4 of `step_s` by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         smallest_step_s: Option<f64>,
         /// Largest error of the energy balance before the run fails [-].
         #[serde(default = "default_energy_gate")]
         energy_gate: f64,
     },
-    /// Explicit or implicit steps, whichever is estimated to cost less; `contuse plan` tells both estimates.
+    /// Explicit or implicit steps, whichever is estimated to cost less; `contuse plan` reports both estimates.
     Auto {
-        /// Length of implicit steps [s]: what they shall resolve. By default a hundredth of the run, and no longer than the fastest
-        /// body takes for half of the shortest edge of an element.
+        /// Length of implicit steps [s], the resolved time scale. By default 1/100 of the run, but no longer than the
+        /// fastest body takes for half of the shortest element edge.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         step_s: Option<f64>,
-        /// Weight θ of the end velocity in implicit steps, 0.5 … 1 [-]; 0.6 damps what the steps do not resolve.
+        /// Weight θ of the end velocity in implicit steps, 0.5 … 1 [-]; 0.6 damps unresolved frequencies.
         #[serde(default = "default_damping_theta")]
         theta: f64,
         /// Largest error of the energy balance before the run fails [-].
@@ -70,12 +71,12 @@ pub enum IntegratorDocument {
     },
     /// Equilibrium without mass, in load steps on a pseudo-time: for slow scenes. Friction acts on the slip of a load step.
     QuasiStatic {
-        /// Load step [s]; cut where it does not converge, and grown again.
+        /// Load step [s]; halved where it does not converge, and increased again.
         step_s: f64,
         /// Largest residual of the equilibrium, relative to the forces [-].
         #[serde(default = "default_newton_tolerance")]
         newton_tolerance: f64,
-        /// A load step that would have to be shorter than this ends the run [s]; a ten thousandth of `step_s` by default.
+        /// The run fails when a load step would have to be shorter than this [s]; 1e-4 of `step_s` by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         smallest_step_s: Option<f64>,
         /// Largest error of the energy balance before the run fails [-].
@@ -85,14 +86,14 @@ pub enum IntegratorDocument {
 }
 
 impl IntegratorDocument {
-    /// Share of the stable step that explicit steps are, unless the scene says otherwise.
+    /// Default safety factor: explicit step over critical time step.
     pub const SAFETY: f64 = 0.9;
 
-    /// Whether linear systems are solved in every step.
+    /// Whether every step solves linear systems.
     pub fn is_implicit(&self) -> bool {
         matches!(self, Self::Implicit { .. } | Self::QuasiStatic { .. })
     }
-    /// Step [s] where a wave crosses an element in `shortest` [s] at the least; `auto` counts as explicit.
+    /// Time step [s] for a shortest crossing time `shortest` [s] of a wave through an element; `auto` counts as explicit.
     pub fn step(&self, shortest: f64) -> f64 {
         match self {
             Self::Explicit { safety_factor, max_step_s, .. } => {
@@ -102,11 +103,11 @@ impl IntegratorDocument {
             Self::Auto { .. } => Self::SAFETY * shortest,
         }
     }
-    /// Whether time is no more than the order of the loads.
+    /// Whether time is only a pseudo-time that orders the loads.
     pub fn is_quasi_static(&self) -> bool {
         matches!(self, Self::QuasiStatic { .. })
     }
-    /// Allows no step longer than `longest` [s].
+    /// Limits the step to at most `longest` [s].
     pub fn limit_step(&mut self, longest: f64) {
         match self {
             Self::Explicit { max_step_s, .. } => {
@@ -118,7 +119,7 @@ impl IntegratorDocument {
             Self::Auto { step_s, .. } => *step_s = Some(step_s.map_or(longest, |step| step.min(longest))),
         }
     }
-    /// Steps that are so many times shorter; those of `auto` only where their length is given.
+    /// Divides the step by `divisor`; that of `auto` only where its length is given.
     pub fn divide_step(&mut self, divisor: f64) {
         match self {
             Self::Explicit { safety_factor, largest_strain_increment, .. } => {
@@ -131,17 +132,17 @@ impl IntegratorDocument {
             Self::Auto { step_s: None, .. } => {}
         }
     }
-    /// Implicit steps of a length [s], all else by default.
+    /// Implicit steps of a length [s], with default settings.
     pub fn implicit(step_s: f64) -> Self {
         Self::implicit_with(step_s, default_theta(), default_energy_gate())
     }
-    /// Implicit steps of a length [s] with a weight θ [-] and a gate of the energy [-].
+    /// Implicit steps of a length [s] with a weight θ [-] and an energy gate [-].
     pub fn implicit_with(step_s: f64, theta: f64, energy_gate: f64) -> Self {
         let (newton_tolerance, smallest_step_s) = (default_newton_tolerance(), None);
         let (xi, energy_momentum) = (None, false);
         Self::Implicit { step_s, theta, xi, energy_momentum, newton_tolerance, smallest_step_s, energy_gate }
     }
-    /// Explicit steps of at most a length [s] with a gate of the energy [-].
+    /// Explicit steps of at most a length [s] with an energy gate [-].
     pub fn explicit_with(max_step_s: Option<f64>, energy_gate: f64) -> Self {
         Self::Explicit {
             safety_factor: Self::SAFETY,

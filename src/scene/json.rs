@@ -1,5 +1,4 @@
-//! Bytes → JSON value, with what `serde_json` alone would let pass (a key written twice) or report without its place
-//! (a number too large).
+//! Bytes → JSON value, with checks that `serde_json` alone lacks: repeated keys, and the place of a number out of range.
 
 use super::problem::{Pointer, Problem, Problems};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
@@ -7,20 +6,20 @@ use serde_json::{Map, Number, Value};
 use std::cell::RefCell;
 use std::fmt;
 
-/// A JSON document, and the keys that were written twice (the last one counts in `value`).
+/// A JSON document, and the keys that occur twice (the last one counts in `value`).
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// The document.
+    /// The parsed document.
     pub value: Value,
     /// One problem for each repeated key.
     pub problems: Vec<Problem>,
 }
 
-/// Parses a document.
+/// Parses the bytes of a document.
 ///
 /// # Errors
-/// A single problem that says where, when the bytes are no JSON: not UTF-8, a syntax error, nested more than 128 deep, or a
-/// number beyond the range of `f64`. After a syntax error nothing more can be found.
+/// A single problem with its place when the bytes are not JSON: invalid UTF-8, a syntax error, nesting beyond 128 levels,
+/// or a number beyond the range of `f64`. Parsing stops at a syntax error.
 pub fn parse(bytes: &[u8]) -> Result<Parsed, Problems> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let text = std::str::from_utf8(bytes).map_err(|error| {
@@ -34,16 +33,16 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed, Problems> {
     let value = trace.value(serde_json::Deserializer::from_str(text)).map_err(|error| {
         Problem::error("not_json", &trace.pointer(), format!("the document is not JSON: {error}"))
             .limit("JSON (RFC 8259), nested at most 128 deep, numbers within ±1.8e308")
-            .remedy("mend the document at this line and column")
+            .remedy("correct the document at this line and column")
             .alone()
     })?;
     Ok(Parsed { value, problems: trace.repeated.into_inner() })
 }
 
-/// As [`parse`], in the words of `serde_json` where the bytes are no JSON; a byte order mark is none.
+/// As [`parse`], with the error of `serde_json` where the bytes are not JSON; a byte order mark is refused.
 ///
 /// # Errors
-/// Those of `serde_json`, with line and column.
+/// As `serde_json`, with line and column.
 pub fn read(bytes: &[u8]) -> Result<Parsed, serde_json::Error> {
     let trace = Trace::default();
     let value = trace.value(serde_json::Deserializer::from_slice(bytes))?;
@@ -51,22 +50,22 @@ pub fn read(bytes: &[u8]) -> Result<Parsed, serde_json::Error> {
 }
 
 impl From<Value> for Parsed {
-    /// A part of a document that was parsed.
+    /// Part of a parsed document.
     fn from(value: Value) -> Self {
         Self { value, problems: Vec::new() }
     }
 }
 
-/// Where the reader stands, and what it found so far.
+/// Position of the reader, and the problems found so far.
 #[derive(Default)]
 struct Trace {
-    /// Keys and indices from the root; left standing where an error ends the reading.
+    /// Keys and indices from the root; kept as they are when an error ends the reading.
     path: RefCell<Vec<String>>,
     repeated: RefCell<Vec<Problem>>,
 }
 
 impl Trace {
-    /// The one value that there is to read.
+    /// Reads the value, which must be the only one.
     fn value<'de, R: serde_json::de::Read<'de>>(
         &self,
         mut reader: serde_json::Deserializer<R>,
@@ -81,7 +80,7 @@ impl Trace {
     }
 }
 
-/// Reads one value, at the place where the trace stands.
+/// Reads one value at the current position of the trace.
 struct Node<'a>(&'a Trace);
 
 impl<'de> DeserializeSeed<'de> for Node<'_> {

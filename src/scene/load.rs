@@ -1,4 +1,4 @@
-//! Bytes → [`Scene`], or all that is wrong with it.
+//! Bytes → [`Scene`], or all problems of the document.
 
 use super::budget::Budget;
 use super::build::{Builder, Refined, body_axes, rigid_body};
@@ -19,23 +19,23 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A scene that can run, with what is worth saying before it does.
+/// A valid scene with its warnings and its estimated cost.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The scene.
+    /// The scene, ready to be compiled.
     pub scene: Scene,
-    /// What may not be as it was meant.
+    /// Warnings: what may not be intended.
     pub warnings: Vec<Problem>,
-    /// What it will cost, about.
+    /// Estimated cost.
     pub estimate: Estimate,
     /// Counts, mass and mesh quality of each body.
     pub bodies: Vec<BodySummary>,
 }
 
-/// Loads a scene from the bytes of its document, its mesh files from `source`.
+/// Loads a scene from the bytes of its document; mesh files come from `source`.
 ///
 /// # Errors
-/// All problems at once, warnings included. Where the structure is broken, what is not broken is still checked.
+/// All problems at once, warnings included. Where the structure is invalid, the valid rest is still checked.
 pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> Result<Loaded, Problems> {
     let size = document_json.len() as u64;
     if size > budget.document_bytes {
@@ -49,7 +49,7 @@ pub fn load(document_json: &[u8], source: &dyn MeshSource, budget: &Budget) -> R
     load_parsed(&json::parse(document_json)?, source, budget)
 }
 
-/// As [`load`], of a document that was parsed before.
+/// As [`load`], for a document that is already parsed.
 ///
 /// # Errors
 /// As [`load`].
@@ -78,7 +78,7 @@ pub fn load_parsed(
     complete(document, checked.merged_with(found), parts)
 }
 
-/// As [`load`], of a document that was made of one that was loaded: it has the structure of a scene.
+/// As [`load`], for a document derived from a loaded one: its structure is valid.
 ///
 /// # Errors
 /// All problems at once, warnings included.
@@ -87,7 +87,7 @@ pub fn load_document(
     source: &dyn MeshSource,
     budget: &Budget,
 ) -> Result<Loaded, Problems> {
-    // Numbers that were computed need not be finite, and JSON, whose schema tells of such, has none for them but null.
+    // Computed numbers need not be finite; JSON writes those as null, which the schema reports.
     let written = serde_json::to_value(&document).unwrap_or_default();
     if holds_null(&written) {
         return load_parsed(&written.into(), source, budget);
@@ -105,7 +105,7 @@ fn holds_null(value: &Value) -> bool {
     }
 }
 
-/// The scene that was made of a document, unless it has an error.
+/// The scene of a document, unless a problem is an error.
 fn complete(
     mut document: SceneDocument,
     problems: Vec<Problem>,
@@ -125,7 +125,7 @@ fn complete(
         }
         parts => {
             let mut problems = problems;
-            // A body is only left out with a reason; were there none, saying so is better than an empty list.
+            // A body is only missing for a reason; should there be none, saying so is better than an empty list.
             if parts.is_none() && problems.iter().all(|p| !p.is_error()) {
                 let message = "the scene could not be built, and no check says why";
                 problems
@@ -136,10 +136,10 @@ fn complete(
     }
 }
 
-/// Loads a scene from a file, with the meshes beside it.
+/// Loads a scene from a file; its meshes are in the same folder.
 ///
 /// # Errors
-/// As [`load`]; a file that cannot be read is a problem too.
+/// As [`load`]; an unreadable file is a problem too.
 pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
     let bytes = std::fs::read(path).map_err(|error| {
         let message = format!("{} cannot be read: {error}", path.display());
@@ -150,7 +150,7 @@ pub fn load_file(path: &Path, budget: &Budget) -> Result<Loaded, Problems> {
 }
 
 /// The scene of a document that differs from that of a loaded scene in its motion only
-/// ([`SceneDocument::differs_in_motion_only`]), with the meshes of that scene; `None` of any other document.
+/// ([`SceneDocument::differs_in_motion_only`]), with the meshes of that scene; `None` for any other document.
 ///
 /// # Errors
 /// All problems of the document at once. Meshes, overlaps and costs are those of the loaded scene.
@@ -169,8 +169,8 @@ pub fn with_motion(
     Some(Ok(with_bodies(scene, document, scene.bodies.clone())))
 }
 
-/// The scene of a document whose bodies have the meshes of a loaded scene, without making those again; `None` where a mesh, its
-/// place or a part of it is another.
+/// The scene of a document whose bodies have the meshes of a loaded scene, which are reused; `None` where a mesh, its
+/// placement or a part differs.
 ///
 /// # Errors
 /// All problems of the document at once. Overlaps and warnings are those of the loaded scene.
@@ -201,6 +201,7 @@ pub fn on_meshes_of(
     if !is_same {
         return None;
     }
+    // // Other laws and settings: the document's own checks, the laws, and the cost again.
     let mut out = check_document(document, budget);
     if out.0.iter().any(Problem::is_error) {
         return Some(Err(Problems(out.0)));
@@ -216,7 +217,7 @@ pub fn on_meshes_of(
     Some(Ok(with_bodies(scene, document, bodies)))
 }
 
-/// The scene of another document, checked, with the mesh files of a loaded scene.
+/// The scene of another, checked document, with the mesh files of a loaded scene.
 fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) -> Scene {
     Scene {
         content_hash: content_hash(document, &scene.mesh_files),
@@ -228,11 +229,11 @@ fn with_bodies(scene: &Scene, document: &SceneDocument, bodies: Vec<SceneBody>) 
     }
 }
 
-/// What a document becomes.
+/// What a valid document is turned into.
 struct Parts {
     bodies: Vec<SceneBody>,
     summaries: Vec<BodySummary>,
-    /// The document's, or what was chosen in its place.
+    /// The document's integrator, or the one chosen in its place.
     integrator: IntegratorDocument,
     choice: Option<IntegratorChoice>,
     estimate: Estimate,
@@ -240,8 +241,8 @@ struct Parts {
     mesh_files: BTreeMap<String, [u8; 32]>,
 }
 
-/// Checks the document, makes the meshes, checks them; the parts when all bodies could be made and the document is
-/// `whole`, without placeholders.
+/// Checks the document, makes the meshes and checks them. Returns the parts if all bodies could be made and the document is
+/// `whole`, that is without placeholders.
 fn examine(
     document: &SceneDocument,
     whole: bool,
@@ -258,10 +259,11 @@ fn examine(
         made.push(make_body(i, document, mesh, &mut out));
     }
     let Some(made) = made.into_iter().collect::<Option<Vec<_>>>() else { return (out, None) };
-    // What follows calculates with the numbers, so they must be sound.
+    // What follows computes with these numbers, so they must be valid.
     if !whole || out.0.iter().any(Problem::is_error) {
         return (out, None);
     }
+    // // Checks of the whole scene.
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
     overlap::check(document, &bodies, &mut out);
     let edges = summaries.iter().filter(|body| body.elements > 0).map(|body| body.min_edge_m);
@@ -274,13 +276,14 @@ fn examine(
     (out, Some(Parts { bodies, summaries, integrator, choice, estimate, content_hash, mesh_files }))
 }
 
-/// The meshes of all bodies in their places, refined where they ask for it, and what was found on the way; none of rigid bodies.
+/// The meshes of all bodies, placed and locally refined, with the problems found; none for rigid bodies.
 fn make_meshes(document: &SceneDocument, builder: &mut Builder) -> Vec<(Option<Refined>, Findings)> {
     let mut found: Vec<Findings> = document.bodies.iter().map(|_| Findings::default()).collect();
     let bodies = (0..).zip(&document.bodies).zip(&mut found);
     let mut placed: Vec<Option<Mesh>> = bodies
         .map(|((i, body), out)| body.rigid.is_none().then(|| builder.body_mesh(i, body, out)).flatten())
         .collect();
+    // // Refinement around the impact needs all bodies in place.
     let asks = |i: usize| !document.bodies[i].refinement.is_empty();
     let mut fine: Vec<Option<Refined>> = (0..placed.len())
         .map(|i| asks(i).then(|| builder.refined((document, &placed), i, &mut found[i])).flatten())
@@ -321,7 +324,7 @@ fn make_body(
 /// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.
 fn content_hash(document: &SceneDocument, file_hashes: &BTreeMap<String, [u8; 32]>) -> String {
     let mut hash = Sha256::new();
-    // A document that was read can be written; were it not so, the hash would only be that of the meshes.
+    // A document that was read can be written; if not, the hash would be that of the meshes alone.
     hash.update(serde_json::to_vec(document).unwrap_or_default());
     for (name, of_file) in file_hashes {
         hash.update((name.len() as u64).to_le_bytes());

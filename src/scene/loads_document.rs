@@ -1,25 +1,25 @@
-//! What acts on bodies besides contact: prescribed displacements, loads on faces, how they grow, and a quasi-static preload.
+//! Loads besides contact: prescribed displacements, face loads, load curves, and a quasi-static preload.
 
 use super::document::Axis;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a load grows: the factor that its value is multiplied by.
+/// Load curve: factor by which the value of a load is multiplied.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum RampDocument {
     /// 1 at all times.
     // With braces: serde lets unknown fields pass in a tagged unit variant.
     Constant {},
-    /// From 0 to 1, and 1 from then on.
+    /// From 0 to 1, then constant.
     Linear {
-        /// When it begins [s].
+        /// Start of the ramp [s].
         #[serde(default)]
         from_s: f64,
-        /// When it has grown to 1 [s].
+        /// End of the ramp, where the factor is 1 [s].
         to_s: f64,
     },
-    /// Straight from point to point, constant before the first and after the last.
+    /// Piecewise linear, constant before the first and after the last point.
     Table {
         /// Times [s], ascending.
         times_s: Vec<f64>,
@@ -28,7 +28,7 @@ pub enum RampDocument {
     },
 }
 
-/// Nodes whose displacement is given. It acts in the body's mesh as it is placed; a body with such nodes does not fly.
+/// Nodes with prescribed displacement, relative to the placed mesh; a body with such nodes has no velocity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedDocument {
@@ -36,11 +36,11 @@ pub struct PrescribedDocument {
     pub set: String,
     /// Displacement where the factor is 1 [m].
     pub displacement_m: [f64; 3],
-    /// Which of its components are prescribed; the nodes are free along the others.
+    /// Prescribed components; the nodes are free along the others.
     #[serde(default = "all_axes")]
     pub axes: Vec<Axis>,
-    /// How it grows; by default from 0 to 1 over a quasi-static run, and constant after a preload. A scene with neither has
-    /// to give it.
+    /// Load curve; by default from 0 to 1 over a quasi-static run, and constant after a preload. Required in a scene with
+    /// neither.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp: Option<RampDocument>,
 }
@@ -49,40 +49,40 @@ fn all_axes() -> Vec<Axis> {
     vec![Axis::X, Axis::Y, Axis::Z]
 }
 
-/// A load on the faces of the skin whose corners are all in a node set.
+/// A load on the boundary faces whose corners are all in a node set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaceLoadDocument {
-    /// A pressure that follows the faces, positive where it pushes inwards.
+    /// A pressure that follows the faces, positive inwards.
     Pressure {
-        /// Name of a node set of the body; `*` for its whole skin.
+        /// Name of a node set of the body; `*` for its whole boundary.
         set: String,
         /// Pressure where the factor is 1 [Pa].
         pressure_pa: f64,
-        /// How it grows; constant by default, over a quasi-static run from 0 to 1.
+        /// Load curve; constant by default, from 0 to 1 over a quasi-static run.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp: Option<RampDocument>,
     },
-    /// A force per area at rest that keeps its direction.
+    /// A dead load: force per area at rest with constant direction.
     Traction {
-        /// Name of a node set of the body; `*` for its whole skin.
+        /// Name of a node set of the body; `*` for its whole boundary.
         set: String,
         /// Force per area at rest where the factor is 1 [Pa].
         traction_pa: [f64; 3],
-        /// How it grows; constant by default, over a quasi-static run from 0 to 1.
+        /// Load curve; constant by default, from 0 to 1 over a quasi-static run.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp: Option<RampDocument>,
     },
 }
 
 impl FaceLoadDocument {
-    /// Name of the node set.
+    /// Name of the node set that is loaded.
     pub fn set(&self) -> &str {
         match self {
             Self::Pressure { set, .. } | Self::Traction { set, .. } => set,
         }
     }
-    /// How it grows.
+    /// Load curve, if one is given.
     pub fn ramp(&self) -> Option<&RampDocument> {
         match self {
             Self::Pressure { ramp, .. } | Self::Traction { ramp, .. } => ramp.as_ref(),
@@ -90,12 +90,12 @@ impl FaceLoadDocument {
     }
 }
 
-/// Load quasi-statically before the clock starts: gravity, face loads and prescribed displacements grow to what they are at
-/// the start of the run, with the friction of the scene and without flight or spin.
+/// Apply the loads quasi-statically before the clock starts: gravity, face loads and prescribed displacements grow to their
+/// values at the start of the run, with the friction of the scene and without velocities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PreloadDocument {
-    /// In how many load steps; one that does not converge is halved, and what follows grows again.
+    /// Number of load steps; a step that does not converge is halved, and later ones grow again.
     #[serde(default = "default_preload_steps")]
     pub steps: u32,
     /// Largest residual of the equilibrium, relative to the forces [-].

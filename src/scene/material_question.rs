@@ -1,4 +1,4 @@
-//! "What does this law give at this deformation?": the input and output of `contuse material`.
+//! A law evaluated at a deformation: the input and output of `contuse material`.
 
 use super::document::MaterialDocument;
 use super::named_materials::WrittenMaterial;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::LazyLock;
 
-/// A law, and a deformation to evaluate it at. Fibre directions lie in the material, whose axes are x, y, z.
+/// A law, and a deformation at which to evaluate it. Fibre directions refer to material axes x, y, z.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialQuestion {
@@ -25,10 +25,10 @@ pub struct MaterialQuestion {
     pub deformation_gradient: Option<[[f64; 3]; 3]>,
 }
 
-/// Energy and stresses at a point.
+/// Strain energy and stresses at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MaterialAnswer {
-    /// J = det F [-].
+    /// Volume ratio J = det F [-].
     #[serde(rename = "J")]
     pub jacobian: f64,
     /// Strain energy per reference volume ψ [J/m³].
@@ -41,7 +41,7 @@ pub struct MaterialAnswer {
 }
 
 impl MaterialAnswer {
-    /// The answer at `F`.
+    /// The answer for a deformation gradient `F`.
     pub fn new(F: &Mat3, stress: &PointStress) -> Self {
         Self {
             jacobian: F.determinant(),
@@ -50,7 +50,7 @@ impl MaterialAnswer {
             cauchy_pa: rows(&stress.cauchy),
         }
     }
-    /// Whether every number is one; a deformation far out can overflow.
+    /// Whether all numbers are finite; an extreme deformation can overflow.
     pub fn is_finite(&self) -> bool {
         let stresses = self.first_piola_pa.iter().chain(&self.cauchy_pa).flatten();
         [self.jacobian, self.psi_j_per_m3].iter().chain(stresses).all(|x| x.is_finite())
@@ -62,13 +62,13 @@ pub fn rows(m: &Mat3) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
 }
 
-/// One question or a list of them, as they were written.
+/// One question or a list of them, as in the input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MaterialQuestions {
-    /// One.
+    /// A single question.
     One(Box<MaterialQuestion>),
-    /// Several.
+    /// A list of questions.
     Many(Vec<MaterialQuestion>),
 }
 
@@ -76,7 +76,7 @@ static QUESTIONS: LazyLock<Value> =
     LazyLock::new(|| schema::schema_of::<MaterialQuestions>("Contuse material questions"));
 
 impl MaterialQuestions {
-    /// Reads and checks questions; the warnings come along.
+    /// Reads and checks questions; also returns the warnings.
     ///
     /// # Errors
     /// All problems at once.
@@ -99,7 +99,7 @@ impl MaterialQuestions {
         for (pointer, question) in questions.each() {
             question.material.check(&pointer.key("material"), &mut found);
         }
-        // No step is taken here, so a stiff volume costs nothing.
+        // No time steps are taken here, so a stiff volume costs nothing.
         found.0.retain(|problem| problem.code != "stiff_volume");
         let problems = checked.merged_with(found);
         if problems.iter().any(Problem::is_error) {
@@ -109,7 +109,7 @@ impl MaterialQuestions {
         }
     }
 
-    /// Each question with its pointer in the input.
+    /// Each question, with its pointer in the input.
     pub fn each(&self) -> Box<dyn Iterator<Item = (Pointer, &MaterialQuestion)> + '_> {
         match self {
             Self::One(question) => Box::new(std::iter::once((Pointer::root(), &**question))),

@@ -1,32 +1,32 @@
-//! What the measures need to know, in a scene document.
+//! Inputs of the measures, in a scene document.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the measures need to know.
+/// Inputs of the measures.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuresDocument {
     /// Thresholds of von Mises stress for "depth of significant stress" [Pa].
     #[serde(default = "default_thresholds")]
     pub stress_thresholds_pa: Vec<f64>,
-    /// Thresholds of strain energy density: the volume above each is told [J/m³].
+    /// Thresholds of strain energy density; the volume above each is reported [J/m³].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strain_energy_density_thresholds_j_per_m3: Vec<f64>,
-    /// Thresholds of the largest principal Green–Lagrange strain: the volume above each is told [-].
+    /// Thresholds of the largest principal Green–Lagrange strain; the volume above each is reported [-].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub principal_strain_thresholds: Vec<f64>,
-    /// Window τ of the peak force: the maximum of ΔI/τ [s]; by default 1/50 of the contact's duration, and ten steps at least.
+    /// Window τ of the peak force, the maximum of ΔI/τ [s]; by default 1/50 of the duration of contact, but at least ten
+    /// steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_window_s: Option<f64>,
-    /// Filter the force instead, as in crash tests, and tell its largest value.
+    /// Filter the force as in crash tests instead, and report its maximum.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_filter: Option<ForceFilter>,
-    /// Node set of the tissue that is its skin, from which depth is measured; by default the whole outer surface that is
-    /// not fixed.
+    /// Node set of the tissue's skin, from which depth is measured; by default the whole boundary that is not fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin_set: Option<String>,
-    /// Who is hit, and where: what published injury criteria ask for.
+    /// Person and place of impact, required by published injury criteria.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub person: Option<PersonDocument>,
 }
@@ -49,10 +49,10 @@ pub enum ForceFilter {
 }
 
 impl ForceFilter {
-    /// All of them.
+    /// All classes, in ascending order.
     pub const ALL: [Self; 4] = [Self::Cfc60, Self::Cfc180, Self::Cfc600, Self::Cfc1000];
 
-    /// The class [Hz].
+    /// The channel frequency class [Hz].
     pub fn class(self) -> f64 {
         match self {
             Self::Cfc60 => 60.0,
@@ -61,7 +61,7 @@ impl ForceFilter {
             Self::Cfc1000 => 1000.0,
         }
     }
-    /// As engineers write it.
+    /// Name in engineering notation, such as "CFC 60".
     pub fn name(self) -> &'static str {
         match self {
             Self::Cfc60 => "CFC 60",
@@ -70,38 +70,38 @@ impl ForceFilter {
             Self::Cfc1000 => "CFC 1000",
         }
     }
-    /// That of this name.
+    /// The class with a given name, as from [`Self::name`].
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|filter| filter.name() == name)
     }
 }
 
-/// Who is hit, and where.
+/// The person who is hit, and where.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PersonDocument {
-    /// Where the tissue of the scene is.
+    /// Body region represented by the tissue of the scene.
     pub region: Region,
     /// Mass of the person [kg].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body_mass_kg: Option<f64>,
-    /// Thickness of the body wall where it is hit [m].
+    /// Thickness of the body wall at the impact [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_thickness_m: Option<f64>,
-    /// Depth of the chest, front to back [m].
+    /// Depth of the chest from front to back [m].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chest_depth_m: Option<f64>,
 }
 
-/// A region of the body.
+/// A region of the human body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Region {
     /// Head or neck.
     Head,
-    /// Chest.
+    /// Chest (thorax).
     Thorax,
-    /// Belly.
+    /// Belly (abdomen).
     Abdomen,
     /// Arm or leg.
     Limb,

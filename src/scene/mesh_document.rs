@@ -1,28 +1,28 @@
-//! Meshes in a scene document: a file beside it, an uploaded mesh, or a generator.
+//! Meshes in a scene document: a file in the folder of the scene, an uploaded mesh, or a generator.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where a mesh comes from.
+/// Source of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MeshDocument {
-    /// Read from a file beside the scene, or from an uploaded mesh.
+    /// Read from a file in the folder of the scene, or from an uploaded mesh.
     File(MeshFileDocument),
-    /// Made from a few numbers.
+    /// Generated from a few parameters.
     Generator(Generator),
 }
 
-/// A mesh file.
+/// A mesh file, or parts of one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFileDocument {
     /// File name relative to the scene's folder (`.msh`, `.inp`), or the id of an uploaded mesh.
     pub name: String,
-    /// Parts of the file that make this body; all when absent.
+    /// Parts of the file that make up this body; all by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<String>>,
-    /// How often each element is split into eight. The facets of curved surfaces stay what they are.
+    /// Number of times each element is split into eight. Curved surfaces keep their facets.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub refine: u32,
 }
@@ -32,17 +32,17 @@ fn is_zero(count: &u32) -> bool {
     *count == 0
 }
 
-/// Where a body stands.
+/// Position and orientation of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementDocument {
     /// Scale factor (0.001 for a mesh in millimetres).
     #[serde(default = "one")]
     pub scale: f64,
-    /// Axis and angle of the rotation about the origin [degree].
+    /// Rotation about the origin, after scaling.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationDocument>,
-    /// Translation [m].
+    /// Translation [m], after rotation.
     #[serde(default)]
     pub translation_m: [f64; 3],
 }
@@ -78,45 +78,46 @@ fn is_uniform(grading: &[f64; 2]) -> bool {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RotationDocument {
-    /// Axis, of any length.
+    /// Axis of rotation; any length.
     pub axis: [f64; 3],
     /// Angle, right-handed [degree].
     pub angle_deg: f64,
 }
 
-/// A mesh made from a few numbers.
+/// A mesh generated from a few parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Generator {
     /// A cubed-sphere shell: part `ball`, node sets `outer`, `inner`.
     HollowBall {
-        /// Centre [m].
+        /// Centre of the ball [m].
         #[serde(default)]
         center_m: [f64; 3],
         /// Outer radius [m].
         outer_radius_m: f64,
         /// Inner radius [m].
         inner_radius_m: f64,
-        /// Elements along a quarter of a great circle, n: 6 n² in a layer.
+        /// Elements along a quarter of a great circle, n: 6 n² per layer.
         elements_around: u32,
-        /// Layers through the wall.
+        /// Layers of elements through the wall.
         elements_through: u32,
     },
-    /// A solid ball, a cube blended into a cubed sphere: part `ball`, node set `outer`, of a quarter also `x_min` and `y_min`.
+    /// A solid ball, a cube blended into a cubed sphere: part `ball`, node set `outer`; a quarter also has `x_min` and
+    /// `y_min`.
     SolidBall {
-        /// Centre [m].
+        /// Centre of the ball [m].
         #[serde(default)]
         center_m: [f64; 3],
-        /// Radius [m].
+        /// Radius of the ball [m].
         radius_m: f64,
-        /// Elements along a quarter of a great circle, n: n³ in the core, 6 n² in a layer.
+        /// Elements along a quarter of a great circle, n: n³ in the core, 6 n² per layer.
         elements_around: u32,
         /// Layers between the core and the surface.
         elements_through: u32,
         /// Size ratio of the largest to the smallest element along x and y; the smallest are at the poles ±z.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         grading: f64,
-        /// Only the quarter at x ≥ 0 and y ≥ 0 from the centre, for scenes that are symmetric.
+        /// Only the quarter with x ≥ 0 and y ≥ 0 from the centre, for symmetric scenes.
         #[serde(default, skip_serializing_if = "is_false")]
         quarter: bool,
     },
@@ -125,11 +126,11 @@ pub enum Generator {
         /// Centre, half way along the axis [m].
         #[serde(default)]
         center_m: [f64; 3],
-        /// Direction of the axis, from `bottom` to `top`, of any length.
+        /// Direction of the axis, from `bottom` to `top`; any length.
         axis: [f64; 3],
-        /// Radius [m].
+        /// Radius of the baton [m].
         radius_m: f64,
-        /// Length [m].
+        /// Length along the axis [m].
         length_m: f64,
         /// Elements along a quarter of the circumference, n: n² in the core of a slice.
         elements_around: u32,
@@ -149,25 +150,25 @@ pub enum Generator {
         /// Size ratio of the largest to the smallest element along x, y, z; the smallest are at `grading_center_m`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         grading: Option<[f64; 3]>,
-        /// Where the elements are smallest [m]; the block's centre by default.
+        /// Point towards which the elements are smallest [m]; by default the centre of the block.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         grading_center_m: Option<[f64; 3]>,
     },
-    /// Layers along z, such as skin, fat, muscle: a part for each name, node sets `x_min` … `z_max`.
+    /// Layers along z, such as skin, fat, muscle: one part per name, node sets `x_min` … `z_max`.
     LayeredBlock {
-        /// Middle of the top surface [m].
+        /// Centre of the top surface [m].
         #[serde(default)]
         top_center_m: [f64; 3],
         /// Size along x and y [m].
         size_m: [f64; 2],
-        /// The layers from the top (`z_max`) down.
+        /// Layers from the top (`z_max`) down.
         layers: Vec<LayerDocument>,
         /// Elements along x and y.
         elements: [u32; 2],
-        /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
+        /// Size ratio of the largest to the smallest element along x and y; the smallest are at the centre.
         #[serde(default = "uniform", skip_serializing_if = "is_uniform")]
         grading: [f64; 2],
-        /// Distance from the middle along x and y within which the elements are the smallest, and uniform [m].
+        /// Distance from the centre along x and y within which the elements are uniform and smallest [m].
         #[serde(default, skip_serializing_if = "is_nought")]
         uniform_within_m: f64,
     },
@@ -177,7 +178,7 @@ pub enum Generator {
 }
 
 impl Generator {
-    /// Every number of elements, to be changed.
+    /// All element counts, for modification.
     pub fn counts_mut(&mut self) -> Vec<&mut u32> {
         match self {
             Self::HollowBall { elements_around, elements_through, .. }
@@ -206,11 +207,11 @@ impl Generator {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerDocument {
-    /// Name of its part; layers of the same name are one part.
+    /// Name of its part; layers with the same name form one part.
     pub part: String,
-    /// Thickness [m].
+    /// Thickness along z [m].
     pub thickness_m: f64,
-    /// Layers of elements through it.
+    /// Layers of elements through the thickness.
     pub elements: u32,
 }
 
@@ -218,7 +219,7 @@ pub struct LayerDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimbSegmentDocument {
-    /// Middle of the segment, on its axis [m].
+    /// Centre of the segment, on its axis [m].
     #[serde(default)]
     pub center_m: [f64; 3],
     /// Outer semi-axis of the section along x, skin included [m].
@@ -231,12 +232,12 @@ pub struct LimbSegmentDocument {
     pub bone_semi_axis_x_m: f64,
     /// Semi-axis of the bone along z [m].
     pub bone_semi_axis_z_m: f64,
-    /// Where the axis of the bone lies, x and z from the axis of the limb [m].
+    /// Offset of the bone axis from the limb axis along x and z [m].
     #[serde(default)]
     pub bone_offset_m: [f64; 2],
-    /// Thickness of the fat [m].
+    /// Thickness of the fat layer [m].
     pub fat_thickness_m: f64,
-    /// Thickness of the skin [m].
+    /// Thickness of the skin layer [m].
     pub skin_thickness_m: f64,
     /// Elements around the section.
     pub elements_around: u32,
@@ -248,10 +249,10 @@ pub struct LimbSegmentDocument {
     pub fat_elements: u32,
     /// Layers of elements through the skin.
     pub skin_elements: u32,
-    /// Where on the section it will be hit, from +z towards +x [degree]; elements are smallest there.
+    /// Angular position of the impact on the section, from +z towards +x [degree]; elements are smallest there.
     #[serde(default)]
     pub impact_angle_deg: f64,
-    /// Where along the limb it will be hit, y from the middle [m]; elements are smallest there.
+    /// Position of the impact along the limb, y from the middle [m]; elements are smallest there.
     #[serde(default)]
     pub impact_along_m: f64,
     /// Size ratio of the largest to the smallest element around the limb.
@@ -263,7 +264,7 @@ pub struct LimbSegmentDocument {
     /// Thickness ratio of the innermost to the outermost layer of the muscle.
     #[serde(default = "one")]
     pub grading_muscle: f64,
-    /// Distance from the impact, along the limb and around it, within which the elements are the smallest, and uniform [m]:
+    /// Distance from the impact, along and around the limb, within which the elements are uniform and smallest [m];
     /// somewhat more than the radius of the contact patch.
     #[serde(default, skip_serializing_if = "is_nought")]
     pub uniform_within_m: f64,

@@ -1,9 +1,9 @@
-//! What a value of a document violates by itself, apart from what is in it: the keywords of JSON Schema for types, numbers,
-//! lengths and constants.
+//! Violations of a single value, apart from its content: the JSON Schema keywords for types, numbers, lengths and
+//! constants.
 
 use serde_json::Value;
 
-/// All that a value itself violates: code, message and limit of each.
+/// All violations of a value: code, message and limit of each.
 pub(super) fn misfits(found: &Value, schema: &Value) -> Vec<(&'static str, String, String)> {
     let mut out = Vec::new();
     let mut add = |code, what: String, limit| out.push((code, format!("{found} {what}"), limit));
@@ -27,7 +27,7 @@ pub(super) fn misfits(found: &Value, schema: &Value) -> Vec<(&'static str, Strin
         let count = items.len() as u64;
         let plural = |count| if count == 1 { "item" } else { "items" };
         if let Some(least) = limit("minItems").filter(|least| count < *least) {
-            let what = format!("has less than {least} {}", plural(least));
+            let what = format!("has fewer than {least} {}", plural(least));
             add("too_few_items", what, format!("at least {least} items"));
         }
         if let Some(most) = limit("maxItems").filter(|most| count > *most) {
@@ -41,7 +41,7 @@ pub(super) fn misfits(found: &Value, schema: &Value) -> Vec<(&'static str, Strin
     out
 }
 
-/// The names of the types that a schema lets pass, in the order of the alphabet.
+/// Names of the types that a schema admits, in alphabetical order.
 fn types(schema: &Value) -> Vec<&str> {
     let mut names: Vec<&str> = match schema.get("type") {
         Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).collect(),
@@ -51,7 +51,7 @@ fn types(schema: &Value) -> Vec<&str> {
     names
 }
 
-/// Whether a value is of the type that JSON Schema calls so; 2.0 is an integer.
+/// Whether a value is of a type of JSON Schema; 2.0 is an integer.
 pub(super) fn is_of_type(value: &Value, name: &str) -> bool {
     match value {
         Value::Null => name == "null",

@@ -1,7 +1,7 @@
-//! The scene: what is asked, in the words of the user.
+//! The scene: what the user asks for, in the user's terms.
 //!
-//! `document` is what is written (JSON), [`Scene`] what is left when every problem has been found and none was there:
-//! the document with its meshes, placed. Between them [`load()`] goes through five stages, and collects all problems:
+//! `document` is the input (JSON); a [`Scene`] is a document that passed every check, with its meshes in place. [`load()`]
+//! makes one from the other in five stages and collects all problems:
 //!
 //! 1. `json`: bytes → JSON value; repeated keys.
 //! 2. `structure`: against the schema generated from the document's types; what is broken is mended in a copy, in which
@@ -64,26 +64,26 @@ use crate::mesh::{Mesh, MeshError};
 use document::{Keep, SceneDocument};
 use std::collections::BTreeMap;
 
-/// A validated scene: the document, and each body's mesh in its place (metres, placement applied).
+/// A validated scene: the document, and the mesh of each body in place (metres, placement applied).
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The document that it came from.
+    /// The document, with the integrator that was chosen.
     pub document: SceneDocument,
-    /// How the integrator was chosen, where the document left that open; in `document` stands what was chosen.
+    /// How the integrator was chosen, where the document leaves it open.
     pub choice: Option<IntegratorChoice>,
-    /// One for each body of the document.
+    /// One entry for each body of the document.
     pub bodies: Vec<SceneBody>,
-    /// What validation warned of.
+    /// Warnings of the validation.
     pub warnings: Vec<String>,
-    /// SHA-256 of the document and of every mesh, hexadecimal: the name of the question.
+    /// SHA-256 of the document and of every mesh, hexadecimal: identifies the problem.
     pub content_hash: String,
     /// SHA-256 of each mesh file, by its name in the document.
     pub mesh_files: BTreeMap<String, [u8; 32]>,
 }
 
 impl Scene {
-    /// Puts back things that the plan would leave out, besides those that the document keeps. The question stays the same,
-    /// and so does its content hash.
+    /// Keeps features that the plan would omit, in addition to those that the document keeps. The problem and its content
+    /// hash are unchanged.
     pub fn put_back(&mut self, things: &[Keep]) {
         let keep = &mut self.document.solver.keep;
         for thing in things {
@@ -93,16 +93,16 @@ impl Scene {
         }
     }
 
-    /// Elements of all bodies.
+    /// Number of elements of all bodies.
     pub fn element_count(&self) -> usize {
         self.bodies.iter().map(|body| body.mesh.cells.len()).sum()
     }
 
-    /// Splits every element of every mesh into eight. New nodes lie on the facets of the meshes that were there, also where a
-    /// generator knows a true surface; document and content hash stay those of the coarser meshes.
+    /// Splits every element of every mesh into eight. New nodes lie on the facets of the given meshes, even where a
+    /// generator knows the true surface; document and content hash stay those of the coarser meshes.
     ///
     /// # Errors
-    /// `Unrefinable` when a mesh has cells that cannot be split; then some bodies may be split already.
+    /// `Unrefinable` when a mesh has cells that cannot be split; some bodies may then be split already.
     pub fn split_on_facets(&mut self) -> Result<(), MeshError> {
         fn eightfold<T: Clone>(of_elements: &[T]) -> Vec<T> {
             of_elements.iter().flat_map(|of_element| std::iter::repeat_n(of_element.clone(), 8)).collect()
@@ -116,31 +116,31 @@ impl Scene {
     }
 }
 
-/// What of a rigid body is not in its document as it is needed.
+/// Properties of a rigid body derived from its document.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidSceneBody {
-    /// Shape.
+    /// Geometry, in principal axes.
     pub shape: Shape,
     /// Mass [kg].
     pub mass: f64,
     /// Principal moments of inertia [kg m²].
     pub inertia: Vec3,
-    /// Where it starts.
+    /// Initial position and orientation.
     pub pose: Pose,
 }
 
 /// A body of a validated scene.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBody {
-    /// The body without a mesh, if it is rigid.
+    /// Its properties, if it is rigid.
     pub rigid: Option<RigidSceneBody>,
-    /// Its mesh, placed; empty for a rigid body.
+    /// Mesh in place; empty for a rigid body.
     pub mesh: Mesh,
-    /// Elements of the mesh before local refinement, and how many of them were split.
+    /// Number of elements before local refinement, and how many of them were split.
     pub refined: Option<[usize; 2]>,
-    /// The law of each entry of the body's `parts`.
+    /// Law of each entry of the body's `parts`.
     pub materials: Vec<crate::mechanics::material::Material>,
-    /// For every element the index of its entry in the body's `parts`.
+    /// For every element, the index of its entry in the body's `parts`.
     pub part_entry: Vec<u32>,
     /// Material axes of every element (columns e1, e2, e3 in reference axes); empty when no law of the body has fibres.
     pub axes: Vec<Mat3>,

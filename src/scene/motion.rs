@@ -1,17 +1,17 @@
-//! What of a scene is motion: how its bodies fly and spin, and how they rub. It can change while meshes and masses stay.
+//! The motion of a scene: velocities, spins and friction. It can change while meshes and masses stay the same.
 
 use super::document::{Around, ContactDocument, ContactPairs, SceneDocument};
 
 impl SceneDocument {
-    /// Whether the two documents ask the same but for velocities, spins and coefficients of friction.
+    /// Whether two documents are equal apart from velocities, spins and coefficients of friction.
     pub fn differs_in_motion_only(&self, other: &Self) -> bool {
         self.at_rest() == other.at_rest()
     }
 
-    /// The document with nothing in motion, and no friction.
+    /// The document with zero velocities, spins and friction.
     fn at_rest(&self) -> Self {
         let mut still = self.clone();
-        // What is refined around the impact is so by how the bodies fly.
+        // Refinement around the impact depends on the velocities, which are then kept.
         let stands = !self.is_refined_around_impact();
         for body in still.bodies.iter_mut().filter(|_| stands) {
             body.velocity_m_per_s = [0.0; 3];
@@ -28,7 +28,7 @@ impl SceneDocument {
 }
 
 impl SceneDocument {
-    /// Whether a mesh depends on where bodies fly.
+    /// Whether a mesh depends on the velocities.
     pub fn is_refined_around_impact(&self) -> bool {
         let mut refinements = self.bodies.iter().flat_map(|body| &body.refinement);
         refinements.any(|refinement| refinement.around == Around::Impact)

@@ -1,4 +1,4 @@
-//! What is wrong with a scene, in words a user can act on.
+//! Problems of a scene, in terms a user can act on.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,44 +6,44 @@ use serde_json::Value;
 use std::borrow::Cow;
 use std::fmt;
 
-/// How bad a problem is.
+/// Severity of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// The scene cannot run.
     Error,
-    /// The scene can run, but the answer may not be to the question that was meant.
+    /// The scene can run, but may not be what was intended.
     Warning,
 }
 
-/// One problem: where, what was found, what the limit is, and what to do.
+/// One problem: where it is, what was found, the limit, and a remedy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = SceneProblem))]
 pub struct Problem {
     /// `error` or `warning`.
     #[cfg_attr(feature = "service", schema(value_type = String))]
     pub severity: Severity,
-    /// Kind of the problem, stable, for programs.
+    /// Stable code of the kind of problem, for programs.
     #[cfg_attr(feature = "service", schema(value_type = String))]
     pub code: Cow<'static, str>,
-    /// Where in the document, as a JSON pointer (RFC 6901); empty for the whole document.
+    /// Place in the document, as a JSON pointer (RFC 6901); empty for the whole document.
     pub pointer: String,
-    /// What is wrong.
+    /// What is wrong, in one sentence.
     pub message: String,
     /// The value found, shortened when it is long; null when there is none.
     pub value: Value,
-    /// What the value must keep to ("> 0").
+    /// Condition that the value must satisfy ("> 0").
     pub limit: String,
-    /// What to do about it.
+    /// How to correct it.
     pub remedy: String,
 }
 
 impl Problem {
-    /// An error of kind `code` at `pointer`; value, limit and remedy are still to be said.
+    /// An error with the given code at `pointer`, without value, limit and remedy.
     pub fn error(code: &'static str, pointer: &Pointer, message: impl Into<String>) -> Self {
         Self::new(Severity::Error, code, pointer, message.into())
     }
-    /// A warning of kind `code` at `pointer`; value, limit and remedy are still to be said.
+    /// A warning with the given code at `pointer`, without value, limit and remedy.
     pub fn warning(code: &'static str, pointer: &Pointer, message: impl Into<String>) -> Self {
         Self::new(Severity::Warning, code, pointer, message.into())
     }
@@ -58,35 +58,35 @@ impl Problem {
             remedy: String::new(),
         }
     }
-    /// With the value found (shortened when it is long).
+    /// Sets the value found (shortened when it is long).
     #[must_use]
     pub fn value(mut self, value: impl Into<Value>) -> Self {
         self.value = shortened(value.into());
         self
     }
-    /// With the limit that the value breaks.
+    /// Sets the limit that the value violates.
     #[must_use]
     pub fn limit(mut self, limit: impl Into<String>) -> Self {
         self.limit = limit.into();
         self
     }
-    /// With what to do.
+    /// Sets the remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = remedy.into();
         self
     }
-    /// Of a document that stands at this place of another.
+    /// The problem of a document that is embedded at `place` in another one.
     #[must_use]
     pub fn under(mut self, place: &Pointer) -> Self {
         self.pointer.insert_str(0, &place.0);
         self
     }
-    /// As the only one.
+    /// A list with this problem only.
     pub fn alone(self) -> Problems {
         Problems(vec![self])
     }
-    /// Whether it keeps the scene from running.
+    /// Whether it prevents the scene from running.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
@@ -110,7 +110,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// A long text or a long list says little more than its beginning.
+/// Truncates a long text or list.
 fn shortened(value: Value) -> Value {
     const LONGEST: usize = 120;
     let text = match &value {
@@ -124,26 +124,26 @@ fn shortened(value: Value) -> Value {
     Value::String(text.chars().take(LONGEST).chain("…".chars()).collect())
 }
 
-/// All that is wrong with a scene that cannot run: at least one error, and the warnings found on the way, in the order
-/// in which they were found.
+/// All problems of a scene that cannot run: at least one error, and the warnings found on the way, in the order in which
+/// they were found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct Problems(pub Vec<Problem>);
 
 impl Problems {
-    /// How many of them keep the scene from running.
+    /// Number of problems that prevent the scene from running.
     pub fn error_count(&self) -> usize {
         self.0.iter().filter(|p| p.is_error()).count()
     }
-    /// Those of a document that stands at this place of another.
+    /// The problems of a document that is embedded at `place` in another one.
     #[must_use]
     pub fn under(self, place: &Pointer) -> Self {
         Self(self.0.into_iter().map(|problem| problem.under(place)).collect())
     }
-    /// All of them, or what was found good if there are none.
+    /// All problems, or the value of `found` if there are none.
     ///
     /// # Errors
-    /// These problems, and then those that were found.
+    /// These problems, followed by those of `found`.
     pub fn then<T>(mut self, found: Result<T, Self>) -> Result<T, Self> {
         match found {
             Ok(good) if self.0.is_empty() => return Ok(good),
@@ -152,7 +152,7 @@ impl Problems {
         }
         Err(self)
     }
-    /// The first that keeps the scene from running.
+    /// The first problem that prevents the scene from running.
     pub fn first_error(&self) -> Option<&Problem> {
         self.0.iter().find(|p| p.is_error())
     }
@@ -172,37 +172,37 @@ impl std::error::Error for Problems {}
 pub struct Pointer(String);
 
 impl Pointer {
-    /// The whole document.
+    /// Pointer to the whole document.
     pub fn root() -> Self {
         Self::default()
     }
-    /// A pointer that is already written, such as `/bodies/0`.
+    /// A pointer from its text, such as `/bodies/0`.
     pub fn from_text(text: impl Into<String>) -> Self {
         Self(text.into())
     }
-    /// A member of the object here.
+    /// Pointer to a member of the object here.
     #[must_use]
     pub fn key(&self, name: &str) -> Self {
         Self(format!("{}/{}", self.0, name.replace('~', "~0").replace('/', "~1")))
     }
-    /// An item of the list here.
+    /// Pointer to an item of the list here.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
         Self(format!("{}/{index}", self.0))
     }
-    /// The pointer as text.
+    /// The text of the pointer, as in RFC 6901.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
-/// The known name nearest to a wrong one, when it is near enough to be what was meant.
+/// The known name nearest to a wrong one, if it is near enough to be what was meant.
 pub fn nearest_name<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let nearness = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
     known
         .into_iter()
         .map(|name| {
-            // A beginning ("density" for "density_kg_per_m3") is what forgetting the unit looks like.
+            // A beginning ("density" for "density_kg_per_m3") usually means that the unit was forgotten.
             let begins = wrong.len() >= 3 && name.starts_with(wrong);
             (if begins { 1 } else { nearness(name) }, name)
         })
@@ -211,7 +211,7 @@ pub fn nearest_name<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -
         .map(|(_, name)| name)
 }
 
-/// Words that people use, and what they are called here.
+/// Common synonyms, with the name used here.
 const OTHER_WORDS: [(&str, &str); 12] = [
     ("path", "name"),
     ("file", "name"),
@@ -227,7 +227,7 @@ const OTHER_WORDS: [(&str, &str); 12] = [
     ("face", "head"),
 ];
 
-/// "did you mean …?" when there is a near name, else the list of the known ones.
+/// "did you mean …?" when a similar name exists, otherwise the list of known names.
 pub fn suggest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const MOST: usize = 12;
     let known: Vec<&str> = known.into_iter().collect();
@@ -235,9 +235,9 @@ pub fn suggest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Str
         OTHER_WORDS.iter().find(|(word, name)| wrong.eq_ignore_ascii_case(word) && known.contains(name));
     match other.map(|(_, name)| *name).or_else(|| nearest_name(wrong, known.iter().copied())) {
         Some(name) => format!("did you mean {name:?}?"),
-        None if known.is_empty() => "there is none".into(),
-        None if known.len() > MOST => format!("known are {}, …", known[..MOST].join(", ")),
-        None => format!("known are {}", known.join(", ")),
+        None if known.is_empty() => "none exists".into(),
+        None if known.len() > MOST => format!("known names: {}, …", known[..MOST].join(", ")),
+        None => format!("known names: {}", known.join(", ")),
     }
 }
 

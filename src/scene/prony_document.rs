@@ -1,29 +1,29 @@
-//! Relaxation of the stress of a part, in a scene document.
+//! Stress relaxation of a part, in a scene document.
 
 use crate::mechanics::material::{Branch, Material, PronySeries};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A Prony series on the isochoric stress of the law: for small strains the relaxation modulus is G(t) = G∞ (1 + Σ gᵢ e^(−t/τᵢ)). What a
-/// run starts from (initial deformation, settling, preload) has relaxed.
+/// A Prony series on the isochoric stress of the law: for small strains the relaxation modulus is G(t) = G∞ (1 + Σ gᵢ
+/// e^(−t/τᵢ)). The initial state of a run (initial deformation, dynamic relaxation, preload) is fully relaxed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyDocument {
-    /// At which rate the constants of the law were measured. The moduli of the branches are relative to the same.
+    /// Loading rate that the constants of the law refer to. The relative moduli of the branches refer to the same.
     #[serde(default, skip_serializing_if = "Moduli::is_default")]
     pub moduli: Moduli,
-    /// One term each, six at most.
+    /// Terms of the series, one to six.
     pub branches: Vec<BranchDocument>,
 }
 
-/// Which moduli the constants of a law are.
+/// The moduli given by the constants of a law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Moduli {
-    /// Those of slow loading, G∞: G(t) = G∞ (1 + Σ gᵢ e^(−t/τᵢ)).
+    /// Long-term moduli G∞ (slow loading): G(t) = G∞ (1 + Σ gᵢ e^(−t/τᵢ)).
     #[default]
     LongTerm,
-    /// Those of sudden loading, G₀: G(t) = G₀ (1 − Σ gᵢ (1 − e^(−t/τᵢ))), Σ gᵢ < 1.
+    /// Instantaneous moduli G₀ (sudden loading): G(t) = G₀ (1 − Σ gᵢ (1 − e^(−t/τᵢ))), Σ gᵢ < 1.
     Instantaneous,
 }
 
@@ -34,23 +34,23 @@ impl Moduli {
     }
 }
 
-/// One term of a series.
+/// One term of a Prony series.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BranchDocument {
-    /// Modulus gᵢ over that of the law [-].
+    /// Modulus gᵢ relative to that of the law [-].
     pub relative_modulus: f64,
     /// Relaxation time τᵢ [s].
     pub relaxation_time_s: f64,
 }
 
 impl PronyDocument {
-    /// Sum of the relative moduli as they are given [-].
+    /// Sum of the given relative moduli [-].
     pub fn sum(&self) -> f64 {
         self.branches.iter().map(|branch| branch.relative_modulus).sum()
     }
 
-    /// What is left of the law's isochoric stress under slow loading [-].
+    /// Fraction of the law's isochoric stress that remains under slow loading [-].
     fn slow(&self) -> f64 {
         match self.moduli {
             Moduli::LongTerm => 1.0,
@@ -67,7 +67,7 @@ impl PronyDocument {
         }
     }
 
-    /// The series relative to slow loading; without branches where there are too many, which validation refuses.
+    /// The series relative to slow loading; empty if it has too many branches, which validation refuses.
     pub fn series(&self) -> PronySeries {
         let slow = self.slow();
         let branch = |b: &BranchDocument| Branch {

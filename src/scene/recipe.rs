@@ -1,4 +1,4 @@
-//! A generator of the document, as the generator of the mesh: its size and its problems before anything is made.
+//! A generator of the document as a generator of the mesh: its size and its problems are known before anything is made.
 
 use super::document::{Generator, LayerDocument, LimbSegmentDocument};
 use super::problem::{Pointer, Problem};
@@ -15,17 +15,17 @@ use crate::mesh::{Mesh, MeshError, ParameterProblem};
 /// A mesh generator with its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recipe {
-    /// See [`HollowBall`].
+    /// A cubed-sphere shell, see [`HollowBall`].
     HollowBall(HollowBall),
-    /// See [`SolidBall`].
+    /// A cube blended into a cubed sphere, see [`SolidBall`].
     SolidBall(SolidBall),
-    /// See [`Cylinder`].
+    /// A round baton, see [`Cylinder`].
     Cylinder(Cylinder),
-    /// See [`Block`].
+    /// A brick along the axes, see [`Block`].
     Block(Block),
-    /// See [`LayeredBlock`].
+    /// A brick of layers along z, see [`LayeredBlock`].
     LayeredBlock(LayeredBlock),
-    /// See [`LimbSegment`].
+    /// An elliptic limb with a bone hole, see [`LimbSegment`].
     LimbSegment(LimbSegment),
 }
 
@@ -44,7 +44,7 @@ macro_rules! with_generator {
 }
 
 impl Recipe {
-    /// The recipe that a document asks for.
+    /// The generator that a document asks for.
     pub fn new(generator: &Generator) -> Self {
         match *generator {
             Generator::HollowBall {
@@ -138,12 +138,12 @@ impl Recipe {
         }
     }
 
-    /// How many elements the mesh will have; saturates instead of overflowing.
+    /// Number of elements of the mesh; saturates instead of overflowing.
     pub fn element_count(&self) -> u64 {
         with_generator!(self, it => it.element_count())
     }
 
-    /// Makes the mesh.
+    /// Generates the mesh.
     ///
     /// # Errors
     /// `Parameters` with every number out of range.
@@ -158,7 +158,7 @@ impl Recipe {
     }
 }
 
-/// A problem of a parameter, at the field of the document that it came from.
+/// The problem of a parameter, at its field of the document.
 fn problem_of(found: &ParameterProblem, here: &Pointer) -> Problem {
     let pointer = field_path(&found.field).into_iter().fold(here.clone(), |p, key| p.key(&key));
     Problem::error(
@@ -171,7 +171,7 @@ fn problem_of(found: &ParameterProblem, here: &Pointer) -> Problem {
     .remedy(found.remedy.clone())
 }
 
-/// Where the document has the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "layers[0].thickness_m").
+/// Path in the document of the field that a generator calls `name` ("center[1]", "cuts_x.ratio", "layers[0].thickness_m").
 fn field_path(name: &str) -> Vec<String> {
     let mut steps = name.split(['[', ']', '.']).filter(|step| !step.is_empty());
     let field = steps.next().unwrap_or_default();
@@ -218,7 +218,7 @@ fn block(
     }
 }
 
-/// The limb segment that a document asks for.
+/// The generator of a limb segment from its document.
 pub fn limb_segment(limb: &LimbSegmentDocument) -> LimbSegment {
     LimbSegment {
         center: limb.center_m.into(),

@@ -1,4 +1,4 @@
-//! Local refinement of the bodies' meshes, once all are in their places: the impact is between them.
+//! Local refinement of the meshes of the bodies, after all are placed: the position of the impact depends on two of them.
 
 use super::document::{Around, BodyDocument, RefinementDocument, Role, SceneDocument};
 use super::problem::{Pointer, Problem, suggest};
@@ -9,17 +9,17 @@ use crate::mesh::local_refinement::{Place, Region, refined_in};
 use crate::mesh::surface::skin;
 use crate::mesh::triangulated_skin::TriangulatedSkin;
 
-/// The meshes of all bodies in their places, to be refined; those of rigid bodies are empty.
+/// The placed meshes of all bodies, for refinement; those of rigid bodies are empty.
 pub struct Meshes<'a> {
-    /// What is asked.
+    /// The document with the requested refinement.
     pub document: &'a SceneDocument,
-    /// One a body; `None` where problems were found.
+    /// One for each body; `None` where problems were found.
     pub placed: &'a [Option<Mesh>],
 }
 
 impl Meshes<'_> {
-    /// The mesh of a body as it asks to be refined and how many of its elements were split, with `spare` elements more at most; `None`
-    /// where it asks for nothing, or problems were found.
+    /// The refined mesh of a body and how many of its elements were split, with at most `spare` additional elements; `None`
+    /// where no refinement is requested, or problems were found.
     pub fn refined(&self, index: usize, spare: u64, out: &mut Findings) -> Option<(Mesh, usize)> {
         let mesh = self.placed.get(index)?.as_ref()?;
         let here = Pointer::root().key("bodies").index(index).key("refinement");
@@ -33,7 +33,7 @@ impl Meshes<'_> {
         let too_many = |elements: u64| {
             Problem::error("budget_elements", &here, format!("this mesh has {elements} elements or more"))
                 .value(elements)
-                .limit(format!("at most {spare} more than the {before} that it has before"))
+                .limit(format!("at most {spare} more than the {before} of the given mesh"))
                 .remedy("give a larger `size_m`, or a smaller `within_m`")
         };
         refined.map_err(|error| out.push(too_many(error.elements))).ok()
@@ -47,7 +47,7 @@ impl Meshes<'_> {
         here: &Pointer,
         out: &mut Findings,
     ) -> Option<Region> {
-        // What is wrong with the numbers is reported with the document.
+        // Invalid numbers are reported by the checks of the document.
         if !(asked.size_m > 0.0 && asked.size_m.is_finite() && asked.within_m >= 0.0) {
             return None;
         }
@@ -71,14 +71,14 @@ impl Meshes<'_> {
         Some(Region { places, within: asked.within_m, size: asked.size_m })
     }
 
-    /// Where a body is hit first, or hits: the point of its skin on the line that the centre of the projectile flies along, as seen from the
-    /// other body. Where no body is the projectile, each other one may be.
+    /// Point of first impact on a body: where the path of the projectile's centre, as seen from the other body, enters its
+    /// boundary surface. Where no body is a projectile, each of the others may be.
     fn impact_on(&self, body: usize, mesh: &Mesh) -> Option<Vec3> {
         let bodies = &self.document.bodies;
         let own_skin = self.skin(body, mesh);
         let others = (0..bodies.len()).filter(|other| *other != body);
         if bodies[body].role == Role::Projectile {
-            // From far ahead back to where it ends.
+            // From a point far ahead, back towards the projectile.
             let centre = self.centre(body)?;
             let ahead = others.filter_map(|other| {
                 let way = self.approach(body, other)?;
@@ -95,7 +95,7 @@ impl Meshes<'_> {
         hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, point)| point.place)
     }
 
-    /// Where a point of a body that starts deformed [m] is in its mesh: as it lies beside the nearest node.
+    /// Position in the mesh of a point [m] of a body that starts deformed, displaced like its nearest node.
     fn at_rest(&self, body: usize, mesh: &Mesh, point: Vec3) -> Vec3 {
         let start = |X: &Vec3| self.document.bodies[body].start_position(X);
         let far = |X: &Vec3| (start(X) - point).norm_squared();
@@ -108,13 +108,13 @@ impl Meshes<'_> {
         TriangulatedSkin::new(&skin(&mesh.cells), positions)
     }
 
-    /// Velocity of a body as seen from another [m/s]; `None` where neither moves against the other.
+    /// Velocity of one body relative to another [m/s]; `None` if it is zero.
     fn approach(&self, of: usize, from: usize) -> Option<Vec3> {
         let [of, from] = [of, from].map(|body| Vec3::from(self.document.bodies[body].velocity_m_per_s));
         Some(of - from).filter(|way| way.norm() > 0.0)
     }
 
-    /// Centre of the volume of a body, as it starts [m].
+    /// Centre of volume of a body in its initial configuration [m].
     fn centre(&self, body: usize) -> Option<Vec3> {
         let written = &self.document.bodies[body];
         match &written.rigid {
@@ -124,7 +124,7 @@ impl Meshes<'_> {
     }
 }
 
-/// Centre of the volume of a body's mesh, as it starts [m].
+/// Centre of volume of the mesh of a body in its initial configuration [m].
 pub fn centre_of_volume(body: &BodyDocument, mesh: &Mesh) -> Vec3 {
     let (mut volume, mut moment) = (0.0, Vec3::zeros());
     for cell in mesh.cells.iter() {
@@ -139,14 +139,14 @@ pub fn centre_of_volume(body: &BodyDocument, mesh: &Mesh) -> Vec3 {
 fn unknown_set(mesh: &Mesh, name: &str, here: &Pointer) -> Problem {
     Problem::error("unknown_set", &here.key("set"), format!("the mesh has no node set {name:?}"))
         .value(name)
-        .limit("a node set that the mesh brings")
+        .limit("a node set of the mesh")
         .remedy(suggest(name, mesh.node_sets.keys().map(String::as_str)))
 }
 
 fn no_impact(here: &Pointer) -> Problem {
-    let message = "no other body's centre flies at this body, so where the impact will be is not known";
+    let message = "no other body moves centrally towards this one, so the position of the impact is unknown";
     Problem::error("unknown_impact", here, message)
         .value("impact")
-        .limit("a body that flies at this one with its centre, or a projectile that flies at another body")
-        .remedy("name the place: {\"point_m\": [x, y, z]}")
+        .limit("a body whose centre moves towards this one, or a projectile that moves towards another body")
+        .remedy("give the position: {\"point_m\": [x, y, z]}")
 }

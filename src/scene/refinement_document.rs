@@ -1,26 +1,27 @@
-//! Local refinement in a scene document: where the elements of a body are to be small.
+//! Local refinement in a scene document: regions of a body with small elements.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Elements near a place are split into eight until they are small enough, with hanging nodes between coarse and fine ones. The facets of
-/// curved surfaces stay what they are. Not together with erosion of the body, or with mortar contact.
+/// Elements near a place are split into eight until they are small enough, with hanging nodes between coarse and fine ones.
+/// Curved surfaces keep their facets. Cannot be combined with erosion of the body, or with mortar contact.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RefinementDocument {
-    /// Near what.
+    /// Place to refine around.
     pub around: Around,
-    /// So near: the box around an element, along the axes of space, is no farther away [m].
+    /// Largest distance between the place and the bounding box of an element (along x, y, z) to be refined [m].
     pub within_m: f64,
-    /// Longest edge along the surface that elements there may have [m]; across it they are halved as often.
+    /// Largest edge length along the surface of these elements [m]; across it they are halved as often.
     pub size_m: f64,
 }
 
-/// What elements are small around.
+/// Place around which elements are small.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Around {
-    /// Where the line that the centre of the projectile flies along first meets the other body, and on the projectile where it lies ahead.
+    /// The point where the path of the projectile's centre first meets the other body; on the projectile, its foremost
+    /// point on that path.
     Impact,
     /// A point [m].
     PointM([f64; 3]),

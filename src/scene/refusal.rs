@@ -1,4 +1,4 @@
-//! What serde refuses, in the words of the document: serde itself speaks of the types of the program.
+//! Errors of serde in terms of the document; serde itself refers to the types of the program.
 
 use super::choice::TAGS;
 use super::problem::{Pointer, Problem, suggest};
@@ -6,7 +6,8 @@ use serde_json::Value;
 use serde_path_to_error::{Error, Segment};
 
 impl Problem {
-    /// What serde refuses of a document that has no schema here, or that the schema let pass; serde stops at the first.
+    /// The problem of a document that serde refuses, for documents without a schema here or valid under it; serde stops at
+    /// the first.
     pub fn refused_by_serde(error: &Error<serde_json::Error>, document: &Value) -> Self {
         let here = error.path().iter().fold(Pointer::root(), |p, segment| match segment {
             Segment::Seq { index } => p.index(*index),
@@ -15,7 +16,7 @@ impl Problem {
         });
         let at = |pointer: &Pointer| document.pointer(pointer.as_str()).cloned();
         let text = error.inner().to_string();
-        // What the user wrote comes first, and may hold any words.
+        // The user's text comes first, and may contain any words.
         let (what, expected) = text.rsplit_once(", expected ").unwrap_or((text.as_str(), ""));
         let known = || expected.split('`').skip(1).step_by(2);
         let one_of = || format!("one of {}", known().collect::<Vec<_>>().join(", "));
@@ -25,7 +26,7 @@ impl Problem {
                 .remedy(format!("add {name:?}"));
         }
         if let Some(name) = named(what, "unknown field") {
-            // The path ends before the member where the variant was chosen by a tag.
+            // The path ends before the member if the variant was selected by a tag.
             let member = Some(here.key(name)).filter(|member| at(member).is_some()).unwrap_or(here);
             return Self::error("unknown_field", &member, format!("{name:?} is not a field here"))
                 .value(at(&member).unwrap_or_default())
@@ -39,9 +40,10 @@ impl Problem {
                 .limit(one_of())
                 .remedy(suggest(name, known()));
         }
+        // // What remains are values of the wrong type or form.
         let message = match () {
             () if what.starts_with("data did not match") => "this is none of the variants",
-            () if what.starts_with("invalid value") => "this value cannot be taken",
+            () if what.starts_with("invalid value") => "this value is not accepted",
             () if what.starts_with("invalid length") && !expected.starts_with("struct") => {
                 "this list has the wrong length"
             }
@@ -56,18 +58,18 @@ impl Problem {
     }
 }
 
-/// The name that serde puts behind some words.
+/// The name in backquotes after given words in a message of serde.
 fn named<'a>(what: &'a str, words: &str) -> Option<&'a str> {
     let rest = what.strip_prefix(words)?.strip_prefix(" `")?;
     rest.strip_suffix("`, there are no fields").or_else(|| rest.strip_suffix('`'))
 }
 
-/// What serde expects: `f64` is a number, `struct Parameter with 3 elements` an object.
+/// What serde expects, in terms of JSON: `f64` is a number, `struct Parameter with 3 elements` an object.
 fn in_words_of_json(expected: &str) -> &str {
     match expected.split(' ').next().unwrap_or_default() {
         "f64" => "a number",
         "u8" | "u16" | "u32" | "u64" | "usize" => {
-            "a whole number that is not negative nor huge, written without a decimal point"
+            "a whole number, not negative and not too large, written without a decimal point"
         }
         "i32" | "i64" => "a whole number, written without a decimal point",
         "struct" | "internally" | "map" => "an object",

@@ -1,4 +1,4 @@
-//! Rigid bodies in a scene document: a shape, where it stands, and how heavy it is.
+//! Rigid bodies in a scene document: shape, position, mass and inertia.
 
 use super::mesh_document::RotationDocument;
 use crate::mechanics::rigid::{Pose, Rotation, Shape};
@@ -7,60 +7,60 @@ use nalgebra::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A body that does not deform.
+/// A rigid body, without a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidDocument {
-    /// Its shape, about its centre of mass.
+    /// Shape, centred at the centre of mass.
     pub shape: ShapeDocument,
     /// Centre of mass [m].
     #[serde(default)]
     pub center_m: [f64; 3],
-    /// Rotation about the centre of mass; for a cylinder or capsule after its axis has been laid.
+    /// Rotation about the centre of mass; for a cylinder or capsule, after aligning its axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationDocument>,
-    /// Mass [kg]; this or the density.
+    /// Mass [kg]; alternative to the density.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Density [kg/m³]; this or the mass.
+    /// Density [kg/m³]; alternative to the mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_kg_per_m3: Option<f64>,
-    /// Moments of inertia about the x, y, z of a box or ball, or across, along and across the axis of a cylinder or capsule
-    /// [kg m²]; by default those of a homogeneous body.
+    /// Principal moments of inertia [kg m²]: about x, y, z for a box or ball; across, along and across the axis for a
+    /// cylinder or capsule; by default those of a homogeneous body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia_kg_m2: Option<[f64; 3]>,
 }
 
-/// A convex shape.
+/// A convex shape of a rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum ShapeDocument {
-    /// A ball.
+    /// A solid ball.
     Ball {
         /// Radius [m].
         radius_m: f64,
     },
     /// A box along x, y, z, unless it is rotated.
     Box {
-        /// Half of its edges along x, y, z [m].
+        /// Half its edges along x, y, z [m].
         half_extents_m: [f64; 3],
     },
     /// A cylinder with flat ends.
     Cylinder {
         /// Radius [m].
         radius_m: f64,
-        /// Half of its length [m].
+        /// Half its length [m].
         half_length_m: f64,
-        /// Direction of its axis, of any length.
+        /// Direction of its axis; any length.
         axis: [f64; 3],
     },
-    /// A cylinder with round ends: a baton.
+    /// A cylinder with hemispherical ends, such as a baton.
     Capsule {
         /// Radius [m].
         radius_m: f64,
-        /// Half of the distance between the centres of its round ends [m].
+        /// Half the distance between the centres of its ends [m].
         half_length_m: f64,
-        /// Direction of its axis, of any length.
+        /// Direction of its axis; any length.
         axis: [f64; 3],
     },
 }
@@ -80,7 +80,7 @@ impl ShapeDocument {
         }
     }
 
-    /// The axis of a cylinder or capsule.
+    /// Axis of a cylinder or capsule.
     pub fn axis(&self) -> Option<[f64; 3]> {
         match self {
             Self::Ball { .. } | Self::Box { .. } => None,
@@ -90,13 +90,13 @@ impl ShapeDocument {
 }
 
 impl RigidDocument {
-    /// Where it stands; `None` for a direction without a length.
+    /// Initial position and orientation; `None` for a direction without a length.
     pub fn pose(&self) -> Option<Pose> {
         let laid = match self.shape.axis() {
             None => Rotation::identity(),
             Some(axis) => {
                 let axis = Vec3::from(axis).try_normalize(0.0)?;
-                // Opposite directions have no shortest rotation: any half turn will do.
+                // The shortest rotation between opposite directions is not unique: any half turn will do.
                 Rotation::rotation_between(&Vec3::y(), &axis)
                     .unwrap_or_else(|| Rotation::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))
             }
@@ -116,7 +116,7 @@ impl RigidDocument {
         self.mass_kg.or_else(|| Some(self.density_kg_per_m3? * self.shape.shape().volume()))
     }
 
-    /// Moments of inertia about the axes of the shape [kg m²], of a body of some mass [kg].
+    /// Principal moments of inertia [kg m²] for a given mass [kg].
     pub fn inertia(&self, mass: f64) -> Vec3 {
         self.inertia_kg_m2.map_or_else(|| self.shape.shape().inertia_per_mass() * mass, Vec3::from)
     }

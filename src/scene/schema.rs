@@ -23,7 +23,7 @@ pub fn schema_of<T: JsonSchema>(title: &str) -> Value {
 /// The schema of a scene document, made once.
 pub(super) static SCENE: LazyLock<Value> = LazyLock::new(scene_schema);
 
-/// Says what the types imply but schemars leaves out: the range of a `u32`, and a title for each variant of an enum.
+/// Adds what the types imply but schemars omits: the range of a `u32`, and a title for each variant of an enum.
 #[derive(Clone, Debug)]
 struct Polish;
 
@@ -39,7 +39,7 @@ impl Transform for Polish {
     }
 }
 
-/// The word by which a variant is chosen: the constant under `kind` or `law`.
+/// The keyword that selects a variant: the constant under `kind` or `law`.
 fn variant_name(schema: &Schema) -> Option<String> {
     let properties = schema.get("properties")?;
     let tag = super::choice::TAGS.iter().find_map(|tag| properties.get(tag)?.get("const"))?;
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::scene::choice::{Choice, choices, variants};
 
-    /// All schemas within one, itself included.
+    /// All schemas inside a schema, including itself.
     fn parts(schema: &Value) -> Vec<&Value> {
         let lists = ["oneOf", "anyOf"].iter().filter_map(|k| schema.get(k)?.as_array()).flatten();
         let maps = ["properties", "$defs"]
@@ -91,7 +91,7 @@ mod tests {
         }
     }
 
-    /// The check compares a document with one variant, the one it chooses.
+    /// The check compares a document with one variant, the selected one.
     #[test]
     fn variants_of_the_schema_are_told_apart() {
         for part in parts(&SCENE) {
@@ -114,6 +114,6 @@ mod tests {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/api/scene.schema.json");
         let committed = std::fs::read_to_string(path).unwrap();
         let generated = format!("{:#}\n", scene_schema());
-        assert!(committed == generated, "write it anew: cargo run -- schema > api/scene.schema.json");
+        assert!(committed == generated, "regenerate it: cargo run -- schema > api/scene.schema.json");
     }
 }

@@ -1,32 +1,33 @@
-//! What the solver is told besides the physics: which of the things that a plan leaves out it keeps.
+//! Solver settings besides the physics, among them the features that a plan keeps although they are not needed.
 
 use crate::mechanics::contact::solvers::Method;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How to solve, apart from what. Nothing here changes the question that the scene asks.
+/// Settings of the solution that leave the physical problem unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolverDocument {
-    /// What is put back though the scene does not need it, to measure what leaving it out saves and that the results agree.
+    /// Features to keep although the scene does not need them, to measure what omitting them saves and that the results
+    /// agree.
     #[serde(default)]
     pub keep: Vec<Keep>,
-    /// Where the error bars of the summary come from.
+    /// How the error bars of the summary are determined.
     #[serde(default, skip_serializing_if = "ErrorBarsDocument::is_default")]
     pub error_bars: ErrorBarsDocument,
-    /// Which solver of the library (docs/contact-solvers.md) finds the contact reactions. By default explicit steps sweep over the
-    /// nodal velocities (Gauss–Seidel) and form no `W`, and implicit and load steps use `hybrid`. A solver that is named here gets
-    /// `W`, `q` and `μ` of every step: for comparisons, and where the default stops; explicit steps take longer with it.
+    /// Solver of the library (docs/contact-solvers.md) for the contact reactions. By default, explicit steps use
+    /// matrix-free Gauss–Seidel on the nodal velocities, and implicit and load steps use `hybrid`. A solver given here gets
+    /// `W`, `q` and `μ` of every step: for comparisons, and where the default fails; explicit steps then take longer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactSolver>,
 }
 
-/// A solver of contact problems.
+/// A solver for contact problems (docs/contact-solvers.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ContactSolver {
-    /// Picks and switches by itself.
+    /// Selects a solver for the problem, and switches when it stalls.
     Hybrid,
     /// Block Gauss–Seidel with the exact solution of each contact.
     Nsgs,
@@ -36,18 +37,18 @@ pub enum ContactSolver {
     InteriorPoint,
     /// Proximal points, each by Gauss–Seidel and Newton.
     Proximal,
-    /// The fixed point of De Saxcé & Feng.
+    /// Fixed-point iteration of De Saxcé & Feng.
     DeSaxce,
-    /// One projection a contact and sweep, with a step of its own.
+    /// Uzawa iteration: one projection per contact and iteration, each contact with its own step length.
     Uzawa,
-    /// Extragradient steps of their own length.
+    /// Extragradient method with adaptive step length.
     Extragradient,
     /// Projected gradient with Nesterov's momentum and restarts.
     AcceleratedGradient,
 }
 
 impl ContactSolver {
-    /// All of them.
+    /// All solvers, in the order of declaration.
     pub const ALL: [Self; 9] = [
         Self::Hybrid,
         Self::Nsgs,
@@ -60,7 +61,7 @@ impl ContactSolver {
         Self::AcceleratedGradient,
     ];
 
-    /// That of the library.
+    /// The corresponding method of the library.
     pub fn method(self) -> Method {
         match self {
             Self::Hybrid => Method::Hybrid,
@@ -75,29 +76,29 @@ impl ContactSolver {
         }
     }
 
-    /// Its name for people, and on the command line.
+    /// Its name in messages and on the command line.
     pub fn name(self) -> &'static str {
         self.method().name()
     }
 
-    /// The one of a name, as on the command line.
+    /// The solver with a given name, as on the command line.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|solver| solver.name() == name)
     }
 }
 
-/// Where the error bars of the summary come from.
+/// How the error bars of the summary are determined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorBarsDocument {
     /// From three runs with half the numbers of elements, before the run itself; they add about a third to its time. Only
-    /// generated meshes can be made coarser.
+    /// generated meshes can be coarsened.
     #[default]
     TwoLevels,
-    /// From a fourth run besides, on a mesh between the two (numbers of elements divided by √2): a straight line is fitted to the three
-    /// values of each number, and scatter about it widens the error bar. They add two thirds to the run's time.
+    /// With a fourth run on a mesh between the two (numbers of elements divided by √2): a straight line is fitted to the
+    /// three values of each quantity, and scatter about it widens the error bar. They add two thirds to the run's time.
     ThreeLevels,
-    /// There are none.
+    /// No error bars.
     None,
 }
 
@@ -109,33 +110,34 @@ impl ErrorBarsDocument {
 }
 
 impl SolverDocument {
-    /// Whether nothing was asked.
+    /// Whether all settings are the defaults.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// A thing that plans leave out where a scene does not need it, and that can be put back.
+/// A feature that plans omit where a scene does not need it, and that can be kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Keep {
-    /// Elements that nothing has reached yet are swept too.
+    /// Inactive elements are evaluated too.
     QuietElements,
-    /// Pairs that cannot meet before the end are looked at too.
+    /// Pairs that cannot meet before the end are searched too.
     DistantPairs,
-    /// Bodies are searched for self-contact in every step, also where nothing of them can have come near since the last search.
+    /// Bodies are searched for self-contact in every step, even where no part of them can have come close since the last
+    /// search.
     IdleSelfContact,
-    /// Contacts of pairs without friction have three unknowns, two of which turn out zero.
+    /// Frictionless contacts have three unknowns, two of which are zero.
     TangentialReactions,
-    /// Fibre families of stiffness k1 = 0 are swept too.
+    /// Fibre families of stiffness k1 = 0 are evaluated too.
     IdleFibres,
-    /// All fields are computed and recorded, asked for or not.
+    /// All fields are computed and recorded, requested or not.
     UnaskedFields,
 }
 
 impl Keep {
-    /// All of them.
+    /// All features, in the order of declaration.
     pub const ALL: [Self; 6] = [
         Self::QuietElements,
         Self::DistantPairs,
@@ -157,7 +159,7 @@ impl Keep {
         }
     }
 
-    /// The one of a name.
+    /// The feature with a given name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|keep| keep.name() == name)
     }

@@ -1,70 +1,70 @@
-//! Where the bytes of a mesh come from: files beside the scene, or what a service has stored.
+//! Sources of mesh bytes: files in the folder of the scene, or the store of a service.
 
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
 
-/// Gives the bytes of a mesh by the name that the scene uses.
+/// Provides the bytes of a mesh by the name used in the scene.
 pub trait MeshSource {
-    /// The bytes of the mesh called `name`, and a file name whose ending tells the format.
+    /// The bytes of the mesh called `name`, and a file name whose extension gives the format.
     ///
     /// # Errors
-    /// When there is no such mesh, it lies where it must not, is larger than `limit` bytes, or cannot be read.
+    /// When the mesh does not exist, lies outside the source, is larger than `limit` bytes, or cannot be read.
     fn read(&self, name: &str, limit: u64) -> Result<MeshBytes, MeshSourceError>;
 }
 
-/// A mesh file, unread.
+/// A mesh file, not yet parsed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshBytes {
-    /// File name, for its ending.
+    /// File name; its extension gives the format.
     pub file_name: String,
-    /// The content.
+    /// Content of the file.
     pub bytes: Vec<u8>,
 }
 
-/// Why there are no bytes.
+/// Why a mesh cannot be provided.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshSourceError {
-    /// No mesh of that name.
+    /// No mesh of that name in the folder.
     #[error("there is no mesh {name:?}")]
     NotFound {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// Names of the existing meshes.
         known: Vec<String>,
     },
-    /// No uploaded mesh of that id; what others are called is told to nobody.
+    /// No uploaded mesh with that id; other ids are not disclosed.
     #[error("there is no mesh {name:?}")]
     NotUploaded {
-        /// The id asked for.
+        /// The requested id.
         name: String,
     },
-    /// A name that leads out of the scene's folder.
-    #[error("{name:?} leads out of the folder of the scene")]
+    /// A name that points outside the folder of the scene.
+    #[error("{name:?} is outside the folder of the scene")]
     Outside {
-        /// The name asked for.
+        /// The requested name.
         name: String,
     },
     /// More bytes than the budget allows.
     #[error("the mesh {name:?} has {bytes} bytes")]
     TooLarge {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Its size.
+        /// Its size [bytes].
         bytes: u64,
-        /// The largest size.
+        /// The largest accepted size [bytes].
         limit: u64,
     },
-    /// The storage failed.
+    /// Reading from the storage failed.
     #[error("the mesh {name:?} cannot be read: {reason}")]
     Unreadable {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Why.
+        /// Error of the storage.
         reason: String,
     },
 }
 
-/// No files at all: for scenes whose meshes are all generated.
+/// A source without files, for scenes whose meshes are all generated.
 #[derive(Clone, Copy, Debug)]
 pub struct NoFiles;
 
@@ -74,20 +74,20 @@ impl MeshSource for NoFiles {
     }
 }
 
-/// Files in the folder of the scene and below it. A name cannot lead out: no absolute paths, no `..`, no symbolic links
-/// to elsewhere.
+/// Files in the folder of the scene and below it. A name cannot leave the folder: absolute paths, `..` and symbolic links
+/// to elsewhere are refused.
 #[derive(Clone, Debug)]
 pub struct FolderSource {
     folder: PathBuf,
 }
 
 impl FolderSource {
-    /// Files in `folder`.
+    /// A source of the files in `folder`.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// The true path of a name inside the folder.
+    /// Canonical path of a name inside the folder.
     fn resolve(&self, name: &str) -> Result<PathBuf, MeshSourceError> {
         let outside = || MeshSourceError::Outside { name: name.to_owned() };
         let missing = || MeshSourceError::NotFound { name: name.to_owned(), known: self.names() };
@@ -96,7 +96,7 @@ impl FolderSource {
             return Err(outside());
         }
         let folder = self.folder.canonicalize().map_err(|_| missing())?;
-        // Links are followed by `canonicalize`, so what is compared is where the file truly lies.
+        // `canonicalize` follows links, so the comparison is with the true location of the file.
         let path = folder.join(relative).canonicalize().map_err(|_| missing())?;
         if !path.starts_with(&folder) {
             return Err(outside());
@@ -104,7 +104,7 @@ impl FolderSource {
         if path.is_file() { Ok(path) } else { Err(missing()) }
     }
 
-    /// Mesh files directly in the folder, sorted, for suggestions.
+    /// Names of the mesh files directly in the folder, sorted, for suggestions.
     fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let mut names: Vec<String> = entries
@@ -131,7 +131,7 @@ impl MeshSource for FolderSource {
             return Err(too_large(size));
         }
         let mut bytes = Vec::with_capacity(size as usize);
-        // The file may grow between asking its size and reading it.
+        // The file may grow between querying its size and reading it.
         file.take(limit + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if bytes.len() as u64 > limit {
             return Err(too_large(bytes.len() as u64));

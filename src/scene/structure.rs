@@ -1,8 +1,8 @@
-//! Whether a document has the structure of a scene: all misspelt, missing and mistyped members at once.
+//! Structure of a scene document: finds all misspelt, missing and mistyped members at once.
 //!
-//! The document is compared with its JSON Schema, of a tagged enum with the variant that the document chose.
-//! What is broken is then *mended* in a copy (removed, or replaced by a placeholder), so that the checks of meaning can
-//! look at the rest; what they say of a placeholder is dropped.
+//! The document is compared with its JSON Schema; for a tagged enum, with the variant that the document selects. Invalid
+//! members are *repaired* in a copy (removed, or replaced by a placeholder), so that the semantic checks can process the
+//! rest; what they report about a placeholder is dropped.
 
 use super::choice::{Choice, choices, only, resolve, variants};
 use super::misfit::misfits;
@@ -10,26 +10,26 @@ use super::problem::{Pointer, Problem, suggest};
 use super::validate::Findings;
 use serde_json::{Map, Value};
 
-/// The outcome of the check.
+/// Outcome of the check.
 #[derive(Debug)]
 pub struct Checked {
-    /// What is broken.
+    /// Problems of structure, in document order.
     pub problems: Vec<Problem>,
-    /// The document with what is broken mended.
+    /// The document with its invalid members repaired.
     pub mended: Value,
-    /// Pointers to the placeholders in it.
+    /// Pointers to the placeholders in `mended`.
     pub placeholders: Vec<String>,
-    /// There are more problems than are listed; the mended document is of no use.
+    /// There are more problems than are listed; `mended` must not be used.
     pub is_cut_short: bool,
 }
 
-/// Problems of structure that are listed: a document with more is not a scene with mistakes but something else, and the work
-/// for it would grow with its square.
+/// Largest number of structural problems listed: a document with more is not a scene with mistakes, and the work would grow
+/// with the square of their number.
 const MOST_PROBLEMS: usize = 200;
-/// Items of the longest list that a document may hold.
+/// Largest number of items in a list of the document.
 const MOST_ITEMS: usize = 10_000;
 
-/// A list that is longer than any scene needs.
+/// Reports a list that is too long for any scene.
 fn longer_than_any_scene(value: &Value, at: &Pointer) -> Option<Problem> {
     match value {
         Value::Array(items) if items.len() > MOST_ITEMS => Some(
@@ -68,7 +68,7 @@ pub(super) fn check(document: &Value, schema: &Value) -> Checked {
 }
 
 impl Checked {
-    /// Whether what is said of `pointer` would be said of a placeholder: it is one, lies in one, or holds one.
+    /// Whether a problem at `pointer` concerns a placeholder: it is one, lies inside one, or contains one.
     pub fn touches_placeholder(&self, pointer: &str) -> bool {
         let within = |inner: &str, outer: &str| {
             inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
@@ -76,11 +76,11 @@ impl Checked {
         self.placeholders.iter().any(|p| within(pointer, p) || within(p, pointer))
     }
 
-    /// All problems: those of the structure, and those of the meaning unless they speak of a placeholder.
+    /// All problems: those of the structure, and the semantic ones that do not concern a placeholder.
     pub fn merged_with(self, found: Findings) -> Vec<Problem> {
         let nameless = self.placeholders.iter().any(|p| p.ends_with("/name"));
         let speaks_of_the_document = |problem: &Problem| {
-            // A name that is missing makes every reference to it unknown.
+            // A missing name makes every reference to it unknown.
             !(self.touches_placeholder(&problem.pointer) || nameless && problem.code == "unknown_body")
         };
         let kept: Vec<Problem> = found.0.into_iter().filter(speaks_of_the_document).collect();
@@ -88,17 +88,17 @@ impl Checked {
     }
 }
 
-/// The walk over a document beside its schema. It knows the keywords of JSON Schema that schemas of our types have, as the tests
-/// of `schema.rs` hold.
+/// A walk over the document along its schema. It supports the JSON Schema keywords that occur in the schemas of our types,
+/// which the tests of `schema.rs` ensure.
 struct Walk<'a> {
     /// The whole schema, which references point into.
     root: &'a Value,
-    /// What was found so far.
+    /// Results so far.
     checked: Checked,
 }
 
 impl Walk<'_> {
-    /// Compares the value at `at` with its schema, and all that is in it.
+    /// Compares the value at `at`, and everything in it, with its schema.
     fn compare(&mut self, found: &Value, at: &Pointer, schema: &Value) {
         if self.checked.is_cut_short {
             return;
@@ -124,7 +124,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Members that are missing, those of the schema, those it has not.
+    /// Members that are missing, those known to the schema, and unknown ones.
     fn compare_members(&mut self, members: &Map<String, Value>, at: &Pointer, schema: &Value) {
         let Some(known) = schema.get("properties").and_then(Value::as_object) else { return };
         let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
@@ -147,8 +147,8 @@ impl Walk<'_> {
         }
     }
 
-    /// An enum (or an optional value): the variant that the document chooses by its tag, its only member or its type is
-    /// compared; when it chooses none, what there is to choose is told.
+    /// An enum (or an optional value): compares with the variant selected by the tag, the only member or the type; lists
+    /// the options when none is selected.
     fn compare_variants(&mut self, found: &Value, at: &Pointer, schema: &Value, variants: &[Value]) {
         let choices = choices(variants, self.root);
         let chosen = only(&choices, |c| c.is_made_by(found))
@@ -157,13 +157,14 @@ impl Walk<'_> {
         if let Some(variant) = chosen.and_then(|i| variants.get(i)) {
             return self.compare(found, at, variant);
         }
+        // // Nothing is selected: say what is wrong with the selection, and list the options.
         let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
         let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
         let place = tag.map_or_else(|| at.clone(), |tag| at.key(tag));
         let written = tag.map_or(Some(found), |tag| found.get(tag));
         let problem = match (written, tag) {
             (None, _) => {
-                Problem::error("missing_field", &place, "the field that chooses the variant is missing")
+                Problem::error("missing_field", &place, "the field that selects the variant is missing")
             }
             (Some(word), Some(_)) => Problem::error("unknown_variant", &place, format!("there is no {word}")),
             (Some(Value::String(word)), None) => {
@@ -197,7 +198,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Adds a problem to the list, unless that is full.
+    /// Adds a problem to the list, unless the list is full.
     fn tell(&mut self, problem: Problem) {
         let Checked { problems, is_cut_short, .. } = &mut self.checked;
         if *is_cut_short {
@@ -205,7 +206,7 @@ impl Walk<'_> {
         }
         problems.push(problem);
         if problems.len() >= MOST_PROBLEMS {
-            let more = format!("there are more; the first {MOST_PROBLEMS} are listed");
+            let more = format!("there are more problems; only the first {MOST_PROBLEMS} are listed");
             problems.push(Problem::error("too_many_problems", &Pointer::root(), more));
             *is_cut_short = true;
         }
@@ -230,7 +231,7 @@ fn description(schema: &Value) -> Option<String> {
     schema.get("description").and_then(Value::as_str).map(|text| format!("it means: {text}"))
 }
 
-/// What a member is, in a word or two.
+/// What a member has to be, in a word or two.
 fn describe(schema: &Value) -> String {
     match schema.get("type") {
         Some(Value::String(name)) => format!("present ({name})"),
@@ -245,7 +246,7 @@ fn remedy_for(name: &str, schema: &Value) -> String {
     }
 }
 
-/// The simplest value that a schema lets pass: absent where it may be, one, an empty list, the first variant.
+/// The simplest value that satisfies a schema: absent if optional, 1, an empty list, the first variant.
 fn placeholder(schema: &Value, root: &Value) -> Value {
     if let Some(value) = schema.get("const").or_else(|| schema.get("default")) {
         return value.clone();

@@ -1,4 +1,4 @@
-//! Counts, mass and mesh quality of a body, for people and for the service.
+//! Counts, mass and mesh quality of a body, for users and for the service.
 
 use super::RigidSceneBody;
 use super::document::BodyDocument;
@@ -8,39 +8,39 @@ use crate::mesh::quality::Quality;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-// What these types say of themselves is part of the service's contract. A rigid body has no mesh: volume and mass are those of its
+// The docs of these types are part of the service's contract. A rigid body has no mesh: volume and mass are those of its
 // shape, and its quality is that of a brick, with a shortest edge of zero.
 
 /// A body of a scene, with its mesh in place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = BodyPreview))]
 pub struct BodySummary {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// Nodes.
+    /// Number of nodes.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub nodes: usize,
-    /// Elements.
+    /// Number of elements.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
     /// Volume of the mesh [m³].
     pub volume_m3: f64,
     /// Mass of the mesh [kg].
     pub mass_kg: f64,
-    /// Lower and upper corner of the box around it [m].
+    /// Lower and upper corner of the bounding box [m].
     pub bounding_box_m: [[f64; 3]; 2],
-    /// Smallest scaled Jacobian of all corners and quadrature points, 1 for a brick [-].
+    /// Smallest scaled Jacobian over all corners and quadrature points, 1 for a brick [-].
     pub min_scaled_jacobian: f64,
-    /// The element where that is.
+    /// Index of the element with that Jacobian.
     pub worst_element: u32,
-    /// Largest ratio of longest to shortest edge in one element [-]; null where an edge has no length.
+    /// Largest ratio of longest to shortest edge of an element [-]; null where an edge has no length.
     #[cfg_attr(feature = "service", schema(value_type = Option<f64>))]
     pub max_aspect_ratio: f64,
-    /// Shortest edge [m].
+    /// Length of the shortest edge [m].
     pub min_edge_m: f64,
-    /// Its parts.
+    /// Parts of the body.
     pub parts: Vec<PartSummary>,
-    /// What the mesh says of itself.
+    /// Remarks of the mesh reader or generator.
     pub notes: Vec<String>,
 }
 
@@ -48,17 +48,17 @@ pub struct BodySummary {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema), schema(as = PartPreview))]
 pub struct PartSummary {
-    /// Its name.
+    /// Name of the part.
     pub name: String,
-    /// Elements.
+    /// Number of elements.
     #[cfg_attr(feature = "service", schema(value_type = u64))]
     pub elements: usize,
-    /// Mass [kg].
+    /// Mass of the part [kg].
     pub mass_kg: f64,
 }
 
 impl BodySummary {
-    /// Of a rigid body, with the box around it where it starts.
+    /// Summary of a rigid body, with the bounding box of its initial position.
     pub fn rigid(body: &BodyDocument, rigid: &RigidSceneBody) -> Self {
         let centre = rigid.pose.centre;
         let axes = rigid.pose.orientation.to_rotation_matrix().into_inner();
@@ -79,7 +79,7 @@ impl BodySummary {
         }
     }
 
-    /// Sums up a body.
+    /// Summary of a deformable body.
     pub fn new(body: &BodyDocument, mesh: &Mesh, part_entry: &[u32], quality: &Quality) -> Self {
         let empty = |name: &String| PartSummary { name: name.clone(), elements: 0, mass_kg: 0.0 };
         let mut parts: Vec<PartSummary> = mesh.parts.iter().map(empty).collect();

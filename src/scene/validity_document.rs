@@ -1,30 +1,30 @@
-//! How far a law may be believed, in a scene document.
+//! Range of validity of a law, in a scene document.
 
 use crate::mechanics::material::{Deformations, Material, Validity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The deformations that a law's parameters were fitted to, and those beyond which no number of a run is shown; what is left out is the
-/// law's own.
+/// The deformations to which a law's parameters were fitted, and those beyond which the results of a run are withheld; by
+/// default those of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidityDocument {
-    /// Principal stretches that it was fitted to, from … to [-].
+    /// Principal stretches to which it was fitted, from … to [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stretch: Option<[f64; 2]>,
-    /// Volume ratios J that it was fitted to, from … to [-].
+    /// Volume ratios J to which it was fitted, from … to [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub jacobian: Option<[f64; 2]>,
-    /// Principal stretches beyond which the numbers of the run are withheld [-].
+    /// Principal stretches beyond which the results of the run are withheld [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_stretch: Option<[f64; 2]>,
-    /// Volume ratios J beyond which they are withheld [-].
+    /// Volume ratios J beyond which the results of the run are withheld [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_jacobian: Option<[f64; 2]>,
 }
 
 impl ValidityDocument {
-    /// What is given, by name, in the order of the fields.
+    /// The given ranges by name, in the order of the fields.
     pub fn given(&self) -> [(&'static str, Option<[f64; 2]>); 4] {
         [
             ("stretch", self.stretch),
@@ -34,7 +34,7 @@ impl ValidityDocument {
         ]
     }
 
-    /// The range of a law: what is given, else the law's own, whose limits then reach as far as what is given.
+    /// The range of a law: the given one, or that of the law, whose limits are widened to contain the given range.
     pub fn range_of(&self, material: &Material) -> Validity {
         let own = material.validity();
         let wider = |limit: [f64; 2], range: [f64; 2]| [limit[0].min(range[0]), limit[1].max(range[1])];

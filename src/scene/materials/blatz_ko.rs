@@ -1,4 +1,4 @@
-//! Blatz–Ko in a scene document.
+//! The Blatz–Ko law in a scene document.
 
 use super::{LawDocument, checks};
 use crate::mechanics::material::{BlatzKo, Material};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct BlatzKoDocument {
     /// Shear modulus μ [Pa]; Poisson's ratio is ¼.
     pub mu_pa: f64,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }

@@ -1,4 +1,4 @@
-//! Checks that laws share: moduli, the bulk modulus of U(J), the range of a law.
+//! Checks shared by the laws: moduli, the bulk modulus of U(J), stability, the range of validity.
 
 use super::{Families, VolumetricDocument};
 use crate::mechanics::material::{MAX_FAMILIES, Material, first_instability};
@@ -9,30 +9,30 @@ use crate::scene::validity_document::ValidityDocument;
 /// A modulus outside this range [Pa] is probably in another unit.
 pub(super) const USUAL_MODULUS: [f64; 2] = [1.0, 1e13];
 
-/// Larger than any modulus [Pa]: diamond has 1e12.
+/// Upper bound of any modulus [Pa]: diamond has 1e12.
 pub const MOST_MODULUS: f64 = 1e15;
 
-/// Larger than any fibre exponent [-].
+/// Upper bound of any fibre exponent [-].
 pub(super) const MOST_EXPONENT: f64 = 1e6;
 
-/// Stretches that an impact reaches: a law that loses stability between them is refused.
+/// Stretches reached in an impact: a law that loses stability between them is refused.
 pub(super) const REACHED_STRETCH: [f64; 2] = [0.5, 2.0];
 
-/// Stretches at which a loss of stability is told.
+/// Stretches between which a loss of stability gives a warning.
 const FAR_STRETCH: [f64; 2] = [0.25, 4.0];
 
 /// K/G below which Poisson's ratio (3K − 2G)/(6K + 2G) is negative.
 const ZERO_POISSON: f64 = 2.0 / 3.0;
 
-/// K/G above which the explicit step is set by the bulk modulus alone.
+/// K/G above which the bulk modulus alone determines the explicit step.
 const STIFF_RATIO: f64 = 1e4;
 
-/// Ranges hold the state at rest, and limits hold what the law was fitted to.
+/// Ranges must contain the state at rest, and limits the range to which the law was fitted.
 pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Findings) {
     for (name, range) in valid_to.given() {
         let Some([from, to]) = range else { continue };
         out.require(from > 0.0 && from <= 1.0 && to >= 1.0, || {
-            Problem::error("out_of_range", &here.key(name), "the range does not hold the state at rest")
+            Problem::error("out_of_range", &here.key(name), "the range does not contain the state at rest")
                 .value(format!("{from} to {to}"))
                 .limit("0 < from <= 1 <= to")
                 .remedy("30 % tension is a stretch of 1.3, 30 % compression one of 0.7")
@@ -44,15 +44,19 @@ pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Fi
     ] {
         let (Some(limit), Some(inner)) = (limit, inner) else { continue };
         out.require(limit[0] <= inner[0] && limit[1] >= inner[1], || {
-            Problem::error("contradiction", &here.key(name), "the limit is within what the law was fitted to")
-                .value(format!("{} to {}", limit[0], limit[1]))
-                .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
-                .remedy("widen the limit, or leave it out")
+            Problem::error(
+                "contradiction",
+                &here.key(name),
+                "the limit is inside the range to which the law was fitted",
+            )
+            .value(format!("{} to {}", limit[0], limit[1]))
+            .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
+            .remedy("widen the limit, or omit it")
         });
     }
 }
 
-/// A modulus must be positive, and of a usual size.
+/// A modulus must be positive, and should be of a usual size.
 pub(super) fn modulus(place: &Pointer, what: &str, value: f64, out: &mut Findings) {
     out.positive(
         place,
@@ -66,7 +70,7 @@ pub(super) fn modulus(place: &Pointer, what: &str, value: f64, out: &mut Finding
     }
 }
 
-/// At most as many families as a law may have, each with a direction; none only without fibre stiffness [Pa].
+/// At most as many fibre families as a law may have, each with a direction; none only if the fibre stiffness [Pa] is zero.
 pub(super) fn families(
     fibres: &Families,
     stiffness: f64,
@@ -89,7 +93,7 @@ pub(super) fn families(
             .remedy(idle_remedy)
     };
     out.require(count > 0 || stiffness <= 0.0, || {
-        Problem::error("no_fibres", &place, "fibres have a stiffness, but no family")
+        Problem::error("no_fibres", &place, "the fibres have a stiffness, but there is no family")
             .value(count)
             .limit("at least one family")
             .remedy("give angles_deg or directions")
@@ -102,8 +106,8 @@ pub(super) fn families(
     }
 }
 
-/// An isotropic law must be stable over the stretches that an impact reaches; beyond, it is told. What is not even a law, or not
-/// stable at rest, other checks have told.
+/// An isotropic law must be stable over the stretches reached in an impact; a loss of stability beyond gives a warning.
+/// Laws that are invalid, or unstable at rest, are reported by other checks.
 pub(super) fn stability(law: Option<Material>, place: &Pointer, out: &mut Findings) {
     let Some(law) = law.filter(|law| law.moduli_at_rest().0 > 0.0) else { return };
     let Some(found) = first_instability(&law, FAR_STRETCH) else { return };
@@ -120,16 +124,16 @@ pub(super) fn stability(law: Option<Material>, place: &Pointer, out: &mut Findin
         problem
             .value(stretch)
             .limit("dτ : dε > 0 (Drucker) in uniaxial, equibiaxial and planar tests at stretches of 0.5 to 2")
-            .remedy("fit the constants under the condition of stability, or take fewer of them"),
+            .remedy("fit the constants under the constraint of stability, or use fewer of them"),
     );
 }
 
-/// The bulk modulus of a split law, and what its U(J) does far from rest.
+/// Checks the bulk modulus of a split law, and its U(J) far from rest.
 pub(super) fn bulk(K: f64, G: f64, volumetric: VolumetricDocument, here: &Pointer, out: &mut Findings) {
     let place = here.key("bulk_modulus_pa");
     modulus(&place, "the bulk modulus", K, out);
     ratio(K, G, &place, out);
-    // A soft volume lets J go far from 1, where two of the three forms misbehave.
+    // With a soft volume, J moves far from 1, where two of the three forms misbehave.
     if !(K > 0.0 && G > 0.0 && K < 10.0 * G) {
         return;
     }
@@ -150,12 +154,12 @@ pub(super) fn bulk(K: f64, G: f64, volumetric: VolumetricDocument, here: &Pointe
     );
 }
 
-/// K/G of a law that is neither auxetic nor so stiff in volume that the step suffers.
+/// Warns of a law that is auxetic, or so stiff in volume that the time step becomes very small.
 pub(super) fn ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
     if !(K > 0.0 && G > 0.0) {
         return;
     }
-    // The ratio at zero Poisson's ratio must not be refused for its rounding.
+    // Rounding must not refuse a Poisson's ratio of exactly zero.
     out.require(K / G > ZERO_POISSON * (1.0 - 1e-9), || {
         let poisson = (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G);
         Problem::warning("negative_poisson", place, format!("Poisson's ratio is negative ({poisson:.3})"))
@@ -167,7 +171,7 @@ pub(super) fn ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
         Problem::warning(
             "stiff_volume",
             place,
-            "the bulk modulus alone sets the explicit step, which is very small",
+            "the bulk modulus alone determines the explicit time step, which is very small",
         )
         .value(K / G)
         .limit(format!("K/G <= {STIFF_RATIO:e}"))

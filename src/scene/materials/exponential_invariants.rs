@@ -1,4 +1,4 @@
-//! Demiray and Veronda–Westmann in a scene document.
+//! The Demiray and Veronda–Westmann laws in a scene document.
 
 use super::checks::{self, MOST_EXPONENT};
 use super::{LawDocument, VolumetricDocument};
@@ -19,10 +19,10 @@ pub struct DemirayDocument {
     pub b: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -52,16 +52,16 @@ impl LawDocument for DemirayDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VerondaWestmannDocument {
-    /// C1 [Pa]; the shear modulus at rest is C1 C2.
+    /// Coefficient C1 [Pa]; the shear modulus at rest is C1 C2.
     pub c1_pa: f64,
     /// Exponent C2 [-].
     pub c2: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub enum Families {
-    /// Angles from e1 towards e2, one a family [degree]; two families at ±β are `[β, −β]`.
+    /// Angles from e1 towards e2, one per family [degree]; two families at ±β are `[β, −β]`.
     AnglesDeg(Vec<f64>),
-    /// Directions, of any length.
+    /// Directions of any length, one per family.
     Directions(Vec<[f64; 3]>),
 }
 
 impl Families {
-    /// How many there are.
+    /// Number of fibre families.
     pub fn count(&self) -> usize {
         match self {
             Self::AnglesDeg(angles) => angles.len(),
@@ -22,7 +22,7 @@ impl Families {
         }
     }
 
-    /// Their directions in the material axes, of any length.
+    /// Directions in the material axes, of any length.
     pub fn directions(&self) -> Vec<[f64; 3]> {
         match self {
             Self::AnglesDeg(angles) => {

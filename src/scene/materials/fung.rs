@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FungOrthotropicDocument {
-    /// c [Pa]: strains at which the energy of the moduli is c/2 are those at which the tissue stiffens.
+    /// Stress scale c [Pa]: the tissue stiffens at strains where the energy of the moduli is c/2.
     pub c_pa: f64,
     /// Young's moduli E1, E2, E3 [Pa].
     pub young_pa: [f64; 3],
@@ -23,10 +23,10 @@ pub struct FungOrthotropicDocument {
     pub poisson: [f64; 3],
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -58,15 +58,15 @@ impl LawDocument for FungOrthotropicDocument {
                 "Poisson's ratio",
                 ratio,
                 MOST_MODULUS,
-                "take 0 to 0.5",
+                "use 0 to 0.5",
             );
         }
         out.require(self.moduli().normal_stiffness().is_some(), || {
             let message = "some strain has a negative energy: the law is unstable";
             Problem::error("unstable_law", &here.key("poisson"), message)
                 .value(self.poisson.to_vec())
-                .limit("a compliance that is positive definite, so ν12² < E1/E2, ν23² < E2/E3, ν31² < E3/E1 and 1 − ν12² E2/E1 − … > 0")
-                .remedy("lower Poisson's ratios: the bulk modulus makes the tissue nearly incompressible")
+                .limit("a positive definite compliance, so ν12² < E1/E2, ν23² < E2/E3, ν31² < E3/E1 and 1 − ν12² E2/E1 − … > 0")
+                .remedy("reduce Poisson's ratios: the bulk modulus makes the tissue nearly incompressible")
         });
         let G = self.shear_pa.into_iter().fold(0.0, f64::max);
         checks::bulk(self.bulk_modulus_pa, G, self.volumetric, here, out);
@@ -83,7 +83,7 @@ impl LawDocument for FungOrthotropicDocument {
         }
     }
 
-    /// Its three axes.
+    /// The three material axes.
     fn family_count(&self) -> usize {
         3
     }

@@ -1,4 +1,4 @@
-//! Holzapfel–Gasser–Ogden in a scene document.
+//! The Holzapfel–Gasser–Ogden law in a scene document.
 
 use super::checks::{self, MOST_EXPONENT, MOST_MODULUS, USUAL_MODULUS};
 use super::{Families, LawDocument, VolumetricDocument};
@@ -22,43 +22,43 @@ pub struct HolzapfelGasserOgdenDocument {
     /// Dispersion κ, 0 (aligned) to 1/3 (isotropic) [-].
     #[serde(default)]
     pub kappa: f64,
-    /// Fibre families in the material axes.
+    /// Fibre families, in the material axes.
     pub fibres: Families,
-    /// Invariants in the fibre term.
+    /// Invariants used in the fibre term.
     #[serde(default)]
     pub i4: I4Invariants,
-    /// The matrix term.
+    /// Isochoric or coupled matrix term.
     #[serde(default)]
     pub matrix: MatrixDocument,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
 
-/// Invariants in the fibre term.
+/// Invariants used in the fibre term.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum I4Invariants {
-    /// I1 and I4 of C: no swelling under fibre tension.
+    /// I1 and I4 of C: fibre tension causes no swelling.
     #[default]
     Full,
-    /// I1 and I4 of J^(−2/3) C, for comparison with codes that use them.
+    /// I1 and I4 of J^(−2/3) C, for comparison with codes that use these.
     Isochoric,
 }
 
-/// The matrix term of the Holzapfel–Gasser–Ogden law.
+/// Matrix term of the Holzapfel–Gasser–Ogden law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MatrixDocument {
-    /// c/2 (Ī1 − 3)
+    /// Split: c/2 (Ī1 − 3)
     #[default]
     Isochoric,
-    /// c/2 (I1 − 3) − c ln J
+    /// Coupled: c/2 (I1 − 3) − c ln J
     Coupled,
 }
 
@@ -107,7 +107,7 @@ impl LawDocument for HolzapfelGasserOgdenDocument {
 }
 
 impl I4Invariants {
-    /// The form that is meant.
+    /// The corresponding form of the law.
     pub fn form(self) -> I4Form {
         match self {
             Self::Full => I4Form::Full,
@@ -120,12 +120,7 @@ fn check_fibre_stiffness(k1: f64, k2: f64, kappa: f64, here: &Pointer, out: &mut
     let k1_place = here.key("k1_pa");
     out.at_most(&k1_place, "the fibre stiffness k1", k1, MOST_MODULUS, "give it in Pa");
     out.at_most(&here.key("k2"), "the fibre exponent k2", k2, MOST_EXPONENT, "arteries have 1 to 1000");
-    out.not_negative(
-        &k1_place,
-        "the fibre stiffness k1",
-        k1,
-        "0 leaves the fibres out; a negative one is unstable",
-    );
+    out.not_negative(&k1_place, "the fibre stiffness k1", k1, "0 for no fibres; a negative value is unstable");
     if k1 > 0.0 {
         out.usual(&k1_place, "the fibre stiffness k1", k1, USUAL_MODULUS, "give it in Pa");
         out.positive(
@@ -135,12 +130,7 @@ fn check_fibre_stiffness(k1: f64, k2: f64, kappa: f64, here: &Pointer, out: &mut
             "a small k2 such as 0.01 is nearly linear",
         );
     } else {
-        out.not_negative(
-            &here.key("k2"),
-            "the fibre exponent k2",
-            k2,
-            "without fibre stiffness leave it at 0",
-        );
+        out.not_negative(&here.key("k2"), "the fibre exponent k2", k2, "0 without fibre stiffness");
     }
     let remedy = "0 is aligned, 1/3 is isotropic";
     out.require((0.0..=1.0 / 3.0 + 1e-12).contains(&kappa), || {

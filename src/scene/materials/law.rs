@@ -1,25 +1,25 @@
-//! What a scene asks of the document of any law.
+//! The interface that every law's document implements.
 
 use crate::mechanics::material::Material;
 use crate::scene::problem::Pointer;
 use crate::scene::validate::Findings;
 use crate::scene::validity_document::ValidityDocument;
 
-/// A law in a scene document.
+/// A constitutive law in a scene document.
 pub trait LawDocument {
-    /// The law that is meant; `None` where it cannot be made, which the checks have told.
+    /// The law; `None` where its parameters are inadmissible, which the checks report.
     fn to_material(&self) -> Option<Material>;
-    /// Checks the parameters, the range of the law apart.
+    /// Checks the parameters, except the range of validity.
     fn check(&self, here: &Pointer, out: &mut Findings);
-    /// What the scene says of how far the law may be believed.
+    /// Range of validity given in the document.
     fn valid_to(&self) -> Option<ValidityDocument>;
-    /// Multiplies every stiffness but that against a change of volume.
+    /// Multiplies every stiffness except the volumetric one.
     fn scale_stiffness(&mut self, factor: f64);
-    /// Whether all that depends on J alone is in U(J), so that an element may average it.
+    /// Whether all dependence on J alone is in U(J), so that an element may average it.
     fn is_split(&self) -> bool {
         true
     }
-    /// Number of fibre families, of those that cannot be made too.
+    /// Number of fibre families, including invalid ones.
     fn family_count(&self) -> usize {
         0
     }

@@ -1,4 +1,4 @@
-//! Materials in a scene document: one file a law.
+//! Materials in a scene document: one file per law.
 
 mod balzani;
 mod blatz_ko;
@@ -30,7 +30,7 @@ use crate::mechanics::material::Material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Makes of the list of laws the enum [`MaterialDocument`] and what is asked of any of them.
+/// Generates, from the list of laws, the enum [`MaterialDocument`] and the methods that dispatch on it.
 macro_rules! laws {
     ($($name:literal: $file:ident::$Document:ident as $Law:ident),* $(,)?) => {
         $(pub use $file::$Document;)*
@@ -86,33 +86,33 @@ laws! {
 }
 
 impl MaterialDocument {
-    /// Checks the parameters: those that the law needs to be stable, and those that are unusual.
+    /// Checks the parameters: stability of the law, and unusual values.
     pub fn check(&self, here: &Pointer, out: &mut Findings) {
         checks::validity(&self.valid_to(), &here.key("valid_to"), out);
         self.law().check(here, out);
     }
 
-    /// Multiplies every stiffness but that against a change of volume (the bulk modulus, or λ).
+    /// Multiplies every stiffness except the volumetric one (the bulk modulus, or λ).
     pub fn scale_stiffness(&mut self, factor: f64) {
         self.law_mut().scale_stiffness(factor);
     }
 
-    /// The law that is meant; `None` when its fibre directions are too many, or one has no direction.
+    /// The law; `None` when it has too many fibre directions, or one without a direction.
     pub fn to_material(&self) -> Option<Material> {
         self.law().to_material()
     }
 
-    /// What the scene says of how far the law may be believed.
+    /// Range of validity given in the document.
     pub fn valid_to(&self) -> ValidityDocument {
         self.law().valid_to().unwrap_or_default()
     }
 
-    /// Whether all that depends on J alone is in U(J), so that an element may average it.
+    /// Whether all dependence on J alone is in U(J), so that an element may average it.
     pub fn is_split(&self) -> bool {
         self.law().is_split()
     }
 
-    /// Number of fibre families.
+    /// Number of fibre families of the law.
     pub fn family_count(&self) -> usize {
         self.law().family_count()
     }

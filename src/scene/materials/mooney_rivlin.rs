@@ -1,4 +1,4 @@
-//! Mooney–Rivlin in a scene document.
+//! The Mooney–Rivlin law in a scene document.
 
 use super::checks::{self, MOST_MODULUS, REACHED_STRETCH, USUAL_MODULUS};
 use super::{LawDocument, VolumetricDocument};
@@ -13,16 +13,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MooneyRivlinDocument {
-    /// C10 [Pa].
+    /// Coefficient C10 of Ī1 [Pa].
     pub c10_pa: f64,
-    /// C01 [Pa].
+    /// Coefficient C01 of Ī2 [Pa].
     pub c01_pa: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -48,7 +48,7 @@ impl LawDocument for MooneyRivlinDocument {
     }
 }
 
-/// In uniaxial stress the incompressible solid has P = 2 (1 − λ⁻³)(C10 λ + C01), which changes sign at λ = −C01/C10: a
+/// Uniaxial stress of the incompressible solid is P = 2 (1 − λ⁻³)(C10 λ + C01), which changes sign at λ = −C01/C10: a
 /// negative constant makes it unstable beyond that stretch, in tension (C10 < 0) or in compression (C01 < 0).
 fn check_constants(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
     let sum = c10 + c01;
@@ -93,7 +93,7 @@ fn check_constants(c10: f64, c01: f64, here: &Pointer, out: &mut Findings) {
             problem
                 .value(value)
                 .limit(format!(">= 0 (with the other {other})"))
-                .remedy("fit both constants under the condition that neither is negative"),
+                .remedy("fit both constants under the constraint that neither is negative"),
         );
     }
 }

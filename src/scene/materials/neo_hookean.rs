@@ -13,14 +13,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NeoHookeanDocument {
-    /// C10 [Pa], half the shear modulus.
+    /// Coefficient C10 [Pa], half the shear modulus.
     pub c10_pa: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -52,7 +52,7 @@ pub struct CoupledNeoHookeanDocument {
     pub mu_pa: f64,
     /// First Lamé parameter λ [Pa].
     pub lambda_pa: f64,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }

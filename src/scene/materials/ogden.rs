@@ -1,4 +1,4 @@
-//! Ogden in a scene document.
+//! The Ogden law in a scene document.
 
 use super::checks::{self, MOST_MODULUS};
 use super::{LawDocument, VolumetricDocument};
@@ -9,21 +9,21 @@ use crate::scene::validity_document::ValidityDocument;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Larger than any power of a stretch that was fitted [-].
+/// Upper bound of the fitted powers of the stretch [-].
 const MOST_POWER: f64 = 50.0;
 
 /// ψ = Σ μ/α (λ̄1^α + λ̄2^α + λ̄3^α − 3) + U(J), λ̄ = J^(−1/3) λ
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OgdenDocument {
-    /// The terms; the shear modulus at rest is ½ Σ μ α.
+    /// Terms of the law; the shear modulus at rest is ½ Σ μ α.
     pub terms: OgdenTerms,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -34,27 +34,27 @@ pub struct OgdenDocument {
 pub enum OgdenTerms {
     /// μ/α (λ̄1^α + λ̄2^α + λ̄3^α − 3).
     MuAlpha(Vec<MuAlpha>),
-    /// c/m² (λ̄1^m + λ̄2^m + λ̄3^m − 3), as FEBio has it: μ = c/m, α = m.
+    /// c/m² (λ̄1^m + λ̄2^m + λ̄3^m − 3), the notation of FEBio: μ = c/m, α = m.
     Febio(Vec<FebioTerm>),
 }
 
-/// One term, as Ogden has it.
+/// One term in Ogden's notation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MuAlpha {
-    /// μ [Pa], of the sign of α.
+    /// Coefficient μ [Pa], of the same sign as α.
     pub mu_pa: f64,
-    /// α [-].
+    /// Power α of the stretches [-].
     pub alpha: f64,
 }
 
-/// One term, as FEBio has it.
+/// One term in the notation of FEBio.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FebioTerm {
-    /// c [Pa].
+    /// Coefficient c [Pa].
     pub c_pa: f64,
-    /// m [-].
+    /// Power m of the stretches [-].
     pub m: f64,
 }
 
@@ -66,7 +66,7 @@ impl OgdenTerms {
         }
     }
 
-    /// The names of the list, the modulus and the power.
+    /// Field names of the list, the modulus and the power.
     fn names(&self) -> [&'static str; 3] {
         match self {
             Self::MuAlpha(_) => ["mu_alpha", "mu_pa", "alpha"],
@@ -103,7 +103,7 @@ impl LawDocument for OgdenDocument {
                 Problem::error("out_of_range", &here.key(power), "the power of a stretch is out of its range")
                     .value(term.alpha)
                     .limit(format!("not 0, and from -{MOST_POWER} to {MOST_POWER}"))
-                    .remedy("tissue has powers up to about 30; a power near 0 is the logarithm, which 0.01 comes close to")
+                    .remedy("tissue has powers up to about 30; a power near 0 is the logarithm, which 0.01 approximates")
             });
         }
         let G = terms.iter().map(|term| 0.5 * term.mu * term.alpha).sum();

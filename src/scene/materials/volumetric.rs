@@ -1,24 +1,24 @@
-//! The volumetric energy in a scene document.
+//! Form of the volumetric energy in a scene document.
 
 use crate::mechanics::material::Volumetric;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Form of U(J).
+/// Form of the volumetric energy U(J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VolumetricDocument {
-    /// K/2 (ln J)²
+    /// Logarithmic: K/2 (ln J)²
     #[default]
     LnSquared,
-    /// K/2 (J − 1)²
+    /// Quadratic: K/2 (J − 1)²
     Quadratic,
-    /// K/4 (J² − 1 − 2 ln J)
+    /// Quadratic with logarithm: K/4 (J² − 1 − 2 ln J)
     QuadraticLn,
 }
 
 impl VolumetricDocument {
-    /// The energy with its bulk modulus K [Pa].
+    /// The volumetric energy with bulk modulus K [Pa].
     pub fn with(self, K: f64) -> Volumetric {
         match self {
             Self::LnSquared => Volumetric::LnSquared(K),

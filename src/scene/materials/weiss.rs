@@ -15,30 +15,30 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeissDocument {
-    /// C10 [Pa] of the matrix.
+    /// Matrix coefficient C10 [Pa].
     pub c10_pa: f64,
-    /// C01 [Pa] of the matrix.
+    /// Matrix coefficient C01 [Pa].
     #[serde(default)]
     pub c01_pa: f64,
-    /// Stiffness C3 of the toe [Pa].
+    /// Stiffness C3 of the toe region [Pa].
     pub c3_pa: f64,
-    /// Exponent C4 of the toe [-].
+    /// Exponent C4 of the toe region [-].
     pub c4: f64,
     /// Modulus C5 of straight fibres [Pa].
     pub c5_pa: f64,
-    /// Stretch λ_m at which fibres are straight [-].
+    /// Stretch λ_m at which the fibres are straight [-].
     pub straight_stretch: f64,
-    /// Fibre families in the material axes.
+    /// Fibre families, in the material axes.
     pub fibres: Families,
-    /// The stretch λ of fibres: that of F, or of J^(−1/3) F.
+    /// The fibre stretch λ: that of F, or of J^(−1/3) F.
     #[serde(default)]
     pub i4: I4Invariants,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -58,7 +58,7 @@ impl LawDocument for WeissDocument {
 
     fn check(&self, here: &Pointer, out: &mut Findings) {
         checks::modulus(&here.key("c10_pa"), "C10", self.c10_pa, out);
-        let remedy = "give it in Pa; 0 leaves it out, a negative one is unstable";
+        let remedy = "give it in Pa; 0 omits the term, a negative value is unstable";
         for (name, value) in [("c01_pa", self.c01_pa), ("c3_pa", self.c3_pa), ("c5_pa", self.c5_pa)] {
             out.not_negative(&here.key(name), "the modulus", value, remedy);
             out.at_most(&here.key(name), "the modulus", value, MOST_MODULUS, "give it in Pa");
@@ -85,7 +85,7 @@ impl LawDocument for WeissDocument {
 }
 
 impl WeissDocument {
-    /// The toe must be one, and its energy within the range of its series.
+    /// The toe region must exist, and its energy must be within the range of its series.
     fn check_toe(&self, here: &Pointer, out: &mut Findings) {
         let (c4, toe) = (&here.key("c4"), self.straight_stretch - 1.0);
         out.positive(c4, "the exponent C4", self.c4, "a small C4 such as 0.01 is nearly linear");
@@ -98,7 +98,7 @@ impl WeissDocument {
                 .remedy("ligaments and tendons have 1.01 to 1.1; fibres without a toe have 1.0001")
         });
         out.require(self.c4 * toe <= MOST_TOE_EXPONENT, || {
-            let message = "the toe stiffens beyond what any fibre does before it is straight";
+            let message = "the toe region stiffens more than that of any fibre";
             Problem::error("out_of_range", c4, message)
                 .value(self.c4)
                 .limit(format!(

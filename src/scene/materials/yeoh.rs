@@ -1,4 +1,4 @@
-//! Yeoh in a scene document.
+//! The Yeoh law in a scene document.
 
 use super::checks::{self, MOST_MODULUS};
 use super::{LawDocument, VolumetricDocument};
@@ -13,20 +13,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct YeohDocument {
-    /// C10 [Pa], half the shear modulus.
+    /// Coefficient C10 [Pa], half the shear modulus.
     pub c10_pa: f64,
-    /// C20 [Pa]; negative where rubber softens before it stiffens.
+    /// Coefficient C20 [Pa]; negative where rubber softens before it stiffens.
     #[serde(default)]
     pub c20_pa: f64,
-    /// C30 [Pa].
+    /// Coefficient C30 of (Ī1 − 3)³ [Pa].
     #[serde(default)]
     pub c30_pa: f64,
     /// Bulk modulus K [Pa].
     pub bulk_modulus_pa: f64,
-    /// Form of U(J).
+    /// Form of the volumetric energy U(J).
     #[serde(default)]
     pub volumetric: VolumetricDocument,
-    /// How far the law may be believed; by default its own range.
+    /// Range of validity; by default that of the law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }

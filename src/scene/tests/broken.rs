@@ -1,11 +1,11 @@
-//! One break of the sound scene a line.
+//! Broken variants of the valid scene, one per line.
 
 use serde_json::{Value, json};
 
-/// Where it is made, what is put there, the pointer and the code that must come out.
+/// Pointer to the change, the new value, and the pointer and code of the expected problem.
 pub type Break = (&'static str, Value, &'static str, &'static str);
 
-/// All breaks.
+/// All broken variants.
 pub fn broken() -> Vec<Break> {
     [structure(), names(), materials(), motion(), times(), loads(), contact(), meshes(), solver()].concat()
 }
@@ -113,7 +113,7 @@ fn materials() -> Vec<Break> {
     ]
 }
 
-/// A sound fibred tissue but for one number.
+/// A valid fibred tissue except for one number.
 fn weiss(name: &str, value: f64) -> Value {
     let mut law = json!({"law": "weiss_transversely_isotropic", "c10_pa": 1e4, "c3_pa": 1e3, "c4": 20.0, "c5_pa": 1e5,
         "straight_stretch": 1.1, "fibres": {"angles_deg": [0.0]}, "bulk_modulus_pa": 2e7});
@@ -134,7 +134,7 @@ fn motion() -> Vec<Break> {
 }
 
 #[rustfmt::skip]
-/// Implicit steps with something beside.
+/// Implicit steps with additional settings.
 fn implicit(name: &str, value: f64) -> Value {
     let mut integrator = json!({"kind": "implicit", "step_s": 1e-6});
     integrator[name] = json!(value);
@@ -169,12 +169,12 @@ fn times() -> Vec<Break> {
     ]
 }
 
-/// A load on the limb's skin with something beside.
+/// A load on the limb's skin with additional settings.
 fn load(set: &str, ramp: &Value) -> Value {
     json!([{"kind": "pressure", "set": set, "pressure_pa": 1e3, "ramp": ramp}])
 }
 
-/// The limb's skin moved, with something beside.
+/// A prescribed displacement of the limb's skin with additional settings.
 fn prescribed(name: &str, value: Value) -> Value {
     let mut prescribed = json!({"set": "skin_outer", "displacement_m": [0, 0, 1e-3], "ramp": {"kind": "linear", "to_s": 1e-4}});
     prescribed[name] = value;

@@ -1,8 +1,9 @@
-//! Meshes of cells that cannot be computed.
+//! Meshes with cells that have no finite element.
 
 use super::*;
 
-/// Gmsh 2.2: a unit cube of part "cube", with tetrahedra of part "tip" and a wedge of part "ramp" beside it, or without the cube.
+/// Gmsh 2.2: a unit cube of part "cube", with tetrahedra of part "tip" and a wedge of part "ramp" next to it, or without
+/// the cube.
 fn mesh(with_cube: bool) -> Vec<u8> {
     let cube = if with_cube { "9 5 2 1 1 1 2 3 4 5 6 7 8\n" } else { "" };
     format!(
@@ -15,7 +16,7 @@ fn mesh(with_cube: bool) -> Vec<u8> {
     .into_bytes()
 }
 
-/// What is said of the meshes of bodies with such files.
+/// Problems of a scene whose bodies have such files.
 fn refusals(document: &Value) -> Vec<Problem> {
     let files = Files(vec![("mixed.msh", mesh(true)), ("tips.msh", mesh(false))]);
     let Problems(found) = load(document.to_string().as_bytes(), &files, &Budget::COMMAND_LINE).unwrap_err();
@@ -32,7 +33,7 @@ fn kinds_without_an_element_are_counted_in_every_body_at_once() {
     for problem in &found {
         assert_eq!(
             problem.message,
-            "only eight-node hexahedra are computed, but the mesh has tetrahedron of 4 nodes (2), prism of 6 nodes (1)"
+            "only eight-node hexahedra have a finite element here, but the mesh has tetrahedron of 4 nodes (2), prism of 6 nodes (1)"
         );
         assert_eq!(problem.limit, "eight-node hexahedra");
     }

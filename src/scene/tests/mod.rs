@@ -1,4 +1,4 @@
-//! Broken documents, and what is said of them.
+//! Broken documents, and the problems reported for them.
 
 mod broken;
 mod cells;
@@ -10,7 +10,7 @@ use broken::broken;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
-/// Files by name, in memory.
+/// Mesh files by name, in memory.
 struct Files(Vec<(&'static str, Vec<u8>)>);
 
 impl MeshSource for Files {
@@ -25,7 +25,7 @@ impl MeshSource for Files {
     }
 }
 
-/// Gmsh 2.2: the unit cube, one element, part "cube"; inside out when asked.
+/// Gmsh 2.2: the unit cube, one element, part "cube"; inverted on request.
 fn cube(inside_out: bool) -> Vec<u8> {
     let order = if inside_out { "5 6 7 8 1 2 3 4" } else { "1 2 3 4 5 6 7 8" };
     format!(
@@ -40,7 +40,7 @@ fn files() -> Files {
     Files(vec![("cube.msh", cube(false)), ("bad.msh", cube(true)), ("noise.msh", b"$MeshFormat\nx".to_vec())])
 }
 
-/// A ball above a limb: every room of the document is used.
+/// A ball above a limb: every section of the document is used.
 fn sound() -> Value {
     json!({
         "name": "ball on limb", "end_time_s": 1e-4,
@@ -85,7 +85,7 @@ fn load_value(document: &Value) -> Result<Loaded, Problems> {
     load(document.to_string().as_bytes(), &files(), &Budget::COMMAND_LINE)
 }
 
-/// The problems of a scene, warnings included, whether it loads or not.
+/// The problems of a scene, warnings included, whether or not it loads.
 fn problems(document: &Value) -> Vec<Problem> {
     match load_value(document) {
         Ok(loaded) => loaded.warnings,
@@ -93,7 +93,7 @@ fn problems(document: &Value) -> Vec<Problem> {
     }
 }
 
-/// The sound scene with the value at `pointer` replaced, or added to its object.
+/// The valid scene with the value at `pointer` replaced, or added to its object.
 fn with(pointer: &str, value: Value) -> Value {
     let mut document = sound();
     set(&mut document, pointer, value);

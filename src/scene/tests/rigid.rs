@@ -1,9 +1,9 @@
-//! Scenes of rigid bodies: what is sound, and one break a line.
+//! Scenes of rigid bodies: valid ones, and broken variants, one per line.
 
 use super::{load_value, problems, set};
 use serde_json::{Value, json};
 
-/// A ball over a box, which stands on a plane.
+/// A ball above a box, which stands on a plane.
 fn sound() -> Value {
     json!({
         "name": "rigid",
@@ -112,7 +112,7 @@ fn a_rigid_body_inside_a_mesh_is_refused_with_its_depth() {
     set(&mut document, "/bodies/0/rigid/center_m", json!([0.02, 0.02, 0.02]));
     let found = problems(&document);
     assert!(found.iter().any(|p| p.code == "initial_overlap"), "{found:#?}");
-    // Above it, however small it is, there is nothing to say.
+    // Above it, at any distance, there is no overlap.
     set(&mut document, "/bodies/0/rigid/center_m", json!([0.02, 0.02, 0.1]));
     let found = problems(&document);
     assert!(found.iter().all(|p| p.code != "initial_overlap"), "{found:#?}");

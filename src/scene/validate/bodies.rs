@@ -1,4 +1,4 @@
-//! A body's parts, as far as the document alone tells: density, material, element, fibre frame, placement.
+//! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
 use super::{Findings, prony};
 use crate::scene::document::{
@@ -7,13 +7,13 @@ use crate::scene::document::{
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeSet;
 
-/// Larger than any density [kg/m³]: osmium has 22 600.
+/// Upper bound of any density [kg/m³]: osmium has 22 600.
 pub const MOST_DENSITY: f64 = 1e6;
 
-/// Larger than any viscosity of tissue or rubber [Pa s].
+/// Upper bound of the viscosity of tissue or rubber [Pa s].
 const MOST_VISCOSITY: f64 = 1e4;
 
-/// Limits of erosion that an element at rest keeps and one that is crushed or stretched may leave [-].
+/// Admissible limits of erosion, which an element at rest satisfies [-].
 const STRETCHES: [f64; 2] = [1.001, 1e3];
 const VOLUME_RATIOS: [f64; 2] = [1e-3, 0.999];
 
@@ -22,8 +22,8 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
     out.require(body.mesh.is_some(), || {
         Problem::error("missing_field", &here.key("mesh"), "\"mesh\" is missing")
-            .limit("\"mesh\" (and \"parts\") for a body that deforms, or \"rigid\"")
-            .remedy("add \"mesh\": where the mesh comes from; or \"rigid\" for a body that does not deform")
+            .limit("\"mesh\" (and \"parts\") for a deformable body, or \"rigid\"")
+            .remedy("add \"mesh\", the source of the mesh; or \"rigid\" for a rigid body")
     });
     if let Some(placement) = &body.placement {
         check_placement(placement, &here.key("placement"), out);
@@ -34,7 +34,7 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
         out.require(names.insert(part.part.as_str()), || {
             Problem::error("repeated_part", &here.key("part"), "the part has a material already")
                 .value(part.part.as_str())
-                .limit("one entry a part")
+                .limit("one entry per part")
                 .remedy("keep one of the entries")
         });
         check_part(part, &here, out);
@@ -47,19 +47,19 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     });
 }
 
-/// Limits that a part at rest keeps.
+/// Limits of erosion must be satisfied at rest.
 fn check_erosion(erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) {
     out.require(erosion.stretch.is_some() || erosion.volume_ratio.is_some(), || {
-        Problem::error("erosion_without_limit", here, "nothing says when an element is given up")
+        Problem::error("erosion_without_limit", here, "no limit says when an element is eroded")
             .limit("a stretch, a volume_ratio, or both")
-            .remedy("skin tears at a stretch of 1.5 to 2.5; leave the entry out where nothing tears")
+            .remedy("skin tears at a stretch of 1.5 to 2.5; omit the entry where nothing tears")
     });
     let remedy = "1 is no stretch at all; skin tears at 1.5 to 2.5";
     if let Some(stretch) = erosion.stretch {
         out.between(&here.key("stretch"), "the stretch", stretch, STRETCHES, remedy);
     }
     if let Some(ratio) = erosion.volume_ratio {
-        let remedy = "1 is the volume at rest; 0.2 gives up what is crushed to a fifth";
+        let remedy = "1 is the volume at rest; 0.2 erodes elements crushed to a fifth of it";
         out.between(&here.key("volume_ratio"), "the volume ratio", ratio, VOLUME_RATIOS, remedy);
     }
 }
@@ -73,7 +73,7 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         out.usual(&density, "the density", part.density_kg_per_m3, [100.0, 25_000.0], remedy);
     }
     let viscosity = here.key("shear_viscosity_pa_s");
-    let remedy = "soft tissue has 0.1 to 30 Pa s; 0 leaves viscosity out";
+    let remedy = "soft tissue has 0.1 to 30 Pa s; 0 for none";
     out.not_negative(&viscosity, "a viscosity", part.shear_viscosity_pa_s, remedy);
     out.at_most(&viscosity, "the viscosity", part.shear_viscosity_pa_s, MOST_VISCOSITY, remedy);
     if let Some(series) = &part.prony_series {
@@ -88,18 +88,18 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
         Problem::error(
             "coupled_law_with_mean_dilatation",
             &here.key("formulation"),
-            "mean dilatation averages U(J), but this law does not keep U(J) apart",
+            "mean dilatation averages U(J), but this law has no separate U(J)",
         )
         .value("mean_dilatation")
         .limit("full or reduced, for a coupled law")
-        .remedy("choose \"full\", or a law that is split")
+        .remedy("choose \"full\", or a split law")
     });
     if let Some(frame) = &part.fibre_frame {
         check_frame(frame, &here.key("fibre_frame"), out);
         out.require(part.material.family_count() > 0, || {
             Problem::warning("unused_fibre_frame", &here.key("fibre_frame"), "the law has no fibres")
                 .limit("a law with fibres")
-                .remedy("leave the frame out, or choose a law with fibres")
+                .remedy("omit the frame, or choose a law with fibres")
         });
     }
 }
@@ -111,10 +111,10 @@ fn check_frame(frame: &FibreFrameDocument, here: &Pointer, out: &mut Findings) {
             out.direction(&here.key("axis"), "the fibre axis", *axis);
             out.direction(&here.key("plane"), "the second direction", *plane);
             out.require(crate::scene::frames::constant_frame(*axis, *plane).is_some(), || {
-                Problem::error("parallel_directions", &here.key("plane"), "both directions lie on one line")
+                Problem::error("parallel_directions", &here.key("plane"), "the two directions are parallel")
                     .value(plane.to_vec())
                     .limit("not parallel to axis")
-                    .remedy("give a second direction of the plane of the fibres")
+                    .remedy("give another direction in the plane of the fibres")
             });
         }
         FibreFrameDocument::Cylindrical { axis, .. } => {

@@ -1,4 +1,4 @@
-//! What may touch what: pairs, friction, planes.
+//! Checks of contact: pairs, friction, planes.
 
 use super::Findings;
 use crate::scene::document::{ContactPairs, SceneDocument};
@@ -8,28 +8,28 @@ use std::collections::BTreeSet;
 /// Range of a friction coefficient [-]; rubber on rubber is about 1.
 const FRICTION: [f64; 2] = [0.0, 10.0];
 
-/// Checks contact and planes.
+/// Checks contact settings, contact pairs and planes.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     for (i, plane) in document.planes.iter().enumerate() {
         out.direction(&Pointer::root().key("planes").index(i).key("normal"), "the normal", plane.normal);
     }
     let here = Pointer::root().key("contact");
     let contact = &document.contact;
-    let remedy = "Coulomb's coefficient: 0 is smooth, rubber on skin about 0.3 to 0.6";
+    let remedy = "Coulomb's coefficient: 0 is frictionless, rubber on skin about 0.3 to 0.6";
     out.between(&here.key("friction"), "the friction", contact.friction, FRICTION, remedy);
     out.between(
         &here.key("tolerance"),
         "the tolerance",
         contact.tolerance,
         [1e-14, 1e-3],
-        "leave it out for the default 1e-10",
+        "omit it for the default 1e-10",
     );
     out.between(
         &here.key("mass_redistribution"),
-        "the share of mass that is moved",
+        "the redistributed fraction of the mass",
         contact.mass_redistribution,
         [0.0, 0.95],
-        "0.75 takes three quarters of the loss away for twice as many steps",
+        "0.75 removes three quarters of the loss, at twice as many steps",
     );
     let ContactPairs::List(pairs) = &contact.pairs else { return };
 
@@ -55,14 +55,14 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
             Problem::error("planes_only", &here.key("between"), "two fixed planes cannot touch")
                 .value(pair.between.to_vec())
                 .limit("at least one body")
-                .remedy("take the pair out")
+                .remedy("remove the pair")
         });
         let is_rigid = |name: &str| document.bodies.iter().any(|b| b.name == name && b.rigid.is_some());
         out.require(pair.between[0] != pair.between[1] || !is_rigid(&pair.between[0]), || {
             Problem::error("rigid_self_contact", &here.key("between"), "a rigid body cannot touch itself")
                 .value(pair.between.to_vec())
-                .limit("two different bodies, or a body that deforms")
-                .remedy("take the pair out")
+                .limit("two different bodies, or a deformable body")
+                .remedy("remove the pair")
         });
         let mut sides = [pair.between[0].as_str(), pair.between[1].as_str()];
         sides.sort_unstable();

@@ -1,4 +1,4 @@
-//! What a scene will cost, from its counts, its shortest edges and the wave speeds of its materials at rest.
+//! Estimated cost of a scene, from its counts, its shortest edges and the wave speeds of its materials at rest.
 
 use super::Findings;
 use crate::mechanics::material::Material;
@@ -11,31 +11,31 @@ use crate::scene::problem::{Pointer, Problem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Bytes of plan and state for an element and for a node: gradients at eight points, connectivity, forces, mass and
-/// motion. Rough and on the safe side.
+/// Bytes of plan and state for an element and for a node: gradients at eight points, connectivity, forces, mass and motion.
+/// A rough upper bound.
 pub const BYTES_PER_ELEMENT: u64 = 4_000;
 const BYTES_PER_NODE: u64 = 500;
 
-/// Bytes of one step's contact and energy in the recording, rough.
+/// Bytes recorded for contact and energy of one step, roughly.
 const BYTES_PER_STEP: u64 = 2_000;
 
-/// What a scene will cost, before it is compiled. The plan knows the stable step better.
+/// Estimated cost of a scene before it is compiled. The plan has a better estimate of the critical time step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Estimate {
-    /// Nodes of all bodies.
+    /// Number of nodes of all bodies.
     pub nodes: u64,
-    /// Elements of all bodies.
+    /// Number of elements of all bodies.
     pub elements: u64,
-    /// Shortest time in which a wave crosses an element [s]; the stable step is about that, and shorter where the run
+    /// Shortest time in which a wave crosses an element [s]: about the critical time step, which is shorter where the run
     /// compresses elements.
     pub shortest_crossing_s: f64,
-    /// Steps to the end at that step: at least so many, more where elements are compressed.
+    /// Number of steps to the end at that step: a lower bound, since compressed elements shorten the step.
     pub steps: u64,
-    /// Bytes of plan and state, about.
+    /// Approximate size of plan and state [bytes].
     pub memory_bytes: u64,
-    /// Frames of fields.
+    /// Number of field frames.
     pub frames: u64,
-    /// Bytes of the recording before compression, about.
+    /// Approximate size of the recording before compression [bytes].
     pub recording_bytes: u64,
 }
 
@@ -45,16 +45,16 @@ pub fn wave_speed(material: &Material, density: f64) -> f64 {
     ((K + 4.0 / 3.0 * G + material.fibre_modulus_at_rest()) / density).sqrt()
 }
 
-/// Entries of the factor of n unknowns, in n^(4/3) [-]: what nested dissection leaves of a block of hexahedra is about 25.
+/// Entries of the factor for n unknowns, in units of n^(4/3) [-]; nested dissection of a block of hexahedra gives about 25.
 const FACTOR_ENTRIES: f64 = 30.0;
 
-/// Memory of the linear systems of implicit steps [bytes], before they are analysed.
+/// Memory of the linear systems of implicit steps [bytes], estimated before they are analysed.
 pub fn system_bytes(nodes: u64) -> u64 {
     let entries = FACTOR_ENTRIES * (3.0 * nodes as f64).powf(4.0 / 3.0);
     (entries * size_of::<f64>() as f64) as u64
 }
 
-/// The shortest time in which a wave crosses an element of any body [s]; infinite without elements.
+/// Shortest time in which a wave crosses an element of any body [s]; infinite without elements.
 pub fn shortest_crossing(document: &SceneDocument, bodies: &[SceneBody]) -> f64 {
     crossings(document, bodies).iter().map(|c| c[0]).fold(f64::INFINITY, f64::min)
 }
@@ -63,7 +63,7 @@ fn crossings(document: &SceneDocument, bodies: &[SceneBody]) -> Vec<[f64; 2]> {
     document.bodies.iter().zip(bodies).map(|(written, body)| crossing_times(written, body)).collect()
 }
 
-/// Estimates the scene with the integrator that it is stepped with, and compares with the budget.
+/// Estimates the cost of a scene with its integrator, and compares it with the budget.
 pub fn check(
     document: &SceneDocument,
     integrator: &IntegratorDocument,
@@ -76,11 +76,13 @@ pub fn check(
     let step = integrator.step(shortest);
     let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
+    // // Counts.
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.cells.len() as u64).sum();
     let preloading = document.preload.as_ref().map_or(0, |preload| u64::from(preload.steps));
     let steps = count((document.end_time_s + settling) / step).saturating_add(preloading);
     let frames = frame_count(document);
+    // // Only implicit solutions have a matrix.
     let systems =
         if integrator.is_implicit() || document.preload.is_some() { system_bytes(nodes) } else { 0 };
     let estimate = Estimate {
@@ -99,11 +101,11 @@ pub fn check(
     estimate
 }
 
-/// The shortest time in which a wave crosses one element, and the time in which it crosses the body [s].
+/// Shortest crossing time of a wave through one element, and crossing time of the whole body [s].
 fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     let densities = written.parts.iter().map(|part| part.density_kg_per_m3);
     let speeds: Vec<f64> = body.materials.iter().zip(densities).map(|(m, rho)| wave_speed(m, rho)).collect();
-    // Elements are crossed as they are at the start, not as they were at rest.
+    // Elements as they are at the start, which may be deformed.
     let mut shortest = f64::INFINITY;
     for (element, &entry) in body.part_entry.iter().enumerate() {
         let cell = body.mesh.cells.get(element);
@@ -121,16 +123,16 @@ fn crossing_times(written: &BodyDocument, body: &SceneBody) -> [f64; 2] {
     [shortest, size / fastest]
 }
 
-/// Stable step [s] of an element of a length [m] that waves of a speed [m/s] cross, with a shear viscosity over the density [m²/s]: the
-/// time of crossing where there is none.
+/// Critical time step [s] of an element of length [m], wave speed [m/s] and diffusivity (shear viscosity over density)
+/// [m²/s]; the crossing time where there is no viscosity.
 fn stable_step(length: f64, speed: f64, diffusivity: f64) -> f64 {
     let damping = 4.0 * diffusivity / (length * length);
     2.0 / ((2.0 * speed / length).hypot(damping) + damping)
 }
 
-/// The length that decides an element's stable step [m]. Of a hexahedron 1/√(Σ 1/L²) over the shortest edge L along each natural
-/// direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; of other kinds their thickness, which is less than any of their
-/// heights.
+/// Characteristic length of an element for the critical time step [m]. For a hexahedron 1/√(Σ 1/L²) over the shortest edge
+/// L along each natural direction, since the fastest mode of a brick has ω² = 4 c² Σ 1/L²; for other kinds the thickness,
+/// which is less than any height.
 fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
     if kind != CellKind::Hex8 {
         return thickness(kind, x);
@@ -145,7 +147,8 @@ fn crossing_length(kind: CellKind, x: &[Vec3]) -> f64 {
     1.0 / shortest.iter().map(|L| L.powi(-2)).sum::<f64>().sqrt()
 }
 
-/// Volume over the largest face [m]: what is left of an element that a deformation crushes without shortening its edges.
+/// Volume over the area of the largest face [m]: accounts for a deformation that flattens an element without shortening its
+/// edges.
 fn thickness(kind: CellKind, x: &[Vec3]) -> f64 {
     let of_facet = |facet: &[usize; 4]| {
         let [a, b, c, d] = facet.map(|i| x[i]);
@@ -155,7 +158,7 @@ fn thickness(kind: CellKind, x: &[Vec3]) -> f64 {
     kind.volume_m3(x) / areas.fold(0.0, f64::max)
 }
 
-/// A number as a count, rounded up: what is too large becomes the largest, what is negative or no number becomes 0.
+/// A number as a count, rounded up and saturated; 0 for negative numbers and NaN.
 #[allow(clippy::cast_sign_loss)]
 fn count(number: f64) -> u64 {
     number.ceil() as u64
@@ -177,7 +180,7 @@ fn recording_bytes(document: &SceneDocument, nodes: u64, elements: u64, steps: u
         FieldName::Displacement | FieldName::Velocity => 24 * nodes,
         FieldName::ElementCauchyStress => 48 * elements,
     };
-    // Besides the fields each frame draws the skin and the points.
+    // Besides the fields, each frame has the boundary surface and the points.
     let frame: u64 = document.recorded_fields().iter().map(of_field).sum::<u64>() + 100 * nodes;
     let steps = steps / u64::from(document.record.every_steps.max(1));
     frame.saturating_mul(frames).saturating_add(steps.saturating_mul(BYTES_PER_STEP))
@@ -191,6 +194,7 @@ fn check_budget(
     out: &mut Findings,
 ) {
     let root = Pointer::root();
+    // // Wording of the problems.
     let (stepping, fewer_steps, less_memory) = if is_implicit {
         (
             "implicit steps",
@@ -242,22 +246,22 @@ fn check_budget(
     );
 }
 
-/// Steps beyond which a run is told to be long: hours, as a rule.
+/// Number of steps above which a run takes hours, as a rule.
 const MANY_STEPS: u64 = 1_000_000;
 
-/// A run of very many steps is probably not meant.
+/// A run of very many steps is probably unintended.
 fn check_steps(steps: u64, budget: &Budget, out: &mut Findings) {
-    // Beyond the budget there is an error already.
+    // Beyond the budget there already is an error.
     out.require(steps <= MANY_STEPS || steps > budget.steps, || {
         let place = Pointer::root().key("end_time_s");
         Problem::warning("many_steps", &place, format!("the run takes at least {:.1} million steps", 1e-6 * steps as f64))
             .value(steps)
             .limit(format!("usually at most {MANY_STEPS}"))
-            .remedy("give the end time in seconds: impacts last about 1e-4 to 1e-2 s; or let steps be longer (larger smallest elements)")
+            .remedy("give the end time in seconds: impacts last about 1e-4 to 1e-2 s; or allow longer steps (enlarge the smallest elements)")
     });
 }
 
-/// An end time out of all proportion to the time in which a wave crosses a body is probably in another unit.
+/// An end time far from the crossing time of a wave through a body is probably in another unit.
 fn check_end_time(end: f64, crossing: f64, out: &mut Findings) {
     let place = Pointer::root().key("end_time_s");
     let ratio = end / crossing;

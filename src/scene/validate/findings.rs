@@ -1,13 +1,13 @@
-//! The problems found so far, and the checks of a number that come back everywhere.
+//! The problems found so far, and checks of a single number.
 
 use crate::scene::problem::{Pointer, Problem};
 
-/// The problems found so far, in the order in which they were found.
+/// List of problems, in the order in which they were found.
 #[derive(Debug, Default)]
 pub struct Findings(pub Vec<Problem>);
 
 impl Findings {
-    /// Adds a problem.
+    /// Appends a problem.
     pub fn push(&mut self, problem: Problem) {
         self.0.push(problem);
     }
@@ -35,10 +35,10 @@ impl Findings {
                 .remedy(remedy)
         });
     }
-    /// `value` must not be more than anything has: beyond that numbers leave their range before the run says so.
+    /// `value` must not exceed a physical upper bound: beyond it, numbers overflow before the run can report it.
     pub fn at_most(&mut self, pointer: &Pointer, what: &str, value: f64, most: f64, remedy: &str) {
         self.require(!(value.abs() > most), || {
-            Problem::error("out_of_range", pointer, format!("{what} is more than anything has"))
+            Problem::error("out_of_range", pointer, format!("{what} is beyond any physical value"))
                 .value(value)
                 .limit(format!("at most {most:e}"))
                 .remedy(remedy)
@@ -60,7 +60,7 @@ impl Findings {
                 .remedy(remedy)
         });
     }
-    /// A direction must have a length.
+    /// The direction `value` must have a finite length > 0.
     pub fn direction(&mut self, pointer: &Pointer, what: &str, value: [f64; 3]) {
         let length = value.iter().map(|x| x * x).sum::<f64>().sqrt();
         self.require(length > 0.0 && length.is_finite(), || {
@@ -70,7 +70,7 @@ impl Findings {
                 .remedy("give a direction such as [0, 0, 1]")
         });
     }
-    /// A number of a usual size; outside it a unit was probably mistaken.
+    /// Warns when `value` is unusual; its unit is then probably wrong.
     pub fn usual(&mut self, pointer: &Pointer, what: &str, value: f64, [low, high]: [f64; 2], remedy: &str) {
         self.require(!value.is_finite() || (value.abs() >= low && value.abs() <= high), || {
             Problem::warning("unusual_unit", pointer, format!("{what} is unusual: is its unit right?"))

@@ -1,4 +1,4 @@
-//! Prescribed displacements, loads on faces, their ramps, preload, and what is asked without mass.
+//! Checks of prescribed displacements, face loads, ramps, preload and quasi-static runs.
 
 use super::Findings;
 use super::timing::{check_newton_tolerance, check_smallest_step};
@@ -11,10 +11,10 @@ use crate::scene::materials::MOST_MODULUS;
 use crate::scene::problem::{Pointer, Problem, suggest};
 use std::collections::BTreeMap;
 
-/// Load steps of a preload: more than anything needs.
+/// Largest number of load steps of a preload.
 const MOST_STEPS: u32 = 100_000;
 
-/// Checks all that the document alone can tell.
+/// Checks that need the document alone.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     let root = Pointer::root();
     if let Some(ramp) = &document.gravity_ramp {
@@ -23,7 +23,7 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
         out.require(document.gravity_m_per_s2.is_some(), || {
             Problem::error("nothing_to_ramp", &here, "there is no gravity to grow")
                 .limit("a scene with gravity")
-                .remedy("add gravity_m_per_s2, or leave the ramp out")
+                .remedy("add gravity_m_per_s2, or omit the ramp")
         });
     }
     for (i, body) in document.bodies.iter().enumerate() {
@@ -37,10 +37,10 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
                 Problem::error(
                     "face_loads_with_erosion",
                     &here.key("face_loads"),
-                    "a load would stay on faces whose elements are given up",
+                    "a load would stay on the faces of eroded elements",
                 )
                 .limit("no face loads on a body with parts that erode")
-                .remedy("leave out the loads or the erosion")
+                .remedy("omit the loads or the erosion")
             },
         );
         for (k, load) in body.face_loads.iter().enumerate() {
@@ -69,12 +69,12 @@ fn check_ramp(ramp: &RampDocument, here: &Pointer, out: &mut Findings) {
         RampDocument::Linear { from_s, to_s } => out.require(to_s > from_s && *from_s >= 0.0, || {
             Problem::error("times_not_ascending", &here.key("to_s"), "the ramp ends before it begins")
                 .value(*to_s)
-                .limit(format!("> from_s = {from_s}, which is not negative"))
-                .remedy("give the time at which the load is whole")
+                .limit(format!("> from_s = {from_s} >= 0"))
+                .remedy("give the time at which the load is fully applied")
         }),
         RampDocument::Table { times_s, factors } => {
             out.require(!times_s.is_empty() && times_s.len() == factors.len(), || {
-                let message = "times and factors do not come in pairs";
+                let message = "times and factors differ in number";
                 Problem::error("table_lengths", &here.key("factors"), message)
                     .value(factors.len())
                     .limit(format!(
@@ -109,14 +109,14 @@ fn check_prescribed(
         Problem::error("no_axes", &here.key("axes"), "nothing is prescribed")
             .value(Vec::<f64>::new())
             .limit("at least one of x, y, z")
-            .remedy("name the axes, or leave \"axes\" out for all three")
+            .remedy("name the axes, or omit \"axes\" for all three")
     });
     for axis in &prescribed.axes {
         let along = body.velocity_m_per_s[*axis as usize];
         out.require(along == 0.0, || {
             let place = body_place.key("velocity_m_per_s").index(*axis as usize);
             let message =
-                format!("nodes of the body are told how to move along {axis}, but it flies along it");
+                format!("the displacement along {axis} is prescribed, but the body has a velocity along it");
             Problem::error("prescribed_but_flying", &place, message)
                 .value(along)
                 .limit("0")
@@ -125,14 +125,15 @@ fn check_prescribed(
     }
     out.require(body.spin_rad_per_s.iter().all(|w| *w == 0.0), || {
         let place = body_place.key("spin_rad_per_s");
-        Problem::error("prescribed_but_spinning", &place, "a body that is told how to move cannot spin")
+        Problem::error("prescribed_but_spinning", &place, "a body with prescribed displacements cannot spin")
             .value(body.spin_rad_per_s.to_vec())
             .limit("[0, 0, 0] for a body with prescribed nodes")
-            .remedy("take the spin or \"prescribed\" away")
+            .remedy("remove the spin or \"prescribed\"")
     });
     if let Some(ramp) = &prescribed.ramp {
         check_ramp(ramp, &here.key("ramp"), out);
     }
+    // // A displacement that is not zero at the start would be a jump.
     let starts_at = match &prescribed.ramp {
         Some(RampDocument::Constant {}) => 1.0,
         None if !document.integrator.is_quasi_static() => 1.0,
@@ -162,15 +163,15 @@ fn check_preload(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     check_newton_tolerance(preload.newton_tolerance, "the forces", &here, out);
     let loaded = |body: &BodyDocument| !body.prescribed.is_empty() || !body.face_loads.is_empty();
     out.require(document.gravity_m_per_s2.is_some() || document.bodies.iter().any(loaded), || {
-        Problem::error("nothing_to_preload", &here, "there is nothing to load with")
+        Problem::error("nothing_to_preload", &here, "there is no load")
             .limit("gravity, face loads or prescribed displacements")
-            .remedy("add a load, or leave \"preload\" out")
+            .remedy("add a load, or omit \"preload\"")
     });
     out.require(document.settle.is_none(), || {
         Problem::error(
             "preload_and_settle",
             &root.key("settle"),
-            "the scene both loads and settles before it starts",
+            "the scene has both a preload and a dynamic relaxation",
         )
         .limit("one of preload and settle")
         .remedy("keep \"preload\": it finds the equilibrium, with friction")
@@ -179,9 +180,9 @@ fn check_preload(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
         let message = "a quasi-static run is a preload itself";
         Problem::error("preload_and_quasi_static", &here, message)
             .limit("absent beside a quasi-static integrator")
-            .remedy("leave \"preload\" out, and give the loads ramps")
+            .remedy("omit \"preload\", and give the loads ramps")
     });
-    refuse_rigid(document, "a preload knows no rigid bodies", root, out);
+    refuse_rigid(document, "a preload does not support rigid bodies", root, out);
 }
 
 fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
@@ -201,24 +202,25 @@ fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findin
     check_newton_tolerance(*newton_tolerance, "the forces", &here, out);
     check_smallest_step(*smallest_step_s, *step_s, &here, out);
     out.require(document.settle.is_none(), || {
-        let message = "a quasi-static run needs no settling";
+        let message = "a quasi-static run needs no dynamic relaxation";
         Problem::error("settle_and_quasi_static", &root.key("settle"), message)
             .limit("absent beside a quasi-static integrator")
-            .remedy("leave \"settle\" out: gravity grows from 0 by default")
+            .remedy("omit \"settle\": gravity grows from 0 by default")
     });
+    // // Without mass, velocities have no meaning.
     for (i, body) in document.bodies.iter().enumerate() {
         let members = [("velocity_m_per_s", body.velocity_m_per_s), ("spin_rad_per_s", body.spin_rad_per_s)];
         for (name, value) in members {
             out.require(value.iter().all(|v| *v == 0.0), || {
                 let place = root.key("bodies").index(i).key(name);
-                Problem::error("motion_without_mass", &place, "a quasi-static run knows no motion of its own")
+                Problem::error("motion_without_mass", &place, "a quasi-static run has no initial motion")
                     .value(value.to_vec())
                     .limit("[0, 0, 0] in a quasi-static run")
                     .remedy("prescribe a displacement, or step explicitly or implicitly")
             });
         }
     }
-    refuse_rigid(document, "quasi-static steps know no rigid bodies", root, out);
+    refuse_rigid(document, "quasi-static steps do not support rigid bodies", root, out);
 }
 
 fn refuse_rigid(document: &SceneDocument, message: &str, root: &Pointer, out: &mut Findings) {
@@ -233,7 +235,7 @@ fn refuse_rigid(document: &SceneDocument, message: &str, root: &Pointer, out: &m
     }
 }
 
-/// Checks what the mesh of body number `index` tells: sets, faces, and that no node is told twice where to be.
+/// Checks that need the mesh of body number `index`: sets, faces, and that no node is constrained twice.
 pub fn check_mesh(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
     let known = || mesh.node_sets.keys().map(String::as_str);
@@ -255,7 +257,7 @@ pub fn check_mesh(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Find
     check_twice(body, mesh, &here, out);
 }
 
-/// A load needs faces.
+/// A face load needs a set that contains whole faces.
 fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findings) {
     if body.face_loads.is_empty() {
         return;
@@ -265,7 +267,7 @@ fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
         let Some(nodes) = mesh.node_sets.get(load.set()) else { continue };
         out.require(!faces_within(&faces, nodes).is_empty(), || {
             let place = here.key("face_loads").index(i).key("set");
-            Problem::error("set_without_faces", &place, "no face of the skin has all its corners in this set")
+            Problem::error("set_without_faces", &place, "no boundary face has all its corners in this set")
                 .value(load.set())
                 .limit("a set with all corners of at least one face")
                 .remedy("choose the set of a side, or widen the box of the set")
@@ -283,6 +285,7 @@ fn check_twice(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
         None if set == "*" => (0..mesh.nodes.len() as u32).collect(),
         None => Vec::new(),
     };
+    // // The displacement components that are already constrained, with the place in the document.
     let mut taken: BTreeMap<(u32, usize), String> = BTreeMap::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
         let place = here.key("fixed").index(i).as_str().to_owned();
@@ -296,12 +299,12 @@ fn check_twice(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
         let places = own.iter().flat_map(|node| prescribed.axes.iter().map(|axis| (*node, *axis as usize)));
         let twice = places.clone().find_map(|at| Some((at.0, taken.get(&at)?.clone())));
         if let Some((node, other)) = twice {
-            let message = format!("{other} says where node {node} is along one of these axes already");
+            let message = format!("{other} already constrains node {node} along one of these axes");
             out.push(
                 Problem::error("held_twice", &place.key("set"), message)
                     .value(prescribed.set.as_str())
                     .limit("each component of a node held or prescribed once")
-                    .remedy("leave the axis out of one of them, or take sets that share no node"),
+                    .remedy("omit the axis in one of them, or use disjoint sets"),
             );
         }
         taken.extend(places.map(|at| (at, place.as_str().to_owned())));

@@ -1,15 +1,15 @@
-//! What the measures need to know.
+//! Checks of the inputs of the measures.
 
 use super::Findings;
 use crate::scene::document::{MeasuresDocument, Role, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 
-/// Stresses that are asked for in soft tissue [Pa]; below, kPa were probably meant.
+/// Usual stress thresholds for soft tissue [Pa]; below, kPa were probably meant.
 const USUAL_STRESS: [f64; 2] = [100.0, 1e9];
-/// Most thresholds of one kind; each is one more number at every quadrature point.
+/// Largest number of thresholds of one kind; each adds a number per quadrature point.
 const MAX_THRESHOLDS: usize = 32;
 
-/// Checks the measures.
+/// Checks thresholds, force window and filter, person and skin set.
 pub fn check(document: &SceneDocument, out: &mut Findings) {
     let here = Pointer::root().key("measures");
     let measures = &document.measures;
@@ -42,20 +42,20 @@ pub fn check(document: &SceneDocument, out: &mut Findings) {
             Problem::error("no_tissue", &here.key("skin_set"), "no body has the role of tissue")
                 .value(set.as_str())
                 .limit("a node set of a body whose role is \"tissue\"")
-                .remedy("give a body the role \"tissue\", or leave skin_set out")
+                .remedy("give a body the role \"tissue\", or omit skin_set")
         });
     }
 }
 
-/// The history of a force is kept in so many pieces at least; a filter needs ten of them in the time 1 / class (SAE J211).
+/// Smallest number of intervals in the history of a force; a filter needs ten of them in the time 1 / class (SAE J211).
 const FORCE_PIECES: f64 = 8192.0;
 const PIECES_OF_CLASS: f64 = 10.0;
 
-/// A window or a filter, not both; and a filter that the history of the force is fine enough for.
+/// A window or a filter, not both; and a history of the force that is fine enough for the filter.
 fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
     let measures = &document.measures;
     if let Some(window) = measures.force_window_s {
-        let remedy = "left out, it is 1/50 of the contact's duration";
+        let remedy = "by default 1/50 of the duration of contact";
         out.positive(&here.key("force_window_s"), "the window", window, remedy);
     }
     let Some(filter) = measures.force_filter else { return };
@@ -63,7 +63,7 @@ fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
     out.require(measures.force_window_s.is_none(), || {
         Problem::error("contradiction", &place, "the force is either averaged over a window or filtered")
             .value(filter.name())
-            .remedy("leave out force_window_s or force_filter")
+            .remedy("omit force_window_s or force_filter")
     });
     let longest = FORCE_PIECES / (PIECES_OF_CLASS * filter.class());
     out.require(document.end_time_s <= longest, || {
@@ -80,10 +80,10 @@ fn check_force(document: &SceneDocument, here: &Pointer, out: &mut Findings) {
 
 fn check_thresholds(here: &Pointer, thresholds: &[f64], remedy: &str, out: &mut Findings) {
     out.require(thresholds.len() <= MAX_THRESHOLDS, || {
-        Problem::error("too_many_items", here, "there are very many thresholds")
+        Problem::error("too_many_items", here, "there are too many thresholds")
             .value(thresholds.len())
             .limit(format!("at most {MAX_THRESHOLDS}"))
-            .remedy("keep those that you will read")
+            .remedy("keep those that you need")
     });
     let mut previous = f64::NEG_INFINITY;
     for (i, &threshold) in thresholds.iter().enumerate() {

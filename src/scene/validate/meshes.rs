@@ -1,4 +1,4 @@
-//! A body's mesh: parts with materials, node sets, and whether its elements can be computed.
+//! Checks of the mesh of a body: parts with materials, node sets, and element quality.
 
 use super::Findings;
 use crate::mechanics::tensor::Vec3;
@@ -8,20 +8,21 @@ use crate::mesh::surface::topology_problems;
 use crate::scene::document::{BodyDocument, InitialDeformation, MeasuresDocument, Role};
 use crate::scene::problem::{Pointer, Problem, suggest};
 
-/// Elements listed in a problem.
+/// Largest number of elements listed in a problem.
 const LISTED: usize = 20;
 
-/// Smallest and largest usual size of a body [m]: a cell, and more than a person.
+/// Smallest and largest usual size of a body [m], from a cell to more than a person.
 const USUAL_SIZE: [f64; 2] = [10e-6, 5.0];
 
 /// Sizes [m] beyond which volumes leave the range of `f64`.
 const POSSIBLE_SIZE: [f64; 2] = [1e-30, 1e30];
 
-/// For every element the index of its entry in the body's `parts`; `None` when a part has none.
+/// For every element, the index of its entry in the body's `parts`; `None` when a part has no entry.
 pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) -> Option<Vec<u32>> {
     let here = Pointer::root().key("bodies").index(index).key("parts");
     let known = || mesh.parts.iter().map(String::as_str);
     let named = |name: &str| body.parts.iter().position(|p| p.part == name);
+    // // Entries without a part.
     for (i, part) in body.parts.iter().enumerate() {
         out.require(part.part == "*" || known().any(|k| k == part.part), || {
             let message = format!("the mesh has no part {:?}", part.part);
@@ -32,6 +33,7 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
         });
     }
     let entries: Vec<Option<usize>> = known().map(|name| named(name).or_else(|| named("*"))).collect();
+    // // Parts without an entry.
     for (name, entry) in known().zip(&entries) {
         out.require(entry.is_some() || body.parts.is_empty(), || {
             Problem::error(
@@ -49,14 +51,14 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
             Problem::warning("idle_part", &here.index(rest), "every part has an entry of its own")
                 .value("*")
                 .limit("a part without an entry of its own")
-                .remedy("take this entry out")
+                .remedy("remove this entry")
         });
     }
     let entries: Option<Vec<usize>> = entries.into_iter().collect();
     entries.map(|entries| mesh.part_of.iter().map(|&part| entries[part as usize] as u32).collect())
 }
 
-/// Adds the node sets that the document chooses by place.
+/// Adds the node sets that the document defines by boxes.
 pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index).key("sets");
     for (i, set) in body.sets.iter().enumerate() {
@@ -69,7 +71,7 @@ pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Fi
             Problem::error("empty_set", &here, format!("no node lies in the box of the set {:?}", set.name))
                 .value(serde_json::json!([set.min_m, set.max_m]))
                 .limit(format!(
-                    "a box that holds a node of the body, which lies between {:?} and {:?} m",
+                    "a box with a node of the body, which extends from {:?} and {:?} m",
                     bounds[0], bounds[1]
                 ))
                 .remedy("give the box a small margin: its corners are compared exactly")
@@ -84,7 +86,7 @@ pub fn add_sets(index: usize, body: &BodyDocument, mesh: &mut Mesh, out: &mut Fi
     }
 }
 
-/// Checks the node sets that the scene names: those held fixed, and the skin of the tissue.
+/// Checks the node sets that the scene names: fixed ones, and the skin of the tissue.
 pub fn check_sets(
     index: usize,
     body: &BodyDocument,
@@ -113,7 +115,7 @@ pub fn check_sets(
     }
 }
 
-/// Checks the elements; the quality when they can be computed.
+/// Checks the elements; returns their quality when they are valid.
 pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Quality> {
     let here = Pointer::root().key("bodies").index(index).key("mesh");
     let before = out.0.iter().filter(|p| p.is_error()).count();
@@ -121,7 +123,7 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
         out.push(
             Problem::error("bad_topology", &here, problem.to_string())
                 .limit("each element once, each face shared by at most two elements on its two sides")
-                .remedy("mend the mesh: merge or separate these elements"),
+                .remedy("repair the mesh: merge or separate these elements"),
         );
     }
     let Some(quality) = quality(mesh) else {
@@ -133,10 +135,14 @@ pub fn check_elements(index: usize, mesh: &Mesh, out: &mut Findings) -> Option<Q
     let size = (quality.bounding_box_m[1] - quality.bounding_box_m[0]).max();
     if !(POSSIBLE_SIZE[0]..=POSSIBLE_SIZE[1]).contains(&size) {
         out.push(
-            Problem::error("impossible_size", &here, "the body has no size that can be computed")
-                .value(size)
-                .limit(format!("between {:e} and {:e} m", POSSIBLE_SIZE[0], POSSIBLE_SIZE[1]))
-                .remedy("give lengths in metres"),
+            Problem::error(
+                "impossible_size",
+                &here,
+                "the size of the body is outside the range of floating-point volumes",
+            )
+            .value(size)
+            .limit(format!("between {:e} and {:e} m", POSSIBLE_SIZE[0], POSSIBLE_SIZE[1]))
+            .remedy("give lengths in metres"),
         );
         return None;
     }
@@ -153,7 +159,7 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
         Problem::error("negative_jacobian", here, message)
             .value(quality.negative.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
             .limit("det ∂x/∂ξ > 0 at every Gauss point")
-            .remedy("mend these elements: their nodes are in the wrong order, or they are folded")
+            .remedy("repair these elements: their nodes are in the wrong order, or they are folded")
     });
     out.require(quality.folded_corners.count == 0, || {
         Problem::warning(
@@ -183,28 +189,28 @@ fn report_quality(quality: &Quality, here: &Pointer, out: &mut Findings) {
         Problem::error("unused_nodes", here, message)
             .value(quality.unused_nodes.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
             .limit("every node in an element")
-            .remedy("take these nodes out of the mesh")
+            .remedy("remove these nodes from the mesh")
     });
     out.require(quality.coincident_nodes.count == 0, || {
         let message = format!(
-            "{} nodes lie exactly on another one: the body has a crack there",
+            "{} nodes coincide with another one: the body has a crack there",
             quality.coincident_nodes.count
         );
         Problem::warning("coincident_nodes", here, message)
             .value(quality.coincident_nodes.first.iter().take(LISTED).copied().collect::<Vec<u32>>())
-            .limit("one node at a place")
-            .remedy("merge them where the body should hang together")
+            .limit("one node at each position")
+            .remedy("merge them where the body should be connected")
     });
 }
 
-/// "element 3", or "5 elements (3, 4, …)".
+/// A list such as "5 element(s) (3, 4, …)".
 fn elements(offenders: &Offenders) -> String {
     let listed: Vec<String> = offenders.first.iter().take(LISTED).map(u32::to_string).collect();
     let more = if offenders.count > listed.len() { ", …" } else { "" };
     format!("{} element(s) ({}{more})", offenders.count, listed.join(", "))
 }
 
-/// The inflation of a ball must leave every node outside the centre.
+/// The inflation of a ball must not move a node through its centre.
 pub fn check_deformation(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Findings) {
     let Some(InitialDeformation::SphericalInflation { center_m, inner_radius_m, inner_stretch }) =
         &body.initial_deformation
@@ -221,6 +227,6 @@ pub fn check_deformation(index: usize, body: &BodyDocument, mesh: &Mesh, out: &m
         Problem::error("inverted", &place, message)
             .value(*inner_stretch)
             .limit("R > 0 and R³ + A³ (λ³ − 1) > 0 for every node")
-            .remedy("raise the stretch, or give the true centre and inner radius")
+            .remedy("increase the stretch, or give the true centre and inner radius")
     });
 }

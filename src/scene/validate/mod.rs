@@ -1,6 +1,7 @@
-//! Whether a scene means something: one file a subject. All problems are collected, none ends the search.
+//! Semantic checks of a scene: one file per subject. All problems are collected; none ends the search.
 //!
-//! What needs the document alone comes first, what needs a body's mesh next, what needs the whole scene last.
+//! Checks that need the document alone come first, then those that need a body's mesh, then those that need the whole
+//! scene.
 
 pub mod accuracy;
 pub mod bodies;
@@ -25,7 +26,7 @@ pub use findings::Findings;
 use super::budget::Budget;
 use super::document::SceneDocument;
 
-/// Checks all that the document alone can tell.
+/// Checks that need the document alone.
 pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     let mut out = Findings::default();
     names::check(document, budget, &mut out);

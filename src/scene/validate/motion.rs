@@ -1,11 +1,11 @@
-//! A body's motion at the start: flight, spin, deformation, and what holds it.
+//! Checks of a body's initial motion and constraints: velocity, spin, deformation, fixed nodes.
 
 use super::Findings;
 use crate::mechanics::tensor::Mat3;
 use crate::scene::document::{Axis, BodyDocument, InitialDeformation};
 use crate::scene::problem::{Pointer, Problem};
 
-/// Faster than any blunt projectile [m/s].
+/// Upper bound of the speed of blunt projectiles [m/s].
 const USUAL_SPEED: f64 = 2000.0;
 
 /// Checks body number `index`.
@@ -23,8 +23,9 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
         let spin = body.spin_rad_per_s.iter().map(|w| w * w).sum::<f64>().sqrt();
         let rim = spin * rigid.shape.shape().outer_radius();
         out.require(!(rim > USUAL_SPEED), || {
-            let message =
-                format!("the rim of the body would move at {rim:.3e} m/s: nothing holds together at that");
+            let message = format!(
+                "the rim of the body would move at {rim:.3e} m/s, beyond the strength of any material"
+            );
             Problem::error("impossible_spin", &here.key("spin_rad_per_s"), message)
                 .value(spin)
                 .limit(format!("a rim slower than {USUAL_SPEED} m/s (steel bursts at less than 1000)"))
@@ -37,7 +38,7 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
     }
 }
 
-/// A held axis and a velocity along it contradict each other.
+/// A fixed axis excludes a velocity along it.
 fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
     for (i, fixed) in body.fixed.iter().enumerate() {
         let axes = here.key("fixed").index(i).key("axes");
@@ -45,7 +46,7 @@ fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
             Problem::error("no_axes", &axes, "nothing is held")
                 .value(Vec::<f64>::new())
                 .limit("at least one of x, y, z")
-                .remedy("name the axes, or leave \"axes\" out to hold all three")
+                .remedy("name the axes, or omit \"axes\" to hold all three")
         });
         for axis in &fixed.axes {
             let along = body.velocity_m_per_s[*axis as usize];
@@ -54,7 +55,7 @@ fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
                     "fixed_but_flying",
                     &here.key("velocity_m_per_s").index(*axis as usize),
                     format!(
-                        "nodes of the set {:?} are held along {axis}, but the body flies along it",
+                        "nodes of the set {:?} are held along {axis}, but the body has a velocity along it",
                         fixed.set
                     ),
                 )
@@ -68,7 +69,7 @@ fn check_fixed(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
             Problem::error("fixed_but_spinning", &here.key("spin_rad_per_s"), "a held body cannot spin")
                 .value(body.spin_rad_per_s.to_vec())
                 .limit("[0, 0, 0] for a body with held nodes")
-                .remedy("take the spin or \"fixed\" away")
+                .remedy("remove the spin or \"fixed\"")
         });
     }
 }
@@ -89,7 +90,7 @@ fn check_deformation(deformation: &InitialDeformation, here: &Pointer, out: &mut
             let J = Mat3::from_fn(|i, j| rows[i][j]).determinant();
             out.require(J > 0.0 && J.is_finite(), || {
                 let place = here.key("deformation_gradient");
-                Problem::error("inverted", &place, "the deformation turns the body inside out")
+                Problem::error("inverted", &place, "the deformation inverts the body")
                     .value(J)
                     .limit("det F > 0")
                     .remedy("give a deformation gradient with a positive determinant")

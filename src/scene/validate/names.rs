@@ -1,4 +1,4 @@
-//! Names: present, unique, and not too many.
+//! Checks of names: present, printable, unique, and not too many.
 
 use super::Findings;
 use crate::mesh::names::{fault, shortened};
@@ -7,14 +7,14 @@ use crate::scene::document::SceneDocument;
 use crate::scene::problem::{Pointer, Problem};
 use std::collections::BTreeMap;
 
-/// Characters of the longest description.
+/// Largest number of characters of a description.
 const LONGEST_DESCRIPTION: usize = 10_000;
 
-/// A name goes into tables, logs and messages.
+/// Checks one name, which is used in tables, logs and messages.
 pub fn check_name(name: &str, here: &Pointer, out: &mut Findings) {
     if let Some(limit) = fault(name) {
         out.push(
-            Problem::error("bad_name", here, "a name is too long, or holds what cannot be seen")
+            Problem::error("bad_name", here, "a name is too long, or contains unprintable characters")
                 .value(shortened(name))
                 .limit(limit)
                 .remedy("use a few letters and digits, '_' and '-'"),
@@ -36,16 +36,16 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
         Problem::error("budget_bodies", &bodies, "the scene has too many bodies and planes")
             .value(count)
             .limit(format!("at most {}", budget.bodies))
-            .remedy("leave out what cannot be hit")
+            .remedy("omit bodies that cannot be hit")
     });
 
     check_name(&document.name, &Pointer::root().key("name"), out);
     let length = document.description.chars().count();
     out.require(length <= LONGEST_DESCRIPTION, || {
-        Problem::error("too_long", &Pointer::root().key("description"), "the description is very long")
+        Problem::error("too_long", &Pointer::root().key("description"), "the description is too long")
             .value(length)
             .limit(format!("at most {LONGEST_DESCRIPTION} characters"))
-            .remedy("keep long texts beside the scene")
+            .remedy("keep long texts in another file")
     });
     for (i, body) in document.bodies.iter().enumerate() {
         for (k, set) in body.sets.iter().enumerate() {
@@ -53,6 +53,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
         }
     }
 
+    // // Names of bodies and planes share one namespace.
     let mut first_use: BTreeMap<&str, Pointer> = BTreeMap::new();
     let planes = Pointer::root().key("planes");
     let named_bodies =
@@ -68,7 +69,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
         });
         check_name(name, &pointer, out);
         out.require(!name.contains('/'), || {
-            Problem::error("bad_name", &pointer, "a name holds a slash")
+            Problem::error("bad_name", &pointer, "a name contains a slash")
                 .value(shortened(name))
                 .limit("no '/': names become topics of the recording")
                 .remedy("use letters, digits, '_' and '-'")

@@ -1,4 +1,4 @@
-//! Bodies that lie inside each other, or behind a plane, before anything has moved.
+//! Initial overlaps: bodies inside each other, or behind a plane, at the start.
 
 use super::Findings;
 use super::rigid_on_mesh::is_inside;
@@ -13,14 +13,14 @@ use crate::scene::document::{ContactPairs, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::{RigidSceneBody, SceneBody};
 
-/// Two sides that may touch: a body, and a body or a plane.
+/// A potential contact: a body, and a body or a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sides {
     Bodies(usize, usize),
     Plane(usize, usize),
 }
 
-/// Checks every pair that may touch; pairs whose boxes lie apart cost nothing.
+/// Checks every pair that may touch; pairs with disjoint bounding boxes cost nothing.
 pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings) {
     let start = Start::new(document, bodies);
     let all = sides(document);
@@ -32,7 +32,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
     if asked.is_empty() {
         return;
     }
-    // Both ways round: a coarse surface can enclose a node of a fine one and the other way.
+    // Both ways round: a coarse surface can enclose a node of a fine one, and vice versa.
     let mut pairs = Vec::new();
     let mut asked_of = Vec::new();
     for (i, sides) in asked.iter().enumerate() {
@@ -50,7 +50,7 @@ pub fn check(document: &SceneDocument, bodies: &[SceneBody], out: &mut Findings)
     }
 }
 
-/// Pairs with a rigid side: by the contacts that detection finds where everything stands.
+/// Pairs with a rigid side: by the contacts detected in the initial configuration.
 fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &mut Findings) {
     if asked.is_empty() {
         return;
@@ -59,7 +59,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     let mut detector = RigidDetector::new(&start.surfaces, (&pairs, 0), &start.rigid, &start.x);
     let motion = RigidMotion { x: &start.x, x_end: &start.x, poses: &start.poses, poses_end: &start.poses };
     let (drifts, mut contacts) = (vec![Vec3::zeros(); pairs.len()], Vec::new());
-    // Places that are not finite are reported with the numbers that they come from.
+    // Non-finite positions are reported with the numbers that they come from.
     if detector.detect(&motion, &drifts, &mut contacts).is_err() {
         return;
     }
@@ -74,7 +74,7 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
             is_told[pair] = true;
         }
     }
-    // Where no node is near, a body may still lie wholly inside a mesh.
+    // Even with no node nearby, a body may lie wholly inside a mesh.
     for (sides, _) in asked.iter().zip(is_told).filter(|(_, is_told)| !is_told) {
         if let Some((depth, place)) = start.depth_inside(*sides) {
             out.push(problem(document, *sides, 1, (depth, place)));
@@ -82,15 +82,15 @@ fn check_rigid(document: &SceneDocument, start: &Start, asked: &[Sides], out: &m
     }
 }
 
-/// Where everything is before anything has moved.
+/// The initial configuration.
 struct Start {
     /// Positions of the nodes of all bodies, body after body [m].
     x: Vec<Vec3>,
-    /// The skin of each body.
+    /// Boundary surface of each body.
     surfaces: Vec<Surface>,
-    /// The box around each body [m].
+    /// Bounding box of each body [m].
     boxes: Vec<[Vec3; 2]>,
-    /// The rigid bodies, which of them each body is, and where they are.
+    /// The rigid bodies, the index of the rigid body for each body, and the initial poses.
     rigid: Vec<RigidBody>,
     rigid_of: Vec<Option<usize>>,
     poses: Vec<Pose>,
@@ -122,7 +122,7 @@ impl Start {
         start
     }
 
-    /// A rigid body as a plan has it: its centre and its spin are nodes.
+    /// A rigid body as in a plan: two nodes, one for its centre and one for its spin.
     fn add_rigid(&mut self, body: &RigidSceneBody) {
         let &RigidSceneBody { shape, mass, inertia, pose } = body;
         let centre = self.x.len() as u32;
@@ -141,7 +141,7 @@ impl Start {
         }
     }
 
-    /// The rigid body of a pair, and the mesh that it faces (numbers of the document), if it faces one.
+    /// The rigid body of a pair and the mesh that it faces (indices of the document), if there is one of each.
     fn rigid_and_mesh(&self, sides: Sides) -> Option<(usize, usize)> {
         let Sides::Bodies(a, b) = sides else { return None };
         match [self.rigid_of[a], self.rigid_of[b]] {
@@ -151,7 +151,8 @@ impl Start {
         }
     }
 
-    /// How far a rigid body must move at most [m] if its centre is inside the mesh of the pair, and where that is [m].
+    /// An upper bound on how far a rigid body must move [m] if its centre is inside the mesh of the pair, and where that is
+    /// [m].
     fn depth_inside(&self, sides: Sides) -> Option<(f64, Vec3)> {
         let (body, mesh) = self.rigid_and_mesh(sides)?;
         let rigid = self.rigid_of[body]?;
@@ -166,13 +167,13 @@ impl Start {
         self.rigid_sides(sides) != [None; 2]
     }
 
-    /// The smallest thickness of the rigid bodies of a pair [m].
+    /// Smallest thickness of the rigid bodies of a pair [m].
     fn rigid_size(&self, sides: Sides) -> f64 {
         let of_pair = self.rigid_sides(sides);
         of_pair.iter().flatten().map(|&body| self.rigid[body].shape.size()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The pair that detection looks at: a mesh is the slave of a rigid body.
+    /// The pair for detection: the mesh is the slave of a rigid body.
     fn rigid_pair(&self, document: &SceneDocument, sides: Sides) -> ContactPair {
         match sides {
             Sides::Plane(body, plane) => contact_pair(body, plane_of(document, plane)),
@@ -205,7 +206,7 @@ fn bounds(points: &[Vec3]) -> [Vec3; 2] {
     points.iter().fold(nothing, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
-/// All sides that may touch.
+/// All pairs that may touch.
 fn sides(document: &SceneDocument) -> Vec<Sides> {
     let count = document.bodies.len();
     let mut sides: Vec<Sides> = match &document.contact.pairs {
@@ -226,7 +227,7 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
             list.iter().filter_map(|pair| of_names([&pair.between[0], &pair.between[1]])).collect()
         }
     };
-    // What a generator makes does not overlap itself.
+    // Generated meshes do not overlap themselves.
     let may_be_folded = |body: &usize| {
         let body = &document.bodies[*body];
         body.initial_deformation.is_some() || !matches!(body.mesh, Some(MeshDocument::Generator(_)))
@@ -236,7 +237,7 @@ fn sides(document: &SceneDocument) -> Vec<Sides> {
     sides
 }
 
-/// The pairs that detection looks at for these sides of meshes.
+/// The pairs for detection between two meshes, or a mesh and a plane.
 fn contact_pairs(document: &SceneDocument, sides: Sides) -> Vec<ContactPair> {
     match sides {
         Sides::Bodies(a, b) if a == b => vec![contact_pair(a, Master::Surface(a))],
@@ -256,7 +257,7 @@ fn plane_of(document: &SceneDocument, plane: usize) -> Master {
     Master::Plane { point: plane.point_m.into(), normal: Vec3::from(plane.normal).normalize() }
 }
 
-/// `deepest`: how deep [m], and where [m].
+/// The problem of an overlapping pair; `deepest`: depth [m] and place [m].
 fn problem(document: &SceneDocument, sides: Sides, count: usize, deepest: (f64, Vec3)) -> Problem {
     let (body, other) = match sides {
         Sides::Bodies(a, b) => (a, &document.bodies[b].name),

@@ -1,4 +1,4 @@
-//! Prony series of a part.
+//! Checks of the Prony series of a part.
 
 use super::Findings;
 use crate::mechanics::material::MAX_BRANCHES;
@@ -6,19 +6,19 @@ use crate::scene::document::PartDocument;
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::prony_document::{Moduli, PronyDocument};
 
-/// Relaxation times that impacts have to do with [s].
+/// Usual relaxation times in impacts [s].
 const USUAL_TIMES: [f64; 2] = [1e-6, 1e4];
 
-/// Checks the series of a part at `here`.
+/// Checks the series of a part; `here` is its place in the document.
 pub(super) fn check(part: &PartDocument, prony: &PronyDocument, here: &Pointer, out: &mut Findings) {
     out.require(part.material.is_split(), || {
         Problem::error(
             "coupled_law_with_prony_series",
             here,
-            "the series acts on the isochoric stress, which this law does not keep apart",
+            "the series acts on the isochoric stress, which this law does not separate",
         )
         .limit("a split law")
-        .remedy("choose a law that is split: neo_hookean in place of coupled_neo_hookean")
+        .remedy("choose a split law: neo_hookean in place of coupled_neo_hookean")
     });
     let branches = here.key("branches");
     let count = prony.branches.len();
@@ -26,7 +26,7 @@ pub(super) fn check(part: &PartDocument, prony: &PronyDocument, here: &Pointer, 
         Problem::error("number_of_branches", &branches, format!("the series has {count} branches"))
             .value(count as u64)
             .limit(format!("1 to {MAX_BRANCHES}"))
-            .remedy("a branch a decade of time is enough; leave the series out where nothing relaxes")
+            .remedy("one branch per decade of time is enough; omit the series where nothing relaxes")
     });
     for (i, branch) in prony.branches.iter().enumerate() {
         let here = branches.index(i);

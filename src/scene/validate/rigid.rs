@@ -1,4 +1,4 @@
-//! A rigid body: shape, mass, inertia, and that nothing of a mesh is asked of it.
+//! Checks of a rigid body: shape, mass, inertia, and no members that need a mesh.
 
 use super::Findings;
 use super::bodies::MOST_DENSITY;
@@ -9,15 +9,15 @@ use crate::scene::problem::{Pointer, Problem};
 const USUAL_SIZE: [f64; 2] = [1e-4, 5.0];
 /// Usual densities, from cork to gold [kg/m³].
 const USUAL_DENSITY: [f64; 2] = [100.0, 25_000.0];
-/// Larger than any mass that hits anybody [kg]: a great ship.
+/// Upper bound of the mass of a body [kg]: a large ship.
 const MOST_MASS: f64 = 1e9;
-/// A moment of inertia may exceed the sum of the others by this share: rounding of what was written.
+/// Relative amount by which a moment of inertia may exceed the sum of the others, for rounding in the document.
 const ROUNDING: f64 = 1e-6;
 
-/// Share of a homogeneous body's moment of inertia below which one is a slip.
+/// Fraction of a homogeneous body's moment of inertia below which a value is a mistake.
 const LEAST_INERTIA: f64 = 1e-4;
 
-/// Checks body number `index`, whose rigid part is `rigid`.
+/// Checks body number `index` with its rigid description `rigid`.
 pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut Findings) {
     let here = Pointer::root().key("bodies").index(index);
     check_absent(body, &here, out);
@@ -42,7 +42,7 @@ pub fn check(index: usize, body: &BodyDocument, rigid: &RigidDocument, out: &mut
     }
 }
 
-/// What only a mesh has.
+/// Refuses members that only apply to a mesh.
 fn check_absent(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
     let members = [
         ("mesh", body.mesh.is_some()),
@@ -60,10 +60,10 @@ fn check_absent(body: &BodyDocument, here: &Pointer, out: &mut Findings) {
             Problem::error(
                 "not_for_rigid",
                 &here.key(name),
-                "a rigid body has no mesh, and nothing that goes with one",
+                "a rigid body has no mesh, and no members that refer to one",
             )
             .limit("absent beside \"rigid\"")
-            .remedy(format!("take {name:?} away, or take \"rigid\" away for a body that deforms"))
+            .remedy(format!("remove {name:?}, or remove \"rigid\" for a deformable body"))
         });
     }
 }
@@ -119,8 +119,8 @@ fn size_is_sound(rigid: &RigidDocument) -> bool {
     rigid.shape.shape().size() > 0.0
 }
 
-/// No mass lies outside the shape, and none is all but a point: m R² is the most, and a ten thousandth of a homogeneous body the
-/// least that is taken for more than a slip.
+/// No mass lies outside the shape, so a moment of inertia is at most m R²; below 1e-4 of that of a homogeneous body it is
+/// taken for a mistake.
 fn check_inertia_of_shape(
     inertia: [f64; 3],
     mass: f64,
@@ -140,15 +140,15 @@ fn check_inertia_of_shape(
                     "{least:.3e} to {most:.3e} kg m²; a homogeneous body has {:.3e}",
                     homogeneous[i]
                 ))
-                .remedy("give it in kg m², or leave it out for a homogeneous body")
+                .remedy("give it in kg m², or omit it for a homogeneous body")
         });
     }
 }
 
-/// Positive, and none larger than the sum of the others: no distribution of mass has that.
+/// Moments of inertia are positive, and none is larger than the sum of the others.
 fn check_inertia(inertia: [f64; 3], here: &Pointer, out: &mut Findings) {
     for (i, moment) in inertia.into_iter().enumerate() {
-        out.positive(&here.index(i), "a moment of inertia", moment, "leave it out for a homogeneous body");
+        out.positive(&here.index(i), "a moment of inertia", moment, "omit it for a homogeneous body");
     }
     let sum: f64 = inertia.iter().sum();
     for (i, moment) in inertia.into_iter().enumerate() {
@@ -156,7 +156,7 @@ fn check_inertia(inertia: [f64; 3], here: &Pointer, out: &mut Findings) {
             Problem::error("impossible_inertia", &here.index(i), "no body has these moments of inertia")
                 .value(moment)
                 .limit(format!("at most the sum of the other two, {}", sum - moment))
-                .remedy("check the moments, or leave them out for a homogeneous body")
+                .remedy("check the moments, or omit them for a homogeneous body")
         });
     }
 }

@@ -1,12 +1,12 @@
-//! Rigid bodies inside meshes before anything has moved: detection looks at the skin of a mesh, so a body that lies far below it is not
-//! seen by it.
+//! Rigid bodies initially inside meshes: detection only searches near the boundary surface, so it misses a body far below
+//! it.
 
 use crate::mechanics::contact::Surface;
 use crate::mechanics::tensor::Vec3;
 use std::f64::consts::PI;
 
-/// Whether a point lies inside a closed surface: the solid angle that the surface fills around it is 4π, and 0 outside and in
-/// cavities (Van Oosterom & Strackee 1983). `x` [m] places of the nodes.
+/// Whether a point lies inside a closed surface: the solid angle of the surface seen from the point is 4π inside, and 0
+/// outside and in cavities (Van Oosterom & Strackee 1983). `x`: positions of the nodes [m].
 pub fn is_inside(surface: &Surface, x: &[Vec3], point: &Vec3) -> bool {
     let angle_of = |[a, b, c]: [Vec3; 3]| {
         let (na, nb, nc) = (a.norm(), b.norm(), c.norm());

@@ -1,4 +1,4 @@
-//! Times: the end, the integrator, settling, and when to record.
+//! Checks of times: the end, the integrator, dynamic relaxation, and the recording.
 
 use super::Findings;
 use crate::scene::budget::Budget;
@@ -6,7 +6,7 @@ use crate::scene::document::{IntegratorDocument, RecordDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use serde_json::Value;
 
-/// Checks all times of the scene.
+/// Checks all times and integrator settings of the scene.
 pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     let root = Pointer::root();
     let end = document.end_time_s;
@@ -29,19 +29,19 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
     check_record(&document.record, end, budget, &root.key("record"), out);
 }
 
-/// What rigid bodies ask of the integrator.
+/// Without elements there is no critical time step, so rigid bodies need a largest step.
 fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let IntegratorDocument::Explicit { max_step_s, .. } = &document.integrator else { return };
     let has_elements = document.bodies.iter().any(|body| body.rigid.is_none());
     out.require(has_elements || document.bodies.is_empty() || max_step_s.is_some(), || {
         let place = root.key("integrator").key("max_step_s");
-        Problem::error("no_step", &place, "all bodies are rigid: no element dictates a step")
-            .limit("a largest step [s] for a scene of rigid bodies")
+        Problem::error("no_step", &place, "all bodies are rigid: no element limits the time step")
+            .limit("a largest time step [s] for a scene of rigid bodies")
             .remedy("1e-4 s is a good trial for bodies of centimetres at metres per second")
     });
 }
 
-/// Shear viscosity, relaxation and erosion are for explicit steps; a quasi-static run finds the relaxed state.
+/// Shear viscosity, relaxation and erosion need explicit steps; a quasi-static run finds the relaxed state.
 fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     let at_fault = match &document.integrator {
         IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. } => return,
@@ -56,30 +56,30 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
                 Problem::error(
                     "relaxation_without_explicit_steps",
                     &here.key("prony_series"),
-                    "only explicit steps know relaxation",
+                    "only explicit steps support stress relaxation",
                 )
                 .limit("no series in implicit runs")
-                .remedy("step explicitly, or leave the series out")
+                .remedy("step explicitly, or omit the series")
             });
             out.require(part.erosion.is_none(), || {
                 Problem::error(
                     "erosion_without_explicit_steps",
                     &here.key("erosion"),
-                    "only explicit steps give elements up",
+                    "only explicit steps support erosion",
                 )
                 .limit("no erosion in implicit and quasi-static runs")
-                .remedy("step explicitly, or leave the erosion out")
+                .remedy("step explicitly, or omit the erosion")
             });
             if part.shear_viscosity_pa_s <= 0.0 {
                 continue;
             }
             let place = here.key("shear_viscosity_pa_s");
-            let message = "only explicit steps know shear viscosity";
+            let message = "only explicit steps support shear viscosity";
             out.push(
                 at_fault("viscosity_without_explicit_steps", &place, message)
                     .value(part.shear_viscosity_pa_s)
                     .limit("0 in implicit and quasi-static runs")
-                    .remedy("step explicitly, or leave the viscosity out"),
+                    .remedy("step explicitly, or omit the viscosity"),
             );
         }
     }
@@ -93,12 +93,12 @@ fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut F
             check_step(*step_s, here, out);
             check_weight("theta", *theta, here, out);
         }
-        // With what it is asked without: see `loads`.
+        // Checked in `loads`, with the loads themselves.
         IntegratorDocument::QuasiStatic { .. } => {}
     }
     let energy_gate = integrator.energy_gate();
     out.require(energy_gate > 0.0 && energy_gate <= 1.0, || {
-        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a share of the energy")
+        Problem::error("out_of_range", &here.key("energy_gate"), "the gate is a fraction of the energy")
             .value(energy_gate)
             .limit("> 0 and <= 1")
             .remedy("0.01 is the default")
@@ -118,16 +118,16 @@ fn check_explicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
         return;
     };
     out.require(*safety_factor > 0.0 && *safety_factor <= 1.0, || {
-        let message = "the safety factor is a share of the stable step";
+        let message = "the safety factor is a fraction of the critical time step";
         Problem::error("out_of_range", &here.key("safety_factor"), message)
             .value(*safety_factor)
             .limit("> 0 and <= 1")
             .remedy("0.9 is the default; above 1 the run is unstable")
     });
     if let Some(step) = max_step_s {
-        out.positive(&here.key("max_step_s"), "the largest step", *step, "leave it out for none");
+        out.positive(&here.key("max_step_s"), "the largest step", *step, "omit it for no bound");
     }
-    let remedy = "0.1 is the default; above 0.5 an element may be turned inside out by one step";
+    let remedy = "0.1 is the default; above 0.5 one step may invert an element";
     let here_strain = here.key("largest_strain_increment");
     out.between(&here_strain, "the strain of a step", *largest_strain_increment, [1e-3, 0.5], remedy);
     let viscosities = [
@@ -161,20 +161,20 @@ fn check_implicit(integrator: &IntegratorDocument, here: &Pointer, out: &mut Fin
     let is_middle = |weight: f64| (weight - 0.5).abs() < f64::EPSILON;
     let (name, weight) = if is_middle(*theta) { ("xi", xi.unwrap_or(0.5)) } else { ("theta", *theta) };
     out.require(!energy_momentum || is_middle(weight), || {
-        let message = "forces that conserve are those of the middle of the step";
+        let message = "the conserving scheme evaluates forces at the middle of the step";
         Problem::error("energy_momentum_weight", &here.key(name), message)
             .value(weight)
             .limit("0.5 where `energy_momentum` is true")
-            .remedy("leave `theta` and `xi` out, or `energy_momentum`")
+            .remedy("omit `theta` and `xi`, or `energy_momentum`")
     });
     check_newton_tolerance(*newton_tolerance, "the impulses of a step", here, out);
     check_smallest_step(*smallest_step_s, *step_s, here, out);
 }
 
-/// A tolerance of Newton's iteration, a share of what its residual is measured against.
+/// Tolerance of Newton's iteration, relative to the quantity that scales its residual.
 pub(super) fn check_newton_tolerance(tolerance: f64, share_of: &str, here: &Pointer, out: &mut Findings) {
     out.require((1e-13..=1e-3).contains(&tolerance), || {
-        let message = format!("the tolerance is a share of {share_of}");
+        let message = format!("the tolerance is a fraction of {share_of}");
         Problem::error("out_of_range", &here.key("newton_tolerance"), message)
             .value(tolerance)
             .limit(">= 1e-13 and <= 1e-3")
@@ -182,21 +182,21 @@ pub(super) fn check_newton_tolerance(tolerance: f64, share_of: &str, here: &Poin
     });
 }
 
-/// The smallest step of steps that are cut where they do not converge.
+/// Smallest step of a scheme that halves steps which do not converge.
 pub(super) fn check_smallest_step(smallest: Option<f64>, step: f64, here: &Pointer, out: &mut Findings) {
     let Some(smallest) = smallest else { return };
     out.require(smallest > 0.0 && smallest <= step, || {
-        let message = "the smallest step is a part of the step";
+        let message = "the smallest step must not exceed the step";
         Problem::error("out_of_range", &here.key("smallest_step_s"), message)
             .value(smallest)
             .limit(format!("> 0 and <= step_s = {step}"))
-            .remedy("leave it out for a ten thousandth of the step")
+            .remedy("omit it for 1e-4 of the step")
     });
 }
 
 fn check_step(step: Option<f64>, here: &Pointer, out: &mut Findings) {
     let remedy =
-        "the time in which what matters changes by a few per cent, such as a hundredth of the contact";
+        "the time in which the results change by a few per cent, such as 1/100 of the contact duration";
     if let Some(step) = step {
         out.positive(&here.key("step_s"), "the step", step, remedy);
     }
@@ -208,7 +208,7 @@ fn check_weight(name: &str, weight: f64, here: &Pointer, out: &mut Findings) {
         Problem::error("out_of_range", &here.key(name), message)
             .value(weight)
             .limit(">= 0.5 and <= 1")
-            .remedy("0.5 conserves energy, 0.6 damps what the step does not resolve, 1 damps most")
+            .remedy("0.5 conserves energy, 0.6 damps unresolved frequencies, 1 damps most")
     });
 }
 
@@ -223,13 +223,13 @@ fn check_settling(document: &SceneDocument, root: &Pointer, out: &mut Findings) 
     });
     let Some(settle) = &document.settle else { return };
     let here = root.key("settle");
-    out.positive(&here.key("duration_s"), "the duration", settle.duration_s, "leave \"settle\" out for none");
-    let remedy = "about twice the lowest frequency of the body [rad/s] settles fastest";
+    out.positive(&here.key("duration_s"), "the duration", settle.duration_s, "omit \"settle\" for none");
+    let remedy = "about twice the lowest frequency of the body [rad/s] converges fastest";
     out.positive(&here.key("damping_per_s"), "the damping", settle.damping_per_s, remedy);
     out.require(strength > 0.0, || {
-        Problem::error("nothing_to_settle", &here, "there is no gravity to settle under")
+        Problem::error("nothing_to_settle", &here, "dynamic relaxation needs gravity")
             .limit("a scene with gravity")
-            .remedy("add gravity_m_per_s2, or leave \"settle\" out")
+            .remedy("add gravity_m_per_s2, or omit \"settle\"")
     });
 }
 
@@ -257,7 +257,7 @@ fn check_record(record: &RecordDocument, end: f64, budget: &Budget, here: &Point
     });
     if let Some(interval) = record.field_interval_s {
         let place = here.key("field_interval_s");
-        out.positive(&place, "the interval", interval, "leave it out for a fiftieth of the run");
+        out.positive(&place, "the interval", interval, "omit it for 1/50 of the run");
         let frames = end / interval;
         out.require(!(interval > 0.0 && end > 0.0) || frames <= budget.frames as f64, || {
             too_many_frames(&place, frames, budget).value(interval)
@@ -272,12 +272,12 @@ fn check_times(times: &[f64], end: f64, budget: &Budget, here: &Pointer, out: &m
     out.require(times.len() as u64 <= budget.frames, || too_many_frames(here, times.len() as f64, budget));
     let mut previous = f64::NEG_INFINITY;
     for (i, &time) in times.iter().enumerate() {
-        // 30 × 1e-5 is not 3e-4 to the last bit; what lies this little beyond is the end.
+        // 30 × 1e-5 is not 3e-4 to the last bit; times this close beyond the end count as the end.
         out.require(time >= 0.0 && (time <= end * (1.0 + 1e-9) || end <= 0.0), || {
             Problem::error("time_outside_run", &here.index(i), "the time lies outside the run")
                 .value(time)
                 .limit(format!("between 0 and end_time_s = {end}"))
-                .remedy("take the time out, or run longer")
+                .remedy("remove the time, or run longer")
         });
         out.require(time > previous, || {
             Problem::error("times_not_ascending", &here.index(i), "the time is not later than the one before")
@@ -290,7 +290,7 @@ fn check_times(times: &[f64], end: f64, budget: &Budget, here: &Pointer, out: &m
 }
 
 fn too_many_frames(place: &Pointer, frames: f64, budget: &Budget) -> Problem {
-    Problem::error("budget_frames", place, format!("that makes {frames:.0} frames of fields"))
+    Problem::error("budget_frames", place, format!("this gives {frames:.0} frames of fields"))
         .limit(format!("at most {} frames", budget.frames))
         .remedy("record fields less often")
 }
