@@ -9,7 +9,7 @@ use contuse::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surf
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::generate::block::Block;
 use contuse::mesh::generate::hollow_ball::HollowBall;
-use contuse::mesh::surface::{skin, skin_nodes};
+use contuse::mesh::surface::{boundary, boundary_nodes};
 use contuse::mesh::{Cells, MeshError};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -47,7 +47,7 @@ impl Pressed {
         let first = block.nodes.len() as u32;
         let surface = |cells: &Cells| {
             let faces = skin(cells);
-            Surface { nodes: skin_nodes(&faces), faces }
+            Surface { nodes: boundary_nodes(&faces), faces }
         };
         let surfaces = [surface(&block.cells), surface(&ball.cells.map(|node| node + first))];
         let pairs = [ContactPair {

@@ -5,7 +5,7 @@
 
 use contuse::mechanics::element::{ElementKind, ReferenceGeometry};
 use contuse::mechanics::force::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
 use contuse::mechanics::lanes::Row;
 use contuse::mechanics::material::{
@@ -139,7 +139,7 @@ impl Bench {
     }
 
     fn sweep(&mut self) {
-        let input = SweepInput { u: &self.u, inverse_step: 1e6, history: &self.history };
+        let input = ForceInput { u: &self.u, inverse_step: 1e6, history: &self.history };
         self.forces.sweep(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }

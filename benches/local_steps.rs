@@ -5,7 +5,7 @@
 //! borders of groups, no interpolation, every group in full lanes. Bulk viscosity, which shortens the steps of elements
 //! that are being crushed, is not in it.
 
-use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
+use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
 use contuse::plan::compile;
 use contuse::scene::{Budget, load_file};
 use contuse::step::{Frame, Recorder, RecorderError, RunOptions, run};
@@ -44,7 +44,7 @@ impl Recorder for Spread {
             return Ok(());
         }
         let plan = frame.plan;
-        let input = SweepInput { u: frame.u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u: frame.u, inverse_step: 0.0, history: &[] };
         self.forces.sweep(&Threads::ONE, &plan.blocks, &input);
         let steps: Vec<f64> = plan
             .blocks

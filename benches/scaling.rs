@@ -51,7 +51,7 @@ fn main() {
 
 fn scene(counts: [u32; 3], steps: u32, keep: bool) -> Result<Scene, String> {
     let size = counts.map(|n| EDGE * f64::from(n));
-    let keep = if keep { vec![Keep::QuietElements] } else { Vec::new() };
+    let keep = if keep { vec![Keep::InactiveElements] } else { Vec::new() };
     let document = json!({
         "name": "block on wall", "end_time_s": STEP * f64::from(steps),
         "bodies": [{
@@ -79,7 +79,7 @@ fn measure(counts: [u32; 3], steps: u32, runs: u32, threads: usize, keep: bool) 
         last = Some(outcome);
     }
     let Some(outcome) = last else { return Ok(()) };
-    let swept = outcome.swept_element_steps as f64;
+    let swept = outcome.evaluated_element_steps as f64;
     println!(
         "{} | {threads} | {} | {} | {:.1} % | {best:.3} | {:.1} | {:.1} | {:.0}",
         plan.element_count(),

@@ -232,7 +232,7 @@ fn a_run_overwrites_recordings_and_nothing_else() {
 }
 
 #[test]
-fn plan_shows_what_is_kept_and_left_out() {
+fn plan_shows_what_is_kept_and_omitted() {
     let path = scenario("ball_on_block/scene_frictionless.json");
     let path = path.to_str().unwrap();
     let output = run(&["plan", path]);
@@ -245,12 +245,12 @@ fn plan_shows_what_is_kept_and_left_out() {
     }
     assert!(!shown.contains("Put back"));
 
-    let keep = ["--keep", "tangential_reactions", "--keep", "quiet_elements"];
+    let keep = ["--keep", "tangential_reactions", "--keep", "inactive_elements"];
     let shown = run(&[&["plan", path][..], &keep].concat());
-    assert!(text(&shown.stdout).contains("Put back: tangential_reactions, quiet_elements"));
+    assert!(text(&shown.stdout).contains("Put back: tangential_reactions, inactive_elements"));
     let output = run(&[&["plan", path, "--json"][..], &keep].concat());
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["put_back"], json!(["tangential_reactions", "quiet_elements"]));
+    assert_eq!(report["put_back"], json!(["tangential_reactions", "inactive_elements"]));
     assert_eq!(report["pairs"][0]["unknowns_per_contact"], 3);
     let validated = run(&[&["validate", path, "--json"][..], &keep].concat());
     let validated: Value = serde_json::from_slice(&validated.stdout).unwrap();
@@ -314,7 +314,8 @@ fn study_leave_out_tabulates_runs_that_agree_to_the_last_bit() {
     let scene = folder.path().join("scene.json");
     std::fs::write(&scene, falling_block().to_string()).unwrap();
     let scene = scene.to_str().unwrap();
-    let output = run(&["study", "leave-out", scene, "--repeat", "1", "--json", "--keep", "quiet_elements"]);
+    let output =
+        run(&["study", "leave-out", scene, "--repeat", "1", "--json", "--keep", "inactive_elements"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let study: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(study["holds"], true);
@@ -330,7 +331,7 @@ fn study_leave_out_tabulates_runs_that_agree_to_the_last_bit() {
 
     let output = run(&["study", "leave-out", scene, "--repeat", "1"]);
     let table = text(&output.stdout);
-    assert!(table.contains("+ quiet_elements") && table.contains("+ all of them"), "{table}");
+    assert!(table.contains("+ inactive_elements") && table.contains("+ all of them"), "{table}");
     assert!(table.contains("every run ends with the same bits"), "{table}");
 }
 

@@ -60,7 +60,7 @@ fn write_report(name: &str, end_time_s: f64, report: &PlanReport, out: &mut dyn 
     write_rigid_bodies(report, out)?;
     write_contact(report, out)?;
     write_memory(report, out)?;
-    write_left_out(report, out)
+    write_omitted(report, out)
 }
 
 fn write_elements(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
@@ -199,9 +199,9 @@ fn write_memory(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     parts.into_iter().try_for_each(|(name, size)| writeln!(out, "  {name:<18} {:>10}", bytes(size)))
 }
 
-fn write_left_out(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
+fn write_omitted(report: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "\nOmitted")?;
-    for left in &report.left_out {
+    for left in &report.omitted {
         let switch = left.switch.map(|keep| format!(" [--keep {keep}]")).unwrap_or_default();
         writeln!(out, "  {}: {}{switch}", left.what, left.why)?;
     }

@@ -86,7 +86,7 @@ fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
     if let Some(choice) = &plan.integrator.choice {
         writeln!(out, "{} steps, chosen by cost: {}", choice.chosen, choice.in_words())?;
     }
-    let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
+    let omitted: Vec<&str> = plan.omitted.iter().map(|l| l.what.as_str()).collect();
     writeln!(
         out,
         "plan: at least {} {} steps of {:.4} µs, {} on one core; omitted: {}",
@@ -94,7 +94,7 @@ fn write_plan(plan: &PlanReport, out: &mut dyn Write) -> io::Result<()> {
         plan.integrator.kind,
         1e6 * plan.integrator.step_s,
         duration(plan.expected_run_time_s),
-        left_out.join("; ")
+        omitted.join("; ")
     )
 }
 

@@ -31,7 +31,7 @@ impl Onslaught {
                 &rigid.bodies[index].shape,
                 &rigid.orientations[index].inverse_transform_vector(&direction),
             ),
-            _ => hull_area(&body.skin.nodes, &plan.X, &direction),
+            _ => hull_area(&body.boundary.nodes, &plan.X, &direction),
         };
         Some(Self { kinetic_energy: 0.5 * body.mass * velocity.norm_squared(), presented_area })
     }

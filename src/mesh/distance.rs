@@ -62,7 +62,7 @@ impl DepthField {
 #[allow(clippy::unwrap_used)] // tests may panic
 mod tests {
     use super::super::generate::block::Block;
-    use super::super::surface::{faces_within, skin};
+    use super::super::surface::{boundary, faces_within};
     use super::*;
     use proptest::prelude::*;
 
@@ -72,7 +72,7 @@ mod tests {
             x in 0.0..3.0_f64, y in 0.0..2.0_f64, z in 0.0..1.0_f64,
         ) {
             let mesh = Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [4, 3, 2], "b").generate().unwrap();
-            let field = DepthField::new(&skin(&mesh.cells), &mesh.nodes).unwrap();
+            let field = DepthField::new(&boundary(&mesh.cells), &mesh.nodes).unwrap();
             let exact = [x, 3.0 - x, y, 2.0 - y, z, 1.0 - z].into_iter().fold(f64::INFINITY, f64::min);
             prop_assert!((field.depth(&Vec3::new(x, y, z)) - exact).abs() < 1e-12);
         }
@@ -82,7 +82,7 @@ mod tests {
     fn depth_from_the_top_alone_is_the_height_below_it() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(1.0, 1.0, 1.0), [3, 3, 3], "b").generate().unwrap();
-        let faces = faces_within(&skin(&mesh.cells), &mesh.node_sets["z_max"]);
+        let faces = faces_within(&boundary(&mesh.cells), &mesh.node_sets["z_max"]);
         let field = DepthField::new(&faces, &mesh.nodes).unwrap();
         assert!((field.depth(&Vec3::new(0.3, 0.9, 0.2)) - 0.8).abs() < 1e-12);
         assert!((field.depth(&Vec3::new(0.5, 0.5, 1.25)) - 0.25).abs() < 1e-12, "outside counts the same");

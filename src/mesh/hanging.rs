@@ -66,7 +66,7 @@ impl HangingNodes {
     /// The skin of elements with these hanging nodes, of the `faces` that belong to one element only: without those between coarse and
     /// fine elements, and with coarse faces that have hanging nodes on their edges cut into triangles (the last node repeated), so that
     /// each edge has a face on either side.
-    pub fn skin(&self, faces: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
+    pub fn boundary(&self, faces: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
         if self.is_empty() {
             return faces;
         }
@@ -79,20 +79,21 @@ impl HangingNodes {
         let is_in_a_face = |node: &u32| self.between.get(node).is_some_and(|others| others.len() == 4);
         let is_between =
             |face: &[u32; 4]| face.iter().any(is_in_a_face) || middles.contains_key(&sorted(face));
-        let mut skin = Vec::with_capacity(faces.len());
+        let mut boundary = Vec::with_capacity(faces.len());
         for face in faces.into_iter().filter(|face| !is_between(face)) {
             let edges = (0..4).map(|i| [face[i], face[(i + 1) % 4]]);
             let corners = edges.flat_map(|edge| [Some(edge[0]), middles.get(&sorted(&edge)).copied()]);
             let corners: Vec<u32> = corners.flatten().collect();
             if corners.len() == 4 {
-                skin.push(face);
+                boundary.push(face);
                 continue;
             }
             // From a middle of an edge no triangle is flat.
             let first = corners.iter().position(|node| !face.contains(node)).unwrap_or(0);
             let corner = |i: usize| corners[(first + i) % corners.len()];
-            skin.extend((1..corners.len() - 1).map(|i| [corner(0), corner(i), corner(i + 1), corner(i + 1)]));
+            boundary
+                .extend((1..corners.len() - 1).map(|i| [corner(0), corner(i), corner(i + 1), corner(i + 1)]));
         }
-        skin
+        boundary
     }
 }

@@ -5,7 +5,7 @@
 
 use super::cells::{Cell, Cells};
 use super::refine::{Split, edges_and_faces};
-use super::surface::{skin, skin_nodes};
+use super::surface::{boundary, boundary_nodes};
 use super::{CellKind, Mesh};
 use crate::mechanics::element::HEX8_CORNERS;
 use crate::mechanics::tensor::Vec3;
@@ -28,8 +28,8 @@ pub struct Place {
 impl Place {
     /// Points [m] with the normal of the mesh's skin at its node nearest to each.
     pub fn on_all(mesh: &Mesh, points: &[Vec3]) -> Vec<Self> {
-        let faces = mesh.hanging.skin(skin(&mesh.cells));
-        let nodes = skin_nodes(&faces);
+        let faces = mesh.hanging.boundary(boundary(&mesh.cells));
+        let nodes = boundary_nodes(&faces);
         let mut normals = vec![Vec3::zeros(); mesh.nodes.len()];
         for face in &faces {
             let [a, b, c, d] = face.map(|node| mesh.nodes[node as usize]);
@@ -201,8 +201,8 @@ impl Refinement {
 
     fn finish(self, mesh: &Mesh) -> (Mesh, usize) {
         let hanging = self.split.hanging(&self.cells);
-        let fine_skin = skin_nodes(&hanging.skin(skin(&self.cells)));
-        let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.cells)));
+        let fine_boundary = boundary_nodes(&hanging.boundary(boundary(&self.cells)));
+        let coarse_boundary = boundary_nodes(&mesh.hanging.boundary(boundary(&mesh.cells)));
         let of_origin = || self.origin.iter().map(|e| *e as usize);
         let mut split_origins: Vec<u32> =
             self.origin.iter().zip(&self.level).filter(|(_, level)| **level > 0).map(|(e, _)| *e).collect();
@@ -211,7 +211,7 @@ impl Refinement {
             part_of: of_origin().filter_map(|e| mesh.part_of.get(e).copied()).collect(),
             axes: of_origin().filter_map(|e| mesh.axes.get(e).copied()).collect(),
             parts: mesh.parts.clone(),
-            node_sets: self.split.refined_sets(mesh, &coarse_skin, &fine_skin),
+            node_sets: self.split.refined_sets(mesh, &coarse_boundary, &fine_boundary),
             notes: mesh.notes.clone(),
             nodes: self.split.nodes,
             cells: self.cells,
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_are_small_near_the_place_and_the_skin_is_closed() {
+    fn elements_are_small_near_the_place_and_the_boundary_is_closed() {
         for (size, halvings) in [(0.5, 1), (0.25, 2)] {
             let coarse = block();
             let (fine, split) = refined_in(&coarse, &[at_top(&coarse, 1.5, size)], 1_000_000).unwrap();
@@ -266,7 +266,7 @@ mod tests {
             assert!((least.fold(f64::INFINITY, f64::min) - 0.5_f64.powi(halvings)).abs() < 1e-12);
             assert!(split > 8 && split < coarse.cells.len() && !fine.hanging.is_empty());
             assert!((fine.volume_m3() - 256.0).abs() < 1e-10);
-            let faces = fine.hanging.skin(skin(&fine.cells));
+            let faces = fine.hanging.boundary(boundary(&fine.cells));
             assert!(is_closed(&faces));
             assert!((enclosed_volume_m3(&faces, &fine.nodes) - 256.0).abs() < 1e-10);
             assert!(
@@ -316,7 +316,7 @@ mod tests {
         let finer = refined(&fine).unwrap();
         assert_eq!(finer.cells.len(), 8 * fine.cells.len());
         assert_eq!(quality(&finer).unwrap().coincident_nodes.count, 0);
-        let faces = finer.hanging.skin(skin(&finer.cells));
+        let faces = finer.hanging.boundary(boundary(&finer.cells));
         assert!(!finer.hanging.is_empty() && is_closed(&faces));
         assert!((enclosed_volume_m3(&faces, &finer.nodes) - 256.0).abs() < 1e-10);
         let mut placed = finer.nodes.clone();
@@ -355,10 +355,10 @@ mod tests {
             let (a, b) = (coarse.part_volume_m3(part), fine.part_volume_m3(part));
             assert!((a - b).abs() < 1e-12 * a, "{part}: {a} {b}");
         }
-        let faces = fine.hanging.skin(skin(&fine.cells));
+        let faces = fine.hanging.boundary(boundary(&fine.cells));
         assert!(is_closed(&faces));
         // The outer skin is told by its set before and after, the nodes that hang on it included.
-        let outer: Vec<u32> = skin_nodes(&faces);
+        let outer: Vec<u32> = boundary_nodes(&faces);
         let known = |name: &str| fine.node_sets[name].iter();
         let mut named: Vec<u32> =
             ["bone", "skin_outer", "end_low", "end_high"].into_iter().flat_map(known).copied().collect();

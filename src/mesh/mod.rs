@@ -2,7 +2,7 @@
 //!
 //! A [`Mesh`] is plain data in metres: nodes, and [`Cells`] of the kinds in `cell`. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
 //! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin,
-//! and `triangulated_skin` with `walk` where a ray meets it and where one gets to over it.
+//! and `triangulated_surface` with `walk` where a ray meets it and where one gets to over it.
 
 pub mod cell;
 pub mod cells;
@@ -17,7 +17,7 @@ pub mod quality;
 pub mod read;
 pub mod refine;
 pub mod surface;
-pub mod triangulated_skin;
+pub mod triangulated_surface;
 pub mod walk;
 pub mod write;
 

@@ -2,7 +2,7 @@
 
 use super::cell::MOST_NODES;
 use super::cells::{Cell, Cells};
-use super::surface::{skin, skin_nodes};
+use super::surface::{boundary, boundary_nodes};
 use super::{HangingNodes, Mesh, MeshError};
 use crate::mechanics::tensor::Vec3;
 use std::collections::{BTreeMap, HashMap};
@@ -26,9 +26,9 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
     let each_eight_times = |e: usize| e / 8;
     // Where nothing hung, nothing will.
     let hanging = if mesh.hanging.is_empty() { HangingNodes::default() } else { split.hanging(&cells) };
-    let fine_skin = skin_nodes(&hanging.skin(skin(&cells)));
-    let coarse_skin = skin_nodes(&mesh.hanging.skin(skin(&mesh.cells)));
-    let node_sets = split.refined_sets(mesh, &coarse_skin, &fine_skin);
+    let fine_boundary = boundary_nodes(&hanging.boundary(boundary(&cells)));
+    let coarse_boundary = boundary_nodes(&mesh.hanging.boundary(boundary(&mesh.cells)));
+    let node_sets = split.refined_sets(mesh, &coarse_boundary, &fine_boundary);
     Ok(Mesh {
         part_of: (0..cells.len()).filter_map(|e| mesh.part_of.get(each_eight_times(e)).copied()).collect(),
         axes: (0..cells.len()).filter_map(|e| mesh.axes.get(each_eight_times(e)).copied()).collect(),
@@ -120,23 +120,24 @@ impl Split {
     pub fn refined_sets(
         &self,
         mesh: &Mesh,
-        coarse_skin: &[u32],
-        fine_skin: &[u32],
+        coarse_boundary: &[u32],
+        fine_boundary: &[u32],
     ) -> BTreeMap<String, Vec<u32>> {
-        let refined =
-            |(name, set): (&String, &Vec<u32>)| (name.clone(), self.refined_set(set, coarse_skin, fine_skin));
+        let refined = |(name, set): (&String, &Vec<u32>)| {
+            (name.clone(), self.refined_set(set, coarse_boundary, fine_boundary))
+        };
         mesh.node_sets.iter().map(refined).collect()
     }
 
     /// A node set with the new nodes that belong to it; these are in ascending order, after the corners that they are between.
-    fn refined_set(&self, set: &[u32], coarse_skin: &[u32], fine_skin: &[u32]) -> Vec<u32> {
-        let on_skin = set.iter().all(|a| coarse_skin.binary_search(a).is_ok());
+    fn refined_set(&self, set: &[u32], coarse_boundary: &[u32], fine_boundary: &[u32]) -> Vec<u32> {
+        let on_boundary = set.iter().all(|a| coarse_boundary.binary_search(a).is_ok());
         let first_new = self.nodes.len() - self.parents.len();
         let mut out = set.to_vec();
         for (i, parents) in self.parents.iter().enumerate() {
             let node = (first_new + i) as u32;
             let inherits = parents.iter().all(|a| out.binary_search(a).is_ok());
-            if inherits && (!on_skin || fine_skin.binary_search(&node).is_ok()) {
+            if inherits && (!on_boundary || fine_boundary.binary_search(&node).is_ok()) {
                 out.push(node);
             }
         }

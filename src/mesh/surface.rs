@@ -10,7 +10,7 @@ use std::fmt;
 
 /// The faces that belong to one element only, in the order of their elements.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Skin {
+pub struct Boundary {
     /// Corner nodes of each face, counter-clockwise seen from outside. A side of a quadratic cell is four triangles here.
     pub faces: Vec<[u32; 4]>,
     /// Element that each face belongs to.
@@ -19,7 +19,7 @@ pub struct Skin {
     pub side: Vec<u8>,
 }
 
-impl Skin {
+impl Boundary {
     /// The skin of these elements. Faces used more than once are inside; what else may be wrong with them,
     /// [`topology_problems`] says.
     pub fn of(cells: &Cells) -> Self {
@@ -28,26 +28,26 @@ impl Skin {
             .map(|group| (group[0].element, group[0].side))
             .collect();
         outer.sort_unstable();
-        let mut skin = Self::default();
+        let mut boundary = Self::default();
         for (owner, side) in outer {
             let cell = cells.get(owner as usize);
             for facet in side_of(cell.kind, side).facets {
-                skin.faces.push(facet.map(|i| cell.nodes[i]));
-                skin.owner.push(owner);
-                skin.side.push(side);
+                boundary.faces.push(facet.map(|i| cell.nodes[i]));
+                boundary.owner.push(owner);
+                boundary.side.push(side);
             }
         }
-        skin
+        boundary
     }
 }
 
 /// The faces that belong to one element only, counter-clockwise seen from outside, in the order of their elements.
-pub fn skin(cells: &Cells) -> Vec<[u32; 4]> {
-    Skin::of(cells).faces
+pub fn boundary(cells: &Cells) -> Vec<[u32; 4]> {
+    Boundary::of(cells).faces
 }
 
 /// The nodes of these faces, sorted and without repetition.
-pub fn skin_nodes(faces: &[[u32; 4]]) -> Vec<u32> {
+pub fn boundary_nodes(faces: &[[u32; 4]]) -> Vec<u32> {
     let mut nodes: Vec<u32> = faces.iter().flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -207,7 +207,7 @@ fn problem_between(cells: &Cells, faces: [&Face; 2]) -> Option<TopologyProblem> 
         return None;
     }
     let all_nodes = |nodes: &[u32], face: &CellFace| {
-        skin_nodes(&face.facets.iter().map(|facet| facet.map(|i| nodes[i])).collect::<Vec<_>>())
+        boundary_nodes(&face.facets.iter().map(|facet| facet.map(|i| nodes[i])).collect::<Vec<_>>())
     };
     let differ = all_nodes(a, of_a) != all_nodes(b, of_b);
     differ.then_some(TopologyProblem::NodesBetweenCorners { elements })
@@ -287,24 +287,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn skin_of_a_block_is_its_six_sides() {
+    fn boundary_of_a_block_is_its_six_sides() {
         let mesh =
             Block::uniform(Vec3::zeros(), Vec3::new(3.0, 2.0, 1.0), [3, 2, 2], "b").generate().unwrap();
-        let skin = Skin::of(&mesh.cells);
-        assert_eq!(skin.faces.len(), 2 * (3 * 2 + 3 * 2 + 2 * 2));
-        assert!((enclosed_volume_m3(&skin.faces, &mesh.nodes) - 6.0).abs() < 1e-13);
-        let areas = tributary_areas(&skin.faces, &mesh.nodes);
+        let boundary = Boundary::of(&mesh.cells);
+        assert_eq!(boundary.faces.len(), 2 * (3 * 2 + 3 * 2 + 2 * 2));
+        assert!((enclosed_volume_m3(&boundary.faces, &mesh.nodes) - 6.0).abs() < 1e-13);
+        let areas = tributary_areas(&boundary.faces, &mesh.nodes);
         assert!((areas.iter().sum::<f64>() - 22.0).abs() < 1e-13);
-        for (face, (&owner, &side)) in skin.faces.iter().zip(skin.owner.iter().zip(&skin.side)) {
+        for (face, (&owner, &side)) in boundary.faces.iter().zip(boundary.owner.iter().zip(&boundary.side)) {
             let cell = mesh.cells.get(owner as usize);
             let [facet] = side_of(cell.kind, side).facets else { panic!("a hexahedron has plain faces") };
             assert_eq!(*face, facet.map(|i| cell.nodes[i]));
         }
-        assert_eq!(skin_nodes(&skin.faces).len(), 4 * 3 * 3 - 2, "all but the two nodes inside");
+        assert_eq!(boundary_nodes(&boundary.faces).len(), 4 * 3 * 3 - 2, "all but the two nodes inside");
     }
 
     #[test]
-    fn a_shell_has_an_outer_and_an_inner_skin() {
+    fn a_shell_has_an_outer_and_an_inner_boundary() {
         let ball = HollowBall {
             center: Vec3::new(0.1, -0.2, 0.3),
             outer_radius_m: 0.015,
@@ -314,7 +314,7 @@ mod tests {
             part: "rubber".into(),
         };
         let mesh = ball.generate().unwrap();
-        let faces = skin(&mesh.cells);
+        let faces = boundary(&mesh.cells);
         assert_eq!(faces.len(), 2 * 6 * 16);
         let volume = enclosed_volume_m3(&faces, &mesh.nodes);
         assert!((volume - mesh.volume_m3()).abs() < 1e-12 * volume);

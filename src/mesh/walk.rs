@@ -1,6 +1,6 @@
 //! Straight ahead over a skin.
 
-use super::triangulated_skin::{SkinPoint, TriangulatedSkin};
+use super::triangulated_surface::{SurfacePoint, TriangulatedSurface};
 use crate::mechanics::tensor::Vec3;
 
 /// Why a walk ends before its length.
@@ -34,7 +34,7 @@ struct Cut {
     left: Vec3,
 }
 
-impl TriangulatedSkin {
+impl TriangulatedSurface {
     /// The point that lies `length` [m] (≥ 0) over the skin from another one, straight ahead in a direction (of any length, not
     /// along the normal).
     ///
@@ -43,7 +43,7 @@ impl TriangulatedSkin {
     ///
     /// # Errors
     /// What ends the way before: a border, an edge where the skin turns by more than 60°, or the beginning.
-    pub fn walk(&self, from: &SkinPoint, direction: &Vec3, length: f64) -> Result<SkinPoint, WalkEnd> {
+    pub fn walk(&self, from: &SurfacePoint, direction: &Vec3, length: f64) -> Result<SurfacePoint, WalkEnd> {
         let left = from.normal.cross(direction).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
         let cut = Cut { point: from.place, left };
         let ended = |what, place, walked| WalkEnd { what, place, walked };
@@ -122,7 +122,7 @@ mod tests {
     use super::super::generate::block::Block;
     use super::super::generate::cylinder::Cylinder;
     use super::super::generate::solid_ball::SolidBall;
-    use super::super::surface::{faces_within, skin};
+    use super::super::surface::{boundary, faces_within};
     use super::*;
     use crate::mesh::Mesh;
     use proptest::prelude::*;
@@ -130,11 +130,11 @@ mod tests {
 
     const RADIUS: f64 = 0.05;
 
-    fn skin_of(mesh: &Mesh) -> TriangulatedSkin {
-        TriangulatedSkin::new(&skin(&mesh.cells), mesh.nodes.clone())
+    fn boundary_of(mesh: &Mesh) -> TriangulatedSurface {
+        TriangulatedSurface::new(&boundary(&mesh.cells), mesh.nodes.clone())
     }
 
-    fn ball() -> TriangulatedSkin {
+    fn ball() -> TriangulatedSurface {
         let ball = SolidBall {
             center: Vec3::zeros(),
             radius_m: RADIUS,
@@ -145,7 +145,7 @@ mod tests {
             is_quarter: false,
             part: "ball".into(),
         };
-        skin_of(&ball.generate().unwrap())
+        boundary_of(&ball.generate().unwrap())
     }
 
     fn block() -> Mesh {
@@ -153,12 +153,12 @@ mod tests {
     }
 
     /// Least distance of the planes of the triangles from the origin [m].
-    fn inner_radius(skin: &TriangulatedSkin) -> f64 {
+    fn inner_radius(boundary: &TriangulatedSurface) -> f64 {
         let distance = |triangle: usize| {
-            let [a, b, c] = skin.corners(triangle);
+            let [a, b, c] = boundary.corners(triangle);
             (b - a).cross(&(c - a)).normalize().dot(&a)
         };
-        (0..skin.len()).map(distance).fold(f64::INFINITY, f64::min)
+        (0..boundary.len()).map(distance).fold(f64::INFINITY, f64::min)
     }
 
     proptest! {
@@ -170,11 +170,11 @@ mod tests {
         ) {
             let (up, along) = (Vec3::from(up), Vec3::from(along));
             prop_assume!(up.norm() > 0.1 && up.normalize().cross(&along).norm() > 0.1);
-            let (up, skin) = (up.normalize(), ball());
-            let inner = inner_radius(&skin);
-            let (_, from) = skin.entry(&(up * 0.2), &-up).unwrap();
+            let (up, boundary) = (up.normalize(), ball());
+            let inner = inner_radius(&boundary);
+            let (_, from) = boundary.entry(&(up * 0.2), &-up).unwrap();
             prop_assert!((from.normal - up).norm() < 1e-12, "{:?}", from.normal);
-            let to = skin.walk(&from, &along, share * RADIUS).unwrap();
+            let to = boundary.walk(&from, &along, share * RADIUS).unwrap();
             prop_assert!((to.normal - to.place.normalize()).norm() < 1e-12);
             prop_assert!((inner - 1e-12..RADIUS + 1e-12).contains(&to.place.norm()));
             let across = up.cross(&along).normalize();
@@ -190,15 +190,15 @@ mod tests {
 
     #[test]
     fn on_a_flat_skin_the_way_is_straight_through_nodes_and_along_edges() {
-        let skin = skin_of(&block());
+        let boundary = boundary_of(&block());
         for from in [[0.3, 0.2], [0.25, 0.2], [0.23, 0.21]] {
-            let (height, from) = skin.entry(&Vec3::new(from[0], from[1], 1.2), &-Vec3::z()).unwrap();
+            let (height, from) = boundary.entry(&Vec3::new(from[0], from[1], 1.2), &-Vec3::z()).unwrap();
             assert!((height - 1.0).abs() < 1e-15 && (from.normal - Vec3::z()).norm() < 1e-15);
             for along in
                 [[1.0, 0.0, 0.0], [0.0, -1.0, 0.3], [1.0, 1.0, 0.0], [-0.3, 0.1, -2.0], [2.0, 1.0, 0.0]]
             {
                 let flat = Vec3::new(along[0], along[1], 0.0).normalize();
-                let to = skin.walk(&from, &Vec3::from(along), 0.17).unwrap();
+                let to = boundary.walk(&from, &Vec3::from(along), 0.17).unwrap();
                 assert!((to.place - from.place - flat * 0.17).norm() < 1e-15, "{along:?}");
                 assert!((to.normal - Vec3::z()).norm() < 1e-15);
             }
@@ -209,14 +209,14 @@ mod tests {
     fn a_way_ends_at_a_sharp_edge_at_the_border_and_where_it_began() {
         let block = block();
         let above = Vec3::new(0.3, 0.2, 1.0);
-        let whole = skin_of(&block);
+        let whole = boundary_of(&block);
         let (_, from) = whole.entry(&above, &-Vec3::z()).unwrap();
         let end = whole.walk(&from, &Vec3::x(), 0.31).unwrap_err();
         assert!(matches!(end.what, Obstacle::SharpEdge { turn_deg } if (turn_deg - 90.0).abs() < 1e-9));
         assert!((end.place - Vec3::new(0.6, 0.2, 0.2)).norm() < 1e-15 && (end.walked - 0.3).abs() < 1e-15);
 
-        let top = faces_within(&skin(&block.cells), &block.node_sets["z_max"]);
-        let top = TriangulatedSkin::new(&top, block.nodes.clone());
+        let top = faces_within(&boundary(&block.cells), &block.node_sets["z_max"]);
+        let top = TriangulatedSurface::new(&top, block.nodes.clone());
         let end = top.walk(&from, &-Vec3::y(), 0.21).unwrap_err();
         assert_eq!(end.what, Obstacle::Border);
         assert!((end.place - Vec3::new(0.3, 0.0, 0.2)).norm() < 1e-15);
@@ -233,7 +233,7 @@ mod tests {
             elements_along: 3,
             part: "b".into(),
         };
-        let baton = skin_of(&baton.generate().unwrap());
+        let baton = boundary_of(&baton.generate().unwrap());
         let (_, from) = baton.entry(&Vec3::new(0.003, 0.01, 0.1), &-Vec3::z()).unwrap();
         let corners = f64::from(4 * around);
         let perimeter = corners * 2.0 * RADIUS * (PI / corners).sin();

@@ -42,12 +42,13 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
         thresholds.sort_by(f64::total_cmp);
         thresholds
     };
-    let mut skin = Vec::new();
+    let mut boundary = Vec::new();
     for (b, body) in bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue) {
         let first = body.nodes.start;
-        let faces: Vec<[u32; 4]> = body.skin.faces.iter().map(|face| face.map(|node| node - first)).collect();
+        let faces: Vec<[u32; 4]> =
+            body.boundary.faces.iter().map(|face| face.map(|node| node - first)).collect();
         let exposed = exposed_faces(&scene.document, b, &scene.bodies[b].mesh, &faces);
-        skin.extend(exposed.into_iter().map(|face| face.map(|node| node + first)));
+        boundary.extend(exposed.into_iter().map(|face| face.map(|node| node + first)));
     }
     MeasurePlan {
         stress_thresholds: ascending(&document.stress_thresholds_pa),
@@ -59,9 +60,9 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
             (None, Some(window)) => ForceAverage::Window(window),
             (None, None) => ForceAverage::OfContact,
         },
-        tissue_ends: tissue_ends(scene, bodies, &skin),
+        tissue_ends: tissue_ends(scene, bodies, &boundary),
         moved_by_contact_alone: is_moved_by_contact_alone(&scene.document),
-        tissue_skin: skin,
+        tissue_skin: boundary,
     }
 }
 
@@ -69,7 +70,7 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
 pub const CUTS: [&str; 2] = ["end_low", "end_high"];
 
 /// Held node sets by name, the cuts of generated limbs, and outer faces that are no skin; not those that a symmetry holds.
-fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<TissueEnd> {
+fn tissue_ends(scene: &Scene, bodies: &[PlanBody], boundary: &[[u32; 4]]) -> Vec<TissueEnd> {
     let mut ends = Vec::new();
     let mut add = |name: String, mut nodes: Vec<u32>| {
         nodes.sort_unstable();
@@ -78,7 +79,7 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
             ends.push(TissueEnd { name, nodes });
         }
     };
-    let on_skin: BTreeSet<u32> = skin.iter().flatten().copied().collect();
+    let on_boundary: BTreeSet<u32> = boundary.iter().flatten().copied().collect();
     for (b, body) in
         bodies.iter().enumerate().filter(|(_, body)| body.role == Role::Tissue && body.rigid.is_none())
     {
@@ -97,12 +98,13 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
             add("an artificial end of the model".into(), cuts);
         }
         let is_back = |face: &&[u32; 4]| {
-            !face.iter().all(|node| on_skin.contains(node)) && !face.iter().all(|node| known.contains(node))
+            !face.iter().all(|node| on_boundary.contains(node))
+                && !face.iter().all(|node| known.contains(node))
         };
-        let back = body.skin.faces.iter().filter(is_back).flatten();
+        let back = body.boundary.faces.iter().filter(is_back).flatten();
         add(
             "the back or a side of the model".into(),
-            back.filter(|node| !on_skin.contains(node)).copied().collect(),
+            back.filter(|node| !on_boundary.contains(node)).copied().collect(),
         );
     }
     ends

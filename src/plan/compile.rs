@@ -116,8 +116,8 @@ fn complete(
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
     let mut plan = Plan {
-        skip_quiet_elements: matches!(integrator, Integrator::Explicit(_))
-            && skips_quiet_elements(document, &parts),
+        skip_inactive_elements: matches!(integrator, Integrator::Explicit(_))
+            && skips_inactive_elements(document, &parts),
         distant_pairs,
         name: document.name.clone(),
         measures: measures(scene, &parts.bodies),
@@ -178,10 +178,10 @@ fn is_loaded(document: &SceneDocument) -> bool {
 }
 
 /// Under gravity nothing stays quiet, and where everything is in motion from the start nothing is.
-fn skips_quiet_elements(document: &SceneDocument, parts: &Parts) -> bool {
+fn skips_inactive_elements(document: &SceneDocument, parts: &Parts) -> bool {
     let rests = |node: u32| [&parts.u, &parts.v].iter().all(|values| values[node as usize] == Vec3::zeros());
     let mut meshes = parts.bodies.iter().filter(|body| body.rigid.is_none());
-    !document.keeps(Keep::QuietElements)
+    !document.keeps(Keep::InactiveElements)
         && !is_loaded(document)
         && !parts.bodies.iter().any(|body| parts.loads.act_on(body))
         && meshes.any(|body| body.nodes.clone().any(rests))
@@ -246,7 +246,8 @@ fn add_body(
     add_blocks(&mut parts.blocks, &globals, document, body, elements)?;
 
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
-    let faces: Vec<[u32; 4]> = mesh.hanging.skin(surface::skin(&mesh.cells)).iter().map(global).collect();
+    let faces: Vec<[u32; 4]> =
+        mesh.hanging.boundary(surface::boundary(&mesh.cells)).iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
     parts.bodies.push(PlanBody {
         name: document.name.clone(),
@@ -259,7 +260,7 @@ fn add_body(
         parts: mesh.parts.clone(),
         validity: validity_of_parts(document, body),
         erodes: document.parts.iter().any(|part| part.erosion.is_some()),
-        skin: Surface { nodes, faces },
+        boundary: Surface { nodes, faces },
         rigid: None,
         mass: mass.iter().sum(),
         first_moment: mesh.nodes.iter().zip(&mass).map(|(X, m)| X * *m).sum(),
@@ -321,7 +322,7 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
         parts: Vec::new(),
         validity: Vec::new(),
         erodes: false,
-        skin: Surface { nodes: vec![centre], faces: Vec::new() },
+        boundary: Surface { nodes: vec![centre], faces: Vec::new() },
         rigid: Some(parts.rigid.bodies.len()),
         mass,
         first_moment: place * mass,

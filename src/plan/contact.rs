@@ -194,7 +194,7 @@ fn slave_and_master(
     let flown = (bodies[a].flight_velocity - bodies[b].flight_velocity) * document.end_time_s;
     let (low, high) = (a.min(b), a.max(b));
     let flown = if low == a { flown } else { -flown };
-    match choose_slave(&bodies[low].skin, &bodies[high].skin, X, &flown) {
+    match choose_slave(&bodies[low].boundary, &bodies[high].boundary, X, &flown) {
         Slave::First => (low, high),
         Slave::Second => (high, low),
     }
@@ -205,7 +205,7 @@ fn surface_of(plan: &mut ContactPlan, bodies: &[PlanBody], body: usize) -> usize
     if let Some(index) = plan.surface_body.iter().position(|b| *b == body) {
         return index;
     }
-    let Surface { nodes, faces } = &bodies[body].skin;
+    let Surface { nodes, faces } = &bodies[body].boundary;
     plan.surfaces.push(Surface { nodes: nodes.clone(), faces: faces.clone() });
     plan.surface_body.push(body);
     plan.surfaces.len() - 1

@@ -10,40 +10,40 @@
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::surface::{skin, skin_nodes};
+use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, SceneDocument};
 
 /// Where a body's mass is lumped.
 pub(super) struct ContactMass {
     alpha: f64,
-    is_skin: Vec<bool>,
+    is_boundary: Vec<bool>,
 }
 
 impl ContactMass {
     /// With the share `alpha` [-] of the mass of skin nodes moved inwards.
     pub fn new(alpha: f64, mesh: &Mesh) -> Self {
-        let mut is_skin = vec![false; mesh.nodes.len()];
+        let mut is_boundary = vec![false; mesh.nodes.len()];
         if alpha > 0.0 {
-            for node in skin_nodes(&mesh.hanging.skin(skin(&mesh.cells))) {
-                is_skin[node as usize] = true;
+            for node in boundary_nodes(&mesh.hanging.boundary(boundary(&mesh.cells))) {
+                is_boundary[node as usize] = true;
             }
         }
-        Self { alpha, is_skin }
+        Self { alpha, is_boundary }
     }
 
     /// Moves volume from the corners on the skin to the others, in equal parts; an element without others keeps its own.
     pub fn moved(&self, nodes: &[u32], mut volume: Vec<f64>) -> Vec<f64> {
-        let on_skin: Vec<bool> = nodes.iter().map(|node| self.is_skin[*node as usize]).collect();
-        let inner = on_skin.iter().filter(|on_skin| !**on_skin).count();
+        let on_boundary: Vec<bool> = nodes.iter().map(|node| self.is_boundary[*node as usize]).collect();
+        let inner = on_boundary.iter().filter(|on_boundary| !**on_boundary).count();
         if inner == 0 || inner == nodes.len() {
             return volume;
         }
-        let skin_volume: f64 =
-            volume.iter().zip(&on_skin).filter(|(_, on_skin)| **on_skin).map(|(v, _)| v).sum();
-        let share = self.alpha * skin_volume / inner as f64;
-        for (volume, on_skin) in volume.iter_mut().zip(on_skin) {
-            *volume = if on_skin { *volume * (1.0 - self.alpha) } else { *volume + share };
+        let boundary_volume: f64 =
+            volume.iter().zip(&on_boundary).filter(|(_, on_boundary)| **on_boundary).map(|(v, _)| v).sum();
+        let share = self.alpha * boundary_volume / inner as f64;
+        for (volume, on_boundary) in volume.iter_mut().zip(on_boundary) {
+            *volume = if on_boundary { *volume * (1.0 - self.alpha) } else { *volume + share };
         }
         volume
     }
@@ -93,7 +93,7 @@ mod tests {
     use crate::mesh::generate::block::Block;
 
     #[test]
-    fn mass_stays_and_skins_get_lighter() {
+    fn mass_stays_and_boundaries_get_lighter() {
         let mesh =
             Block::uniform([0.0; 3].into(), [1.0, 2.0, 3.0].into(), [3, 4, 5], "block").generate().unwrap();
         let mass = ContactMass::new(0.75, &mesh);

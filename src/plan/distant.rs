@@ -58,9 +58,9 @@ impl BodyMotion {
     pub fn new(body: &PlanBody, X: &[Vec3], [u, v, inverse_mass]: [&[Vec3]; 3], is_loaded: bool) -> Self {
         let nodes = body.nodes.start as usize..body.nodes.end as usize;
         let zero = |values: &[Vec3]| values[nodes.clone()].iter().all(|x| *x == Vec3::zeros());
-        let places = || body.skin.nodes.iter().map(|&node| X[node as usize] + u[node as usize]);
+        let places = || body.boundary.nodes.iter().map(|&node| X[node as usize] + u[node as usize]);
         let infinite = Vec3::repeat(f64::INFINITY);
-        let sizes = body.skin.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
+        let sizes = body.boundary.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
         Self {
             low: places().fold(infinite, |low, x| low.inf(&x)),
             high: places().fold(-infinite, |high, x| high.sup(&x)),

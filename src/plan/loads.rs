@@ -152,7 +152,7 @@ impl Loads {
         (index, body): (usize, &PlanBody),
         X: &[Vec3],
     ) {
-        let faces = faces_within(&body.skin.faces, &set_nodes(scene, (index, body), load.set()));
+        let faces = faces_within(&body.boundary.faces, &set_nodes(scene, (index, body), load.set()));
         let ramp = Ramp::new(load.ramp(), &scene.document);
         match load {
             FaceLoadDocument::Pressure { pressure_pa, .. } => {

@@ -41,7 +41,9 @@ impl MemoryReport {
         let bodies: u64 = plan
             .bodies
             .iter()
-            .map(|b| bytes(b.cells.connectivity().len() + b.cells.len(), 4) + bytes(b.skin.faces.len(), 16))
+            .map(|b| {
+                bytes(b.cells.connectivity().len() + b.cells.len(), 4) + bytes(b.boundary.faces.len(), 16)
+            })
             .sum();
         let systems = match &plan.integrator {
             Integrator::Explicit(_) => 0,

@@ -7,10 +7,10 @@ mod contact_mass;
 mod cost;
 mod distant;
 mod holder;
-mod left_out;
 mod loads;
 mod memory;
 mod named_materials;
+mod omitted;
 mod parts;
 mod refinement;
 mod report;
@@ -25,10 +25,10 @@ pub use asked::CUTS;
 pub use compile::{compile, recompile};
 pub use distant::DistantPair;
 pub use holder::Holder;
-pub use left_out::LeftOut;
 pub use loads::{FacePressure, LoadTime, Loads, NodalForces, Prescribed, Ramp};
 pub use memory::MemoryReport;
 pub use named_materials::NamedMaterialReport;
+pub use omitted::Omitted;
 pub use parts::CompileError;
 pub use refinement::RefinementReport;
 pub use report::{BlockReport, IntegratorReport, PairReport, PlanReport};
@@ -75,7 +75,7 @@ pub struct Plan {
     /// Pairs that were asked for and cannot meet before the end; they are not in `contact`.
     pub distant_pairs: Vec<DistantPair>,
     /// Whether elements that nothing has reached yet are left out of a step.
-    pub skip_quiet_elements: bool,
+    pub skip_inactive_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,
     /// What else acts on nodes.
@@ -137,7 +137,7 @@ pub struct PlanBody {
     /// Whether elements of it may be given up.
     pub erodes: bool,
     /// Its skin at the start: outward faces with global nodes. A rigid body has its centre and no faces.
-    pub skin: Surface,
+    pub boundary: Surface,
     /// Its index among the rigid bodies, if it is one.
     pub rigid: Option<usize>,
     /// Mass [kg].
@@ -158,10 +158,10 @@ impl PlanBody {
     /// Its skin without the elements that are gone: faces that they have laid bare are in it, their own are not.
     pub fn skin_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
-            return Cow::Borrowed(&self.skin);
+            return Cow::Borrowed(&self.boundary);
         }
-        let faces = surface::skin(&self.intact(erosion).collect());
-        Cow::Owned(Surface { nodes: surface::skin_nodes(&faces), faces })
+        let faces = surface::boundary(&self.intact(erosion).collect());
+        Cow::Owned(Surface { nodes: surface::boundary_nodes(&faces), faces })
     }
 }
 

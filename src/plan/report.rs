@@ -1,8 +1,8 @@
 //! The plan as a thing to look at: what it kept, what it left out and why, and what it will cost.
 
-use super::left_out::{LeftOut, left_out};
 use super::memory::MemoryReport;
 use super::named_materials::NamedMaterialReport;
+use super::omitted::{Omitted, omitted};
 use super::refinement::RefinementReport;
 use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
@@ -54,7 +54,7 @@ pub struct PlanReport {
     /// Integrator, blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
     /// What is absent, each with its reason.
-    pub left_out: Vec<LeftOut>,
+    pub omitted: Vec<Omitted>,
     /// What is kept though the scene may not need it, because somebody asked.
     pub put_back: Vec<Keep>,
 }
@@ -169,12 +169,12 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
-    let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
+    let evaluated_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks
         .iter()
         .enumerate()
-        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), swept_bytes))
+        .map(|(i, block)| of_block(plan, block, steps.smallest_of(i), evaluated_bytes))
         .collect();
     let pairs: Vec<PairReport> = of_pairs(plan);
     let memory = MemoryReport::new(plan, forces_bytes);
@@ -193,8 +193,8 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     kept.extend(solver.map(|solver| solver_in_words(solver, is_explicit)));
     if is_explicit
         && !plan.blocks.is_empty()
-        && !plan.skip_quiet_elements
-        && !scene.document.keeps(Keep::QuietElements)
+        && !plan.skip_inactive_elements
+        && !scene.document.keeps(Keep::InactiveElements)
     {
         kept.push(
             "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
@@ -208,7 +208,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         stable_step_s,
         stable_step: steps.report(&plan.blocks, &plan.bodies, (safety, max_step)),
         expected_steps,
-        expected_run_time_s: cost::run_time_s(plan, expected_steps, swept_bytes),
+        expected_run_time_s: cost::run_time_s(plan, expected_steps, evaluated_bytes),
         integrator,
         kept,
         blocks,
@@ -216,7 +216,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         refinements,
         rigid_bodies,
         pairs,
-        left_out: left_out(plan, scene),
+        omitted: omitted(plan, scene),
         put_back: scene.document.solver.keep.clone(),
     }
 }
@@ -256,7 +256,7 @@ fn of_block(
     plan: &Plan,
     block: &ElementBlock,
     smallest_stable_step_s: f64,
-    swept_bytes: usize,
+    evaluated_bytes: usize,
 ) -> BlockReport {
     let (p, body) = (&block.parameters, &plan.bodies[block.body]);
     let parts: BTreeSet<u32> =
@@ -277,7 +277,7 @@ fn of_block(
         prony_branches: p.prony.branches().len(),
         erodes: p.erosion.is_some(),
         smallest_stable_step_s,
-        element_steps_per_s: cost::element_steps_per_s(p, swept_bytes),
+        element_steps_per_s: cost::element_steps_per_s(p, evaluated_bytes),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Stable steps of all elements at the start: which element dictates the step, and how many are like it.
 
 use super::PlanBody;
-use crate::mechanics::force::{ElementBlock, ElementForces, SweepInput, Threads};
+use crate::mechanics::force::{ElementBlock, ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
@@ -47,7 +47,7 @@ pub(super) struct StableSteps(Vec<Vec<f64>>);
 impl StableSteps {
     /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
-        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         forces.sweep(&Threads::ONE, blocks, &input);
         let at_rest = vec![Vec3::zeros(); u.len()];
         forces.add_viscous(&Threads::ONE, blocks, &input, &at_rest);

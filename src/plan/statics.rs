@@ -49,12 +49,12 @@ impl Statics {
             let (low, high) = nodes().fold((X[nodes().start], X[nodes().start]), |(low, high), node| {
                 (low.inf(&X[node]), high.sup(&X[node]))
             });
-            let sizes = body.skin.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
+            let sizes = body.boundary.faces.iter().map(|face| Patch::new(face, X).area().sqrt());
             Unheld {
                 body: index,
                 motions,
                 steadying: STEADYING * square / (high - low).norm_squared(),
-                reach: sizes.sum::<f64>() / body.skin.faces.len() as f64,
+                reach: sizes.sum::<f64>() / body.boundary.faces.len() as f64,
             }
         };
         let deformable = bodies.iter().enumerate().filter(|(_, body)| body.rigid.is_none());

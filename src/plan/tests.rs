@@ -55,14 +55,14 @@ fn keeping(mut document: Value, keep: &[Keep]) -> Plan {
 }
 
 fn switches(plan: &Plan) -> Vec<Keep> {
-    plan.report.left_out.iter().filter_map(|l| l.switch).collect()
+    plan.report.omitted.iter().filter_map(|l| l.switch).collect()
 }
 
 #[test]
 fn each_switch_puts_back_its_thing_and_nothing_else() {
     let plan = compiled(&scene());
     let all = [
-        Keep::QuietElements,
+        Keep::InactiveElements,
         Keep::IdleSelfContact,
         Keep::TangentialReactions,
         Keep::IdleFibres,
@@ -75,7 +75,7 @@ fn each_switch_puts_back_its_thing_and_nothing_else() {
         let expected: Vec<Keep> = all.into_iter().filter(|k| *k != keep).collect();
         assert_eq!((switches(&other), &other.report.put_back[..]), (expected, &[keep][..]));
         let families = |plan: &Plan| plan.blocks[0].parameters.material.family_count();
-        assert_eq!(other.skip_quiet_elements, keep != Keep::QuietElements);
+        assert_eq!(other.skip_inactive_elements, keep != Keep::InactiveElements);
         assert_eq!(families(&other), if keep == Keep::IdleFibres { 2 } else { 0 });
         assert_eq!(other.fields.len(), if keep == Keep::UnaskedFields { 6 } else { 1 });
         let contact = other.contact.as_ref().unwrap();
@@ -92,7 +92,7 @@ fn each_switch_puts_back_its_thing_and_nothing_else() {
 }
 
 #[test]
-fn a_far_plane_is_left_out_unless_the_body_may_be_thrown_at_it() {
+fn a_far_plane_is_omitted_unless_the_body_may_be_thrown_at_it() {
     let mut document = scene();
     document["contact"] = json!({"pairs": [{"between": ["stone", "ceiling"]}]});
     let plan = compiled(&document);
@@ -121,7 +121,7 @@ fn bodies_that_deform_meet_themselves_unless_the_scene_says_otherwise() {
         document["contact"] = contact;
         let plan = compiled(&document);
         let of_itself: Vec<String> = plan.bodies_that_meet_themselves().map(|b| b.name.clone()).collect();
-        let words = plan.report.left_out.iter().find(|l| l.what == "self-contact").map(|l| l.why.clone());
+        let words = plan.report.omitted.iter().find(|l| l.what == "self-contact").map(|l| l.why.clone());
         (of_itself, words.unwrap_or_default())
     };
     assert_eq!(asked(json!({"pairs": "all"})), (vec!["ground".into(), "stone".into()], String::new()));
@@ -137,17 +137,17 @@ fn bodies_that_deform_meet_themselves_unless_the_scene_says_otherwise() {
 }
 
 #[test]
-fn nothing_is_quiet_under_gravity_or_where_all_moves_from_the_start() {
+fn nothing_is_inactive_under_gravity_or_where_all_moves_from_the_start() {
     let mut document = scene();
     document["gravity_m_per_s2"] = json!([0, 0, -9.81]);
     let plan = compiled(&document);
-    assert!(!plan.skip_quiet_elements && plan.report.kept.iter().any(|k| k.starts_with("quiet elements")));
+    assert!(!plan.skip_inactive_elements && plan.report.kept.iter().any(|k| k.starts_with("quiet elements")));
     let mut document = scene();
     document["contact"]["pairs"] = json!([]);
     document["bodies"] = json!([document["bodies"][1]]);
     document["bodies"][0]["initial_deformation"] = json!({"kind": "affine", "center_m": [9, 9, 9], "deformation_gradient": [[1.01, 0, 0], [0, 1.01, 0], [0, 0, 1.01]]});
     let plan = compiled(&document);
-    assert!(!plan.skip_quiet_elements && !switches(&plan).contains(&Keep::QuietElements));
+    assert!(!plan.skip_inactive_elements && !switches(&plan).contains(&Keep::InactiveElements));
 }
 
 #[test]
@@ -246,11 +246,10 @@ fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
 }
 
 #[test]
-fn history_is_left_out_where_nothing_is_remembered() {
+fn history_is_omitted_where_nothing_is_remembered() {
     let line_and_rows = |document: &Value| {
         let plan = compiled(document);
-        let line =
-            plan.report.left_out.iter().find(|l| l.what.starts_with("history")).map(|l| l.what.clone());
+        let line = plan.report.omitted.iter().find(|l| l.what.starts_with("history")).map(|l| l.what.clone());
         (line.unwrap_or_default(), plan.blocks.iter().map(ElementBlock::history_rows).max())
     };
     let mut document = scene();

@@ -38,7 +38,7 @@ struct RigidChannels {
     body: usize,
     pose: u16,
     /// Boundary surface and its channel, if any field is requested.
-    mesh: Option<(u16, scene_update::RigidSkin)>,
+    mesh: Option<(u16, scene_update::RigidSurface)>,
 }
 
 /// The open file and the state of the recording.
@@ -108,7 +108,7 @@ impl McapRecorder {
                 stress: writer.add_channel(&format!("{}{name}", stress::TOPIC), stress::SCHEMA)?,
                 mesh: writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?,
                 points: writer.add_channel(&format!("{}{name}", point_cloud::TOPIC), point_cloud::SCHEMA)?,
-                triangles: scene_update::triangles(&plan.bodies[body].skin),
+                triangles: scene_update::triangles(&plan.bodies[body].boundary),
             });
         }
         let start =
@@ -151,8 +151,9 @@ impl McapRecorder {
                 open.writer.write(channels.pose, time, &message)?;
             }
             let mesh = channels.mesh.as_ref().filter(|_| frame.is_field_time);
-            let mesh = mesh
-                .map(|(channel, skin)| (channel, scene_update::rigid_message(frame, channels.body, skin)));
+            let mesh = mesh.map(|(channel, boundary)| {
+                (channel, scene_update::rigid_message(frame, channels.body, boundary))
+            });
             if let Some((channel, Some(message))) = mesh {
                 open.writer.write(*channel, time, &message)?;
             }
@@ -223,7 +224,7 @@ fn add_rigid_channels(
         None
     } else {
         let channel = writer.add_channel(&format!("{}{name}", scene_update::TOPIC), scene_update::SCHEMA)?;
-        Some((channel, scene_update::RigidSkin::new(&plan.rigid_bodies()[index].shape)))
+        Some((channel, scene_update::RigidSurface::new(&plan.rigid_bodies()[index].shape)))
     };
     Ok(RigidChannels { body, pose, mesh })
 }

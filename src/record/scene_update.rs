@@ -34,12 +34,12 @@ pub fn triangles(surface: &Surface) -> Vec<u32> {
 }
 
 /// Triangulated surface of a rigid body, in its axes.
-pub struct RigidSkin {
+pub struct RigidSurface {
     points: Vec<Point3>,
     indices: Vec<u32>,
 }
 
-impl RigidSkin {
+impl RigidSurface {
     /// Triangulates a rigid shape in its own axes.
     pub fn new(shape: &Shape) -> Self {
         let (points, triangles) = triangulated(shape);
@@ -48,13 +48,13 @@ impl RigidSkin {
 }
 
 /// The message of a rigid body at a field time; `None` for a deformable one.
-pub fn rigid_message(frame: &Frame, body: usize, skin: &RigidSkin) -> Option<SceneUpdate> {
+pub fn rigid_message(frame: &Frame, body: usize, boundary: &RigidSurface) -> Option<SceneUpdate> {
     let mesh = TriangleListPrimitive {
         pose: Some(on_the_wire(&frame.pose(body)?)),
-        points: skin.points.clone(),
+        points: boundary.points.clone(),
         color: Some(PLAIN),
         colors: Vec::new(),
-        indices: skin.indices.clone(),
+        indices: boundary.indices.clone(),
     };
     Some(update(frame, body, vec![pair("time_s", frame.time.to_string())], mesh))
 }
@@ -69,7 +69,7 @@ pub fn message(
     top: f64,
 ) -> SceneUpdate {
     let plan_body = &frame.plan.bodies[body];
-    let nodes = &plan_body.skin.nodes;
+    let nodes = &plan_body.boundary.nodes;
     let stress = fields.map(|f| &f.von_mises).filter(|values| !values.is_empty());
     let mut metadata = vec![pair("time_s", frame.time.to_string())];
     if stress.is_some() {

@@ -39,13 +39,13 @@ const RELAXING: [f64; 2] = [250.0, 300.0];
 /// Largest size of the element data that fits in the cache [bytes].
 const CACHE_BYTES: usize = 4_000_000;
 
-/// Time of one element for one step on one core [s], if the force evaluation reads `swept_bytes`; `viscous`: whether it has
+/// Time of one element for one step on one core [s], if the force evaluation reads `evaluated_bytes`; `viscous`: whether it has
 /// a shear viscosity, and a Prony series.
 pub fn element_s(
     material: &Material,
     formulation: Formulation,
     viscous: [bool; 2],
-    swept_bytes: usize,
+    evaluated_bytes: usize,
 ) -> f64 {
     let time = material.element_time();
     let matrix = match formulation {
@@ -53,7 +53,7 @@ pub fn element_s(
         Formulation::Full => time.full,
         Formulation::Reduced => time.reduced,
     };
-    let place = usize::from(swept_bytes > CACHE_BYTES);
+    let place = usize::from(evaluated_bytes > CACHE_BYTES);
     let viscous: f64 =
         [VISCOUS, RELAXING].iter().zip(viscous).filter(|(_, is)| *is).map(|(time, _)| time[place]).sum();
     1e-9 * (viscous + matrix[place] + material.family_count() as f64 * time.family[place])

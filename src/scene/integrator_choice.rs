@@ -9,7 +9,7 @@ use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::surface::{skin, skin_nodes};
+use crate::mesh::surface::{boundary, boundary_nodes};
 use serde::Serialize;
 
 /// Default number of implicit steps of a run, unless a body moves faster.
@@ -131,7 +131,7 @@ fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
 
 fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let elements: usize = bodies.iter().map(|body| body.mesh.cells.len()).sum();
-    let swept_bytes = elements * BYTES_PER_ELEMENT as usize;
+    let evaluated_bytes = elements * BYTES_PER_ELEMENT as usize;
     let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
@@ -139,14 +139,16 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
                 material,
                 part.element(material),
                 [part.shear_viscosity_pa_s > 0.0, part.prony_series.is_some()],
-                swept_bytes,
+                evaluated_bytes,
             )
         };
         body.part_entry.iter().map(of_entry).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
-    let skins: usize =
-        bodies.iter().map(|body| skin_nodes(&body.mesh.hanging.skin(skin(&body.mesh.cells))).len()).sum();
+    let skins: usize = bodies
+        .iter()
+        .map(|body| boundary_nodes(&body.mesh.hanging.boundary(boundary(&body.mesh.cells))).len())
+        .sum();
     StepLoad {
         elements,
         sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),

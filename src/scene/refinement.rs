@@ -6,8 +6,8 @@ use super::validate::Findings;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::local_refinement::{Place, Region, refined_in};
-use crate::mesh::surface::skin;
-use crate::mesh::triangulated_skin::TriangulatedSkin;
+use crate::mesh::surface::boundary;
+use crate::mesh::triangulated_surface::TriangulatedSurface;
 
 /// The placed meshes of all bodies, for refinement; those of rigid bodies are empty.
 pub struct Meshes<'a> {
@@ -75,7 +75,7 @@ impl Meshes<'_> {
     /// boundary surface. Where no body is a projectile, each of the others may be.
     fn impact_on(&self, body: usize, mesh: &Mesh) -> Option<Vec3> {
         let bodies = &self.document.bodies;
-        let own_skin = self.skin(body, mesh);
+        let own_skin = self.boundary(body, mesh);
         let others = (0..bodies.len()).filter(|other| *other != body);
         if bodies[body].role == Role::Projectile {
             // From a point far ahead, back towards the projectile.
@@ -103,9 +103,9 @@ impl Meshes<'_> {
         nearest.map_or(point, |X| point - (start(X) - X))
     }
 
-    fn skin(&self, body: usize, mesh: &Mesh) -> TriangulatedSkin {
+    fn boundary(&self, body: usize, mesh: &Mesh) -> TriangulatedSurface {
         let positions = mesh.nodes.iter().map(|X| self.document.bodies[body].start_position(X)).collect();
-        TriangulatedSkin::new(&skin(&mesh.cells), positions)
+        TriangulatedSurface::new(&boundary(&mesh.cells), positions)
     }
 
     /// Velocity of one body relative to another [m/s]; `None` if it is zero.

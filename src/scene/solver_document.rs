@@ -122,7 +122,7 @@ impl SolverDocument {
 #[serde(rename_all = "snake_case")]
 pub enum Keep {
     /// Inactive elements are evaluated too.
-    QuietElements,
+    InactiveElements,
     /// Pairs that cannot meet before the end are searched too.
     DistantPairs,
     /// Bodies are searched for self-contact in every step, even where no part of them can have come close since the last
@@ -139,7 +139,7 @@ pub enum Keep {
 impl Keep {
     /// All features, in the order of declaration.
     pub const ALL: [Self; 6] = [
-        Self::QuietElements,
+        Self::InactiveElements,
         Self::DistantPairs,
         Self::IdleSelfContact,
         Self::TangentialReactions,
@@ -150,7 +150,7 @@ impl Keep {
     /// Its name in documents and on the command line.
     pub fn name(self) -> &'static str {
         match self {
-            Self::QuietElements => "quiet_elements",
+            Self::InactiveElements => "inactive_elements",
             Self::DistantPairs => "distant_pairs",
             Self::IdleSelfContact => "idle_self_contact",
             Self::TangentialReactions => "tangential_reactions",

@@ -49,7 +49,7 @@ pub(super) fn erode(
     erosion.forget(&plan.blocks, &mut state.history);
     // Internal forces without the eroded elements, and the work by which they differ.
     forces.take_out(erosion);
-    let input = state.sweep_input();
+    let input = state.force_input();
     forces.sweep(threads, &plan.blocks, &input);
     forces.add_viscous(threads, &plan.blocks, &input, &state.v);
     for (node, before) in nodes.into_iter().zip(before) {

@@ -52,7 +52,7 @@ pub(super) struct ExplicitStepper<'p> {
     /// Number of eroded elements accounted for.
     gone: usize,
     /// Whether elements at rest have been made inactive.
-    has_slept: bool,
+    has_been_inactive: bool,
     /// Number of elements evaluated last.
     swept: u64,
     strain: Vec<f64>,
@@ -99,7 +99,7 @@ impl<'p> ExplicitStepper<'p> {
             activity: Activity::everything(nodes, &forces),
             forces,
             gone: 0,
-            has_slept: false,
+            has_been_inactive: false,
             swept: 0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
@@ -226,7 +226,7 @@ impl Stepper for ExplicitStepper<'_> {
         self.forces.swap_history(&mut state.history);
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
-            self.extremes.swept_elements += self.swept;
+            self.extremes.evaluated_elements += self.swept;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         // Advance the clock and the rigid bodies.
@@ -253,7 +253,7 @@ impl Stepper for ExplicitStepper<'_> {
             }
             let Plan { blocks, assembly, .. } = self.plan;
             let moved = state.projected.iter().map(|(node, _)| *node);
-            self.activity.wake_nodes(&mut self.forces, blocks, assembly, moved);
+            self.activity.activate_nodes(&mut self.forces, blocks, assembly, moved);
             state.ledger.add_projection(self.plan, &state.projected, &self.f_int);
             self.plan.assembly.followers().follow(&mut state.u);
         }
@@ -323,10 +323,10 @@ impl ExplicitStepper<'_> {
         self.hourglass.fill(0.0);
         self.branches.fill(0.0);
         self.viscous.fill(0.0);
-        let input = state.sweep_input();
+        let input = state.force_input();
         self.forces.sweep(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
-        self.swept = self.forces.awake_elements(&self.plan.blocks) as u64;
+        self.swept = self.forces.active_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);
@@ -346,10 +346,10 @@ impl ExplicitStepper<'_> {
 
     /// Deactivates elements at rest, after the first evaluation, which covers all elements.
     fn put_to_sleep(&mut self, state: &State) {
-        if self.plan.skip_quiet_elements && !self.has_slept {
+        if self.plan.skip_inactive_elements && !self.has_been_inactive {
             let Plan { blocks, assembly, .. } = self.plan;
             self.activity.fall_asleep(&mut self.forces, blocks, assembly, (&state.u, &state.v));
-            self.has_slept = true;
+            self.has_been_inactive = true;
         }
     }
 
@@ -357,11 +357,11 @@ impl ExplicitStepper<'_> {
     fn wake(&mut self) {
         let Plan { blocks, assembly, .. } = self.plan;
         let Self { activity, forces, v_after, contact, .. } = self;
-        activity.wake_moving(forces, blocks, assembly, v_after);
+        activity.activate_moving(forces, blocks, assembly, v_after);
         let contacts = contact.as_ref().map_or(&[][..], |contact| contact.results().0);
         let nodes = contacts.iter().flat_map(|contact| contact.stencil.nodes().iter().copied());
         let moving = nodes.filter(|node| v_after[*node as usize] != Vec3::zeros());
-        activity.wake_nodes(forces, blocks, assembly, moving);
+        activity.activate_nodes(forces, blocks, assembly, moving);
     }
 
     /// Absolute positions x_n of the contact surfaces, the only ones needed.

@@ -122,7 +122,7 @@ pub struct Outcome {
     pub element_steps: u64,
     /// Active part of these; in the rest internal forces were not evaluated, because nothing had reached the element
     /// yet.
-    pub swept_element_steps: u64,
+    pub evaluated_element_steps: u64,
     /// Largest error of the energy balance [-].
     pub balance_error: f64,
     /// Largest number of contact candidates in a step.

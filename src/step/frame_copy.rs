@@ -20,7 +20,7 @@ pub struct FrameCopy {
     mean_step: f64,
     /// Displacement of the boundary nodes, or of all nodes if elements may erode [m], body after body; empty at a look
     /// time.
-    skin_u: Vec<Vec3>,
+    boundary_u: Vec<Vec3>,
     is_field_time: bool,
     field: Option<Box<FieldCopy>>,
     erosion: Arc<Erosion>,
@@ -48,7 +48,7 @@ impl FrameCopy {
     pub fn new(plan: &Plan) -> Self {
         let most = plan.most_contacts();
         Self {
-            skin_u: Vec::with_capacity(nodes_to_keep(plan).count()),
+            boundary_u: Vec::with_capacity(nodes_to_keep(plan).count()),
             orientations: Vec::with_capacity(plan.rigid_bodies().len()),
             contacts: Vec::with_capacity(most),
             reactions: Vec::with_capacity(most),
@@ -62,11 +62,11 @@ impl FrameCopy {
     pub fn take(&mut self, frame: &Frame, mut field: Option<Box<FieldCopy>>) {
         (self.time, self.step, self.mean_step) = (frame.time, frame.step, frame.mean_step);
         self.is_field_time = frame.is_field_time;
-        self.skin_u.clear();
+        self.boundary_u.clear();
         if let Some(field) = &mut field {
             field.take(frame);
         } else {
-            self.skin_u.extend(nodes_to_keep(frame.plan).map(|node| frame.u[node as usize]));
+            self.boundary_u.extend(nodes_to_keep(frame.plan).map(|node| frame.u[node as usize]));
         }
         self.field = field;
         self.erosion.clone_from(frame.erosion);
@@ -90,7 +90,7 @@ impl FrameCopy {
                 // Makes access to missing data visible in tests.
                 u.fill(Vec3::repeat(f64::NAN));
             }
-            for (node, value) in nodes_to_keep(plan).zip(&self.skin_u) {
+            for (node, value) in nodes_to_keep(plan).zip(&self.boundary_u) {
                 u[node as usize] = *value;
             }
         }
@@ -148,9 +148,9 @@ impl FieldCopy {
 /// The nodes needed between the look times: boundary nodes, and in bodies that erode all that may become such.
 fn nodes_to_keep(plan: &Plan) -> impl Iterator<Item = u32> {
     plan.bodies.iter().flat_map(|body| {
-        let (all, skin) =
-            if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.skin.nodes[..]) };
-        all.chain(skin.iter().copied())
+        let (all, boundary) =
+            if body.erodes { (body.nodes.clone(), &[][..]) } else { (0..0, &body.boundary.nodes[..]) };
+        all.chain(boundary.iter().copied())
     })
 }
 

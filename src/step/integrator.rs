@@ -64,7 +64,7 @@ pub(super) struct Extremes {
     pub most_contacts: usize,
     pub balance_error: f64,
     /// Active elements, summed over the steps since the clock started.
-    pub swept_elements: u64,
+    pub evaluated_elements: u64,
 }
 
 impl Extremes {
@@ -74,7 +74,7 @@ impl Extremes {
         smallest_j: f64::INFINITY,
         most_contacts: 0,
         balance_error: 0.0,
-        swept_elements: 0,
+        evaluated_elements: 0,
     };
 }
 

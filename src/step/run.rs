@@ -360,7 +360,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
         smallest_step_s: 0.0,
         smallest_jacobian: 1.0,
         element_steps: state.step * plan.element_count() as u64,
-        swept_element_steps: 0,
+        evaluated_element_steps: 0,
         balance_error: 0.0,
         most_contacts: 0,
         warnings: Vec::new(),
@@ -374,7 +374,7 @@ fn conclude(plan: &Plan, state: &State, stepper: Option<&dyn Stepper>, ending: E
             if extremes.smallest_j.is_finite() { 1.0 + extremes.smallest_j } else { 1.0 };
         outcome.most_contacts = extremes.most_contacts;
         outcome.balance_error = extremes.balance_error;
-        outcome.swept_element_steps = extremes.swept_elements;
+        outcome.evaluated_element_steps = extremes.evaluated_elements;
         let (count, residual) = stepper.unconverged();
         if count > 0 {
             outcome.warnings.push(format!(

@@ -3,7 +3,7 @@
 use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
-use crate::mechanics::force::{ElementForces, Erosion, SweepInput};
+use crate::mechanics::force::{ElementForces, Erosion, ForceInput};
 use crate::mechanics::lanes::Row;
 use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
@@ -108,9 +108,9 @@ impl State {
     }
 
     /// Input of the internal force evaluation at t_n.
-    pub(super) fn sweep_input(&self) -> SweepInput<'_> {
+    pub(super) fn force_input(&self) -> ForceInput<'_> {
         let inverse_step = if self.last_step > 0.0 { 1.0 / self.last_step } else { 0.0 };
-        SweepInput { u: &self.u, inverse_step, history: &self.history }
+        ForceInput { u: &self.u, inverse_step, history: &self.history }
     }
 
     /// Position x of a node [m].

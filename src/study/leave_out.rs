@@ -173,8 +173,8 @@ impl Kind {
 
     /// Items that its plan omitted and could put back.
     fn switches(&self) -> Vec<Keep> {
-        let left_out = self.latest.iter().flat_map(|result| &result.plan_report.left_out);
-        let mut switches: Vec<Keep> = left_out.filter_map(|l| l.switch).collect();
+        let omitted = self.latest.iter().flat_map(|result| &result.plan_report.omitted);
+        let mut switches: Vec<Keep> = omitted.filter_map(|l| l.switch).collect();
         switches.sort_unstable();
         switches.dedup();
         switches
@@ -190,7 +190,7 @@ impl Kind {
             put_back: self.put_back.clone(),
             ending: ending_name(&result.outcome.ending),
             steps: result.outcome.steps,
-            element_steps: result.outcome.swept_element_steps,
+            element_steps: result.outcome.evaluated_element_steps,
             wall_s: median(&self.wall_s).unwrap_or(f64::NAN),
             cpu_s: median(&self.cpu_s),
             memory_bytes: result.plan_report.memory_bytes,

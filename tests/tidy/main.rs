@@ -106,8 +106,8 @@ fn files_under(folder: &Path) -> Vec<PathBuf> {
     entries.sort();
     for path in entries {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let is_left_out = LEFT_OUT.contains(&name.as_str()) && relative(&path) != "tests/data";
-        if path.is_dir() && !is_left_out {
+        let is_omitted = LEFT_OUT.contains(&name.as_str()) && relative(&path) != "tests/data";
+        if path.is_dir() && !is_omitted {
             found.extend(files_under(&path));
         } else if path.is_file() && path.extension().is_none_or(|e| e != "mcap") {
             found.push(path);

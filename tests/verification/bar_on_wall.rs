@@ -83,7 +83,7 @@ fn look(scene: &Value) -> Seen {
 }
 
 #[test]
-fn contact_pressure_is_constant_and_only_the_caught_node_loses_energy() {
+fn contact_pressure_is_constant_and_only_impact_activation_loses_energy() {
     let [coarse, medium, fine] = [25, 50, 100].map(|n| look(&scene(n, "full")));
     for (seen, n) in [(&coarse, 25.0), (&medium, 50.0), (&fine, 100.0)] {
         let step = 1.5 / seen.steps as f64;

@@ -96,7 +96,7 @@ fn ball_on_skin() -> Value {
 fn what_skin_lays_bare_holds_the_ball() {
     let scene = ball_on_skin();
     let plan = plan(&scene);
-    let skin = plan.bodies[1].skin.nodes.clone();
+    let skin = plan.bodies[1].boundary.nodes.clone();
     let (mut held, mut worst) = (0, 0.0_f64);
     let (_, state) = run(&plan, |frame| {
         let pressed = frame.contacts.iter().zip(frame.reactions).filter(|(_, r)| r.impulse[0] > 0.0);

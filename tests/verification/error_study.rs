@@ -115,8 +115,8 @@ fn geometry_is_told_apart_where_a_generator_knows_a_curved_surface() {
     // A block is all facets.
     let study = study_of(&bar(2));
     assert!(study.geometry.is_empty());
-    let left_out = study.rows.iter().find(|row| row.setting.on_facets).unwrap();
-    assert_eq!(left_out.reason.as_deref(), Some("no generator of the scene has a curved surface"));
+    let omitted = study.rows.iter().find(|row| row.setting.on_facets).unwrap();
+    assert_eq!(omitted.reason.as_deref(), Some("no generator of the scene has a curved surface"));
 
     let mut ball = bar(2);
     let mesh = json!({"generator": {"kind": "solid_ball", "center_m": [0, 0, 1.005], "radius_m": 1,

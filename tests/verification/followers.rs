@@ -7,7 +7,7 @@ use crate::rig::{
     assert_at_most, assert_close, assert_within, loaded, order, run, run_on, small_ball_on_block, summary,
 };
 use contuse::measure::summary::GateResult;
-use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
+use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
 use contuse::mechanics::tensor::{Mat3, Vec3};
 use contuse::mesh::Mesh;
 use contuse::mesh::local_refinement::{Place, Region, refined_in};
@@ -85,7 +85,7 @@ fn patch() -> Plan {
 /// Internal forces at displacements, handed over to the masters [N].
 fn forces(plan: &Plan, u: &[Vec3]) -> Vec<Vec3> {
     let mut forces = ElementForces::new(&plan.blocks);
-    forces.sweep(&Threads::ONE, &plan.blocks, &SweepInput { u, inverse_step: 0.0, history: &[] });
+    forces.sweep(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
     (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect()
 }
 
@@ -303,16 +303,16 @@ fn contact_on_a_refined_surface_keeps_momentum_and_loses_no_node() {
 }
 
 #[test]
-fn quiet_elements_and_threads_change_no_bit_of_a_refined_mesh() {
+fn inactive_elements_and_threads_change_no_bit_of_a_refined_mesh() {
     let end = 3e-4;
     let state = |more: &Value, threads: usize| {
         let plan = compile(&impact(end, more).scene).unwrap();
-        assert_eq!(plan.skip_quiet_elements, more.get("solver").is_none());
+        assert_eq!(plan.skip_inactive_elements, more.get("solver").is_none());
         run_on(&plan, State::new(&plan), threads, |_| {}).1
     };
     let lazy = state(&json!({}), 1);
     assert!(lazy.step > 20);
-    let busy = state(&json!({"solver": {"keep": ["quiet_elements"]}}), 1);
+    let busy = state(&json!({"solver": {"keep": ["inactive_elements"]}}), 1);
     assert!(lazy == busy, "quiet elements");
     assert!(lazy == state(&json!({}), 3), "threads");
 }

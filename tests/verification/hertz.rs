@@ -114,7 +114,7 @@ fn look(frame: &Frame, plan: &Plan, share: f64) -> Look {
 /// Area that the node at the pole stands for [m²].
 fn pole_area(frame: &Frame, plan: &Plan, pole: u32) -> f64 {
     let faces: Vec<[u32; 4]> =
-        plan.bodies[0].skin.faces.iter().filter(|f| f.contains(&pole)).copied().collect();
+        plan.bodies[0].boundary.faces.iter().filter(|f| f.contains(&pole)).copied().collect();
     let below: Vec<[u32; 4]> = faces
         .into_iter()
         .filter(|face| {

@@ -68,7 +68,7 @@ fn a_set_is_refined_along_all_of_it_and_sets_and_the_report_follow() {
     assert_eq!((sets["z_max"].len(), sets["z_min"].len()), (21 * 21, 11 * 11));
     assert_eq!(plan.report.nodes, plan.mesh_node_count());
     // Coarse faces of the sides have a hanging edge each, and are three triangles.
-    let triangles = plan.bodies[1].skin.faces.iter().filter(|face| face[2] == face[3]).count();
+    let triangles = plan.bodies[1].boundary.faces.iter().filter(|face| face[2] == face[3]).count();
     assert_eq!(triangles, 3 * 40);
 }
 

@@ -5,7 +5,7 @@
 //! parallelepiped; F is far from the identity.
 
 use crate::rig::{assert_at_most, plan_with};
-use contuse::mechanics::force::{ElementForces, SweepInput, Threads};
+use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
 use contuse::mechanics::material::eval_point;
 use contuse::mechanics::tensor::{Mat3, Vec3};
 use contuse::mesh::Mesh;
@@ -53,7 +53,7 @@ fn scene(material: &Value, formulation: &str) -> Value {
 /// Internal forces of all nodes [N], strain energy [J].
 fn sweep(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
     let mut forces = ElementForces::new(&plan.blocks);
-    let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput { u, inverse_step: 0.0, history: &[] };
     forces.sweep(&Threads::ONE, &plan.blocks, &input);
     let of_nodes = (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect();
     (of_nodes, forces.totals(0).strain)

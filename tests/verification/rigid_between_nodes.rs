@@ -42,7 +42,7 @@ fn depth(plan: &Plan, frame: &Frame) -> f64 {
     let (vertices, _) = triangulated(&plan.rigid_bodies()[0].shape);
     let places: Vec<Vec3> = vertices.iter().map(|vertex| pose.place(vertex)).collect();
     let mut deepest = 0.0_f64;
-    for face in &plan.bodies[1].skin.faces {
+    for face in &plan.bodies[1].boundary.faces {
         let patch = Patch { corners: face.map(|a| frame.position(a)), triangle: false };
         let size = patch.area().sqrt();
         for place in places.iter().filter(|place| (*place - patch.corners[0]).norm() < 2.0 * size) {
@@ -84,7 +84,7 @@ fn a_ball_of_ten_millimetres_does_not_pass_a_thin_plate() {
             let (mut deepest, mut lowest, mut slowest) = (0.0_f64, 0.0_f64, f64::NEG_INFINITY);
             let (outcome, _) = run(&plan, |frame| {
                 let centre = frame.pose(0).unwrap().centre;
-                for face in &plan.bodies[1].skin.faces {
+                for face in &plan.bodies[1].boundary.faces {
                     let patch = Patch { corners: face.map(|a| frame.position(a)), triangle: false };
                     let closest = patch.closest(&centre);
                     let share = (0.005 - (closest.point - centre).norm()) / patch.area().sqrt();

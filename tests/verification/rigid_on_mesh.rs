@@ -43,7 +43,7 @@ fn a_steel_ball_indents_a_block_and_the_books_balance() {
     let (ball, mut deepest, mut last) = (plan.rigid_bodies()[0].clone(), 0.0_f64, None);
     let (outcome, state) = run(&plan, |frame| {
         let pose = frame.pose(0).unwrap();
-        for node in &plan.bodies[1].skin.nodes {
+        for node in &plan.bodies[1].boundary.nodes {
             let (gap, _) = ball.shape.eval_distance(&pose.local(&frame.position(*node)));
             deepest = deepest.max(-gap);
         }

@@ -106,7 +106,7 @@ class SubmitPage {
     this.#preview.replaceChildren(
       html("details", { open: true }, html("summary", {}, "What it would be"),
         table("Bodies", ["body", "elements", "mass [g]", "smallest scaled Jacobian"], bodies),
-        html("p", { class: "quiet" }, "Left out, because the scene does not need it: ", plan.left_out.map((item) => item.what).join("; "), ".")),
+        html("p", { class: "quiet" }, "Left out, because the scene does not need it: ", plan.omitted.map((item) => item.what).join("; "), ".")),
     );
   }
 

@@ -16,7 +16,7 @@ pub struct Numerics {
     /// Fraction of active elements, averaged over the steps [-]: internal forces were not evaluated in the rest, which
     /// nothing had reached yet; absent while running.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub swept_element_share: Option<f64>,
+    pub active_element_fraction: Option<f64>,
     /// Energy at the start [J].
     pub initial_energy_j: f64,
     /// Energy scale to which errors are related [J].
@@ -56,7 +56,8 @@ pub(super) fn numerics(measures: &Measures, outcome: Option<&Outcome>) -> Numeri
     let balance = outcome.map_or(0.0, |o| o.balance_error).max(measures.largest_balance_error);
     Numerics {
         smallest_jacobian: outcome.map(|o| o.smallest_jacobian),
-        swept_element_share: outcome.map(|o| over(o.swept_element_steps as f64, o.element_steps as f64)),
+        active_element_fraction: outcome
+            .map(|o| over(o.evaluated_element_steps as f64, o.element_steps as f64)),
         smallest_step_s: outcome.map(|o| o.smallest_step_s),
         initial_energy_j: energy.initial_total_j,
         energy_scale_j: scale,

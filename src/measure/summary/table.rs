@@ -52,7 +52,7 @@ pub fn render_table(summary: &Summary) -> String {
     if let Some(J) = n.smallest_jacobian {
         table.row("smallest Jacobian J", &format!("{J:.4}"), "");
     }
-    if let Some(share) = n.swept_element_share {
+    if let Some(share) = n.active_element_fraction {
         table.row("active elements, mean over the steps", &percent(share), "");
     }
     table.row("error of the energy balance", &percent(n.balance_error), "");

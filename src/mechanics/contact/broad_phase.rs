@@ -4,9 +4,9 @@
 //! The list only saves time. It contains every pair that the narrow phase could accept, so that its age never changes
 //! a result.
 
+use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::narrow_phase::{DEPTH, NEAR, Proximity, eval_proximity_within};
-use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
@@ -55,19 +55,19 @@ pub(super) struct FaceTree {
 }
 
 impl FaceTree {
-    pub fn new(skin: &Skin, x: &[Vec3]) -> Self {
+    pub fn new(boundary: &Boundary, x: &[Vec3]) -> Self {
         let motion = Motion { x, x_end: x };
-        let boxes: Vec<Aabb> = skin.faces.iter().map(|f| motion.swept_face(f, 0.0)).collect();
+        let boxes: Vec<Aabb> = boundary.faces.iter().map(|f| motion.swept_face(f, 0.0)).collect();
         let mut tree = Self { bvh: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) };
         // The first refit allocates the memory of the tree.
-        tree.refit(skin, &motion, 0.0);
+        tree.refit(boundary, &motion, 0.0);
         tree
     }
 
     /// Refits to the boxes of this step, each enlarged by the reach of its face and `slack`.
-    fn refit(&mut self, skin: &Skin, motion: &Motion, slack: f64) {
-        for (i, face) in skin.faces.iter().enumerate() {
-            let grown = motion.swept_face(face, reach(skin.sizes[i]) + slack);
+    fn refit(&mut self, boundary: &Boundary, motion: &Motion, slack: f64) {
+        for (i, face) in boundary.faces.iter().enumerate() {
+            let grown = motion.swept_face(face, reach(boundary.sizes[i]) + slack);
             self.bvh.insert_or_update_partially(grown, i as u32, 0.0);
         }
         self.bvh.refit_without_opt();
@@ -94,7 +94,7 @@ impl FaceTree {
     /// The closest of all faces with its sign, at any distance, at positions `x` [m] that the list still covers; of
     /// equally close ones the first by number. `None` where the projection onto no face is valid, or all are farther
     /// than `limit` [m].
-    pub fn closest(&self, skin: &Skin, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
+    pub fn closest(&self, boundary: &Boundary, s: &Vec3, x: &[Vec3], limit: f64) -> Option<Proximity> {
         let (point, best) = (to_parry(s), Cell::new(limit));
         let mut closest: Option<Proximity> = None;
         // A box contains its face wherever that has moved since the list was made, so its distance is never too
@@ -105,7 +105,7 @@ impl FaceTree {
             beyond.length() <= best.get()
         };
         for face in self.bvh.leaves(may_be_closer) {
-            let Some(p) = eval_proximity_within(skin, face, s, x, best.get()) else { continue };
+            let Some(p) = eval_proximity_within(boundary, face, s, x, best.get()) else { continue };
             if closest.is_none_or(|c| (p.distance, p.face) < (c.distance, c.face)) {
                 best.set(p.distance);
                 closest = Some(p);
@@ -173,8 +173,8 @@ impl Candidates {
     /// Rebuilds the list for a step. `excluded` tells which faces a node never meets.
     pub fn rebuild(
         &mut self,
-        slave: &Skin,
-        master: &Skin,
+        slave: &Boundary,
+        master: &Boundary,
         tree: &mut FaceTree,
         motion: &Motion,
         slack: f64,
@@ -231,7 +231,7 @@ impl Candidates {
     /// Rebuilds the list against the half space behind `point` along `normal`; `reach` [m] as in [`reach`].
     pub fn rebuild_plane(
         &mut self,
-        slave: &Skin,
+        slave: &Boundary,
         point: &Vec3,
         normal: &Vec3,
         reach: f64,
@@ -278,15 +278,15 @@ impl Candidates {
 
 /// Distance between the boxes of two surfaces over a step, less the largest reach of any face [m]; `None` if a
 /// surface is empty.
-fn clearance(slave: &Skin, master: &Skin, motion: &Motion) -> Option<f64> {
+fn clearance(slave: &Boundary, master: &Boundary, motion: &Motion) -> Option<f64> {
     let (s_low, s_high) = swept_box(slave, motion)?;
     let (m_low, m_high) = swept_box(master, motion)?;
     let apart = (s_low - m_high).sup(&(m_low - s_high)).sup(&Vec3::zeros()).norm();
     Some(apart - reach(master.largest_size))
 }
 
-fn swept_box(skin: &Skin, motion: &Motion) -> Option<(Vec3, Vec3)> {
-    let first = motion.x[*skin.nodes.first()? as usize];
-    let ends = skin.nodes.iter().flat_map(|&n| [&motion.x[n as usize], &motion.x_end[n as usize]]);
+fn swept_box(boundary: &Boundary, motion: &Motion) -> Option<(Vec3, Vec3)> {
+    let first = motion.x[*boundary.nodes.first()? as usize];
+    let ends = boundary.nodes.iter().flat_map(|&n| [&motion.x[n as usize], &motion.x_end[n as usize]]);
     Some(ends.fold((first, first), |(low, high), p| (low.inf(p), high.sup(p))))
 }

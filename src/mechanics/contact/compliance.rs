@@ -6,7 +6,7 @@
 //! G is computed only when S changes or new nodes are added, not in every iteration. A rigid side of a contact is
 //! represented by the two nodes of its body, centre and spin.
 
-use super::contact_row::Levers;
+use super::contact_row::MomentArms;
 use super::delassus::Block;
 use super::local::Local;
 use super::{Contact, RigidSides};
@@ -180,8 +180,8 @@ impl Share {
 /// Coefficients of all nodes of a contact.
 fn shares<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<'a> {
     let moved = contact.stencil.each().map(|(node, weight)| Share::Moved(node, weight));
-    let levers = Levers::new(contact, rigid.of_pair(contact.pair), rigid);
-    moved.chain(levers.into_each().map(|(spin, J)| Share::Turned(spin, J)))
+    let moment_arms = MomentArms::new(contact, rigid.of_pair(contact.pair), rigid);
+    moved.chain(moment_arms.into_each().map(|(spin, J)| Share::Turned(spin, J)))
 }
 
 /// Velocity that enters the contact law: `C v + drift + max(gap, 0)/h n`, in the local frame [m/s], with nodal

@@ -1,7 +1,7 @@
 //! A contact in Gauss–Seidel: its nodes, its diagonal block of the Delassus operator, its relative velocity.
 //!
 //! A [`NormalRow`] is a frictionless contact: one unknown, one direction. A [`Row`] is a frictional one: the same and
-//! two tangents. Either may have [`Levers`], the moment arms of the rigid bodies that it rotates, besides its nodes;
+//! two tangents. Either may have [`MomentArms`], the moment arms of the rigid bodies that it rotates, besides its nodes;
 //! rows of meshes and planes have `()` instead, at no cost.
 
 use super::local::{Local, LocalOperator};
@@ -41,9 +41,9 @@ impl Turning for () {
 /// Moment arms of the rigid sides of a contact: the node of the spin, and `±J` of
 /// [`crate::mechanics::rigid::Pose::lever`].
 #[derive(Clone, Debug)]
-pub(super) struct Levers([Option<(u32, Mat3)>; 2]);
+pub(super) struct MomentArms([Option<(u32, Mat3)>; 2]);
 
-impl Levers {
+impl MomentArms {
     /// `sides`: the rigid bodies of the slave and the master.
     pub fn new(contact: &Contact, sides: [Option<u32>; 2], rigid: &RigidSides) -> Self {
         let lever = |side: usize, sign: f64| {
@@ -64,13 +64,13 @@ impl Levers {
 
     /// Contribution to the Delassus operator in space, `Σ J I⁻¹ Jᵀ`.
     fn operator(&self, inverse_mass: &[Vec3]) -> Mat3 {
-        let of_lever =
+        let of_moment_arm =
             |(spin, J): &(u32, Mat3)| J * Mat3::from_diagonal(&inverse_mass[*spin as usize]) * J.transpose();
-        self.each().map(of_lever).sum()
+        self.each().map(of_moment_arm).sum()
     }
 }
 
-impl Turning for Levers {
+impl Turning for MomentArms {
     #[inline]
     fn add_velocity(&self, sum: Vec3, v: &[Vec3]) -> Vec3 {
         self.each().fold(sum, |sum, (spin, J)| sum + J * v[*spin as usize])
@@ -143,16 +143,21 @@ impl NormalRow {
     }
 }
 
-impl NormalRow<Levers> {
+impl NormalRow<MomentArms> {
     /// As [`NormalRow::new`], for a contact that rotates rigid bodies.
-    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
-        Self::with_operator(contact, inverse_mass, h, levers).0
+    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, moment_arms: MomentArms) -> Self {
+        Self::with_operator(contact, inverse_mass, h, moment_arms).0
     }
 
     /// The row, and C M⁻¹ Cᵀ in space.
-    fn with_operator(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> (Self, Mat3) {
-        let operator = levers.operator(inverse_mass);
-        let (mut row, diagonal) = Self::of_nodes(contact, inverse_mass, h, levers);
+    fn with_operator(
+        contact: &Contact,
+        inverse_mass: &[Vec3],
+        h: f64,
+        moment_arms: MomentArms,
+    ) -> (Self, Mat3) {
+        let operator = moment_arms.operator(inverse_mass);
+        let (mut row, diagonal) = Self::of_nodes(contact, inverse_mass, h, moment_arms);
         let operator = operator + Mat3::from_diagonal(&diagonal);
         let (trace, n_n) = (operator.trace(), row.normal.dot(&(operator * row.normal)));
         row.d = trace / 3.0;
@@ -161,7 +166,7 @@ impl NormalRow<Levers> {
     }
 }
 
-impl NormalRow<Levers> {
+impl NormalRow<MomentArms> {
     /// Nodes that contribute to the velocity of the contact, each with its 3×3 coefficient in space: ±weight for a
     /// translation.
     pub fn shares(&self) -> impl Iterator<Item = (u32, Mat3)> {
@@ -232,10 +237,10 @@ impl Row {
     }
 }
 
-impl Row<Levers> {
+impl Row<MomentArms> {
     /// As [`NormalRow::turning`], with the tangents.
-    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, levers: Levers) -> Self {
-        let (normal, operator) = NormalRow::with_operator(contact, inverse_mass, h, levers);
+    pub fn turning(contact: &Contact, inverse_mass: &[Vec3], h: f64, moment_arms: MomentArms) -> Self {
+        let (normal, operator) = NormalRow::with_operator(contact, inverse_mass, h, moment_arms);
         Self::with(contact, normal, |a| operator * a)
     }
 }

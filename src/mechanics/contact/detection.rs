@@ -21,13 +21,13 @@
 //!
 //! The result depends on the positions alone, never on the age of the list of the broad phase.
 
+use super::boundary::Boundary;
 pub use super::broad_phase::reach;
 use super::broad_phase::{Candidates, FaceTree, Motion};
 use super::finder::{Finder, local_frame};
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
 use super::self_contact::{Exclusions, OwnMotion};
-use super::skin::Skin;
 use super::time_of_impact::Search;
 use super::{Contact, ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::tensor::Vec3;
@@ -71,7 +71,7 @@ pub struct DetectionReport {
 /// Finds contacts; stores the topology of the surfaces and a list of candidates.
 #[derive(Clone, Debug)]
 pub struct Detector {
-    skins: Vec<Skin>,
+    boundaries: Vec<Boundary>,
     pairs: Vec<PairState>,
     /// Positions of each surface's nodes when the lists were made.
     snapshots: Vec<Vec<Vec3>>,
@@ -126,10 +126,17 @@ impl Detector {
     /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs
     /// with a rigid side are left to [`super::rigid_detection`].
     pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
-        let skins: Vec<Skin> = surfaces.iter().map(|s| Skin::new(s, x)).collect();
-        let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &skins, x)).collect();
-        let moved = vec![Moved::default(); skins.len()];
-        Self { skins, pairs, snapshots: Vec::new(), moved, own_slack: OWN_SLACK, search: Search::default() }
+        let boundaries: Vec<Boundary> = surfaces.iter().map(|s| Boundary::new(s, x)).collect();
+        let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &boundaries, x)).collect();
+        let moved = vec![Moved::default(); boundaries.len()];
+        Self {
+            boundaries,
+            pairs,
+            snapshots: Vec::new(),
+            moved,
+            own_slack: OWN_SLACK,
+            search: Search::default(),
+        }
     }
 
     /// Checks for self-contact in every step, even where nothing can have come near since the last one.
@@ -145,7 +152,7 @@ impl Detector {
         for pair in &mut self.pairs {
             let is_averaged = discretisation == Discretisation::Mortar
                 && pair.side.master().is_some_and(|master| master != pair.slave);
-            pair.averager = is_averaged.then(|| Averager::new(&self.skins[pair.slave]));
+            pair.averager = is_averaged.then(|| Averager::new(&self.boundaries[pair.slave]));
         }
         self
     }
@@ -168,17 +175,17 @@ impl Detector {
         contacts.clear();
         let motion = Motion { x, x_end };
         let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
-        let Self { skins, pairs, snapshots, moved, search, .. } = self;
+        let Self { boundaries, pairs, snapshots, moved, search, .. } = self;
         for (i, pair) in pairs.iter_mut().enumerate() {
             let first = contacts.len();
             let master_moved = match &pair.own {
                 Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
                 None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
             };
-            let finder = Finder { pair, index: i as u32, skins, motion, master_moved, drift: drifts[i] };
+            let finder = Finder { pair, index: i as u32, boundaries, motion, master_moved, drift: drifts[i] };
             report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
             if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
-                averager.average(&skins[pair.slave], &skins[master], x, &mut contacts[first..]);
+                averager.average(&boundaries[pair.slave], &boundaries[master], x, &mut contacts[first..]);
             }
         }
         Ok(report)
@@ -187,10 +194,11 @@ impl Detector {
     /// Rebuilds lists that no longer cover this step; returns whether any was.
     fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
         let mut rebuilt = self.update_lists_of_others(motion)?;
-        let Self { skins, pairs, own_slack, .. } = self;
+        let Self { boundaries, pairs, own_slack, .. } = self;
         for pair in pairs.iter_mut().filter(|pair| pair.own.is_some()) {
             let slave = pair.slave;
-            let updated = pair.update_own_list(skins, motion, *own_slack * skins[slave].mean_size());
+            let updated =
+                pair.update_own_list(boundaries, motion, *own_slack * boundaries[slave].mean_size());
             rebuilt |= updated.ok_or(DetectionError::NotFinite { surface: slave })?;
         }
         Ok(rebuilt)
@@ -208,21 +216,21 @@ impl Detector {
                 return Ok(false);
             }
         }
-        self.snapshots.resize_with(self.skins.len(), Vec::new);
-        for (skin, snapshot) in self.skins.iter().zip(&mut self.snapshots) {
+        self.snapshots.resize_with(self.boundaries.len(), Vec::new);
+        for (boundary, snapshot) in self.boundaries.iter().zip(&mut self.snapshots) {
             snapshot.clear();
-            snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
+            snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
         }
         self.measure_motion(motion)?;
         for pair in self.pairs.iter_mut().filter(|pair| pair.own.is_none()) {
             let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
-            pair.rebuild(&self.skins, motion, self.moved[pair.slave].in_step + of_master);
+            pair.rebuild(&self.boundaries, motion, self.moved[pair.slave].in_step + of_master);
         }
         Ok(true)
     }
 
     fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
-        for (surface, skin) in self.skins.iter().enumerate() {
+        for (surface, boundary) in self.boundaries.iter().enumerate() {
             // Surfaces that may meet only themselves are measured by their relative motion instead.
             let mut of_it =
                 self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
@@ -231,7 +239,7 @@ impl Detector {
             }
             let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
             let mut check = 0.0;
-            for (&node, old) in skin.nodes.iter().zip(&self.snapshots[surface]) {
+            for (&node, old) in boundary.nodes.iter().zip(&self.snapshots[surface]) {
                 let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
                 let start = (x - old).norm_squared();
                 let end = (x_end - old).norm_squared();
@@ -251,18 +259,18 @@ impl Detector {
     }
 
     /// Topology of a surface.
-    pub(super) fn skin(&self, surface: usize) -> &Skin {
-        &self.skins[surface]
+    pub(super) fn boundary(&self, surface: usize) -> &Boundary {
+        &self.boundaries[surface]
     }
 
     /// The slave's surface of a pair.
-    pub(super) fn slave_skin(&self, pair: usize) -> &Skin {
-        &self.skins[self.pairs[pair].slave]
+    pub(super) fn slave_boundary(&self, pair: usize) -> &Boundary {
+        &self.boundaries[self.pairs[pair].slave]
     }
 
     /// The master's surface of a pair, `None` for a plane.
-    pub(super) fn master_skin(&self, pair: usize) -> Option<&Skin> {
-        self.pairs[pair].side.master().map(|master| &self.skins[master])
+    pub(super) fn master_boundary(&self, pair: usize) -> Option<&Boundary> {
+        self.pairs[pair].side.master().map(|master| &self.boundaries[master])
     }
 
     /// Point and normal of a pair's plane with the size [m] that tolerances refer to, `None` for a surface.
@@ -291,56 +299,56 @@ impl Side {
 
 impl PairState {
     /// State of a pair at the start; `None` for a rigid master.
-    fn new(pair: &ContactPair, skins: &[Skin], x: &[Vec3]) -> Option<Self> {
+    fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3]) -> Option<Self> {
         let side = match pair.master {
             Master::Rigid(_) => return None,
             Master::Surface(master) => Side::Surface {
                 master,
-                tree: FaceTree::new(&skins[master], x),
+                tree: FaceTree::new(&boundaries[master], x),
                 exclusions: (master == pair.slave).then(|| Exclusions::new(x)),
             },
             Master::Plane { point, normal } => Side::Plane {
                 point,
                 frame: local_frame(&normal, &Vec3::zeros()),
-                size: skins[pair.slave].mean_size(),
+                size: boundaries[pair.slave].mean_size(),
             },
         };
-        let candidates = Candidates::with_capacity(skins[pair.slave].nodes.len());
+        let candidates = Candidates::with_capacity(boundaries[pair.slave].nodes.len());
         let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
         Some(Self { slave: pair.slave, side, candidates, averager: None, own })
     }
 
     /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
     /// returns whether it did. `None` if a position is not finite.
-    fn update_own_list(&mut self, skins: &[Skin], motion: &Motion, slack: f64) -> Option<bool> {
-        let (skin, own) = (&skins[self.slave], self.own.as_mut()?);
+    fn update_own_list(&mut self, boundaries: &[Boundary], motion: &Motion, slack: f64) -> Option<bool> {
+        let (boundary, own) = (&boundaries[self.slave], self.own.as_mut()?);
         if own.has_started() {
-            if !own.measure(skin, motion) {
+            if !own.measure(boundary, motion) {
                 return None;
             }
             if self.candidates.cover(own.since_list, 0.0) {
                 return Some(false);
             }
         }
-        own.restart(skin, motion);
-        if !own.measure(skin, motion) {
+        own.restart(boundary, motion);
+        if !own.measure(boundary, motion) {
             return None;
         }
         if let Side::Surface { tree, exclusions: Some(exclusions), .. } = &mut self.side {
-            let excluded = |node, face| exclusions.contain(skin, node, face);
-            self.candidates.rebuild(skin, skin, tree, motion, slack, excluded);
+            let excluded = |node, face| exclusions.contain(boundary, node, face);
+            self.candidates.rebuild(boundary, boundary, tree, motion, slack, excluded);
         }
         Some(true)
     }
 
     /// `in_step` [m]: upper bound of the relative motion of the two sides in this step.
-    fn rebuild(&mut self, skins: &[Skin], motion: &Motion, in_step: f64) {
-        let slave = &skins[self.slave];
+    fn rebuild(&mut self, boundaries: &[Boundary], motion: &Motion, in_step: f64) {
+        let slave = &boundaries[self.slave];
         let slack =
             |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
         match &mut self.side {
             Side::Surface { master, tree, .. } => {
-                let master = &skins[*master];
+                let master = &boundaries[*master];
                 let slack = slack(master.mean_size());
                 self.candidates.rebuild(slave, master, tree, motion, slack, |_, _| false);
             }

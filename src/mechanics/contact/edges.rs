@@ -14,11 +14,11 @@
 //! constrains nothing where nodes hold already; what is deeper when it is found stays so ([`Kind::Bulge`]).
 
 use super::ALLOWED;
+use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
 use super::detection::Detector;
 use super::finder::local_frame;
 use super::narrow_phase::NEAR;
-use super::skin::{NONE, Skin, corner_count};
 use super::stencil::Stencil;
 use super::time_of_impact::Search;
 use super::{Contact, ContactPair, Kind, Master};
@@ -83,7 +83,7 @@ impl EdgeFinder {
         let of_pair = |(number, pair): (usize, &ContactPair)| {
             let Master::Surface(master) = pair.master else { return None };
             let surfaces = [pair.slave, master];
-            let edges = surfaces.map(|surface| edges_of(detector.skin(surface), x));
+            let edges = surfaces.map(|surface| edges_of(detector.boundary(surface), x));
             (master != pair.slave).then_some(PairEdges { number: number as u32, surfaces, edges })
         };
         let pairs: Vec<PairEdges> = pairs.iter().enumerate().filter_map(of_pair).collect();
@@ -97,8 +97,8 @@ impl EdgeFinder {
         let Self { pairs, bent, near, search } = self;
         for PairEdges { number, surfaces, edges } in pairs.iter() {
             // The part of space that both surfaces come near to.
-            let skins = surfaces.map(|surface| detector.skin(surface));
-            let [a, b] = skins.map(|skin| box_of(skin, ends));
+            let boundaries = surfaces.map(|surface| detector.boundary(surface));
+            let [a, b] = boundaries.map(|boundary| box_of(boundary, ends));
             let common = [a[0].sup(&b[0]), a[1].inf(&b[1])];
             // The search distance is at most a twentieth of an edge, and no edge is longer than its surface.
             let near_size = NEAR * (a[1] - a[0]).norm().max((b[1] - b[0]).norm());
@@ -110,7 +110,7 @@ impl EdgeFinder {
                 near.clear();
                 near.extend(near_box(&edges[side], &common, ends).map(|edge| {
                     let most = if edge.start > SHARP { SHARP } else { edge.start.max(0.0) + *bent };
-                    Edge { is_sharp: angle(edge, skins[side], ends.0) > most, ..*edge }
+                    Edge { is_sharp: angle(edge, boundaries[side], ends.0) > most, ..*edge }
                 }));
                 near.sort_unstable_by_key(|edge| (!edge.is_sharp, edge.nodes));
             }
@@ -119,7 +119,7 @@ impl EdgeFinder {
                 // At least one of the two is sharp.
                 let others = if a.is_sharp { &near[1][..] } else { &near[1][..sharp] };
                 for b in others {
-                    if let Some(found) = contact_of([a, b], skins, ends, search) {
+                    if let Some(found) = contact_of([a, b], boundaries, ends, search) {
                         contacts.push(Contact { pair: *number, drift: drifts[*number as usize], ..found });
                     }
                 }
@@ -129,9 +129,9 @@ impl EdgeFinder {
 }
 
 /// The edges between two faces of a surface.
-fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
+fn edges_of(boundary: &Boundary, x: &[Vec3]) -> Vec<Edge> {
     let mut edges = Vec::new();
-    for (i, (face, across)) in skin.faces.iter().zip(&skin.neighbours).enumerate() {
+    for (i, (face, across)) in boundary.faces.iter().zip(&boundary.neighbours).enumerate() {
         let n = corner_count(face);
         for k in 0..n {
             let other = across[k];
@@ -140,21 +140,21 @@ fn edges_of(skin: &Skin, x: &[Vec3]) -> Vec<Edge> {
             }
             let nodes = [face[k], face[(k + 1) % n]];
             let edge = Edge { nodes, faces: [i as u32, other], start: 0.0, is_sharp: false };
-            edges.push(Edge { start: angle(&edge, skin, x), ..edge });
+            edges.push(Edge { start: angle(&edge, boundary, x), ..edge });
         }
     }
     edges
 }
 
 /// Angle between the normals of the faces of an edge, negative in a notch: there the second lies before the first.
-fn angle(edge: &Edge, skin: &Skin, x: &[Vec3]) -> f64 {
-    let [a, b] = normals(edge, skin, (x, x), 0.0);
+fn angle(edge: &Edge, boundary: &Boundary, x: &[Vec3]) -> f64 {
+    let [a, b] = normals(edge, boundary, (x, x), 0.0);
     // A degenerate face has no normal.
     if a.norm_squared().min(b.norm_squared()) == 0.0 {
         return 0.0;
     }
     // The vector from the middle of the edge to that of its face lies along the face, however warped that is.
-    let middle = Patch::new(&skin.faces[edge.faces[1] as usize], x).point(&[0.25; 4]);
+    let middle = Patch::new(&boundary.faces[edge.faces[1] as usize], x).point(&[0.25; 4]);
     let of_edge = (x[edge.nodes[0] as usize] + x[edge.nodes[1] as usize]) * 0.5;
     let is_notch = a.dot(&(middle - of_edge)) > 0.0;
     let angle = a.dot(&b).clamp(-1.0, 1.0).acos();
@@ -166,8 +166,8 @@ fn joined([low, high]: [Vec3; 2], [l, h]: [Vec3; 2]) -> [Vec3; 2] {
 }
 
 /// The box around a surface over the step.
-fn box_of(skin: &Skin, (x, x_end): Ends) -> [Vec3; 2] {
-    let ends = skin.nodes.iter().flat_map(|&node| [x[node as usize], x_end[node as usize]]);
+fn box_of(boundary: &Boundary, (x, x_end): Ends) -> [Vec3; 2] {
+    let ends = boundary.nodes.iter().flat_map(|&node| [x[node as usize], x_end[node as usize]]);
     ends.map(|x| [x, x]).reduce(joined).unwrap_or([Vec3::zeros(); 2])
 }
 
@@ -177,8 +177,8 @@ fn near_box<'a>(edges: &'a [Edge], place: &'a [Vec3; 2], ends: Ends<'a>) -> impl
 }
 
 /// Normals of the faces at an edge, at the fraction `tau` of the step.
-fn normals(edge: &Edge, skin: &Skin, (x, x_end): Ends, tau: f64) -> [Vec3; 2] {
-    edge.faces.map(|face| Patch::between(&skin.faces[face as usize], x, x_end, tau).normal(&[0.25; 4]))
+fn normals(edge: &Edge, boundary: &Boundary, (x, x_end): Ends, tau: f64) -> [Vec3; 2] {
+    edge.faces.map(|face| Patch::between(&boundary.faces[face as usize], x, x_end, tau).normal(&[0.25; 4]))
 }
 
 fn length(edge: &Edge, x: &[Vec3]) -> f64 {
@@ -220,7 +220,7 @@ fn closest_places(difference: &Patch) -> Option<(f64, f64)> {
 }
 
 /// Unit normal of the contact, out of the second edge, that of the master; `None` if it is not in both arcs.
-fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> Option<Vec3> {
+fn common_normal(edges: [&Edge; 2], boundaries: [&Boundary; 2], ends: Ends, tau: f64) -> Option<Vec3> {
     let [a, b] = edges.map(|edge| {
         let [from, to] = ends_of(edge, ends, tau);
         to - from
@@ -230,7 +230,7 @@ fn common_normal(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, tau: f64) -> 
     if !(sine > PARALLEL * a.norm() * b.norm()) {
         return None;
     }
-    let [of_a, of_b] = [0, 1].map(|side| normals(edges[side], skins[side], ends, tau));
+    let [of_a, of_b] = [0, 1].map(|side| normals(edges[side], boundaries[side], ends, tau));
     let outwards = of_b[0] + of_b[1] - of_a[0] - of_a[1];
     let n = across * (across.dot(&outwards).signum() / sine);
     let within = |n: &Vec3, is_sharp: bool, [first, second]: &[Vec3; 2], along: &Vec3| {
@@ -249,7 +249,12 @@ fn are_sharp(edges: [&Edge; 2]) -> bool {
 }
 
 /// The contact of two edges; pair number and drift are set by the caller.
-fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Search) -> Option<Contact> {
+fn contact_of(
+    edges: [&Edge; 2],
+    boundaries: [&Boundary; 2],
+    ends: Ends,
+    search: &mut Search,
+) -> Option<Contact> {
     let (x, _) = ends;
     let size = 0.5 * (length(edges[0], x) + length(edges[1], x));
     let near = NEAR * size;
@@ -264,7 +269,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
         && let weights = start.weights(a, b)
         && let point = start.point(&weights)
         && point.norm_squared() <= (DEPTH * size).powi(2)
-        && let Some(n) = common_normal(edges, skins, ends, 0.0)
+        && let Some(n) = common_normal(edges, boundaries, ends, 0.0)
     {
         let gap = n.dot(&point);
         let after = gap + n.dot(&(end.point(&weights) - point));
@@ -288,7 +293,7 @@ fn contact_of(edges: [&Edge; 2], skins: [&Skin; 2], ends: Ends, search: &mut Sea
         let Some(hit) = search.first_impact(&from, &to, &origin, &origin, f64::INFINITY) else { continue };
         let a = if is_turned { 1.0 - hit.a } else { hit.a };
         let weights = start.weights(a, hit.b);
-        let Some(n) = common_normal(edges, skins, ends, hit.tau) else { continue };
+        let Some(n) = common_normal(edges, boundaries, ends, hit.tau) else { continue };
         let change = end.point(&weights) - start.point(&weights);
         if n.dot(&change) < 0.0 {
             return new_contact(edges, &n, &weights, n.dot(&start.point(&weights)) + allowed, x);

@@ -1,11 +1,11 @@
 //! The contacts of one pair in one step: each slave node against the faces retained by the broad phase.
 
+use super::boundary::Boundary;
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
 use super::detection::{Moved, PairState, Side};
 use super::narrow_phase::{BAND, NEAR, OPPOSED, Proximity, choose_face, eval_proximity, eval_within};
 use super::self_contact::is_beside;
-use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
@@ -30,7 +30,7 @@ pub const VALLEY: f64 = 0.9;
 pub(super) struct Finder<'a> {
     pub pair: &'a PairState,
     pub index: u32,
-    pub skins: &'a [Skin],
+    pub boundaries: &'a [Boundary],
     pub motion: Motion<'a>,
     pub master_moved: Moved,
     pub drift: Vec3,
@@ -56,7 +56,7 @@ impl Finder<'_> {
                 }
             }
             Side::Surface { master, ref tree, .. } => {
-                let master = &self.skins[master];
+                let master = &self.boundaries[master];
                 for candidate in self.pair.candidates.within_reach(moved, self.master_moved.since_list) {
                     let faces = candidate.faces.clone();
                     let found = self.against_surface((master, tree), candidate, search);
@@ -93,13 +93,13 @@ impl Finder<'_> {
     /// The contact of a slave node with one of `faces`, and whether it was found by its time of impact.
     fn against_surface(
         &self,
-        (master, tree): (&Skin, &FaceTree),
+        (master, tree): (&Boundary, &FaceTree),
         Candidate { node, faces, may_be_inside }: Candidate<impl Iterator<Item = u32> + Clone>,
         search: &mut Search,
     ) -> Option<(Contact, bool)> {
         let Motion { x, x_end } = self.motion;
         let (s, s_end) = (x[node as usize], x_end[node as usize]);
-        let slave = &self.skins[self.pair.slave];
+        let slave = &self.boundaries[self.pair.slave];
         let same_surface = std::ptr::eq(slave, master);
         let normal = OnceCell::new();
         // Faces beside those around the node meet it where the surface is folded onto itself; elsewhere they are its
@@ -165,7 +165,7 @@ impl Finder<'_> {
     /// closest face suffices.
     fn add_sides_of_valley(
         &self,
-        master: &Skin,
+        master: &Boundary,
         faces: impl Iterator<Item = u32>,
         first: usize,
         contacts: &mut Vec<Contact>,
@@ -188,7 +188,7 @@ impl Finder<'_> {
                     && p.normal.dot(&(middle(held.face) - on_face)) > 0.0
             };
             let is_opposed = || {
-                let own = own.get_or_init(|| self.skins[self.pair.slave].node_normal(node, x));
+                let own = own.get_or_init(|| self.boundaries[self.pair.slave].node_normal(node, x));
                 *own == Vec3::zeros() || own.dot(&p.normal) < OPPOSED
             };
             if p.gap <= NEAR * master.sizes[face as usize]
@@ -207,7 +207,12 @@ impl Finder<'_> {
     ///
     /// The place outside the node is also shifted slightly towards the middle of the face, so that coincident edges
     /// do not leave the decision to rounding.
-    fn is_behind_in_name_only(&self, (master, tree): (&Skin, &FaceTree), node: u32, p: &Proximity) -> bool {
+    fn is_behind_in_name_only(
+        &self,
+        (master, tree): (&Boundary, &FaceTree),
+        node: u32,
+        p: &Proximity,
+    ) -> bool {
         let Some(own) = self.pair.own.as_ref() else { return false };
         // Behind a face beside its own the node is in the wedge of a sharp edge, unless a fold has closed on it.
         let is_beside = is_beside(master, node, p.face);
@@ -238,7 +243,7 @@ impl Finder<'_> {
     }
 
     /// Upper bound of the relative motion of node and face in the step [m].
-    fn relative_motion(&self, master: &Skin, face: u32, node: u32) -> f64 {
+    fn relative_motion(&self, master: &Boundary, face: u32, node: u32) -> f64 {
         let step = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let own = step(node);
         let corners = master.faces[face as usize].iter();
@@ -248,7 +253,7 @@ impl Finder<'_> {
     /// Whether the face at the start of a step with fast faces still holds the node: it closes and moves little, or
     /// touches and closes, or stays open and no impact follows. The plane of a face, continued beyond it, must not
     /// stop a node that flies past.
-    fn holds(&self, master: &Skin, p: &Proximity, node: u32, is_fast: bool, is_hit: bool) -> bool {
+    fn holds(&self, master: &Boundary, p: &Proximity, node: u32, is_fast: bool, is_hit: bool) -> bool {
         let change = |n: u32| self.motion.x_end[n as usize] - self.motion.x[n as usize];
         let face = &master.faces[p.face as usize];
         let point: Vec3 = face.iter().zip(&p.weights).map(|(&n, &w)| change(n) * w).sum();
@@ -261,18 +266,18 @@ impl Finder<'_> {
         if ends_open { !is_hit } else { !is_fast }
     }
 
-    fn faces_away(&self, master: &Skin, face: u32, hit: &Impact, node: u32) -> bool {
+    fn faces_away(&self, master: &Boundary, face: u32, hit: &Impact, node: u32) -> bool {
         let patch = Patch::between(&master.faces[face as usize], self.motion.x, self.motion.x_end, hit.tau);
         master.node_normal(node, self.motion.x).dot(&patch.normal(&patch.weights(hit.a, hit.b))) >= 0.0
     }
 
-    fn near_contact(&self, master: &Skin, node: u32, p: &Proximity) -> Contact {
+    fn near_contact(&self, master: &Boundary, node: u32, p: &Proximity) -> Contact {
         let nodes = master.faces[p.face as usize];
         let (along, _) = Patch::new(&nodes, self.motion.x).tangents(&p.weights);
         self.contact(master, node, p.face, &p.weights, local_frame(&p.normal, &along), p.gap)
     }
 
-    fn impact_contact(&self, master: &Skin, node: u32, face: u32, hit: &Impact) -> Contact {
+    fn impact_contact(&self, master: &Boundary, node: u32, face: u32, hit: &Impact) -> Contact {
         let Motion { x, x_end } = self.motion;
         let nodes = master.faces[face as usize];
         let then = Patch::between(&nodes, x, x_end, hit.tau);
@@ -285,7 +290,7 @@ impl Finder<'_> {
 
     fn contact(
         &self,
-        master: &Skin,
+        master: &Boundary,
         slave: u32,
         face: u32,
         weights: &[f64; 4],

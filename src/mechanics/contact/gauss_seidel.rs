@@ -33,7 +33,7 @@
 mod extrapolation;
 mod rows;
 
-use super::contact_row::{Levers, NormalRow, Row};
+use super::contact_row::{MomentArms, NormalRow, Row};
 use super::local::Local;
 use super::{Contact, ContactLaw, Kind, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
@@ -92,7 +92,7 @@ pub struct SolveReport {
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     meshes: Rows<()>,
-    rigid: Rows<Levers>,
+    rigid: Rows<MomentArms>,
     blocks: Vec<Block>,
     conjugate: Conjugate,
     extrapolation: Extrapolation,
@@ -239,12 +239,12 @@ impl Workspace {
             let sides = rigid.of_pair(run[0].pair);
             let turns = sides != [None; 2];
             let rows = if turns {
-                let levers = |c: &Contact| Levers::new(c, sides, rigid);
+                let moment_arms = |c: &Contact| MomentArms::new(c, sides, rigid);
                 self.rigid.extend(
                     law,
-                    run.iter().map(|c| (c, levers(c))),
-                    |(c, levers)| NormalRow::turning(c, inverse_mass, h, levers),
-                    |(c, levers)| Row::turning(c, inverse_mass, h, levers),
+                    run.iter().map(|c| (c, moment_arms(c))),
+                    |(c, moment_arms)| NormalRow::turning(c, inverse_mass, h, moment_arms),
+                    |(c, moment_arms)| Row::turning(c, inverse_mass, h, moment_arms),
                 )
             } else {
                 self.meshes.extend(

@@ -83,8 +83,10 @@ impl Guard {
         self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
         for found in self.found.iter().filter(|found| found.kind != Kind::Side) {
             let pair = self.pairs[found.pair as usize];
-            let face_size =
-                self.reversed.master_skin(found.pair as usize).map(|skin| skin.sizes[found.face as usize]);
+            let face_size = self
+                .reversed
+                .master_boundary(found.pair as usize)
+                .map(|boundary| boundary.sizes[found.face as usize]);
             let gap = found.gap + ALLOWED * face_size.unwrap_or(0.0);
             let change = |(node, w): (u32, f64)| (x_end[node as usize] - x[node as usize]) * w;
             let closing = found.frame[0].dot(&found.stencil.each().map(change).sum::<Vec3>());

@@ -1,10 +1,10 @@
 //! Slave nodes that start inside the other body: found before a run, with position and depth.
 
 use super::Contact;
+use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::detection::Detector;
 use super::narrow_phase::eval_proximity;
-use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
 /// Depths below this fraction of the face's size are rounding.
@@ -30,13 +30,13 @@ pub struct Overlap {
 pub fn initial_overlaps(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
     let mut overlaps = overlaps_with_itself(detector, x);
     for (pair, (slave, master)) in detector.sides().enumerate().filter(|(_, (s, m))| *m != Some(*s)) {
-        for &node in &detector.skin(slave).nodes {
+        for &node in &detector.boundary(slave).nodes {
             let place = x[node as usize];
             let (depth, size) = match (detector.plane(pair), master) {
                 (Some((point, normal, size)), _) => (-normal.dot(&(place - point)), size),
                 (None, Some(master)) => {
-                    let skin = detector.skin(master);
-                    let Some((gap, size)) = signed_gap(skin, &place, x) else { continue };
+                    let boundary = detector.boundary(master);
+                    let Some((gap, size)) = signed_gap(boundary, &place, x) else { continue };
                     (-gap, size)
                 }
                 (None, None) => continue,
@@ -58,7 +58,7 @@ fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
         && detector.detect(x, x, &vec![Vec3::zeros(); of_itself.len()], &mut contacts).is_ok();
     let is_inside = |contact: &&Contact| {
         let (pair, face) = (contact.pair as usize, contact.face as usize);
-        of_itself[pair] && -contact.gap > TOLERANCE * detector.slave_skin(pair).sizes[face]
+        of_itself[pair] && -contact.gap > TOLERANCE * detector.slave_boundary(pair).sizes[face]
     };
     let overlap = |contact: &Contact| Overlap {
         pair: contact.pair as usize,
@@ -70,19 +70,19 @@ fn overlaps_with_itself(detector: &mut Detector, x: &[Vec3]) -> Vec<Overlap> {
 }
 
 /// Signed distance of a point from the closest face with a valid projection, with that face's size.
-fn signed_gap(skin: &Skin, s: &Vec3, x: &[Vec3]) -> Option<(f64, f64)> {
+fn signed_gap(boundary: &Boundary, s: &Vec3, x: &[Vec3]) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64, f64)> = None;
-    for (i, face) in skin.faces.iter().enumerate() {
+    for (i, face) in boundary.faces.iter().enumerate() {
         let patch = Patch::new(face, x);
         let centre = patch.corners.iter().sum::<Vec3>() * 0.25;
         let radius = patch.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
         if best.is_some_and(|(distance, ..)| (s - centre).norm() - radius > distance) {
             continue;
         }
-        if let Some(p) = eval_proximity(skin, i as u32, s, x)
+        if let Some(p) = eval_proximity(boundary, i as u32, s, x)
             && best.is_none_or(|(distance, ..)| p.distance < distance)
         {
-            best = Some((p.distance, p.gap, skin.sizes[i]));
+            best = Some((p.distance, p.gap, boundary.sizes[i]));
         }
     }
     best.map(|(_, gap, size)| (gap, size))

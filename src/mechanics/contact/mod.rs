@@ -7,6 +7,7 @@
 //! Independently of steps, a [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its
 //! reactions.
 
+mod boundary;
 mod broad_phase;
 pub mod closest_point;
 pub mod compliance;
@@ -30,7 +31,6 @@ mod rigid_manifold;
 pub mod rigid_projection;
 mod segments;
 mod self_contact;
-mod skin;
 pub mod slave_choice;
 pub mod slip;
 pub mod solvers;

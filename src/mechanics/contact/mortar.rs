@@ -20,11 +20,11 @@
 //! where the node arrives fast from afar, and where a row would have more nodes than a stencil
 //! ([`super::stencil::MOST_NODES`]), as with a slave much coarser than its master.
 
+use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
 use super::finder::local_frame;
 use super::narrow_phase::NEAR;
 use super::segments::{OPPOSED, for_each_segment_point};
-use super::skin::{NONE, Skin, corner_count};
 use super::stencil::Stencil;
 use super::{Contact, Kind};
 use crate::mechanics::tensor::Vec3;
@@ -58,7 +58,7 @@ pub(super) struct Averager {
 
 impl Averager {
     /// Buffers for a slave surface.
-    pub fn new(slave: &Skin) -> Self {
+    pub fn new(slave: &Boundary) -> Self {
         let count = slave.faces.len();
         Self {
             moments: Vec::with_capacity(count),
@@ -68,7 +68,7 @@ impl Averager {
     }
 
     /// Replaces the contacts of the pair, sorted by slave node, by averages where possible, at the positions `x` [m].
-    pub fn average(&mut self, slave: &Skin, master: &Skin, x: &[Vec3], contacts: &mut [Contact]) {
+    pub fn average(&mut self, slave: &Boundary, master: &Boundary, x: &[Vec3], contacts: &mut [Contact]) {
         for contact in contacts.iter().filter(|c| is_near(c, master)) {
             for &face in slave.faces_around(contact.slave) {
                 if self.places[face as usize] == NONE {
@@ -88,7 +88,7 @@ impl Averager {
     }
 
     /// Replaces one contact; `None` leaves it as it is.
-    fn average_one(&self, slave: &Skin, x: &[Vec3], contact: &mut Contact) -> Option<()> {
+    fn average_one(&self, slave: &Boundary, x: &[Vec3], contact: &mut Contact) -> Option<()> {
         // Sum the integrals of the faces around the node that are opposed to the master.
         let (mut area, mut normal) = (0.0, Vec3::zeros());
         let mut below = [(0_u32, 0.0); MOST_BELOW];
@@ -129,7 +129,7 @@ impl Averager {
 }
 
 /// Whether the node is near its face at the start, rather than met later in the step.
-fn is_near(contact: &Contact, master: &Skin) -> bool {
+fn is_near(contact: &Contact, master: &Boundary) -> bool {
     contact.kind == Kind::Node && contact.gap <= NEAR * master.sizes[contact.face as usize]
 }
 
@@ -176,7 +176,7 @@ fn align(below: &mut [(u32, f64)], x_a: &Vec3, n: &Vec3, x: &[Vec3]) -> Option<(
 }
 
 /// Integrals over a slave face, `None` where too little of it is above the master; `start` is a face near it.
-fn moments(slave: &Skin, master: &Skin, face: u32, start: u32, x: &[Vec3]) -> Option<FaceMoments> {
+fn moments(slave: &Boundary, master: &Boundary, face: u32, start: u32, x: &[Vec3]) -> Option<FaceMoments> {
     let corners = &slave.faces[face as usize];
     let patch = Patch::new(corners, x);
     let normal = patch.normal(&[0.25; 4]);

@@ -1,7 +1,7 @@
 //! Narrow phase: one slave node against the faces near it; distance, sign, and the choice of one face.
 
+use super::boundary::{Boundary, NONE};
 use super::closest_point::{Feature, Patch};
-use super::skin::{NONE, Skin};
 use crate::mechanics::tensor::Vec3;
 use std::cell::OnceCell;
 
@@ -41,20 +41,20 @@ pub(super) struct Proximity {
 
 /// Distance and sign of `s` [m] relative to one face, or `None` where the projection is not valid: beyond the border
 /// of an open surface, or on the far side of an edge, where the neighbour applies.
-pub(super) fn eval_proximity(skin: &Skin, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
-    eval_proximity_within(skin, face, s, x, f64::INFINITY)
+pub(super) fn eval_proximity(boundary: &Boundary, face: u32, s: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+    eval_proximity_within(boundary, face, s, x, f64::INFINITY)
 }
 
 /// As [`eval_proximity`]; also `None` where the face is farther than `limit` [m].
 pub(super) fn eval_proximity_within(
-    skin: &Skin,
+    boundary: &Boundary,
     face: u32,
     s: &Vec3,
     x: &[Vec3],
     limit: f64,
 ) -> Option<Proximity> {
-    let patch = Patch::new(&skin.faces[face as usize], x);
-    let size = skin.sizes[face as usize];
+    let patch = Patch::new(&boundary.faces[face as usize], x);
+    let size = boundary.sizes[face as usize];
     let closest = patch.closest(s);
     let offset = s - closest.point;
     let distance = offset.norm();
@@ -72,13 +72,13 @@ pub(super) fn eval_proximity_within(
     // The pseudo-normal at an edge or corner determines the side there.
     let (pseudo_normal, border) = match closest.feature {
         Feature::Interior => return found(normal, along),
-        Feature::Edge(k) => match skin.neighbours[face as usize][k] {
+        Feature::Edge(k) => match boundary.neighbours[face as usize][k] {
             NONE => (normal, true),
-            other => (normal + normal_nearest(skin, other, &closest.point, x), false),
+            other => (normal + normal_nearest(boundary, other, &closest.point, x), false),
         },
         Feature::Corner(k) => {
-            let node = skin.faces[face as usize][k];
-            (skin.vertex_normal(node, x), skin.on_border(node))
+            let node = boundary.faces[face as usize][k];
+            (boundary.vertex_normal(node, x), boundary.on_border(node))
         }
     };
     // Within the band the plane of the face continues: no jump for a node that slides across its edge.
@@ -97,8 +97,8 @@ pub(super) fn eval_proximity_within(
 }
 
 /// Normal of a face at its point closest to `p`.
-fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
-    let patch = Patch::new(&skin.faces[face as usize], x);
+fn normal_nearest(boundary: &Boundary, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
+    let patch = Patch::new(&boundary.faces[face as usize], x);
     patch.normal(&patch.closest(p).weights)
 }
 
@@ -109,7 +109,7 @@ fn normal_nearest(skin: &Skin, face: u32, p: &Vec3, x: &[Vec3]) -> Vec3 {
 /// The sign at an edge or a corner is valid only at the closest point of the whole surface. So a node is behind a
 /// face only if no other face, whatever its orientation, has it in front and closer.
 pub(super) fn choose_face(
-    skin: &Skin,
+    boundary: &Boundary,
     faces: &(impl Iterator<Item = u32> + Clone),
     s: &Vec3,
     slave_normal: impl Fn() -> Vec3,
@@ -119,23 +119,23 @@ pub(super) fn choose_face(
     let mut in_front = f64::INFINITY;
     let mut best = None;
     for face in faces.clone() {
-        let Some(p) = eval_within(skin, face, s, x, best.as_ref()) else { continue };
+        let Some(p) = eval_within(boundary, face, s, x, best.as_ref()) else { continue };
         // Count only faces within their own reach: others may or may not be listed.
-        if p.gap > 0.0 && p.distance <= DEPTH * skin.sizes[p.face as usize] {
+        if p.gap > 0.0 && p.distance <= DEPTH * boundary.sizes[p.face as usize] {
             in_front = in_front.min(p.distance);
         }
-        keep_better(skin, &mut best, p, &normal, &slave_normal);
+        keep_better(boundary, &mut best, p, &normal, &slave_normal);
     }
     // A node behind the best face but in front of a closer one: the best face that has it in front.
     let held = best?;
-    if held.gap >= 0.0 || in_front >= held.distance - BAND * skin.sizes[held.face as usize] {
+    if held.gap >= 0.0 || in_front >= held.distance - BAND * boundary.sizes[held.face as usize] {
         return best;
     }
     let mut best = None;
     for face in faces.clone() {
-        let found = eval_within(skin, face, s, x, best.as_ref());
+        let found = eval_within(boundary, face, s, x, best.as_ref());
         if let Some(p) = found.filter(|p| p.gap >= 0.0) {
-            keep_better(skin, &mut best, p, &normal, &slave_normal);
+            keep_better(boundary, &mut best, p, &normal, &slave_normal);
         }
     }
     best
@@ -143,20 +143,20 @@ pub(super) fn choose_face(
 
 /// Replaces `best` by the face if that may hold the node, is opposed and better.
 fn keep_better(
-    skin: &Skin,
+    boundary: &Boundary,
     best: &mut Option<Proximity>,
     found: Proximity,
     normal: &OnceCell<Vec3>,
     slave_normal: impl Fn() -> Vec3,
 ) {
-    let size = skin.sizes[found.face as usize];
+    let size = boundary.sizes[found.face as usize];
     let within = found.gap <= NEAR * size && found.gap >= -DEPTH * size && found.distance <= DEPTH * size;
     if !within {
         return;
     }
     let normal = normal.get_or_init(slave_normal);
     let opposed = *normal == Vec3::zeros() || normal.dot(&found.normal) < OPPOSED;
-    if opposed && best.is_none_or(|b| is_better(skin, &found, &b, normal)) {
+    if opposed && best.is_none_or(|b| is_better(boundary, &found, &b, normal)) {
         *best = Some(found);
     }
 }
@@ -164,21 +164,21 @@ fn keep_better(
 /// The proximity of a face within its own reach of the node, unless it is too far to hold the node instead of `best`,
 /// or to have it in front closer than `best`.
 pub(super) fn eval_within(
-    skin: &Skin,
+    boundary: &Boundary,
     face: u32,
     s: &Vec3,
     x: &[Vec3],
     best: Option<&Proximity>,
 ) -> Option<Proximity> {
-    let corners = skin.faces[face as usize].map(|node| x[node as usize]);
+    let corners = boundary.faces[face as usize].map(|node| x[node as usize]);
     // Slightly more than `keep_better` takes, for rounding.
-    let reach = DEPTH * (1.0 + 1e-9) * skin.sizes[face as usize];
-    let limit = best.map_or(reach, |b| reach.min(b.distance + 2.0 * TIE * skin.largest_size));
+    let reach = DEPTH * (1.0 + 1e-9) * boundary.sizes[face as usize];
+    let limit = best.map_or(reach, |b| reach.min(b.distance + 2.0 * TIE * boundary.largest_size));
     // Cheap bounds first: the face lies within the box and the slab of its corners.
     if is_outside_box(&corners, s, limit) || is_outside_slab(&corners, s, limit) {
         return None;
     }
-    eval_proximity_within(skin, face, s, x, limit)
+    eval_proximity_within(boundary, face, s, x, limit)
 }
 
 /// Whether `s` is farther than `far` from the bounding box of the corners, along any axis.
@@ -204,8 +204,8 @@ fn is_outside_slab(corners: &[Vec3; 4], s: &Vec3, far: f64) -> bool {
 
 /// Whether `a` is closer, or as close and more opposed; faces come in ascending order, so the first of equal ones is
 /// kept.
-fn is_better(skin: &Skin, a: &Proximity, b: &Proximity, slave_normal: &Vec3) -> bool {
-    let tie = TIE * skin.sizes[a.face as usize].max(skin.sizes[b.face as usize]);
+fn is_better(boundary: &Boundary, a: &Proximity, b: &Proximity, slave_normal: &Vec3) -> bool {
+    let tie = TIE * boundary.sizes[a.face as usize].max(boundary.sizes[b.face as usize]);
     if (a.distance - b.distance).abs() > tie {
         return a.distance < b.distance;
     }
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     /// A wavy sheet with a fold, finer towards one side, of n × n faces.
-    fn sheet(n: u32) -> (Skin, Vec<Vec3>) {
+    fn sheet(n: u32) -> (Boundary, Vec<Vec3>) {
         let mut x = Vec::new();
         for j in 0..=n {
             for i in 0..=n {
@@ -234,21 +234,24 @@ mod tests {
         let cells = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
         let faces = cells.map(|(i, j)| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]).collect();
         let surface = Surface { nodes: (0..x.len() as u32).collect(), faces };
-        (Skin::new(&surface, &x), x)
+        (Boundary::new(&surface, &x), x)
     }
 
     /// The result of [`choose_face`] with every face evaluated and none skipped.
-    fn choose_of_all(skin: &Skin, s: &Vec3, down: &Vec3, x: &[Vec3]) -> Option<Proximity> {
+    fn choose_of_all(boundary: &Boundary, s: &Vec3, down: &Vec3, x: &[Vec3]) -> Option<Proximity> {
         let normal = OnceCell::new();
-        let count = skin.faces.len() as u32;
-        let all: Vec<Proximity> = (0..count).filter_map(|face| eval_proximity(skin, face, s, x)).collect();
+        let count = boundary.faces.len() as u32;
+        let all: Vec<Proximity> =
+            (0..count).filter_map(|face| eval_proximity(boundary, face, s, x)).collect();
         let choose = |take: &dyn Fn(&Proximity) -> bool| {
             let mut best = None;
-            all.iter().filter(|p| take(p)).for_each(|p| keep_better(skin, &mut best, *p, &normal, || *down));
+            all.iter()
+                .filter(|p| take(p))
+                .for_each(|p| keep_better(boundary, &mut best, *p, &normal, || *down));
             best
         };
         let held = choose(&|_| true)?;
-        let size = |p: &Proximity| skin.sizes[p.face as usize];
+        let size = |p: &Proximity| boundary.sizes[p.face as usize];
         let is_in_front = |p: &Proximity| {
             p.gap > 0.0 && p.distance <= DEPTH * size(p) && p.distance < held.distance - BAND * size(&held)
         };
@@ -257,8 +260,8 @@ mod tests {
 
     #[test]
     fn what_is_passed_over_changes_nothing() {
-        let (skin, x) = sheet(9);
-        let faces = 0..skin.faces.len() as u32;
+        let (boundary, x) = sheet(9);
+        let faces = 0..boundary.faces.len() as u32;
         let down = Vec3::new(0.1, -0.2, -1.0).normalize();
         let (mut held, mut inside) = (0, 0);
         for k in 0..20_000 {
@@ -267,8 +270,8 @@ mod tests {
             // Around the sheet, within a few face sizes of it.
             let on = (a * 80.0) as usize;
             let s = x[on] + Vec3::new(b - 0.5, c - 0.5, (b + 2.0 * c).fract() - 0.5) * 0.1;
-            let found = choose_face(&skin, &faces, &s, || down, &x);
-            assert_eq!(found, choose_of_all(&skin, &s, &down, &x), "{s}");
+            let found = choose_face(&boundary, &faces, &s, || down, &x);
+            assert_eq!(found, choose_of_all(&boundary, &s, &down, &x), "{s}");
             held += usize::from(found.is_some());
             inside += usize::from(found.is_some_and(|p| p.gap < 0.0));
         }

@@ -118,8 +118,8 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
     if contact.kind == Kind::Guard {
         return guard_penetration(contact, detector, x);
     }
-    let skin = detector.master_skin(contact.pair as usize)?;
-    let size = skin.sizes[contact.face as usize];
+    let boundary = detector.master_boundary(contact.pair as usize)?;
+    let size = boundary.sizes[contact.face as usize];
     if !matches!(contact.kind, Kind::Node | Kind::Side) {
         let normal = contact.frame[0];
         let depth = -normal.dot(&contact.stencil.difference(x));
@@ -129,25 +129,25 @@ fn penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Pen
         let left = if contact.kind == Kind::Fixed { 2.0 * ALLOWED * size } else { 0.0 };
         return found(depth - left, normal, size, &same);
     }
-    let p = eval_proximity(skin, contact.face, s, x)?;
+    let p = eval_proximity(boundary, contact.face, s, x)?;
     // Slid off the face: the next detection finds its new face.
     if p.beyond {
         return None;
     }
-    let face = &skin.faces[contact.face as usize];
+    let face = &boundary.faces[contact.face as usize];
     found(-p.gap, p.normal, size, &|| Stencil::node_on_face(contact.slave, face, &p.weights))
 }
 
 /// Penetration of a master node into a slave face, beyond the allowed depth.
 fn guard_penetration(contact: &Contact, detector: &Detector, x: &[Vec3]) -> Option<Penetration> {
-    let skin = detector.slave_skin(contact.pair as usize);
+    let boundary = detector.slave_boundary(contact.pair as usize);
     // The node of the master, or those that it follows.
     let node = contact.stencil.side(true);
     let place = weighted(node.clone(), |n| x[n as usize]);
-    let size = skin.sizes[contact.face as usize];
-    let p = eval_proximity(skin, contact.face, &place, x).filter(|p| !p.beyond)?;
+    let size = boundary.sizes[contact.face as usize];
+    let p = eval_proximity(boundary, contact.face, &place, x).filter(|p| !p.beyond)?;
     let depth = -p.gap - ALLOWED * size;
-    let of_face = skin.faces[contact.face as usize].into_iter().zip(p.weights);
+    let of_face = boundary.faces[contact.face as usize].into_iter().zip(p.weights);
     let stencil = Stencil::new(of_face, node)?;
     (depth > TOLERANCE * size).then_some(Penetration { depth, normal: -p.normal, stencil, size })
 }

@@ -13,13 +13,13 @@
 //!
 //! The result depends on the positions alone, never on earlier steps.
 
+use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::detection::{DetectionError, NEAR};
 use super::finder::local_frame;
 use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
 use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
-use super::skin::Skin;
 use super::stencil::Stencil;
 use super::time_of_impact::first_meeting;
 use super::{Contact, ContactPair, Kind, Master, Surface};
@@ -64,7 +64,7 @@ enum Side {
 /// The boundary surface of a mesh.
 #[derive(Clone, Debug)]
 struct MeshSide {
-    skin: Skin,
+    boundary: Boundary,
     /// Mean size of the faces at rest [m].
     size: f64,
     /// Edges of each face that are checked with it: each edge of the mesh once.
@@ -151,17 +151,17 @@ impl RigidDetector {
         for (index, slave, master) in pairs.iter() {
             let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
             match (slave, master) {
-                (Side::Mesh(MeshSide { skin, size, owns }), Side::Body(body)) => {
+                (Side::Mesh(MeshSide { boundary, size, owns }), Side::Body(body)) => {
                     let near = reach(*size);
-                    let nodes = skin.nodes.iter();
+                    let nodes = boundary.nodes.iter();
                     contacts.extend(nodes.filter_map(|&node| finder.node_on_body(node, near, *body)));
                     near_faces.clear();
                     for (index, owns) in owns.iter().enumerate() {
-                        if finder.face_on_body((skin, index), *owns, *body, contacts) {
+                        if finder.face_on_body((boundary, index), *owns, *body, contacts) {
                             near_faces.push(index as u32);
                         }
                     }
-                    finder.corners_in_creases(skin, near_faces, *body, contacts);
+                    finder.corners_in_creases(boundary, near_faces, *body, contacts);
                 }
                 (Side::Body(body), Side::Plane(point, frame)) => {
                     finder.body_on_plane(*body, point, frame, contacts);
@@ -216,12 +216,12 @@ impl Finder<'_> {
     /// body.
     fn face_on_body(
         &self,
-        (skin, index): (&Skin, usize),
+        (boundary, index): (&Boundary, usize),
         owns: [bool; 4],
         body: usize,
         contacts: &mut Vec<Contact>,
     ) -> bool {
-        let (face, size) = (&skin.faces[index], skin.sizes[index]);
+        let (face, size) = (&boundary.faces[index], boundary.sizes[index]);
         let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
         let shape = &self.bodies[body].shape;
         // Most faces are far away during the whole step.
@@ -249,23 +249,29 @@ impl Finder<'_> {
 
     /// Corners of the body inside the mesh whose closest point, at the start of the step, is on an edge or a node: in
     /// a crease, where the adjacent faces rise, so that the corner projects onto none of them.
-    fn corners_in_creases(&self, skin: &Skin, faces: &[u32], body: usize, contacts: &mut Vec<Contact>) {
+    fn corners_in_creases(
+        &self,
+        boundary: &Boundary,
+        faces: &[u32],
+        body: usize,
+        contacts: &mut Vec<Contact>,
+    ) {
         let shape @ Shape::Box { .. } = &self.bodies[body].shape else { return };
         for corner in shape.feet(&Vec3::zeros()).points() {
             let place = self.motion.poses[body].place(corner);
             let mut nearest: Option<Proximity> = None;
             for &face in faces {
-                let limit = nearest.map_or(reach(skin.largest_size), |p| p.distance);
-                let corners = skin.faces[face as usize].map(|node| self.motion.x[node as usize]);
+                let limit = nearest.map_or(reach(boundary.largest_size), |p| p.distance);
+                let corners = boundary.faces[face as usize].map(|node| self.motion.x[node as usize]);
                 if is_outside_box(&corners, &place, limit) {
                     continue;
                 }
-                let found = eval_proximity_within(skin, face, &place, self.motion.x, limit);
+                let found = eval_proximity_within(boundary, face, &place, self.motion.x, limit);
                 nearest = found.filter(|p| nearest.is_none_or(|n| p.distance < n.distance)).or(nearest);
             }
             if let Some(p) = nearest.filter(|p| p.beyond && p.gap < 0.0) {
-                let face = &skin.faces[p.face as usize];
-                let gap = p.gap + allowed(shape, skin.sizes[p.face as usize]);
+                let face = &boundary.faces[p.face as usize];
+                let gap = p.gap + allowed(shape, boundary.sizes[p.face as usize]);
                 let on_face = (p.weights, place - p.normal * p.gap);
                 contacts.extend(self.fixed((p.face, face), on_face, &-p.normal, gap, body));
             }
@@ -400,8 +406,8 @@ impl MeshSide {
         for (_, face, k) in edges {
             owns[face][k] = true;
         }
-        let skin = Skin::new(surface, x);
-        Self { size: skin.mean_size(), skin, owns }
+        let boundary = Boundary::new(surface, x);
+        Self { size: boundary.mean_size(), boundary, owns }
     }
 }
 

@@ -2,9 +2,9 @@
 //!
 //! Everything is in the plane normal to the slave face, onto which both sides are projected (Puso & Laursen 2004).
 
+use super::boundary::{Boundary, NONE};
 use super::closest_point::Patch;
 use super::finder::local_frame;
-use super::skin::{NONE, Skin};
 use crate::mechanics::tensor::Vec3;
 
 /// Largest number of master faces visited for a slave face.
@@ -98,7 +98,7 @@ pub(super) struct SegmentPoint {
 pub(super) fn for_each_segment_point(
     slave: &Patch,
     n: &Vec3,
-    master: &Skin,
+    master: &Boundary,
     start: u32,
     x: &[Vec3],
     mut visit: impl FnMut(&SegmentPoint) -> Option<()>,

@@ -1,8 +1,8 @@
 //! A surface against itself: the faces that a node never meets, and the motion of its parts relative to each other.
 
+use super::boundary::Boundary;
 use super::broad_phase::Motion;
 use super::closest_point::Patch;
-use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
 /// Distance in sizes of a face within which a face behind a node at the start of the run is the far side of the
@@ -23,14 +23,14 @@ impl Exclusions {
     }
 
     /// Whether the node never meets the face.
-    pub fn contain(&self, skin: &Skin, node: u32, face: u32) -> bool {
-        skin.faces[face as usize].contains(&node) || self.is_across_the_wall(skin, node, face)
+    pub fn contain(&self, boundary: &Boundary, node: u32, face: u32) -> bool {
+        boundary.faces[face as usize].contains(&node) || self.is_across_the_wall(boundary, node, face)
     }
 
-    fn is_across_the_wall(&self, skin: &Skin, node: u32, face: u32) -> bool {
-        let (s, corners) = (&self.rest[node as usize], &skin.faces[face as usize]);
+    fn is_across_the_wall(&self, boundary: &Boundary, node: u32, face: u32) -> bool {
+        let (s, corners) = (&self.rest[node as usize], &boundary.faces[face as usize]);
         let patch = Patch::new(corners, &self.rest);
-        let range = WALL * skin.sizes[face as usize];
+        let range = WALL * boundary.sizes[face as usize];
         // Cheap bound first: a face within range has all corners within range and its own extent.
         let extent =
             (patch.corners[2] - patch.corners[0]).norm() + (patch.corners[3] - patch.corners[1]).norm();
@@ -42,14 +42,16 @@ impl Exclusions {
         let face_normal = patch.normal(&closest.weights);
         offset.norm() <= range
             && face_normal.dot(&offset) < 0.0
-            && face_normal.dot(&skin.node_normal(node, &self.rest)) < 0.0
+            && face_normal.dot(&boundary.node_normal(node, &self.rest)) < 0.0
     }
 }
 
 /// Whether the face has a node in common with a face around the node.
-pub(super) fn is_beside(skin: &Skin, node: u32, face: u32) -> bool {
-    let corners = skin.faces[face as usize].iter();
-    corners.flat_map(|&c| skin.faces_around(c)).any(|&beside| skin.faces[beside as usize].contains(&node))
+pub(super) fn is_beside(boundary: &Boundary, node: u32, face: u32) -> bool {
+    let corners = boundary.faces[face as usize].iter();
+    corners
+        .flat_map(|&c| boundary.faces_around(c))
+        .any(|&beside| boundary.faces[beside as usize].contains(&node))
 }
 
 /// Motion of a surface relative to itself since its list was made.
@@ -70,9 +72,9 @@ pub(super) struct OwnMotion {
 
 impl OwnMotion {
     /// Starts a list at the positions at the start of the step.
-    pub fn restart(&mut self, skin: &Skin, motion: &Motion) {
+    pub fn restart(&mut self, boundary: &Boundary, motion: &Motion) {
         self.snapshot.clear();
-        self.snapshot.extend(skin.nodes.iter().map(|&n| motion.x[n as usize]));
+        self.snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
     }
 
     /// Whether there is a list.
@@ -81,10 +83,10 @@ impl OwnMotion {
     }
 
     /// Measures the motion of a step; returns whether all positions are finite.
-    pub fn measure(&mut self, skin: &Skin, motion: &Motion) -> bool {
+    pub fn measure(&mut self, boundary: &Boundary, motion: &Motion) -> bool {
         let nothing = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
         let ([mut start, mut end], mut in_step, mut check) = ([nothing; 2], 0.0_f64, 0.0);
-        for (&node, old) in skin.nodes.iter().zip(&self.snapshot) {
+        for (&node, old) in boundary.nodes.iter().zip(&self.snapshot) {
             let (x, x_end) = (&motion.x[node as usize], &motion.x_end[node as usize]);
             widen(&mut start, &(x - old));
             widen(&mut end, &(x_end - old));

@@ -1,7 +1,7 @@
 //! The contact problem of a step with lumped masses, with `W = C M⁻¹ Cᵀ` and q explicit, which
 //! [`super::gauss_seidel`] never forms; and the solution of a step by a solver of the library.
 
-use super::contact_row::{Levers, Row};
+use super::contact_row::{MomentArms, Row};
 use super::delassus::{Block, Delassus};
 use super::problem::{ContactProblem, ProblemError};
 use super::solvers::{self, Options, SolveReport};
@@ -24,7 +24,7 @@ pub fn step_problem(
     h: f64,
     v: &[Vec3],
 ) -> Result<ContactProblem, ProblemError> {
-    let rows: Vec<Row<Levers>> = contacts.iter().map(|c| row(c, (inverse_mass, rigid), h)).collect();
+    let rows: Vec<Row<MomentArms>> = contacts.iter().map(|c| row(c, (inverse_mass, rigid), h)).collect();
     let mut free = v.to_vec();
     take_off(contacts, reactions, (inverse_mass, rigid), h, &mut free);
     // Free velocities and coefficients of friction.
@@ -102,8 +102,8 @@ pub fn solve_step(
     Ok(Some(report))
 }
 
-fn row(contact: &Contact, (inverse_mass, rigid): (&[Vec3], &RigidSides), h: f64) -> Row<Levers> {
-    Row::turning(contact, inverse_mass, h, Levers::new(contact, rigid.of_pair(contact.pair), rigid))
+fn row(contact: &Contact, (inverse_mass, rigid): (&[Vec3], &RigidSides), h: f64) -> Row<MomentArms> {
+    Row::turning(contact, inverse_mass, h, MomentArms::new(contact, rigid.of_pair(contact.pair), rigid))
 }
 
 /// Block `T_c A T_dᵀ` of W, with T the local frames.

@@ -5,8 +5,8 @@
 //! triangles, so none is counted twice or missed.
 
 use super::Surface;
+use super::boundary::Boundary;
 use super::broad_phase::FaceTree;
-use super::skin::Skin;
 use crate::mechanics::tensor::Vec3;
 
 /// Distance from a node along its normal, as a fraction of the mean face size, at which a place is outside the node's
@@ -16,12 +16,12 @@ const BESIDE: f64 = 1e-6;
 /// Nodes of a closed surface that lie inside the volume that it encloses, at positions `x` [m] of all nodes, with the
 /// surface's normals there: the surface winds around the place just outside them.
 pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
-    let skin = Skin::new(surface, x);
-    let (tree, beside) = (FaceTree::new(&skin, x), BESIDE * skin.mean_size());
+    let boundary = Boundary::new(surface, x);
+    let (tree, beside) = (FaceTree::new(&boundary, x), BESIDE * boundary.mean_size());
     let inside = |&node: &u32| {
-        let normal = skin.node_normal(node, x);
+        let normal = boundary.node_normal(node, x);
         let place = x[node as usize] + normal * beside;
-        let count = winding_number(&skin, &tree, (&place, &normal), (x, &Vec3::zeros()));
+        let count = winding_number(&boundary, &tree, (&place, &normal), (x, &Vec3::zeros()));
         (count > 0).then_some((node, normal))
     };
     surface.nodes.iter().filter_map(inside).collect()
@@ -30,7 +30,7 @@ pub fn nodes_inside(surface: &Surface, x: &[Vec3]) -> Vec<(u32, Vec3)> {
 /// Winding number around `point` [m] of the surface of `tree`, at positions `x` [m] that are `shift` [m] from those
 /// of the tree, within its slack. The ray is along the axis nearest to `towards`.
 pub(super) fn winding_number(
-    skin: &Skin,
+    boundary: &Boundary,
     tree: &FaceTree,
     (point, towards): (&Vec3, &Vec3),
     (x, shift): (&[Vec3], &Vec3),
@@ -48,7 +48,7 @@ pub(super) fn winding_number(
     };
     let mut count = 0;
     for face in tree.ahead(&(point - shift), axis, sign) {
-        let [a, b, c, d] = skin.faces[face as usize].map(seen);
+        let [a, b, c, d] = boundary.faces[face as usize].map(seen);
         count += passage([a, b, c]) + passage([a, c, d]);
     }
     count

@@ -62,7 +62,7 @@ impl Activity {
             for i in 0..chunk.batches.len() {
                 let history = &chunk.history[i * rows..(i + 1) * rows];
                 if history.iter().any(|row| row.0.iter().any(|x| *x != 0.0)) {
-                    self.wake_batch(&blocks[chunk.block as usize], assembly, chunk, i);
+                    self.activate_batch(&blocks[chunk.block as usize], assembly, chunk, i);
                 }
             }
         }
@@ -74,14 +74,14 @@ impl Activity {
     }
 
     /// Wakes the elements of those nodes that have begun to move, among the nodes that are stepped.
-    pub fn wake_moving(
+    pub fn activate_moving(
         &mut self,
         forces: &mut ElementForces,
         blocks: &[ElementBlock],
         assembly: &Assembly,
         v: &[Vec3],
     ) {
-        if forces.chunks.iter().all(ChunkForces::is_wholly_awake) {
+        if forces.chunks.iter().all(ChunkForces::is_wholly_active) {
             return;
         }
         for block in 0..self.active.len() {
@@ -98,7 +98,7 @@ impl Activity {
     }
 
     /// Wakes the elements of nodes that have been moved from outside.
-    pub fn wake_nodes(
+    pub fn activate_nodes(
         &mut self,
         forces: &mut ElementForces,
         blocks: &[ElementBlock],
@@ -143,7 +143,7 @@ impl Activity {
                     batch.as_flattened().iter().any(|node| self.moved[nodes[*node as usize] as usize])
                 };
                 if chunk.awake & (1 << i) == 0 && is_reached() {
-                    self.wake_batch(block, assembly, chunk, i);
+                    self.activate_batch(block, assembly, chunk, i);
                 }
             }
         }
@@ -151,7 +151,13 @@ impl Activity {
     }
 
     /// A batch acts on its nodes from here on, and on those that they follow.
-    fn wake_batch(&mut self, block: &ElementBlock, assembly: &Assembly, chunk: &mut ChunkForces, i: usize) {
+    fn activate_batch(
+        &mut self,
+        block: &ElementBlock,
+        assembly: &Assembly,
+        chunk: &mut ChunkForces,
+        i: usize,
+    ) {
         chunk.awake |= 1 << i;
         let nodes = block.nodes_of_chunk(chunk.chunk as usize);
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;

@@ -108,7 +108,7 @@ impl ChunkForces {
     }
 
     /// Whether every batch is swept.
-    pub(super) fn is_wholly_awake(&self) -> bool {
+    pub(super) fn is_wholly_active(&self) -> bool {
         self.awake == Self::all(self.batches.len())
     }
 }

@@ -2,10 +2,10 @@
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
+use super::internal::{ForceInput, GaussPoints, Sweep};
 use super::one_point::{OnePoint, OnePointSweep};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
-use super::sweep::{GaussPoints, Sweep, SweepInput};
 use super::totals::{BatchTotals, BlockTotals};
 use super::{Assembly, Threads};
 use crate::mechanics::lanes::{BATCH, Row};
@@ -29,7 +29,7 @@ impl ElementForces {
     }
 
     /// Sweeps every batch that is awake.
-    pub fn sweep(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &SweepInput) {
+    pub fn sweep(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &ForceInput) {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
             if chunk.awake != 0 {
@@ -90,14 +90,14 @@ impl ElementForces {
     }
 
     /// Number of elements that a sweep covers.
-    pub fn awake_elements(&self, blocks: &[ElementBlock]) -> usize {
+    pub fn active_elements(&self, blocks: &[ElementBlock]) -> usize {
         let of_chunk = |chunk: &ChunkForces| {
             let block = &blocks[chunk.block as usize];
             let batches = &block.chunks[chunk.chunk as usize].batches;
             let all = chunk.awake.count_ones() as usize * BATCH;
             let has_padding = batches.end as usize == block.batch_count();
-            let last_is_awake = chunk.awake & (1 << (batches.len() - 1)) != 0;
-            all - if has_padding && last_is_awake { block.slot_count() - block.elements.len() } else { 0 }
+            let last_is_active = chunk.awake & (1 << (batches.len() - 1)) != 0;
+            all - if has_padding && last_is_active { block.slot_count() - block.elements.len() } else { 0 }
         };
         self.chunks.iter().map(of_chunk).sum()
     }
@@ -144,7 +144,7 @@ fn sweep_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
     law: L,
     elements: &Packed<E, N, Q>,
     block: &ElementBlock,
-    input: &SweepInput,
+    input: &ForceInput,
     forces: &mut ChunkForces,
 ) where
     E::OnePoint: OnePointSweep<E, N, Q>,

@@ -4,7 +4,7 @@
 //! What is stored in a branch is told by the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any law where
 //! loading is sudden. The rest of the forces' work is dissipated.
 
-use super::SweepInput;
+use super::ForceInput;
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
@@ -28,7 +28,7 @@ pub(super) struct Memory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usiz
     pub law: L,
     pub elements: &'a Packed<E, N, Q>,
     pub block: &'a ElementBlock,
-    pub input: &'a SweepInput<'a>,
+    pub input: &'a ForceInput<'a>,
     pub chunk: &'a mut ChunkForces,
 }
 

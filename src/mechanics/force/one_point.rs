@@ -1,10 +1,10 @@
 //! The force sweep of one-point elements.
 
+use super::internal::{BatchLanes, ElementForcePass, ElementKernel};
 use super::packed::InBlocks;
 use super::pressure::{Pressure, pressure_at, tangent_bound, viscous_pressure};
 use super::reduced::{NoOnePoint, ReducedBatch};
 use super::rows::{load_corners, load_fibres, store_corners};
-use super::sweep::{BatchLanes, ElementKernel, ElementSweep};
 use super::totals::BatchTotals;
 use crate::mechanics::element::{Hex8, Modes};
 use crate::mechanics::lanes::{Aligned, Lane};
@@ -23,7 +23,7 @@ where
     #[inline(always)]
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, E, N, Q>,
+        element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
         lanes: &mut BatchLanes<N>,
@@ -39,7 +39,7 @@ where
 pub(super) trait OnePointSweep<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     fn sweep<S: Simd, L: Law>(
         &self,
-        element: &ElementSweep<L, E, N, Q>,
+        element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
         lanes: &mut BatchLanes<N>,
@@ -50,7 +50,7 @@ pub(super) trait OnePointSweep<E: InBlocks<N, Q>, const N: usize, const Q: usize
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointSweep<E, N, Q> for NoOnePoint {
     fn sweep<S: Simd, L: Law>(
         &self,
-        _: &ElementSweep<L, E, N, Q>,
+        _: &ElementForcePass<L, E, N, Q>,
         _: S,
         _: usize,
         _: &mut BatchLanes<N>,
@@ -64,7 +64,7 @@ impl OnePointSweep<Hex8, 8, 8> for ReducedBatch {
     #[inline(always)]
     fn sweep<S: Simd, L: Law>(
         &self,
-        element: &ElementSweep<L, Hex8, 8, 8>,
+        element: &ElementForcePass<L, Hex8, 8, 8>,
         simd: S,
         part: usize,
         lanes: &mut BatchLanes<8>,

@@ -2,8 +2,8 @@
 //! stable step below that of the true highest frequency.
 
 use super::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
-    SweepInput, Threads, corner_pair,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
+    StiffnessBatch, Threads, corner_pair,
 };
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
 use crate::mechanics::material::{
@@ -61,7 +61,7 @@ impl Element {
     }
 
     fn sweep(&self, u: &U) -> Swept {
-        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);
@@ -271,7 +271,7 @@ fn history_has_rows_where_something_is_remembered_and_only_there() {
         let (mut history, v) = (ElementForces::no_history(&element.blocks), [Vec3::zeros(); 8]);
         let mut forces = ElementForces::new(&element.blocks);
         for u in &steps {
-            let input = SweepInput { u, inverse_step: 1e3, history: &history };
+            let input = ForceInput { u, inverse_step: 1e3, history: &history };
             forces.sweep(&Threads::ONE, &element.blocks, &input);
             forces.add_viscous(&Threads::ONE, &element.blocks, &input, &v);
             forces.swap_history(&mut history);

@@ -14,7 +14,7 @@ use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use super::{Assembly, ElementForces, SweepInput, Threads};
+use super::{Assembly, ElementForces, ForceInput, Threads};
 use crate::mechanics::element::Element;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::bound_largest;
@@ -45,7 +45,7 @@ impl ElementForces {
         &mut self,
         threads: &Threads,
         blocks: &[ElementBlock],
-        input: &SweepInput,
+        input: &ForceInput,
         v: &[Vec3],
     ) {
         threads.for_each(&mut self.chunks, |chunk| {

@@ -5,14 +5,14 @@
 //! meshes and rigid bodies alike, M stays diagonal, and one contact solver serves both: a contact at the point x of a rigid
 //! body has, in the direction n, the row `[n, Rᵀ((x − x_c) × n)]` of its two nodes.
 
+mod boundary;
 mod line;
 mod motion;
 mod shape;
-mod skin;
 
+pub use boundary::triangulated;
 pub use motion::{rotated, turn_freely};
 pub use shape::{Feet, Shape};
-pub use skin::triangulated;
 
 use super::tensor::{Mat3, Vec3};
 

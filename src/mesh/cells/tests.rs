@@ -8,9 +8,10 @@ use crate::mesh::quality::quality;
 use crate::mesh::read::{MeshFormat, read_mesh};
 use crate::mesh::refine::refined;
 use crate::mesh::surface::{
-    Skin, TopologyProblem, enclosed_volume_m3, skin, skin_nodes, topology_problems, tributary_areas,
+    Boundary, TopologyProblem, boundary, boundary_nodes, enclosed_volume_m3, topology_problems,
+    tributary_areas,
 };
-use crate::mesh::triangulated_skin::TriangulatedSkin;
+use crate::mesh::triangulated_surface::TriangulatedSurface;
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{Mesh, MeshError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -133,7 +134,7 @@ fn euler_characteristic(faces: &[[u32; 4]]) -> i64 {
         let n = if face[2] == face[3] { 3 } else { 4 };
         edges.extend((0..n).map(|i| (face[i].min(face[(i + 1) % n]), face[i].max(face[(i + 1) % n]))));
     }
-    i64::try_from(skin_nodes(faces).len() + faces.len()).unwrap() - i64::try_from(edges.len()).unwrap()
+    i64::try_from(boundary_nodes(faces).len() + faces.len()).unwrap() - i64::try_from(edges.len()).unwrap()
 }
 
 #[test]
@@ -141,13 +142,13 @@ fn meshes_of_every_kind_are_sound_and_closed() {
     for (name, mesh, exact) in meshes() {
         assert_eq!(topology_problems(&mesh.cells), [], "{name}");
         assert!((mesh.volume_m3() / exact - 1.0).abs() < 1e-13, "{name}");
-        let skin = Skin::of(&mesh.cells);
-        assert!((enclosed_volume_m3(&skin.faces, &mesh.nodes) / exact - 1.0).abs() < 1e-13, "{name}");
-        assert_eq!(euler_characteristic(&skin.faces), 2, "{name}");
-        let area: f64 = tributary_areas(&skin.faces, &mesh.nodes).iter().sum();
+        let boundary = Boundary::of(&mesh.cells);
+        assert!((enclosed_volume_m3(&boundary.faces, &mesh.nodes) / exact - 1.0).abs() < 1e-13, "{name}");
+        assert_eq!(euler_characteristic(&boundary.faces), 2, "{name}");
+        let area: f64 = tributary_areas(&boundary.faces, &mesh.nodes).iter().sum();
         let sides = if name == "mixed" { 14.0 } else { 2.0 * (24.0 + 6.0 + 4.0) };
         assert!((area / sides - 1.0).abs() < 1e-13, "{name}: {area}");
-        for (face, (&owner, &side)) in skin.faces.iter().zip(skin.owner.iter().zip(&skin.side)) {
+        for (face, (&owner, &side)) in boundary.faces.iter().zip(boundary.owner.iter().zip(&boundary.side)) {
             let cell = mesh.cells.get(owner as usize);
             let facets = cell.kind.table().faces[usize::from(side)].facets;
             assert!(facets.iter().any(|facet| facet.map(|i| cell.nodes[i]) == *face), "{name}");
@@ -169,7 +170,7 @@ fn warped_faces_enclose_what_the_cells_between_them_hold() {
             continue; // curved faces are not their facets
         }
         mesh.nodes.iter_mut().for_each(|x| *x = bent(x));
-        let enclosed = enclosed_volume_m3(&skin(&mesh.cells), &mesh.nodes);
+        let enclosed = enclosed_volume_m3(&boundary(&mesh.cells), &mesh.nodes);
         assert!((mesh.volume_m3() / enclosed - 1.0).abs() < 1e-13, "{name}");
     }
 }
@@ -186,7 +187,7 @@ fn refinement_keeps_volume_surface_sets_and_shapes() {
         assert!((fine.volume_m3() / exact - 1.0).abs() < 1e-13, "{name}");
         assert!(fine.cells.iter().all(|cell| cell.kind.volume_m3(&cell.points(&fine.nodes)) > 0.0), "{name}");
         assert_eq!(topology_problems(&fine.cells), [], "{name}");
-        assert_eq!(euler_characteristic(&skin(&fine.cells)), 2, "{name}");
+        assert_eq!(euler_characteristic(&boundary(&fine.cells)), 2, "{name}");
         let top = mesh.bounding_box().unwrap()[1].z;
         let on_top: Vec<u32> =
             (0..fine.nodes.len() as u32).filter(|a| fine.nodes[*a as usize].z == top).collect();
@@ -243,7 +244,7 @@ fn points_are_found_in_the_cells_that_they_come_from() {
 fn depth_is_the_distance_to_the_nearest_side() {
     for kind in CellKind::ALL {
         let mesh = block_of(kind);
-        let field = DepthField::new(&skin(&mesh.cells), &mesh.nodes).unwrap();
+        let field = DepthField::new(&boundary(&mesh.cells), &mesh.nodes).unwrap();
         for x in [Vec3::new(1.3, 2.2, 0.7), Vec3::new(0.1, 3.0, 0.5), Vec3::new(5.0, 3.95, 0.4)] {
             let sides = [x.x, 6.0 - x.x, x.y, 4.0 - x.y, x.z, 1.0 - x.z];
             let exact = sides.into_iter().fold(f64::INFINITY, f64::min);
@@ -256,13 +257,13 @@ fn depth_is_the_distance_to_the_nearest_side() {
 fn rays_meet_the_skin_and_ways_go_over_it() {
     for kind in CellKind::ALL {
         let mesh = block_of(kind);
-        let skin = TriangulatedSkin::new(&skin(&mesh.cells), mesh.nodes.clone());
-        let (distance, hit) = skin.entry(&Vec3::new(1.3, 2.2, 5.0), &-Vec3::z()).unwrap();
+        let boundary = TriangulatedSurface::new(&boundary(&mesh.cells), mesh.nodes.clone());
+        let (distance, hit) = boundary.entry(&Vec3::new(1.3, 2.2, 5.0), &-Vec3::z()).unwrap();
         assert!((distance - 4.0).abs() < 1e-13 && (hit.place - Vec3::new(1.3, 2.2, 1.0)).norm() < 1e-13);
         assert!((hit.normal - Vec3::z()).norm() < 1e-12, "{kind:?}: {hit:?}");
-        let far = skin.walk(&hit, &Vec3::new(3.0, 1.0, 0.0), 10.0_f64.sqrt()).unwrap();
+        let far = boundary.walk(&hit, &Vec3::new(3.0, 1.0, 0.0), 10.0_f64.sqrt()).unwrap();
         assert!((far.place - Vec3::new(4.3, 3.2, 1.0)).norm() < 1e-12, "{kind:?}: {far:?}");
-        assert!(skin.walk(&hit, &Vec3::x(), 6.0).is_err(), "{kind:?}: behind a sharp edge");
+        assert!(boundary.walk(&hit, &Vec3::x(), 6.0).is_err(), "{kind:?}: behind a sharp edge");
     }
 }
 

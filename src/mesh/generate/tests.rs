@@ -9,7 +9,7 @@ use super::limb_segment::LimbSegment;
 use super::solid_ball::SolidBall;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::quality::quality;
-use crate::mesh::surface::{enclosed_volume_m3, skin, skin_nodes, topology_problems};
+use crate::mesh::surface::{boundary, boundary_nodes, enclosed_volume_m3, topology_problems};
 use crate::mesh::{Mesh, MeshError};
 use proptest::prelude::*;
 
@@ -63,7 +63,7 @@ fn assert_sound(mesh: &Mesh, least: f64) {
     assert_eq!(quality.coincident_nodes.count, 0);
     assert_eq!(topology_problems(&mesh.cells), []);
     assert_eq!(mesh.part_of.len(), mesh.cells.len());
-    let enclosed = enclosed_volume_m3(&skin(&mesh.cells), &mesh.nodes);
+    let enclosed = enclosed_volume_m3(&boundary(&mesh.cells), &mesh.nodes);
     assert!((enclosed - quality.volume_m3).abs() < 1e-9 * enclosed, "{enclosed} {}", quality.volume_m3);
     for (name, set) in &mesh.node_sets {
         assert!(
@@ -106,7 +106,7 @@ fn solid_ball_converges_to_the_ball() {
     assert_second_order([error(1), error(2), error(4)]);
     let mesh = ball.generate().unwrap();
     assert_eq!(mesh.cells.len() as u64, ball.element_count());
-    assert_eq!(mesh.node_sets["outer"], skin_nodes(&skin(&mesh.cells)));
+    assert_eq!(mesh.node_sets["outer"], boundary_nodes(&boundary(&mesh.cells)));
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn cylinder_converges_to_the_cylinder() {
     let mut all = [&mesh.node_sets["side"][..], &mesh.node_sets["ends"]].concat();
     all.sort_unstable();
     all.dedup();
-    assert_eq!(all, skin_nodes(&skin(&mesh.cells)));
+    assert_eq!(all, boundary_nodes(&boundary(&mesh.cells)));
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn limb_has_its_sets_and_impact_on_top() {
     let mut all: Vec<u32> = mesh.node_sets.values().flatten().copied().collect();
     all.sort_unstable();
     all.dedup();
-    assert_eq!(all, skin_nodes(&skin(&mesh.cells)), "the sets cover the whole surface");
+    assert_eq!(all, boundary_nodes(&boundary(&mesh.cells)), "the sets cover the whole surface");
 }
 
 #[test]

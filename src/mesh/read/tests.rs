@@ -7,7 +7,7 @@ use crate::mesh::generate::block::Block;
 use crate::mesh::generate::hollow_ball::HollowBall;
 use crate::mesh::generate::limb_segment::LimbSegment;
 use crate::mesh::quality::quality;
-use crate::mesh::surface::{skin, skin_nodes, topology_problems};
+use crate::mesh::surface::{boundary, boundary_nodes, topology_problems};
 use crate::mesh::write::gmsh::{Encoding, Version, write_gmsh};
 use crate::mesh::{CellKind, Place};
 use proptest::prelude::*;
@@ -83,8 +83,9 @@ fn the_ball_of_the_file_is_the_ball_of_the_generator() {
     let ball = read_mesh(INP, MeshFormat::Abaqus).unwrap().select_parts(&["BALL"]).unwrap();
     assert_eq!(ball.cells.len(), 768);
     let mut outer_and_inner = ball.node_sets["NOUT"].clone();
-    outer_and_inner
-        .extend(skin_nodes(&skin(&ball.cells)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)));
+    outer_and_inner.extend(
+        boundary_nodes(&boundary(&ball.cells)).iter().filter(|a| !ball.node_sets["NOUT"].contains(a)),
+    );
     let generated = HollowBall {
         center: Vec3::new(0.0, 0.0, 0.05 + 1e-5 + 0.015),
         outer_radius_m: 0.015,

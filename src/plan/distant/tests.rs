@@ -13,7 +13,7 @@ fn cube(low: [f64; 3], flight: [f64; 3]) -> BodyMotion {
 }
 
 /// Which of the pairs are left out.
-fn left_out(motions: &[BodyMotion], pairs: &[(usize, Other)], until: f64) -> Vec<bool> {
+fn omitted(motions: &[BodyMotion], pairs: &[(usize, Other)], until: f64) -> Vec<bool> {
     cannot_meet(motions, pairs, until).iter().map(Option::is_some).collect()
 }
 
@@ -51,9 +51,9 @@ fn boxes_that_fly_past_each_other_are_apart_though_the_spaces_they_sweep_cross()
     // One crosses the path of the other a second before it comes.
     let early = cube([0.0, 0.0, 0.0], [4.0, 0.0, 0.0]);
     let late = cube([5.0, -9.0, 0.0], [0.0, 4.0, 0.0]);
-    assert_eq!(left_out(&[early.clone(), late], &[(0, Other::Body(1))], 4.0), [true]);
+    assert_eq!(omitted(&[early.clone(), late], &[(0, Other::Body(1))], 4.0), [true]);
     let in_time = cube([5.0, -5.0, 0.0], [0.0, 4.0, 0.0]);
-    assert_eq!(left_out(&[early, in_time], &[(0, Other::Body(1))], 4.0), [false]);
+    assert_eq!(omitted(&[early, in_time], &[(0, Other::Body(1))], 4.0), [false]);
 }
 
 #[test]
@@ -63,12 +63,12 @@ fn reach_and_time_decide() {
         [(0.02, 0.0, true), (0.009, 0.0, false), (0.02, 0.0099, true), (0.02, 0.0101, false)]
     {
         let motions = [cube([0.0; 3], [1.0, 0.0, 0.0]), cube([1.0 + gap, 0.0, 0.0], [0.0; 3])];
-        assert_eq!(left_out(&motions, &pair, until), [expected], "{gap} {until}");
+        assert_eq!(omitted(&motions, &pair, until), [expected], "{gap} {until}");
     }
     let floor = Other::Plane(Vec3::zeros(), Vec3::z());
     let falling = [cube([0.0, 0.0, 1.0], [0.0, 0.0, -1.0])];
-    assert_eq!(left_out(&falling, &[(0, floor)], 0.98), [true]);
-    assert_eq!(left_out(&falling, &[(0, floor)], 1.0), [false]);
+    assert_eq!(omitted(&falling, &[(0, floor)], 0.98), [true]);
+    assert_eq!(omitted(&falling, &[(0, floor)], 1.0), [false]);
 }
 
 #[test]
@@ -80,11 +80,11 @@ fn whoever_may_be_touched_and_all_its_partners_stay() {
     let motions = [striker, target, behind, far_behind];
     let chain = [(0, Other::Body(1)), (1, Other::Body(2)), (2, Other::Body(3))];
     // The target may be thrown at the body behind, and that at the next.
-    assert_eq!(left_out(&motions, &chain, 1.0), [false; 3]);
+    assert_eq!(omitted(&motions, &chain, 1.0), [false; 3]);
     // Without the impact nobody is.
-    assert_eq!(left_out(&motions, &chain[1..], 1.0), [true; 2]);
+    assert_eq!(omitted(&motions, &chain[1..], 1.0), [true; 2]);
     // A group that the impact cannot reach is for itself.
-    assert_eq!(left_out(&motions, &[chain[0], chain[2]], 1.0), [false, true]);
+    assert_eq!(omitted(&motions, &[chain[0], chain[2]], 1.0), [false, true]);
 }
 
 #[test]
@@ -93,30 +93,30 @@ fn what_is_held_is_never_thrown() {
     let wall = BodyMotion { held: true, ..cube([1.5, 0.0, 0.0], [0.0; 3]) };
     let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
     let pairs = [(0, Other::Body(1)), (1, Other::Body(2))];
-    assert_eq!(left_out(&[striker, wall.clone(), far], &pairs, 1.0), [false, true]);
+    assert_eq!(omitted(&[striker, wall.clone(), far], &pairs, 1.0), [false, true]);
     // Two that are held need not even be apart.
     let other = BodyMotion { straight: false, ..wall.clone() };
-    assert_eq!(left_out(&[wall, other], &[(0, Other::Body(1)), (0, Other::Body(0))], 1.0), [true; 2]);
+    assert_eq!(omitted(&[wall, other], &[(0, Other::Body(1)), (0, Other::Body(0))], 1.0), [true; 2]);
 }
 
 #[test]
 fn what_does_not_fly_straight_may_be_anywhere() {
     let spinning = BodyMotion { straight: false, ..cube([0.0; 3], [0.0; 3]) };
     let far = cube([1e3, 0.0, 0.0], [0.0; 3]);
-    assert_eq!(left_out(&[spinning, far.clone()], &[(0, Other::Body(1))], 1e-6), [false]);
+    assert_eq!(omitted(&[spinning, far.clone()], &[(0, Other::Body(1))], 1e-6), [false]);
 }
 
 #[test]
 fn a_body_that_nothing_deforms_does_not_meet_itself() {
     let itself = (0, Other::Body(0));
     let flying = cube([0.0; 3], [3.0, 0.0, 0.0]);
-    assert_eq!(left_out(std::slice::from_ref(&flying), &[itself], 1.0), [true]);
+    assert_eq!(omitted(std::slice::from_ref(&flying), &[itself], 1.0), [true]);
     let spinning = BodyMotion { straight: false, ..flying.clone() };
-    assert_eq!(left_out(&[spinning], &[itself], 1.0), [false]);
+    assert_eq!(omitted(&[spinning], &[itself], 1.0), [false]);
     // That it may fold deflects nobody else, …
     let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
-    assert_eq!(left_out(&[flying.clone(), far], &[itself, (0, Other::Body(1))], 1.0), [true; 2]);
+    assert_eq!(omitted(&[flying.clone(), far], &[itself, (0, Other::Body(1))], 1.0), [true; 2]);
     // … but what may be hit may fold.
     let near = cube([1.5, 0.0, 0.0], [0.0; 3]);
-    assert_eq!(left_out(&[flying, near], &[itself, (0, Other::Body(1))], 1.0), [false; 2]);
+    assert_eq!(omitted(&[flying, near], &[itself, (0, Other::Body(1))], 1.0), [false; 2]);
 }

@@ -3,7 +3,7 @@
 use super::Findings;
 use super::timing::{check_newton_tolerance, check_smallest_step};
 use crate::mesh::Mesh;
-use crate::mesh::surface::{faces_within, skin};
+use crate::mesh::surface::{boundary, faces_within};
 use crate::scene::document::{
     BodyDocument, FaceLoadDocument, IntegratorDocument, PrescribedDocument, RampDocument, SceneDocument,
 };
@@ -262,7 +262,7 @@ fn check_faces(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
     if body.face_loads.is_empty() {
         return;
     }
-    let faces = mesh.hanging.skin(skin(&mesh.cells));
+    let faces = mesh.hanging.boundary(boundary(&mesh.cells));
     for (i, load) in body.face_loads.iter().enumerate() {
         let Some(nodes) = mesh.node_sets.get(load.set()) else { continue };
         out.require(!faces_within(&faces, nodes).is_empty(), || {

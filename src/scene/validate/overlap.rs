@@ -8,7 +8,7 @@ use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::surface::{skin, skin_nodes};
+use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::document::{ContactPairs, MeshDocument, SceneDocument};
 use crate::scene::problem::{Pointer, Problem};
 use crate::scene::{RigidSceneBody, SceneBody};
@@ -114,10 +114,10 @@ impl Start {
                 continue;
             }
             start.x.extend(body.mesh.nodes.iter().map(|X| written.start_position(X)));
-            let faces = body.mesh.hanging.skin(skin(&body.mesh.cells));
+            let faces = body.mesh.hanging.boundary(boundary(&body.mesh.cells));
             let faces: Vec<[u32; 4]> = faces.iter().map(|f| f.map(|a| a + first)).collect();
             start.boxes.push(bounds(&start.x[first as usize..]));
-            start.surfaces.push(Surface { nodes: skin_nodes(&faces), faces });
+            start.surfaces.push(Surface { nodes: boundary_nodes(&faces), faces });
         }
         start
     }

@@ -156,8 +156,8 @@ pub async fn validate(
     JsonBody(body): JsonBody,
 ) -> Result<Json<Validation>, Problem> {
     let engine = Arc::clone(&app.queue.engine);
-    let judgement = move |shelf: &MeshShelf| engine.preview(&body, shelf);
-    let preview = judge(&app, &owner, JobKind::Simulation, judgement).await?;
+    let check = move |shelf: &MeshShelf| engine.preview(&body, shelf);
+    let preview = judge(&app, &owner, JobKind::Simulation, check).await?;
     Ok(Json(Validation::of(preview)))
 }
 
@@ -312,11 +312,11 @@ async fn judge<T: Send + 'static>(
     app: &Arc<App>,
     owner: &str,
     kind: JobKind,
-    judgement: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
+    check: impl FnOnce(&MeshShelf) -> Result<T, Problems> + Send + 'static,
 ) -> Result<T, Problem> {
     let shelf = app.queue.shelf(owner);
-    let judged = app.judges.call(move || judgement(&shelf)).await?;
-    judged.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
+    let checked = app.judges.call(move || check(&shelf)).await?;
+    checked.map_err(|errors| Problem::invalid_scene(kind.document(), errors))
 }
 
 /// Response to a submission.

@@ -7,12 +7,12 @@
 //! - [`snapshots`]: views of a recording while it is written.
 //! - [`control`]: stopping a running job, and why.
 
+mod checked;
 pub mod control;
 pub mod data_folder;
 pub mod engine;
 mod error;
 pub mod failures;
-mod judged;
 mod kind;
 pub mod queue;
 pub mod simulator;

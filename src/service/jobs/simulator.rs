@@ -1,8 +1,8 @@
 //! The production engine: loads, compiles and runs scenes as the command line does.
 
+use super::checked::Checked;
 use super::engine::{CheckedScene, Engine, JsonDocument, RunOrder, RunReport, ScenePreview};
 use super::failures::{for_the_world, internal, invalid_scene};
-use super::judged::Judged;
 use super::spending::Spending;
 use super::study_job;
 use super::what_if_job::{self, SharedResults};
@@ -41,7 +41,7 @@ pub struct Simulator {
     threads: usize,
     what_if_threads: usize,
     results: SharedResults,
-    judged: Judged,
+    checked: Checked,
 }
 
 impl Simulator {
@@ -53,7 +53,7 @@ impl Simulator {
             threads: config.threads_per_job,
             what_if_threads: config.threads_per_what_if,
             results: SharedResults::default(),
-            judged: Judged::new(config.workers.max(1)),
+            checked: Checked::new(config.workers.max(1)),
         }
     }
 
@@ -99,7 +99,7 @@ fn least_systems_s(loaded: &Loaded) -> f64 {
 impl Simulator {
     /// Keeps the scene of a validated document for its job.
     pub(super) fn keep(&self, checked: CheckedScene, loaded: Loaded) -> CheckedScene {
-        self.judged.keep(&checked.content_hash, loaded);
+        self.checked.keep(&checked.content_hash, loaded);
         checked
     }
 
@@ -110,7 +110,7 @@ impl Simulator {
         meshes: &MeshShelf,
         scene: impl FnOnce() -> Result<Parsed, Failure>,
     ) -> Result<Loaded, Failure> {
-        match self.judged.take(content_hash) {
+        match self.checked.take(content_hash) {
             Some(loaded) => Ok(loaded),
             None => self.load(&scene()?, meshes).map_err(|problems| invalid_scene(&problems)),
         }

@@ -1,6 +1,6 @@
 //! A trial end of the step in Newton's iteration: motion, forces, and the residual of the momentum balance.
 
-use crate::mechanics::force::{ElementForces, SweepInput, Threads};
+use crate::mechanics::force::{ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, LoadTime, Plan, Prescribed};
 use crate::step::failure::Failure;
@@ -339,7 +339,7 @@ impl Iterate {
 /// Forces and energies of the elements at u [m].
 fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
     // Static evaluation: no bulk viscosity.
-    let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput { u, inverse_step: 0.0, history: &[] };
     forces.sweep(threads, &plan.blocks, &input);
 }
 

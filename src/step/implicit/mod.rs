@@ -311,7 +311,7 @@ impl Stepper for ImplicitStepper<'_> {
     fn advance(&mut self, state: &mut State, phase: Phase) {
         // Ledger and motion.
         if let Phase::Running = phase {
-            self.extremes.swept_elements += self.plan.element_count() as u64;
+            self.extremes.evaluated_elements += self.plan.element_count() as u64;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         state.u.copy_from_slice(&self.newton.end.u);

@@ -187,7 +187,7 @@ fn measure(request: &ErrorRequest, setting: Setting, longest: Option<f64>) -> Ro
     let row = Row {
         setting,
         name: setting.name(),
-        ending: "left_out".into(),
+        ending: "omitted".into(),
         reason: None,
         elements: 0,
         steps: 0,

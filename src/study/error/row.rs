@@ -12,7 +12,7 @@ pub struct Row {
     pub setting: Setting,
     /// Human-readable name of the setting, with the mean step if much shorter than requested.
     pub name: String,
-    /// Ending: `finished`, `left_out`, or the cause of the failure.
+    /// Ending: `finished`, `omitted`, or the cause of the failure.
     pub ending: String,
     /// Why it was omitted or failed.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -50,7 +50,7 @@ fn studied(scene: &Scene, recording: Option<&Path>) -> (LeaveOutStudy, Vec<Vec<K
 }
 
 #[test]
-fn everything_that_is_left_out_can_be_put_back_and_changes_no_bit() {
+fn everything_that_is_omitted_can_be_put_back_and_changes_no_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (study, told) = studied(&scene(), Some(&folder.path().join("study.mcap")));
     let kinds: Vec<Vec<Keep>> = study.rows.iter().map(|row| row.put_back.clone()).collect();
@@ -77,7 +77,7 @@ fn what_the_scene_keeps_itself_is_not_studied() {
     scene.put_back(&Keep::ALL[1..]);
     let (study, _) = studied(&scene, None);
     let kinds: Vec<&[Keep]> = study.rows.iter().map(|row| &row.put_back[..]).collect();
-    assert_eq!(kinds, [&[][..], &[Keep::QuietElements][..]]);
+    assert_eq!(kinds, [&[][..], &[Keep::InactiveElements][..]]);
     assert_eq!(study.rows[0].recording_bytes, None);
 }
 

@@ -3,8 +3,8 @@
 use super::misfit::Misfit;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::surface::skin;
-use crate::mesh::triangulated_skin::TriangulatedSkin;
+use crate::mesh::surface::boundary;
+use crate::mesh::triangulated_surface::TriangulatedSurface;
 use crate::scene::build::Builder;
 use crate::scene::document::SceneDocument;
 use crate::scene::exposed_faces::exposed_faces;
@@ -23,7 +23,7 @@ pub struct BaseFacts<'a> {
     source: &'a (dyn MeshSource + Sync),
     budget: &'a Budget,
     /// Boundary surface of each body of the base, computed on first use.
-    skins: Vec<OnceLock<Arc<TriangulatedSkin>>>,
+    skins: Vec<OnceLock<Arc<TriangulatedSurface>>>,
 }
 
 impl<'a> BaseFacts<'a> {
@@ -39,11 +39,15 @@ impl<'a> BaseFacts<'a> {
     }
 
     /// Boundary surface of a body of a modified scene in its initial position.
-    pub(super) fn skin(&self, scene: &SceneDocument, body: usize) -> Result<Arc<TriangulatedSkin>, Misfit> {
+    pub(super) fn boundary(
+        &self,
+        scene: &SceneDocument,
+        body: usize,
+    ) -> Result<Arc<TriangulatedSurface>, Misfit> {
         let of = |mesh: &Mesh| {
-            let faces = exposed_faces(scene, body, mesh, &mesh.hanging.skin(skin(&mesh.cells)));
+            let faces = exposed_faces(scene, body, mesh, &mesh.hanging.boundary(boundary(&mesh.cells)));
             let positions = mesh.nodes.iter().map(|X| scene.bodies[body].start_position(X)).collect();
-            Arc::new(TriangulatedSkin::new(&faces, positions))
+            Arc::new(TriangulatedSurface::new(&faces, positions))
         };
         let base = &self.base.document;
         let (now, then) = (&scene.bodies[body], &base.bodies[body]);

@@ -172,8 +172,8 @@ pub enum Change {
 pub enum Layer {
     /// Subcutaneous fat outside the muscle.
     Fat,
-    /// Skin outside the fat.
-    Skin,
+    /// Boundary outside the fat.
+    Boundary,
 }
 
 /// Probability distribution of a parameter.

@@ -5,7 +5,7 @@ use super::misfit::Misfit;
 use super::named::{body_of, striker};
 use super::rigid_motion::carry_body;
 use crate::mechanics::tensor::Vec3;
-use crate::mesh::triangulated_skin::{SkinPoint, TriangulatedSkin};
+use crate::mesh::triangulated_surface::{SurfacePoint, TriangulatedSurface};
 use crate::mesh::walk::{Obstacle, WalkEnd};
 use crate::scene::document::{BodyDocument, SceneDocument};
 use nalgebra::Rotation3;
@@ -19,8 +19,8 @@ const LEAST_ALONG: f64 = 1e-6;
 pub(super) struct Aim {
     projectile: usize,
     target: usize,
-    skin: Arc<TriangulatedSkin>,
-    point: SkinPoint,
+    skin: Arc<TriangulatedSurface>,
+    point: SurfacePoint,
 }
 
 /// Impact point of a projectile: where the path of its centre, relative to a target, first meets the target's boundary. The
@@ -38,7 +38,7 @@ pub(super) fn aim(
     let center = facts.center(scene, projectile)?;
     let mut first: Option<(f64, Aim)> = None;
     for target in targets {
-        let skin = facts.skin(scene, target)?;
+        let skin = facts.boundary(scene, target)?;
         let Some((time, point)) = skin.entry(&center, &approach(scene, projectile, target)) else { continue };
         if first.as_ref().is_none_or(|(earliest, _)| time < *earliest) {
             first = Some((time, Aim { projectile, target, skin, point }));

@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_base_outside_of_the_range_is_left_out() {
+    fn a_base_outside_of_the_range_is_omitted() {
         let of = |parameter_values: [f64; 3], values: [f64; 3]| {
             Sensitivity::new(Quantity::PeakForceN, "speed", parameter_values, values, Some(300.0))
         };

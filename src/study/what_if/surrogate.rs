@@ -224,7 +224,7 @@ mod tests {
         // same.
         let off = |i: &usize| {
             let mut others = points.clone();
-            let left_out = others.remove(*i);
+            let omitted = others.remove(*i);
             let others = cases(&others, law);
             let given: Vec<_> = others
                 .iter()
@@ -239,9 +239,9 @@ mod tests {
             let A = DMatrix::from_row_slice(given.len(), rows.len() / given.len(), &rows);
             let values: Vec<f64> = given.iter().map(|(_, value)| *value).collect();
             let (x, _) = least_squares(A, &DVector::from_vec(values)).unwrap();
-            let left = &cases(&[left_out], law)[0];
+            let left = &cases(&[omitted], law)[0];
             let said: f64 = row(&left.parameters).iter().zip(&x).map(|(a, x)| a * x).sum();
-            (said - law(left_out)).powi(2)
+            (said - law(omitted)).powi(2)
         };
         let error = ((0..12).map(|i| off(&i)).sum::<f64>() / 12.0).sqrt();
         assert!(

@@ -9,10 +9,10 @@ fn cube(at: Vec3, size: f64, n: u32, turn: &nalgebra::Rotation3<f64>, x: &mut Ve
     let middle = at + Vec3::repeat(0.5 * size);
     let m = n + 1;
     let all: Vec<[u32; 3]> = (0..m * m * m).map(|i| [i % m, i / m % m, i / m / m]).collect();
-    let on_skin = |ijk: &[u32; 3]| ijk.iter().any(|i| *i == 0 || *i == n);
+    let on_boundary = |ijk: &[u32; 3]| ijk.iter().any(|i| *i == 0 || *i == n);
     let mut number = vec![u32::MAX; all.len()];
     let mut nodes = Vec::new();
-    for (place, ijk) in all.iter().enumerate().filter(|(_, ijk)| on_skin(ijk)) {
+    for (place, ijk) in all.iter().enumerate().filter(|(_, ijk)| on_boundary(ijk)) {
         number[place] = base + nodes.len() as u32;
         nodes.push(number[place]);
         let X = at + Vec3::from(ijk.map(|i| f64::from(i) * size / f64::from(n)));
@@ -110,11 +110,14 @@ fn a_corner_of_the_coarse_surface_is_stopped_by_the_middle_of_a_slave_face_at_an
         let steps = if speed > 10.0 { 1 } else { 400 };
         let h = 8.0 / speed / f64::from(steps);
         fly(&[floor.clone(), top.clone()], &mut x, Vec3::new(0.0, 0.0, -speed), h, steps as usize);
-        let skin = super::super::skin::Skin::new(&floor, &from);
+        let boundary = super::super::boundary::Boundary::new(&floor, &from);
         for &node in &top.nodes {
             let s = &x[node as usize];
-            let below =
-                floor.faces.iter().enumerate().filter_map(|(i, _)| eval_proximity(&skin, i as u32, s, &x));
+            let below = floor
+                .faces
+                .iter()
+                .enumerate()
+                .filter_map(|(i, _)| eval_proximity(&boundary, i as u32, s, &x));
             let nearest = below.min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap();
             assert!(nearest.gap > -0.05, "at {speed} m/s node {node} ends {} inside", -nearest.gap);
         }

@@ -95,7 +95,7 @@ fn a_pile_of_boxes_under_its_weight_comes_to_rest_in_few_sweeps() {
 }
 
 #[test]
-fn a_node_is_caught_at_any_speed_where_it_meets_the_shape() {
+fn a_node_is_activated_at_any_speed_where_it_meets_the_shape() {
     let shapes = [
         Shape::Ball { radius: 0.05 },
         Shape::Box { half: Vec3::new(0.05, 0.002, 0.05) },

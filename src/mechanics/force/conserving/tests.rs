@@ -2,7 +2,7 @@
 
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, SweepInput, Threads,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation, Threads,
 };
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -71,7 +71,7 @@ impl Case {
     }
 
     fn swept(&self, u: &[Vec3; 8]) -> ElementForces {
-        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         forces

@@ -1,6 +1,6 @@
 //! Stretched and crushed elements against the principal stretches that they were given.
 
-use super::super::{BlockInput, BlockParameters, Formulation, PointInput, SweepInput};
+use super::super::{BlockInput, BlockParameters, ForceInput, Formulation, PointInput};
 use super::*;
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::material::{Material, NeoHookean, PronySeries, Volumetric};
@@ -58,7 +58,7 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     stretches[8] = [0.7, 0.75, 0.8];
     stretches[9] = [2.0, 2.0, 0.5];
     let u = displaced(&X, &stretches);
-    let input = SweepInput { u: &u, inverse_step: 0.0, history: &[] };
+    let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
     let mut forces = ElementForces::new(&blocks);
     forces.sweep(&Threads::ONE, &blocks, &input);
     let found = forces.find_eroding(&Threads::ONE, &blocks);
@@ -103,7 +103,7 @@ fn history_of_what_is_gone_is_forgotten() {
     (stretches[3], stretches[9]) = ([2.0; 3], [1.2; 3]);
     let u = displaced(&X, &stretches);
     let mut forces = ElementForces::new(&blocks);
-    forces.sweep(&Threads::ONE, &blocks, &SweepInput { u: &u, inverse_step: 0.0, history: &[] });
+    forces.sweep(&Threads::ONE, &blocks, &ForceInput { u: &u, inverse_step: 0.0, history: &[] });
     let mut erosion = Erosion::default();
     for element in &forces.find_eroding(&Threads::ONE, &blocks) {
         erosion.add(element, &blocks);

@@ -2,8 +2,8 @@
 
 use crate::mechanics::element::{Element, ElementKind, Hex8, ReferenceGeometry, Tet4};
 use crate::mechanics::force::{
-    Assembly, BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation,
-    StiffnessBatch, SweepInput, Threads, corner_pair, stretch_rate,
+    Assembly, BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
+    StiffnessBatch, Threads, corner_pair, stretch_rate,
 };
 use crate::mechanics::material::{CoupledNeoHookean, Material, MooneyRivlin, PronySeries, Volumetric};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
@@ -78,7 +78,7 @@ impl Patch {
 
     fn swept(&self, u: &[Vec3]) -> ElementForces {
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &SweepInput { u, inverse_step: 0.0, history: &[] });
+        forces.sweep(&Threads::ONE, &self.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
         forces
     }
 

@@ -2,8 +2,8 @@
 
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
-    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, Formulation, StiffnessBatch,
-    SweepInput, Threads, corner_pair,
+    Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
+    StiffnessBatch, Threads, corner_pair,
 };
 use crate::mechanics::material::{
     CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
@@ -91,7 +91,7 @@ impl Element {
     }
 
     fn force(&self, u: &U) -> U {
-        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let assembly = Assembly::new(8, &self.blocks);

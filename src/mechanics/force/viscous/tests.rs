@@ -1,7 +1,7 @@
 //! One element: what its viscous forces do is the power of the viscous stress at the points, rotation costs nothing, and the stable step
 //! stays below that of the true damping matrix.
 
-use super::super::{BlockInput, BlockParameters, Formulation, SweepInput};
+use super::super::{BlockInput, BlockParameters, ForceInput, Formulation};
 use super::*;
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, Hex8, POINTS, ReferenceGeometry};
 use crate::mechanics::material::{Material, NeoHookean, Volumetric};
@@ -55,7 +55,7 @@ impl Element {
 
     /// Viscous forces [N] and stable step [s].
     fn forces(&self, u: &U, v: &U) -> (U, f64) {
-        let input = SweepInput { u, inverse_step: 0.0, history: &[] };
+        let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
         forces.sweep(&Threads::ONE, &self.blocks, &input);
         let alone = forces.totals(0).stable_step.0;

@@ -18,7 +18,7 @@ fn a_job_has_the_plan_of_its_scene_in_every_state() {
     assert_eq!(plan(), expected);
     wait_for(&client, &job, "succeeded");
     assert_eq!(plan(), expected);
-    assert!(expected["left_out"][0]["switch"].is_string(), "{expected:#}");
+    assert!(expected["omitted"][0]["switch"].is_string(), "{expected:#}");
     assert!(expected["expected_run_time_s"].as_f64().unwrap() > 0.0);
 }
 
@@ -27,11 +27,11 @@ fn what_the_scene_keeps_is_in_its_plan() {
     let server = Server::simulating();
     let text = include_str!("../../../../api/examples/job.request.json");
     let mut request: serde_json::Value = serde_json::from_str(text).unwrap();
-    request["solver"] = json!({"keep": ["quiet_elements"]});
+    request["solver"] = json!({"keep": ["inactive_elements"]});
     let plan = server.client().post_json("/v1/jobs/validate", &request).json()["plan"].clone();
-    assert_eq!(plan["put_back"], json!(["quiet_elements"]));
-    let left_out = plan["left_out"].as_array().unwrap();
-    assert!(left_out.iter().all(|l| l["switch"] != "quiet_elements"), "{plan:#}");
+    assert_eq!(plan["put_back"], json!(["inactive_elements"]));
+    let omitted = plan["omitted"].as_array().unwrap();
+    assert!(omitted.iter().all(|l| l["switch"] != "inactive_elements"), "{plan:#}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Something that the plan does without.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
-pub struct LeftOut {
+pub struct Omitted {
     /// What.
     pub what: String,
     /// Why.
@@ -19,7 +19,7 @@ pub struct LeftOut {
 }
 
 /// All that the plan does without; what can be put back comes first.
-pub(super) fn left_out(plan: &Plan, scene: &Scene) -> Vec<LeftOut> {
+pub(super) fn omitted(plan: &Plan, scene: &Scene) -> Vec<Omitted> {
     let mut list = List::default();
     optional(plan, scene, &mut list);
     absent(plan, scene, &mut list);
@@ -27,18 +27,18 @@ pub(super) fn left_out(plan: &Plan, scene: &Scene) -> Vec<LeftOut> {
 }
 
 #[derive(Default)]
-struct List(Vec<LeftOut>);
+struct List(Vec<Omitted>);
 
 impl List {
     fn add(
         &mut self,
-        is_left_out: bool,
+        is_omitted: bool,
         switch: Option<Keep>,
         what: impl Into<String>,
         why: impl Into<String>,
     ) {
-        if is_left_out {
-            self.0.push(LeftOut { what: what.into(), why: why.into(), switch });
+        if is_omitted {
+            self.0.push(Omitted { what: what.into(), why: why.into(), switch });
         }
     }
 }
@@ -46,8 +46,8 @@ impl List {
 /// What a switch puts back.
 fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     list.add(
-        plan.skip_quiet_elements,
-        Some(Keep::QuietElements),
+        plan.skip_inactive_elements,
+        Some(Keep::InactiveElements),
         "quiet elements",
         "an element that nothing has reached has no force: it is swept from when the front arrives",
     );
@@ -90,7 +90,7 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
 
 /// What is not in the scene.
 fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
-    let mut add = |is_left_out: bool, what: &str, why: &str| list.add(is_left_out, None, what, why);
+    let mut add = |is_omitted: bool, what: &str, why: &str| list.add(is_omitted, None, what, why);
     add(
         plan.contact.is_none() && plan.distant_pairs.is_empty(),
         "contact",

@@ -9,7 +9,7 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// A surface with the topology that detection needs. Constant over a run.
 #[derive(Clone, Debug)]
-pub(super) struct Skin {
+pub(super) struct Boundary {
     /// Global numbers of the nodes, sorted.
     pub nodes: Vec<u32>,
     /// Corner nodes of each face.
@@ -30,7 +30,7 @@ pub(super) struct Skin {
     least: u32,
 }
 
-impl Skin {
+impl Boundary {
     /// `x` [m]: positions of all nodes at the start of the run.
     pub fn new(surface: &Surface, x: &[Vec3]) -> Self {
         let nodes = surface.nodes.clone();
@@ -43,7 +43,7 @@ impl Skin {
         let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
         let neighbours = neighbours(&surface.faces);
         let has_all = |(face, across): (&[u32; 4], &[u32; 4])| !across[..corner_count(face)].contains(&NONE);
-        let mut skin = Self {
+        let mut boundary = Self {
             is_closed: surface.faces.iter().zip(&neighbours).all(has_all),
             neighbours,
             faces: surface.faces.clone(),
@@ -55,8 +55,8 @@ impl Skin {
             places,
             least,
         };
-        skin.gather_faces_around_nodes();
-        skin
+        boundary.gather_faces_around_nodes();
+        boundary
     }
 
     fn gather_faces_around_nodes(&mut self) {

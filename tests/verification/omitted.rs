@@ -104,12 +104,12 @@ fn elements_that_nothing_has_reached() {
             scene["bodies"][body]["parts"][0]["formulation"] = json!(formulation);
         }
         scene["end_time_s"] = json!(6e-5);
-        let (plan, outcome, _) = assert_same(&scene, &[Keep::QuietElements]);
-        assert!(plan.skip_quiet_elements && plan.element_count() > 8000);
-        let swept = outcome.swept_element_steps as f64 / outcome.element_steps as f64;
+        let (plan, outcome, _) = assert_same(&scene, &[Keep::InactiveElements]);
+        assert!(plan.skip_inactive_elements && plan.element_count() > 8000);
+        let swept = outcome.evaluated_element_steps as f64 / outcome.element_steps as f64;
         assert!((0.001..0.6).contains(&swept), "{formulation}: {swept}");
-        let (outcome, _) = run(&keeping(&scene, &[Keep::QuietElements]), |_| {});
-        assert_eq!(outcome.swept_element_steps, outcome.element_steps);
+        let (outcome, _) = run(&keeping(&scene, &[Keep::InactiveElements]), |_| {});
+        assert_eq!(outcome.evaluated_element_steps, outcome.element_steps);
     }
 }
 
@@ -125,7 +125,7 @@ fn fibres_that_do_not_pull() {
 }
 
 #[test]
-fn fields_that_nobody_asked_for() {
+fn fields_that_are_not_requested() {
     let (plan, ..) = assert_same(&oblique(0.3), &[Keep::UnaskedFields]);
     assert_eq!(plan.fields.len(), 3);
 }

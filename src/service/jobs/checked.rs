@@ -7,12 +7,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A few scenes, each until its job takes it or newer ones replace it.
 #[derive(Debug)]
-pub(super) struct Judged {
+pub(super) struct Checked {
     most: usize,
     scenes: Mutex<VecDeque<(String, Loaded)>>,
 }
 
-impl Judged {
+impl Checked {
     /// At most this many: each may hold a mesh in memory.
     pub fn new(most: usize) -> Self {
         Self { most, scenes: Mutex::default() }
@@ -52,15 +52,15 @@ mod tests {
 
     #[test]
     fn the_last_scenes_are_kept_and_each_is_taken_once() {
-        let judged = Judged::new(2);
+        let checked = Checked::new(2);
         let scenes = ["a", "b", "c"].map(named);
         let hashes = scenes.clone().map(|loaded| loaded.scene.content_hash);
         for loaded in scenes {
-            judged.keep(&loaded.scene.content_hash.clone(), loaded);
+            checked.keep(&loaded.scene.content_hash.clone(), loaded);
         }
-        assert!(judged.take(&hashes[0]).is_none());
-        assert_eq!(judged.take(&hashes[1]).unwrap().scene.content_hash, hashes[1]);
-        assert!(judged.take(&hashes[1]).is_none());
-        assert!(judged.take(&hashes[2]).is_some());
+        assert!(checked.take(&hashes[0]).is_none());
+        assert_eq!(checked.take(&hashes[1]).unwrap().scene.content_hash, hashes[1]);
+        assert!(checked.take(&hashes[1]).is_none());
+        assert!(checked.take(&hashes[2]).is_some());
     }
 }

@@ -7,7 +7,7 @@ const SHARP: f64 = 0.5;
 
 /// A surface of quadrilateral faces, each of them two triangles, with what lies across each edge.
 #[derive(Clone, Debug)]
-pub struct TriangulatedSkin {
+pub struct TriangulatedSurface {
     /// Positions of the nodes [m].
     positions: Vec<Vec3>,
     /// Corners of each triangle, counter-clockwise seen from outside.
@@ -18,14 +18,14 @@ pub struct TriangulatedSkin {
 
 /// A point of a skin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SkinPoint {
+pub struct SurfacePoint {
     /// Where it is [m].
     pub place: Vec3,
     /// Outward unit normal of the smooth surface that the facets stand for. It has no jump where triangles meet, but at sharp edges.
     pub normal: Vec3,
 }
 
-impl TriangulatedSkin {
+impl TriangulatedSurface {
     /// Of `faces`, counter-clockwise seen from outside, whose nodes are at `positions` [m].
     pub fn new(faces: &[[u32; 4]], positions: Vec<Vec3>) -> Self {
         let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
@@ -38,7 +38,7 @@ impl TriangulatedSkin {
     ///
     /// The signs of d · (b × c) tell on which side of an edge the ray passes. From the two sides of an edge they are exactly
     /// opposite, so that no ray slips through between two triangles.
-    pub fn entry(&self, from: &Vec3, direction: &Vec3) -> Option<(f64, SkinPoint)> {
+    pub fn entry(&self, from: &Vec3, direction: &Vec3) -> Option<(f64, SurfacePoint)> {
         let mut first: Option<(f64, usize, Vec3)> = None;
         for index in 0..self.triangles.len() {
             let [a, b, c] = self.corners(index).map(|x| x - from);
@@ -86,13 +86,13 @@ impl TriangulatedSkin {
     /// The point of a triangle at a place in it.
     ///
     /// Its normal is interpolated between the corners.
-    pub(super) fn point(&self, triangle: usize, place: Vec3) -> SkinPoint {
+    pub(super) fn point(&self, triangle: usize, place: Vec3) -> SurfacePoint {
         let [a, b, c] = self.corners(triangle).map(|x| x - place);
         let area = self.area_vector(triangle);
         let weights = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|part| part.dot(&area));
         let sum: Vec3 = (0..3).map(|corner| self.corner_normal(triangle, corner) * weights[corner]).sum();
         let flat = || area.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
-        SkinPoint { place, normal: sum.try_normalize(0.0).unwrap_or_else(flat) }
+        SurfacePoint { place, normal: sum.try_normalize(0.0).unwrap_or_else(flat) }
     }
 
     /// Unit normal of the smooth surface at a corner of a triangle: of all triangles around that node that are reached without

@@ -19,7 +19,7 @@ use pulp::{Simd, WithSimd};
 
 /// What a sweep reads of the state.
 #[derive(Clone, Copy, Debug)]
-pub struct SweepInput<'a> {
+pub struct ForceInput<'a> {
     /// Displacement u_n [m], nodes × 3.
     pub u: &'a [Vec3],
     /// 1/h₋, the reciprocal of the last step [1/s]; 0 at the start.
@@ -33,7 +33,7 @@ pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize
     /// Forces and totals of the elements in the `part`-th register.
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, E, N, Q>,
+        element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
         lanes: &mut BatchLanes<N>,
@@ -74,7 +74,7 @@ pub(super) struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: us
     pub formulation: K,
     pub elements: &'a Packed<E, N, Q>,
     pub block: &'a ElementBlock,
-    pub input: &'a SweepInput<'a>,
+    pub input: &'a ForceInput<'a>,
     pub forces: &'a mut ChunkForces,
 }
 
@@ -102,7 +102,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             }
             let b = first_batch + i;
             let nodes = &elements.batches[b].nodes;
-            let element = ElementSweep {
+            let element = ElementForcePass {
                 law,
                 batch: &elements.batches[b],
                 one_point: elements.one_point.get(b),
@@ -127,7 +127,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
 }
 
 /// One batch, one law.
-pub(super) struct ElementSweep<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+pub(super) struct ElementForcePass<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
     pub batch: &'a Batch<E, N, Q>,
     /// Of one-point elements.
@@ -147,7 +147,7 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
     #[inline(always)]
     fn sweep<S: Simd, L: Law>(
         self,
-        element: &ElementSweep<L, E, N, Q>,
+        element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
         lanes: &mut BatchLanes<N>,
@@ -181,7 +181,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
     }
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementSweep<'_, L, E, N, Q> {
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass<'_, L, E, N, Q> {
     #[inline(always)]
     fn sweep<S: Simd, const MEAN: bool>(
         &self,
