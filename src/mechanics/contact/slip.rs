@@ -17,7 +17,7 @@ const MAX_ITERATIONS: usize = 200;
 /// The operator of one contact, reduced to the eigenvectors of S: common to all solutions with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactOperator {
-    /// `W_nn` as given.
+    /// `W_nn` as given, unscaled.
     alone: f64,
     /// `W_nn`, 0 where nothing can move along n.
     w_nn: f64,
