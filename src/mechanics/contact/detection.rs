@@ -87,7 +87,7 @@ pub struct Detector {
 pub(super) struct PairState {
     /// Index of the slave's surface.
     pub slave: usize,
-    /// What the slave must stay outside of.
+    /// The obstacle that the slave must not enter.
     pub side: Side,
     /// Slave nodes and master faces that may meet.
     pub candidates: Candidates,
