@@ -1,7 +1,7 @@
 //! Contact of a ball pressed into a block, on one thread: detection and solution of one step; an item is one contact.
 //!
-//! `cargo bench --bench contact`. The step of 0.3 µs moves nodes by less than a face's neighbourhood, so the closest faces
-//! decide; at 3 µs times of impact are needed.
+//! `cargo bench --bench contact`. The step of 0.3 µs moves nodes by less than the neighbourhood of a face, so the
+//! closest faces decide; at 3 µs times of impact are needed.
 
 use contuse::mechanics::contact::detection::Detector;
 use contuse::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
@@ -21,7 +21,7 @@ fn main() {
 const SHORT_STEP: f64 = 3e-7;
 const LONG_STEP: f64 = 3e-6;
 
-/// A ball that has come 1 mm down into a block and goes on at 100 m/s; the pressed part is flat.
+/// A ball that has penetrated a block by 1 mm and continues at 100 m/s; the pressed part is flat.
 struct Pressed {
     detector: Detector,
     x: Vec<Vec3>,
@@ -33,6 +33,7 @@ struct Pressed {
 
 impl Pressed {
     fn new(h: f64) -> Result<Self, MeshError> {
+        // Block, hollow ball and their surfaces.
         let corner = Vec3::new(-0.05, -0.05, -0.05);
         let block = Block::uniform(corner, Vec3::new(0.1, 0.1, 0.05), [20, 20, 10], "block").generate()?;
         let ball = HollowBall {
@@ -58,7 +59,7 @@ impl Pressed {
         }];
         let is_ball = |node: usize| node >= first as usize;
         let at_rest: Vec<Vec3> = block.nodes.iter().chain(&ball.nodes).copied().collect();
-        // The list of the broad phase is made where nothing overlaps.
+        // The list of the broad phase is built where nothing overlaps.
         let lift = |(node, x): (usize, &Vec3)| if is_ball(node) { x + Vec3::z() * 0.0011 } else { *x };
         let apart: Vec<Vec3> = at_rest.iter().enumerate().map(lift).collect();
         let x: Vec<Vec3> = at_rest
@@ -66,6 +67,7 @@ impl Pressed {
             .enumerate()
             .map(|(node, x)| if is_ball(node) { Vec3::new(x.x, x.y, x.z.max(0.0)) } else { *x })
             .collect();
+        // Velocities, and positions at the end of the step.
         let falling = |node: usize| if is_ball(node) { Vec3::new(10.0, 0.0, -100.0) } else { Vec3::zeros() };
         let v: Vec<Vec3> = (0..x.len()).map(falling).collect();
         let x_end = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
@@ -81,7 +83,7 @@ impl Pressed {
     }
 }
 
-/// All candidates of one step, with a list of the broad phase that is still good.
+/// All candidates of one step, with a list of the broad phase that is still valid.
 #[divan::bench(args = [SHORT_STEP, LONG_STEP])]
 fn detection(bencher: Bencher, h: f64) {
     let Ok(mut pressed) = Pressed::new(h) else { return };
@@ -89,7 +91,7 @@ fn detection(bencher: Bencher, h: f64) {
     bencher.counter(ItemsCount::new(count)).bench_local(|| pressed.detect());
 }
 
-/// Gauss–Seidel to 10⁻¹⁰.
+/// Gauss–Seidel iterations to a scaled residual of 10⁻¹⁰.
 #[divan::bench(args = [0.0, 0.3])]
 fn solution(bencher: Bencher, mu: f64) {
     let Ok(mut pressed) = Pressed::new(SHORT_STEP) else { return };

@@ -1,7 +1,9 @@
-//! Kernels of one block of elements on one thread: force sweep, stretch rates, sum of forces at the nodes.
+//! Kernels of one block of elements on one thread: internal force evaluation, stretch rates, sum of forces at the
+//! nodes.
 //!
-//! `cargo bench --bench element_kernels`; an item is one element swept once, so the throughput column is element-steps
-//! per second and core. The block is sheared and stretched, so that fibres pull and bulk viscosity acts.
+//! `cargo bench --bench element_kernels`; an item is one evaluation of one element, so the throughput column is
+//! element-steps per second and core. The block is sheared and stretched, so that fibres are in tension and bulk
+//! viscosity acts.
 
 use contuse::mechanics::element::{ElementKind, ReferenceGeometry};
 use contuse::mechanics::force::{
@@ -34,7 +36,7 @@ enum Law {
     HolzapfelGasserOgden,
 }
 
-/// One column of the table: a law, a formulation, a size.
+/// One row of the table: a law, a formulation, a size.
 #[derive(Clone, Copy)]
 struct Case {
     law: Law,
@@ -59,7 +61,7 @@ impl fmt::Display for Case {
     }
 }
 
-/// Every law in the formulations that it knows, in both sizes.
+/// Every law in the formulations that it supports, in both sizes.
 fn cases() -> impl Iterator<Item = Case> {
     let kinds = [
         (Law::MooneyRivlin, Formulation::MeanDilatation),
@@ -97,7 +99,7 @@ fn material(law: Law) -> Option<Material> {
     })
 }
 
-/// A block of elements in a deformed state, with the buffers of a sweep.
+/// A block of elements in a deformed state, with the buffers of an internal force evaluation.
 struct Bench {
     mesh: Mesh,
     blocks: [ElementBlock; 1],
@@ -107,7 +109,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// `None` when the case could not be made, which its bench reports.
+    /// `None` when the case cannot be built, which its bench reports.
     fn new(case: &Case) -> Option<Self> {
         let size = Vec3::from(case.counts.map(|n| 1e-3 * f64::from(n)));
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
@@ -121,6 +123,7 @@ impl Bench {
             prony: contuse::mechanics::material::PronySeries::NONE,
             erosion: None,
         };
+        // The block of elements.
         let hexes = mesh.cells.hexes()?;
         let corners = |e: usize| hexes[e].map(|node| mesh.nodes[node as usize]);
         let input = |e: usize| BlockInput {
@@ -144,15 +147,15 @@ impl Bench {
     }
 }
 
-/// Internal forces, energies and stable steps.
+/// Internal forces, energies and critical time steps.
 #[divan::bench(args = cases())]
 fn force_sweep(bencher: Bencher, case: Case) {
     let Some(mut bench) = Bench::new(&case) else { return };
     bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.sweep());
 }
 
-/// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a look at the velocities of a
-/// chunk is enough.
+/// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a check of the velocities
+/// of a chunk suffices.
 #[divan::bench(args = SIZES, consts = [false, true])]
 fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
     let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };

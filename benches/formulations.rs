@@ -1,8 +1,9 @@
-//! Error against run time of the element formulations: `ball_on_block` on three meshes, to 25 and to 50 µs, one thread,
-//! without recording.
+//! Error against run time of the element formulations: `ball_on_block` on three meshes, to 25 and to 50 µs, one
+//! thread, without recording.
 //!
-//! `cargo bench --bench formulations` prints a table: impulse, its error against what an independent code (penalty contact,
-//! three meshes, uncertain by 2 to 3 %) found on the finest mesh, and the processor time of the run to 50 µs.
+//! `cargo bench --bench formulations` prints a table: impulse, its error relative to the result of an independent
+//! code (penalty contact, three meshes, uncertain by 2 to 3 %) on the finest mesh, and the processor time of the run
+//! to 50 µs.
 
 use contuse::scene::{Budget, FolderSource, load};
 use contuse::step::Ending;
@@ -38,13 +39,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 struct Found {
-    /// [N s]
+    /// Impulse of the contact at the end [N s].
     impulse: f64,
     steps: u64,
     cpu_s: f64,
 }
 
 fn measure(mesh: &str, formulation: &str, end: f64) -> Result<Found, Box<dyn Error>> {
+    // The scenario with another end time and formulation, without error bars and fields.
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ball_on_block");
     let mut document: Value = serde_json::from_slice(&std::fs::read(folder.join(mesh))?)?;
     document["end_time_s"] = json!(end);

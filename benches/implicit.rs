@@ -1,7 +1,7 @@
-//! Where the time of an implicit step goes, part by part, on one thread: `cargo bench --bench implicit`.
+//! Cost of the parts of an implicit step on one thread: `cargo bench --bench implicit`.
 //!
-//! `ball_on_block` on its mesh, and a block of 20³ elements. Each part is repeated, and its best processor-bound time is told;
-//! then the scene itself is stepped implicitly to 1e-4 s in steps of 1 µs.
+//! `ball_on_block` on its mesh, and a block of 20³ elements. Each part is repeated, and its best processor-bound time
+//! is reported; then the scene itself is stepped implicitly to 1e-4 s in steps of 1 µs.
 
 use contuse::mechanics::force::StiffnessBatch;
 use contuse::mechanics::sparse::{Cholesky, SymmetricMatrix};
@@ -73,6 +73,7 @@ fn parts(name: &str, plan: &Plan) {
     let (unknowns, elements) = (&implicit.unknowns, plan.element_count());
     let u = vec![Vec3::zeros(); plan.node_count()];
     let mut batch = StiffnessBatch::zeros();
+    // Element stiffnesses alone, then with assembly.
     let stiffness = best(|| {
         for block in &plan.blocks {
             (0..block.batch_count()).for_each(|b| block.eval_stiffness(b, &u, &mut batch));
@@ -90,6 +91,7 @@ fn parts(name: &str, plan: &Plan) {
             }
         }
     });
+    // Analysis, factorisation, solutions.
     let analysis = best(|| drop(Cholesky::new(&matrix)));
     let Ok(mut factor) = Cholesky::new(&matrix) else { return };
     let factorisation = best(|| drop(factor.factorize(&matrix)));

@@ -1,9 +1,10 @@
-//! What local time steps could save at most: how the stable steps of the elements spread while a scene runs.
+//! Largest possible saving by local time steps: the distribution of the elements' critical time steps while a scene
+//! runs.
 //!
-//! `cargo bench --bench local_steps`. At each look the elements are put into groups that would step with 1, 2, 4, … times
-//! the smallest stable step; the bound is the share of element-steps that is left if that cost nothing: no work at the
-//! borders of groups, no interpolation, every group in full lanes. Bulk viscosity, which shortens the steps of elements
-//! that are being crushed, is not in it.
+//! `cargo bench --bench local_steps`. At each output time the elements are put into groups that would step with 1, 2,
+//! 4, … times the smallest critical time step; the bound is the fraction of element-steps that remains if that cost
+//! nothing: no work at the borders of groups, no interpolation, every group in full lanes. Bulk viscosity, which
+//! shortens the steps of elements that are being crushed, is not included.
 
 use contuse::mechanics::force::{ElementForces, ForceInput, Threads};
 use contuse::plan::compile;
@@ -11,7 +12,7 @@ use contuse::scene::{Budget, load_file};
 use contuse::step::{Frame, Recorder, RecorderError, RunOptions, run};
 use std::path::Path;
 
-/// Largest power of two of a group's step.
+/// Largest power of two in the ratio of a group's step to the smallest.
 const GROUPS: i32 = 5;
 
 fn main() {
@@ -27,7 +28,7 @@ fn main() {
         }
         let Ok(plan) = compile(&loaded.scene) else { continue };
         println!(
-            "{scenario}: share of elements that may step with 1, 2, 4, 8, 16, 32 times the smallest step"
+            "{scenario}: fraction of elements that may step with 1, 2, 4, 8, 16, 32 times the smallest step"
         );
         let options = RunOptions { threads: 1, interrupt: &|| None };
         let _ = run(&plan, &options, &mut [&mut Spread { forces: ElementForces::new(&plan.blocks) }]);
@@ -52,6 +53,7 @@ impl Recorder for Spread {
             .enumerate()
             .flat_map(|(index, block)| self.forces.stable_steps(index).take(block.elements.len()))
             .collect();
+        // Count the elements in each group.
         let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
         let mut groups = [0_usize; GROUPS as usize + 1];
         for step in &steps {
@@ -63,7 +65,7 @@ impl Recorder for Spread {
         let shares: Vec<String> =
             groups.iter().map(|count| format!("{:5.1} %", 100.0 * share(count))).collect();
         println!(
-            "  t = {:6.1} µs, smallest step {:.3} µs: {}; element-steps left at best: {:.0} %",
+            "  t = {:6.1} µs, smallest step {:.3} µs: {}; element-steps remaining at best: {:.0} %",
             1e6 * frame.time,
             1e6 * smallest,
             shares.join(" "),

@@ -1,10 +1,11 @@
-//! Whole runs of a block that hits a wall, from 2 000 to 1 000 000 elements: time of an element-step and memory of an
-//! element against size, the saving by quiet elements, and the gain of threads.
+//! Whole runs of a block that hits a wall, from 2 000 to 1 000 000 elements: time per element-step and memory per
+//! element against size, the saving by inactive elements, and the gain of threads.
 //!
-//! `cargo bench --bench scaling`, or with the largest size left out `cargo bench --bench scaling -- 100000`. Each line is
-//! the best of a few runs; times are of the wall clock, so that threads show, and other programs on the machine lengthen
-//! them. What the machine itself gives two threads is told by two runs of one thread side by side, which share nothing but
-//! it. A run steps a block of Mooney–Rivlin rubber into a frictionless wall at 20 m/s, without recording.
+//! `cargo bench --bench scaling`, or without the largest size `cargo bench --bench scaling -- 100000`. Each line is
+//! the best of a few runs; times are of the wall clock, so that threads show, and other programs on the machine
+//! lengthen them. The gain that the machine itself allows two threads is measured by two independent runs of one
+//! thread side by side. A run steps a block of Mooney–Rivlin rubber into a frictionless wall at 20 m/s, without
+//! recording.
 
 use contuse::plan::{Plan, compile};
 use contuse::scene::document::Keep;
@@ -13,18 +14,18 @@ use contuse::step::{Ending, Outcome, RunOptions, run};
 use serde_json::json;
 use std::time::Instant;
 
-/// Elements along each axis, the first into the wall, and how many steps and runs are taken.
+/// Elements along each axis, the first into the wall, and the number of steps and of runs.
 const CASES: [([u32; 3], u32, u32); 3] =
     [([20, 10, 10], 100, 20), ([50, 50, 40], 60, 3), ([100, 100, 100], 20, 1)];
 /// Edge of an element [m].
 const EDGE: f64 = 1e-3;
-/// About the stable step of the scene [s].
+/// Approximate critical time step of the scene [s].
 const STEP: f64 = 3.0e-6;
 
 fn main() {
     let most = std::env::args().find_map(|a| a.parse().ok()).unwrap_or(usize::MAX);
     println!(
-        "elements | threads | quiet skipped | steps | swept | s | ns/element-step swept | ns/element-step | plan+state B/element"
+        "elements | threads | inactive skipped | steps | evaluated | s | ns/element-step evaluated | ns/element-step | plan+state B/element"
     );
     for (counts, steps, runs) in CASES {
         if counts.iter().product::<u32>() as usize > most {
@@ -104,7 +105,7 @@ fn timed(plan: &Plan, threads: usize) -> Result<(f64, Outcome), String> {
     }
 }
 
-/// Wall time [s] of a run of one thread alone, and of two such runs at once; each the best of `runs`, taken by turns.
+/// Wall time [s] of a run of one thread alone, and of two such runs at once; each the best of `runs`, alternately.
 fn side_by_side(counts: [u32; 3], steps: u32, runs: u32) -> Result<(f64, f64), String> {
     let plan = compile(&scene(counts, steps, true)?).map_err(|e| e.to_string())?;
     let (mut alone, mut together) = (f64::INFINITY, f64::INFINITY);
@@ -121,7 +122,7 @@ fn side_by_side(counts: [u32; 3], steps: u32, runs: u32) -> Result<(f64, f64), S
     Ok((alone, together))
 }
 
-/// High-water mark of the resident memory, where the system tells.
+/// High-water mark of the resident memory, where the system reports it.
 fn peak_memory_kib() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?.split_whitespace().next()?.parse().ok()

@@ -15,7 +15,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A line for each case that ran.
+/// One line for each case that ran.
 static CPU_TIMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn main() {
@@ -25,7 +25,7 @@ fn main() {
     }
 }
 
-/// A scenario, and whether it is recorded.
+/// A scenario, with or without a recording.
 #[derive(Clone, Copy)]
 struct Case {
     scenario: &'static str,
@@ -47,14 +47,14 @@ fn cases() -> impl Iterator<Item = Case> {
         .flat_map(|(scenario, document)| [false, true].map(|recorded| Case { scenario, document, recorded }))
 }
 
-/// The scene and its document; `None`, with a word on standard error, when it cannot be loaded.
+/// The scene and its document; `None`, with a message on standard error, if it cannot be loaded.
 fn load(case: &Case) -> Option<(Vec<u8>, Loaded)> {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(case.scenario).join(case.document);
     let document = std::fs::read(&path).map_err(|error| eprintln!("{}: {error}", path.display())).ok()?;
     let mut loaded =
         load_file(&path, &Budget::COMMAND_LINE).map_err(|problems| eprintln!("{problems}")).ok()?;
-    // The run itself is timed, not the cheaper ones that its error bars come from.
+    // Only the run itself is timed, not the cheaper ones for its error bars.
     loaded.scene.document.solver.error_bars = ErrorBarsDocument::None;
     Some((document, loaded))
 }

@@ -1,11 +1,11 @@
-//! The page of the verification tests: what each compares, with what, and what came out.
+//! The page of the verification tests: what each compares, with what, and the result.
 //!
 //! ```text
 //! CONTUSE_VERIFICATION_RECORDS=target/verification cargo test --release --test verification
 //! cargo run --release --example verification_report -- target/verification docs/verification.md
 //! ```
 //!
-//! Pictures are written beside the page, under `pictures/`. The folder of the records is emptied by hand before a new run.
+//! Pictures are written beside the page, under `pictures/`. Empty the folder of the records by hand before a new run.
 
 use anyhow::{Context as _, Result};
 use plotters::prelude::*;
@@ -21,7 +21,7 @@ const HEAD: &str = "# Verification\n\n\
     from what the tests in `tests/verification/` compare when they run: each row is an assertion that held. A case with several rows of \
     one name (elements, nodes, laws) shows the one nearest to its tolerance, and how many there are.\n\n";
 
-/// A line of a test's record.
+/// One entry in the record of a test.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Line {
@@ -39,7 +39,7 @@ struct Curve {
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let (Some(records), Some(page)) = (arguments.next(), arguments.next()) else {
-        anyhow::bail!("say where the records are, and where the page goes");
+        anyhow::bail!("usage: verification_report RECORDS PAGE");
     };
     let pictures = page.with_file_name("pictures");
     std::fs::create_dir_all(&pictures)?;
@@ -81,17 +81,19 @@ fn read_records(folder: &Path) -> Result<BTreeMap<String, Tests>> {
     Ok(modules)
 }
 
-/// What a test's file says of its case and its source: the comment at its head.
+/// Description of a test's case and source: the comment at the head of its file.
 fn header(module: &str) -> Result<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/verification/{module}.rs"));
-    let source = std::fs::read_to_string(&path).with_context(|| format!("{} is gone", path.display()))?;
+    let source =
+        std::fs::read_to_string(&path).with_context(|| format!("{} does not exist", path.display()))?;
     let lines = source.lines().map_while(|line| line.strip_prefix("//!"));
     let lines: Vec<&str> = lines.map(|line| line.strip_prefix(' ').unwrap_or(line)).collect();
     Ok(lines.join("\n"))
 }
 
 fn comparisons(text: &mut String, lines: &[Line]) -> Result<()> {
-    // Of each name the row nearest to its tolerance, in the order in which the names came, and how many had it.
+    // For each name the row closest to its tolerance, in order of first appearance, and the number of rows with that
+    // name.
     let mut rows: Vec<(&str, [f64; 3], usize)> = Vec::new();
     let share = |[exact, computed, tolerance]: [f64; 3]| (computed - exact).abs() / tolerance;
     for line in lines {
@@ -137,7 +139,7 @@ fn orders(text: &mut String, lines: &[Line]) -> Result<()> {
     Ok(())
 }
 
-/// Seven significant digits.
+/// Formats a value with seven significant digits.
 fn number(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude == 0.0 {
@@ -157,6 +159,7 @@ fn draw(path: &Path, title: &str, [x, y]: [&str; 2], curves: &[Curve]) -> Result
         let room = 0.05 * (high - low).max(f64::MIN_POSITIVE);
         low - room..high + room
     };
+    // Axes and labels.
     let area = SVGBackend::new(path, (720, 400)).into_drawing_area();
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
@@ -173,6 +176,7 @@ fn draw(path: &Path, title: &str, [x, y]: [&str; 2], curves: &[Curve]) -> Result
         .x_label_formatter(&|x| format!("{x:.3e}"))
         .y_label_formatter(&|y| format!("{y:.3e}"))
         .draw()?;
+    // Curves and legend.
     for (i, curve) in curves.iter().enumerate() {
         let colour = contuse::study::palette::COLOURS[i % contuse::study::palette::COLOURS.len()];
         chart

@@ -1,4 +1,4 @@
-//! The command line of Contuse: `contuse help` says what there is.
+//! The command line of Contuse: `contuse help` lists the commands.
 
 use clap::Parser as _;
 use contuse::cli::{Cli, Exit, dispatch};
@@ -9,7 +9,7 @@ use tracing_subscriber::prelude::*;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    // Results go to standard output, all else to standard error; RUST_LOG chooses how much of it.
+    // Results go to standard output, everything else to standard error; RUST_LOG sets its level.
     let chosen = std::env::var("RUST_LOG").ok().and_then(|words| words.parse().ok());
     let filter: Targets = chosen.or_else(|| cli.default_log().parse().ok()).unwrap_or_default();
     let lines =
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     let outcome = dispatch(cli, &mut out).and_then(|exit| Ok(out.flush().map(|()| exit)?));
     match outcome {
         Ok(exit) => exit.into(),
-        // A reader that has seen enough (`contuse … | head`) is no failure.
+        // A reader that closes the pipe early (`contuse … | head`) is no failure.
         Err(error) if error.is_broken_pipe() => Exit::Success.into(),
         Err(error) => {
             let exit = error.exit();

@@ -1,6 +1,6 @@
 //! Dual numbers `value + ε slope`, ε² = 0: the exact derivative of any law along one direction.
 //!
-//! With them `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
+//! They give `A : dF = dP/dε` of `P(F + ε dF)`, exact to rounding, without a second copy of the law.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use super::real::Real;
@@ -9,9 +9,9 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 /// A value and its derivative along the direction of differentiation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<R> {
-    /// The value.
+    /// Value at the point of differentiation.
     pub value: R,
-    /// Its derivative.
+    /// Derivative along the direction.
     pub slope: R,
 }
 
@@ -140,7 +140,7 @@ impl<R: Real> Real for Dual<R> {
     }
     #[inline(always)]
     fn seed_inverse_cbrt_1p(self) -> Self {
-        // Only a seed: Halley's iteration rebuilds the derivative together with the value.
+        // Only an initial guess: Halley's iteration rebuilds the derivative together with the value.
         Self { value: self.value.seed_inverse_cbrt_1p(), slope: self.value.zero() }
     }
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! Pressure that follows a face of four nodes, and loads that do not.
+//! Follower pressure on a face of four nodes, and loads of fixed direction.
 //!
 //! On the bilinear face x(ξ, η) with outward normal `x,ξ × x,η` a pressure p gives
 //!
@@ -6,13 +6,13 @@
 //! f_a = −p ∫ N_a (x,ξ × x,η) dξ dη          K_ab = −∂f_a/∂x_b = p ∫ N_a ([x,ξ]× N_b,η − [x,η]× N_b,ξ) dξ dη
 //! ```
 //!
-//! (Hibbitt 1979; Bonet & Wood 2008, section 8.5). The integrand is quadratic along each axis at most, so 2×2 Gauss points are
-//! exact. The sum of K over a surface is symmetric where the surface is closed, or where its edge is held (Schweizerhof & Ramm
-//! 1984); what a free edge adds is not.
+//! (Hibbitt 1979; Bonet & Wood 2008, section 8.5). The integrand is at most quadratic along each axis, so 2×2 Gauss
+//! points are exact. The sum of K over a surface is symmetric where the surface is closed, or where its edge is fixed
+//! (Schweizerhof & Ramm 1984); the contribution of a free edge is not.
 
 use super::tensor::{Mat3, Vec3};
 
-/// Gauss points of a face: shape functions with their slopes along ξ and η; the weights are 1.
+/// Gauss points of a face: shape functions with their derivatives along ξ and η; the weights are 1.
 fn points() -> [[(f64, f64, f64); 4]; 4] {
     const CORNERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     let place = 3.0_f64.sqrt().recip();
@@ -31,8 +31,8 @@ fn tangents(x: &[Vec3; 4], point: &[(f64, f64, f64); 4]) -> (Vec3, Vec3) {
     (sum(|n| n.1), sum(|n| n.2))
 }
 
-/// `∫ N_a (x,ξ × x,η) dξ dη` of the corners [m²]: the outward area vector that each of them stands for. A pressure p makes the
-/// forces −p times these.
+/// `∫ N_a (x,ξ × x,η) dξ dη` of the corners [m²]: their outward area vectors. The nodal forces of a pressure p are −p
+/// times these.
 pub fn corner_areas(x: &[Vec3; 4]) -> [Vec3; 4] {
     let mut areas = [Vec3::zeros(); 4];
     for point in points() {
@@ -45,7 +45,7 @@ pub fn corner_areas(x: &[Vec3; 4]) -> [Vec3; 4] {
     areas
 }
 
-/// `∫ N_a ‖X,ξ × X,η‖ dξ dη` of the corners [m²], for loads per area that do not follow.
+/// `∫ N_a ‖X,ξ × X,η‖ dξ dη` of the corners [m²], for loads per reference area of fixed direction.
 pub fn corner_sizes(X: &[Vec3; 4]) -> [f64; 4] {
     let mut sizes = [0.0; 4];
     for point in points() {
@@ -104,8 +104,10 @@ mod tests {
     fn a_closed_surface_is_in_balance_and_its_stiffness_is_the_derivative() {
         let x = NODES.map(Vec3::from);
         let f = forces(&x);
+        // No resultant force and no moment.
         assert!(f.iter().sum::<Vec3>().norm() < 1e-15);
         assert!(x.iter().zip(&f).map(|(x, f)| x.cross(f)).sum::<Vec3>().norm() < 1e-15);
+        // Assembled stiffness against central differences.
         let mut K = [[Mat3::zeros(); 8]; 8];
         for face in FACES {
             let own = symmetric_stiffness(&face.map(|a| x[a]));

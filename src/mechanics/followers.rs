@@ -1,54 +1,57 @@
-//! Nodes that follow others: `u_c = Σ w_m u_m` with fixed weights, w ≥ 0 and Σ w = 1, such as the hanging nodes between coarse and fine
-//! elements.
+//! Nodes that follow others: `u_c = Σ w_m u_m` with fixed weights, w ≥ 0 and Σ w = 1, such as the hanging nodes
+//! between coarse and fine elements.
 //!
-//! With `u = T q`, q of the nodes that follow nobody, forces on a follower act on its masters by the transpose, `Tᵀ f`: their power is the
-//! same to the last digit, so no energy is made or lost. Lumped mass goes the same way, `M_m += w M_c` (the lumped `Tᵀ M T`):
+//! With `u = T q`, q of the independent nodes, forces on a follower act on its masters by the transpose, `Tᵀ f`:
+//! their power is the same to the last digit, so no energy is created or lost. Lumped mass is transferred in the same
+//! way, `M_m += w M_c` (the lumped `Tᵀ M T`):
 //!
 //! - The total mass and, at any velocity, the linear momentum are exactly those of the free nodes.
-//! - The kinetic energy is not less, `Σ w |v_m|² ≥ |Σ w v_m|²`, so that the element-wise bound of the stable step holds:
+//! - The kinetic energy is not less, `Σ w |v_m|² ≥ |Σ w v_m|²`, so that the element-wise bound of the critical time
+//!   step holds:
 //!   `uᵀK u ≤ Σ_e λ_e u_eᵀM_e u_e ≤ λ_max (Σ_m M_m |q_m|² + Σ_c M_c Σ_m w |q_m|²) = λ_max qᵀM' q`.
-//! - Where `X_c = Σ w X_m`, as for hanging nodes, the moment of the forces is the same and angular momentum is conserved. The moment of
-//!   inertia is greater by `M_c Σ w |X_m − X_c|²` a follower: of second order in the size of the elements.
+//! - Where `X_c = Σ w X_m`, as for hanging nodes, the moment of the forces is the same and angular momentum is
+//!   conserved. The moment of inertia is greater by `M_c Σ w |X_m − X_c|²` per follower: of second order in the size
+//!   of the elements.
 
 use super::tensor::Vec3;
 use std::collections::BTreeMap;
 
-/// A node that is none, or no follower.
+/// Marks a missing node, or one that is no follower.
 const NONE: u32 = u32::MAX;
-/// Weights add up to 1 within this.
+/// Tolerance within which weights add up to 1.
 const ROUNDING: f64 = 1e-12;
 
-/// Whom a node follows, with which weights.
+/// The masters of a node, with their weights.
 pub type Masters = Vec<(u32, f64)>;
 
-/// Why nodes cannot follow.
+/// Why ties between nodes are invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FollowerError {
-    /// It follows itself, through others or directly.
+    /// The node follows itself, directly or through others.
     #[error("node {0} follows itself")]
     Cycle(u32),
-    /// Weights that are negative, not finite, or do not add up to 1; or nobody to follow.
-    #[error("the weights with which node {0} follows others are not shares of a whole")]
+    /// Weights that are negative, not finite, or do not add up to 1; or no masters.
+    #[error("the weights of the masters of node {0} must be non-negative with sum 1")]
     Weights(u32),
-    /// A node that is not there.
+    /// A follower or a master that does not exist.
     #[error("node {0} follows a node that does not exist, or does not exist itself")]
     NoSuchNode(u32),
 }
 
-/// The followers among some nodes, each with masters that follow nobody.
+/// The followers among some nodes, each with masters that are independent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Followers {
-    /// The followers, ascending.
+    /// Node numbers of the followers, ascending.
     nodes: Vec<u32>,
-    /// Masters of each of them, ascending.
+    /// Masters of each follower, ascending.
     masters: Lists,
-    /// Place of each node in `nodes`, [`NONE`] for others; empty where nobody follows.
+    /// Index in `nodes` of each node, [`NONE`] for others; empty without followers.
     place: Vec<u32>,
-    /// Followers of each node, ascending, with its weight in them.
+    /// Followers of each node, ascending, with its weight in each.
     led: Lists,
 }
 
-/// Lists of nodes with weights, one after the other.
+/// Lists of nodes with weights, contiguous in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Lists {
     start: Vec<u32>,
@@ -71,7 +74,7 @@ impl Lists {
 }
 
 impl Followers {
-    /// Of so many nodes, from whom each follower follows, which may be a follower itself.
+    /// For so many nodes, with the masters of each follower, which may be followers themselves.
     ///
     /// # Errors
     /// [`FollowerError`].
@@ -79,6 +82,7 @@ impl Followers {
         if ties.is_empty() {
             return Ok(Self::default());
         }
+        // Check nodes and weights.
         for (&node, masters) in ties {
             let exists = |node: u32| (node as usize) < node_count;
             if !exists(node) || !masters.iter().all(|(master, _)| exists(*master)) {
@@ -89,10 +93,12 @@ impl Followers {
                 return Err(FollowerError::Weights(node));
             }
         }
+        // Replace masters that follow others by their own masters.
         let mut resolved = BTreeMap::new();
         for &node in ties.keys() {
             resolve(node, ties, &mut resolved)?;
         }
+        // Tables in both directions.
         let nodes: Vec<u32> = resolved.keys().copied().collect();
         let (mut place, mut led) = (vec![NONE; node_count], vec![Masters::new(); node_count]);
         for (i, (node, masters)) in resolved.iter().enumerate() {
@@ -105,12 +111,12 @@ impl Followers {
         Ok(Self { nodes, masters, place, led: Lists::new(led.into_iter()) })
     }
 
-    /// Whether nobody follows.
+    /// Whether there are no followers.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// How many follow.
+    /// Number of nodes that follow others.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -120,7 +126,7 @@ impl Followers {
         self.nodes.iter().enumerate().map(|(i, node)| (*node, self.masters.of(i)))
     }
 
-    /// Whom a node follows; nobody, for most.
+    /// Masters of a node; none for most.
     #[inline]
     pub fn masters(&self, node: usize) -> &[(u32, f64)] {
         match self.place.get(node) {
@@ -135,13 +141,13 @@ impl Followers {
         self.place.get(node).is_some_and(|place| *place != NONE)
     }
 
-    /// Who follows a node, with its weight in them.
+    /// Followers of a node, with its weight in each.
     #[inline]
     pub fn led_by(&self, node: usize) -> &[(u32, f64)] {
         if self.is_empty() { &[] } else { self.led.of(node) }
     }
 
-    /// The nodes that move a node, with their weights: those that it follows, or itself.
+    /// The nodes that determine the motion of a node, with their weights: its masters, or itself.
     pub fn movers(&self, node: u32) -> impl Iterator<Item = (u32, f64)> + Clone + '_ {
         let masters = self.masters(node as usize);
         let itself = masters.is_empty().then_some((node, 1.0));
@@ -156,7 +162,7 @@ impl Followers {
         }
     }
 
-    /// Hands forces, or impulses, on followers over to their masters: `f_m += w f_c`, `f_c = 0`.
+    /// Transfers forces, or impulses, from followers to their masters: `f_m += w f_c`, `f_c = 0`.
     pub fn hand_over(&self, forces: &mut [Vec3]) {
         for (node, masters) in self.each() {
             let force = std::mem::replace(&mut forces[node as usize], Vec3::zeros());
@@ -166,7 +172,7 @@ impl Followers {
         }
     }
 
-    /// Hands the masses of followers [kg], or what else nodes have a share of, over to their masters.
+    /// Transfers the masses of followers [kg], or other additive quantities of nodes, to their masters.
     pub fn hand_over_shares(&self, shares: &mut [f64]) {
         for (node, masters) in self.each() {
             let share = std::mem::take(&mut shares[node as usize]);
@@ -176,19 +182,21 @@ impl Followers {
         }
     }
 
-    /// Bytes in memory.
+    /// Memory of the tables [bytes].
     pub fn memory(&self) -> usize {
         let lists = |lists: &Lists| 4 * lists.start.len() + size_of_val(&lists.entries[..]);
         4 * (self.nodes.len() + self.place.len()) + lists(&self.masters) + lists(&self.led)
     }
 }
 
-/// The masters of a follower that follow nobody, into `done`. A follower whose masters are still being looked for has an empty list there.
+/// Resolves the independent masters of a follower into `done`. A follower whose masters are still being resolved has
+/// an empty list there.
 fn resolve(
     node: u32,
     ties: &BTreeMap<u32, Masters>,
     done: &mut BTreeMap<u32, Masters>,
 ) -> Result<(), FollowerError> {
+    // Depth first, with an explicit stack: chains may be long.
     let mut path = vec![node];
     while let Some(&node) = path.last() {
         if done.get(&node).is_some_and(|masters| !masters.is_empty()) {
@@ -206,6 +214,7 @@ fn resolve(
             path.push(*next);
             continue;
         }
+        // All direct masters are resolved: combine their weights.
         let mut sum: BTreeMap<u32, f64> = BTreeMap::new();
         for (master, w) in direct.iter().filter(|(_, w)| *w > 0.0) {
             match done.get(master) {
@@ -220,7 +229,7 @@ fn resolve(
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 mod tests {
     use super::*;
 

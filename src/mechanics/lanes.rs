@@ -7,18 +7,18 @@ use super::real::{Real, seed_inverse_cbrt};
 use pulp::Simd;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// The register-wide number of the instruction set `S`.
+/// A number in a register of the instruction set `S`.
 #[derive(Clone, Copy, Debug)]
 pub struct Lane<S: Simd> {
     v: S::f64s,
     simd: S,
 }
 
-/// The widest register of any instruction set, in `f64`: the width of a batch of elements.
+/// Width of a batch of elements: that of the widest register of any instruction set, in `f64`.
 pub const BATCH: usize = 8;
 
-/// One number of each element of a batch, aligned to the widest register: a load or store across two cache lines takes
-/// twice as long, and without this most would be.
+/// One number of each element of a batch, aligned to the widest register: a load or store across two cache lines
+/// takes twice as long, and without alignment most would be.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(64))]
 pub struct Row(pub [f64; BATCH]);
@@ -36,7 +36,7 @@ impl std::ops::IndexMut<usize> for Row {
     }
 }
 
-/// Anything on the stack, aligned to the widest register, see [`Row`].
+/// A value on the stack, aligned to the widest register, see [`Row`].
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Aligned<T>(pub T);
@@ -70,10 +70,10 @@ impl<S: Simd> Lane<S> {
     fn with(self, v: S::f64s) -> Self {
         Self { v, simd: self.simd }
     }
-    /// ln(self + lost), `lost` of the size of the last digit of self.
+    /// ln(self + lost), `lost` of the order of the last digit of self.
     #[inline(always)]
     fn ln_of_sum(self, lost: Self) -> Self {
-        // self = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x with all its digits.
+        // self = 2^k (1 + f) with √½ ≤ 1 + f < √2; for k = 0, f = x to all digits.
         let sqrt_half = std::f64::consts::FRAC_1_SQRT_2.to_bits();
         let exponent = |b: u64| b.wrapping_sub(sqrt_half).cast_signed() >> 52;
         let scale = self.map_bits(|b| (1023 - exponent(b)).cast_unsigned() << 52);
@@ -90,7 +90,7 @@ impl<S: Simd> Lane<S> {
         let low = k.mul_add(self.constant(LN_2_LOW), p * s);
         k.mul_add(self.constant(LN_2_HIGH), low)
     }
-    /// (2^k, expm1(r)) with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, where f64 ends.
+    /// (2^k, expm1(r)) with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, the range of f64.
     #[inline(always)]
     fn split_exp(self) -> (Self, Self) {
         let x = self.max(self.constant(-708.0)).min(self.constant(708.0));
@@ -169,7 +169,7 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
-        // x − (u − 1) is what rounding 1 + x lost.
+        // x − (u − 1) is what rounding 1 + x has lost.
         let u = self + 1.0;
         u.ln_of_sum(self - (u - 1.0))
     }
@@ -187,7 +187,8 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        // pulp's own abs and neg are not always inlined, and a call in a kernel costs more than the kernel's arithmetic.
+        // pulp's own abs and neg are not always inlined, and a call in a kernel costs more than the kernel's
+        // arithmetic.
         self.max(-self)
     }
     #[inline(always)]
@@ -250,7 +251,7 @@ mod tests {
     use super::*;
     use crate::mechanics::real::inverse_cbrt_m1;
 
-    /// Evaluates `f` over lanes of the best instruction set and in plain `f64`, and compares.
+    /// Evaluates a function over lanes of the best instruction set and in plain `f64`, and compares.
     struct Compare<'a, L, P>(&'a [f64], L, P);
 
     trait Function {

@@ -1,8 +1,8 @@
-//! Mathematics only: no input or output, no serde, no clock, no logging, and no allocation in a step.
+//! The mathematics: no input or output, no serde, no clock, no logging, and no allocation in a step.
 //!
-//! Read `real` and `tensor` first, then `material` (one law a file), `element` and `force` (internal forces of
-//! blocks of elements), `rigid` (bodies that do not deform), and `contact` (detection, the bi-potential law and its
-//! Gauss–Seidel solver).
+//! Read `real` and `tensor` first, then `material` (one file per law), `element` and `force` (internal forces of
+//! blocks of elements), `rigid` (rigid bodies), and `contact` (detection, the bi-potential law and its Gauss–Seidel
+//! solver).
 
 pub mod contact;
 pub mod dual;

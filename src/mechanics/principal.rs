@@ -6,8 +6,9 @@ use super::tensor::Sym;
 
 /// cos(θ/3) as a polynomial in t = 2 cos(θ/2) − 1, highest power first, for 0 ≤ θ ≤ π: within 1e-15.
 ///
-/// As a function of cos(θ/2) in 0…1 it is smooth up to −1, so that Chebyshev's series falls by 5.8 a term; these are its
-/// first 19 terms as powers. A function of cos θ would have a root at its end.
+/// As a function of cos(θ/2) in 0…1 it is smooth up to −1, so that the coefficients of the Chebyshev series fall by
+/// 5.8 per term; these are its first 19 terms as powers. A function of cos θ would have a branch point at the end of
+/// its range.
 const THIRD_OF_ANGLE: [f64; 19] = [
     -1.278_976_924_368_180_3e-12,
     4.996_536_517_865_024_5e-11,
@@ -43,7 +44,7 @@ impl<R: Real> Sym<R> {
         self.trace() * (-1.0 / 3.0)
     }
 
-    /// Largest eigenvalue, the mean and that of the deviator.
+    /// Largest principal value: the mean plus that of the deviator.
     #[inline(always)]
     pub fn largest_principal(&self) -> R {
         let q = self.trace() * (1.0 / 3.0);
@@ -58,13 +59,13 @@ impl<R: Real> Sym<R> {
         p * third * 2.0
     }
 
-    /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ, in closed form (Smith 1961): p² = B:B / 6 and
-    /// cos 3φ = det B / (2 p³). An iteration would take longer than the law itself.
+    /// p and cos φ of a deviator B, whose largest eigenvalue is 2 p cos φ, in closed form (Smith 1961): p² = B:B / 6
+    /// and cos 3φ = det B / (2 p³). An iteration would take longer than the law itself.
     #[inline(always)]
     fn size_and_angle(&self) -> (R, R) {
         let p = (self.norm_squared() * (1.0 / 6.0)).sqrt();
         let one = p.constant(1.0);
-        // Of a multiple of the identity B is zero: 0/tiny, not 0/0.
+        // For a multiple of the identity B is zero: 0/tiny, not 0/0.
         let scaled = self.scaled(one / p.max(p.constant(f64::MIN_POSITIVE)));
         let cosine = (scaled.determinant() * 0.5).min(one).max(-one);
         let t = ((cosine + 1.0) * 0.5).sqrt() * 2.0 - 1.0;
@@ -110,7 +111,7 @@ mod tests {
         assert_eq!(Sym([0.0; 6]).largest_principal(), 0.0);
         assert!((Sym([0.105, 0.105, 0.105, 0.0, 0.0, 0.0]).largest_principal() - 0.105).abs() < 1e-15);
         assert!((Sym([0.22, 0.0, 0.0, 0.0, 0.0, 0.0]).largest_principal() - 0.22).abs() < 1e-15);
-        // Where the two largest meet, the root of the cosine's rounding is left.
+        // Where the two largest coincide, the rounding of the cosine leaves its square root.
         assert!((Sym([0.2, 0.2, -0.1, 0.0, 0.0, 0.0]).largest_principal() - 0.2).abs() < 1e-8);
     }
 }

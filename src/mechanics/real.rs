@@ -1,14 +1,14 @@
-//! The number that a constitutive law or an element kernel is written for.
+//! The number type that constitutive laws and element kernels are generic over.
 //!
 //! A law is written once, over `R: Real`, and serves as plain `f64` (evaluation at a point), as SIMD lanes (the
-//! force sweep) and as a dual number (the exact tangent). So there is no second copy of any formula.
+//! internal force evaluation) and as a dual number (the exact tangent). So there is no second copy of any formula.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A real number, or several at once in SIMD lanes, or one with its derivative.
+/// A real number, several in SIMD lanes, or one with its derivative.
 ///
-/// Comparisons are by [`Real::select_positive`], never by `if`, because each lane may go its own way.
+/// Comparisons are by [`Real::select_positive`], never by `if`, because lanes may differ.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -28,13 +28,13 @@ pub trait Real:
     /// The constant `c` in the same lanes as `self`.
     #[must_use]
     fn constant(self, c: f64) -> Self;
-    /// `self * b + c`, fused where the machine can.
+    /// `self * b + c`, fused where the machine supports it.
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// `√self`.
+    /// Square root, `√self`, for `self ≥ 0`.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// `exp(self)`.
+    /// Exponential function `exp(self)`, lane by lane.
     #[must_use]
     fn exp(self) -> Self;
     /// `exp(self) − 1`, accurate near 0.
@@ -46,29 +46,29 @@ pub trait Real:
     /// `ln(self)`, of a positive normal number.
     #[must_use]
     fn ln(self) -> Self;
-    /// The larger of two.
+    /// The larger of two numbers, lane by lane.
     #[must_use]
     fn max(self, other: Self) -> Self;
-    /// The smaller of two.
+    /// The smaller of two numbers, lane by lane.
     #[must_use]
     fn min(self, other: Self) -> Self;
-    /// `|self|`.
+    /// Absolute value, `|self|`, lane by lane.
     #[must_use]
     fn abs(self) -> Self;
     /// `if self > 0 { yes } else { no }`, lane by lane.
     #[must_use]
     fn select_positive(self, yes: Self, no: Self) -> Self;
-    /// A rough `(1 + self)^(−1/3)` (within 5 %), the seed of [`inverse_cbrt_m1`].
+    /// Approximate `(1 + self)^(−1/3)` (within 5 %), the initial guess of [`inverse_cbrt_m1`].
     #[must_use]
     fn seed_inverse_cbrt_1p(self) -> Self;
-    /// The same value as a constant: where a formula gives the value and another the derivative.
+    /// The same value as a constant, for formulas in which value and derivative are computed separately.
     #[must_use]
     #[inline(always)]
     fn detached(self) -> Self {
         self
     }
 
-    /// `self * b − c`, fused where the machine can.
+    /// `self * b − c`, fused where the machine supports it.
     #[must_use]
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
@@ -141,9 +141,9 @@ impl Real for f64 {
 
 /// `(1 + j)^(−1/3) − 1` to full *relative* accuracy also for tiny `j`, and exactly 0 at `j = 0`; `j > −1`.
 ///
-/// First y = J^(−1/3): from a seed within 5 %, two steps `y ← y (1 + r)^(−1/3)` with `r = J y³ − 1` and the power
-/// expanded to r⁴ (order 5, no division), which leaves rounding only. Then `J (y³ − 1) = −j` is solved for y − 1.
-/// Iterating on y − 1 itself would leave at j = 0 the last error of the iteration instead of 0.
+/// First y = J^(−1/3): from an initial guess within 5 %, two steps `y ← y (1 + r)^(−1/3)` with `r = J y³ − 1` and the
+/// power expanded to r⁴ (order 5, no division), which leaves only rounding. Then `J (y³ − 1) = −j` is solved for y −
+/// 1. Iterating on y − 1 itself would leave the last error of the iteration at j = 0 instead of 0.
 #[inline(always)]
 pub fn inverse_cbrt_m1<R: Real>(j: R) -> R {
     let J = j + 1.0;
@@ -161,8 +161,8 @@ pub fn inverse_cbrt_m1<R: Real>(j: R) -> R {
 
 /// `x − ln(1 + x)` to nearly full relative accuracy also for tiny `x`; `x > −1`.
 ///
-/// For |x| < 0.1 from `ln(1 + x) = 2 artanh u`, u = x/(2 + x), whose first term is taken off by hand; the plain
-/// difference would keep only the digits of x² that fit beside x.
+/// For |x| < 0.1 from `ln(1 + x) = 2 artanh u`, u = x/(2 + x), whose first term is subtracted analytically; the plain
+/// difference would keep only the digits of x² that remain beside x.
 #[inline(always)]
 pub fn ln_1p_defect<R: Real>(x: R) -> R {
     let u = x / (x + 2.0);
@@ -178,8 +178,8 @@ pub fn ln_1p_defect<R: Real>(x: R) -> R {
 
 /// `J^(−1/3)` within 4 % for a positive, normal `J`, by dividing its exponent (and mantissa) by −3.
 ///
-/// The upper half of the bits is enough, and a third of it is a 32-bit product, which every instruction set has for lanes
-/// where a 64-bit division would be done lane by lane.
+/// The upper half of the bits suffices, and a third of it is a 32-bit product, which every instruction set has for
+/// lanes; a 64-bit division would be done lane by lane.
 #[inline(always)]
 pub fn seed_inverse_cbrt(J: f64) -> f64 {
     let third = ((J.to_bits() >> 32) * 0x5555_5556) & 0xffff_ffff_0000_0000;
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    #[allow(clippy::float_cmp)] // exactly is what is meant
+    #[allow(clippy::float_cmp)] // exact equality is intended
     fn inverse_cube_root_is_exactly_one_at_rest() {
         assert!(inverse_cbrt_m1(0.0) == 0.0);
     }

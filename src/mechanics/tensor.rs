@@ -33,7 +33,7 @@ macro_rules! tensor {
 }
 pub(crate) use tensor;
 
-/// Where the component (i, j) of a [`Sym`] is stored.
+/// Index of the component (i, j) in a [`Sym`].
 const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
 impl<R: Real> Tensor<R> {
@@ -43,18 +43,18 @@ impl<R: Real> Tensor<R> {
         let o = c.zero();
         Self([[c, o, o], [o, c, o], [o, o, c]])
     }
-    /// Component by component.
+    /// Builds a tensor from its components `f(i, j)`.
     #[inline(always)]
     pub fn from_fn(mut f: impl FnMut(usize, usize) -> R) -> Self {
         Self([[f(0, 0), f(0, 1), f(0, 2)], [f(1, 0), f(1, 1), f(1, 2)], [f(2, 0), f(2, 1), f(2, 2)]])
     }
-    /// `self + other`.
+    /// Sum `self + other`, component by component.
     #[inline(always)]
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         tensor!(i, j => self.0[i][j] + other.0[i][j])
     }
-    /// `c · self`.
+    /// Multiple `c · self`, component by component.
     #[inline(always)]
     #[must_use]
     pub fn scaled(&self, c: R) -> Self {
@@ -94,7 +94,7 @@ impl<R: Real> Tensor<R> {
         let (c, a) = (&self.0, &other.0);
         tensor!(i, j => a[i][2].mul_add(s.at(2, j), a[i][1].mul_add(s.at(1, j), a[i][0].mul_add(s.at(0, j), c[i][j]))))
     }
-    /// Matrix–vector product.
+    /// Product `self · a` with a vector.
     #[inline(always)]
     pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
         let t = &self.0;
@@ -114,7 +114,7 @@ impl<R: Real> Tensor<R> {
             f[i1][j1].mul_sub(f[i2][j2], f[i1][j2] * f[i2][j1])
         })
     }
-    /// Determinant, from the cofactor at hand.
+    /// Determinant, from the known cofactor.
     #[inline(always)]
     pub fn determinant_by(&self, cofactor: &Self) -> R {
         let (f, c) = (&self.0[0], &cofactor.0[0]);
@@ -129,7 +129,7 @@ impl<R: Real> Tensor<R> {
         }
         s
     }
-    /// Trace.
+    /// Trace, the sum of the diagonal.
     #[inline(always)]
     pub fn trace(&self) -> R {
         self.0[0][0] + self.0[1][1] + self.0[2][2]
@@ -142,12 +142,12 @@ impl<R> Sym<R> {
 }
 
 impl<R: Real> Sym<R> {
-    /// Component (i, j).
+    /// Component (i, j) = (j, i).
     #[inline(always)]
     pub fn at(&self, i: usize, j: usize) -> R {
         self.0[SYM[i][j]]
     }
-    /// Trace.
+    /// Trace, the sum of the diagonal.
     #[inline(always)]
     pub fn trace(&self) -> R {
         self.0[0] + self.0[1] + self.0[2]
@@ -165,14 +165,14 @@ impl<R: Real> Sym<R> {
         let s = &self.0;
         Self([s[0] + c, s[1] + c, s[2] + c, s[3], s[4], s[5]])
     }
-    /// `s : s`.
+    /// Squared norm `s : s`.
     #[inline(always)]
     pub fn norm_squared(&self) -> R {
         let s = &self.0;
         let off = s[5].mul_add(s[5], s[4].mul_add(s[4], s[3] * s[3]));
         off.mul_add(off.constant(2.0), s[2].mul_add(s[2], s[1].mul_add(s[1], s[0] * s[0])))
     }
-    /// Determinant.
+    /// Determinant of the symmetric matrix.
     #[inline(always)]
     pub fn determinant(&self) -> R {
         let [a, b, c, d, e, f] = self.0;
@@ -226,7 +226,7 @@ impl<R: Real> Sym<R> {
         let [x, y, z] = self.apply(b);
         z.mul_add(a[2], y.mul_add(a[1], x * a[0]))
     }
-    /// Matrix–vector product.
+    /// Product `s · a` with a vector.
     #[inline(always)]
     pub fn apply(&self, a: &[R; 3]) -> [R; 3] {
         let s = &self.0;
@@ -246,7 +246,7 @@ impl<R: Real> Sym<R> {
         }
         out
     }
-    /// `c · self`.
+    /// Multiple `c · self`, component by component.
     #[inline(always)]
     #[must_use]
     pub fn scaled(&self, c: R) -> Self {

@@ -274,7 +274,7 @@ fn newton_step(h_aa: f64, h_bb: f64, cross: f64, curvature: f64, g_a: f64, g_b: 
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 mod tests {
     use super::*;
 

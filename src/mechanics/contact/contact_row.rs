@@ -119,7 +119,7 @@ pub(super) struct Row<T = ()> {
     pub operator: ContactOperator,
 }
 
-/// Squared norm |a|².
+/// Squared Euclidean norm |a|².
 pub(super) fn squared(a: Local) -> f64 {
     a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
 }

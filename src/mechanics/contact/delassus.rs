@@ -141,7 +141,7 @@ impl Delassus {
         }
     }
 
-    /// Diagonal block `W_cc`.
+    /// Diagonal block `W_cc` of contact `c`.
     pub fn diagonal_block(&self, c: usize) -> Block {
         match self {
             Self::Dense(W) => W.block(c, c),

@@ -42,7 +42,7 @@ const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
 /// itself.
 const OWN_SLACK: f64 = 1.0;
 
-/// Why detection fails.
+/// Reasons for which detection fails.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DetectionError {
     /// A position is NaN or infinite.
@@ -87,7 +87,7 @@ pub struct Detector {
 pub(super) struct PairState {
     /// Index of the slave's surface.
     pub slave: usize,
-    /// What the slave must stay outside of.
+    /// The obstacle that the slave must not enter.
     pub side: Side,
     /// Slave nodes and master faces that may meet.
     pub candidates: Candidates,

@@ -56,7 +56,7 @@ const HIDDEN: f64 = 1e4;
 /// Factor on the steps of frictional contacts whenever sweeps make no progress, and its least value.
 const DAMPING: (f64, f64) = (0.7, 0.05);
 
-/// Stopping criteria.
+/// Stopping criteria of the sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Largest scaled residual [-] of a converged solution.

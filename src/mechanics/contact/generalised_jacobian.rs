@@ -8,11 +8,11 @@ use super::local::{Local, length, proj_coulomb_cone};
 /// A residual `F(r, u)` of one contact and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearised {
-    /// The residual F.
+    /// Residual F(r, u) of the contact.
     pub f: Local,
-    /// Its derivative ∂F/∂r.
+    /// Derivative ∂F/∂r of the residual.
     pub by_r: Block,
-    /// Its derivative ∂F/∂u; exactly zero where the contact is open, and then `F = r`.
+    /// Derivative ∂F/∂u; exactly zero where the contact is open, and then `F = r`.
     pub by_u: Block,
 }
 

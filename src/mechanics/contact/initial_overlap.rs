@@ -15,9 +15,9 @@ pub const TOLERANCE: f64 = 1e-6;
 pub struct Overlap {
     /// Index of the pair.
     pub pair: usize,
-    /// Global node number.
+    /// Global number of the slave node.
     pub node: u32,
-    /// Its position [m].
+    /// Position of the node [m].
     pub place: Vec3,
     /// Depth below the closest point of the master's surface [m].
     pub depth: f64,

@@ -146,17 +146,18 @@ pub enum Kind {
     Guard,
 }
 
-/// One candidate contact of a step: a point of the slave side against one of the master side, each a mean of nodes. A side
-/// that is a rigid body is the node of its centre of mass with weight 1, and is turned too, about `point`.
+/// One candidate contact of a step: a point of the slave side against one of the master side, each a mean of nodes. A
+/// side that is a rigid body is represented by the node of its centre of mass with weight 1, and also rotates, about
+/// `point`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Index of the pair.
     pub pair: u32,
     /// How its gap follows the positions.
     pub kind: Kind,
-    /// Slave node (global); where the slave side has several, the one that stands for it.
+    /// Slave node (global); where the slave side has several, a representative one.
     pub slave: u32,
-    /// Index of the master's face, or of one that stands for what is met; `u32::MAX` for a plane or a rigid body.
+    /// Index of the master's face, or of a representative one; `u32::MAX` for a plane or a rigid body.
     pub face: u32,
     /// The nodes of both sides with signed weights.
     pub stencil: Stencil,
@@ -164,33 +165,33 @@ pub struct Contact {
     pub frame: [Vec3; 3],
     /// Signed gap at the start of the step, along n [m], positive open.
     pub gap: f64,
-    /// Where the reaction acts, at the start of the step [m]: the place of the slave's node, or a point of a rigid body.
+    /// Point of action of the reaction, at the start of the step [m]: the slave node, or a point of a rigid body.
     pub point: Vec3,
-    /// V_slave − V_master: the difference of the two bodies' flight velocities [m/s], since nodal velocities are relative
-    /// to them.
+    /// V_slave − V_master: the difference of the flight velocities of the two bodies [m/s], to which nodal velocities
+    /// are relative.
     pub drift: Vec3,
 }
 
 impl Contact {
-    /// The law that it obeys, of those of all pairs.
+    /// The law of this contact, given those of all pairs.
     pub fn law(&self, laws: &[ContactLaw]) -> ContactLaw {
         if self.kind == Kind::Side { ContactLaw::Frictionless } else { laws[self.pair as usize] }
     }
 }
 
-/// The rigid bodies that the contacts of a step turn.
+/// The rigid bodies that the contacts of a step rotate.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidSides<'a> {
-    /// The rigid bodies of slave and master of each pair, by index; empty when there are none.
+    /// Rigid bodies of slave and master of each pair, by index; empty if there are none.
     pub of_pairs: &'a [[Option<u32>; 2]],
-    /// The bodies.
+    /// All rigid bodies, by index.
     pub bodies: &'a [RigidBody],
-    /// Where they are at the start of the step.
+    /// Their poses at the start of the step.
     pub poses: &'a [Pose],
 }
 
 impl RigidSides<'_> {
-    /// No side is a rigid body.
+    /// For contacts without any rigid side.
     pub const NONE: RigidSides<'static> = RigidSides { of_pairs: &[], bodies: &[], poses: &[] };
 
     /// The rigid bodies of slave and master of a pair.
@@ -199,9 +200,9 @@ impl RigidSides<'_> {
     }
 }
 
-/// What the solver found for one contact.
+/// Solution of the contact law for one contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Reaction {
-    /// Impulse of the step on the slave in the local frame (n, t1, t2) [N s], the master gets the opposite.
+    /// Impulse of the step on the slave in the local frame (n, t1, t2) [N s]; the master gets the opposite.
     pub impulse: [f64; 3],
 }

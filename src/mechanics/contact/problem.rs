@@ -16,7 +16,7 @@ pub enum ProblemError {
         array: &'static str,
         /// Numbers required for nc contacts.
         expected: usize,
-        /// Numbers given.
+        /// Numbers given in the array.
         given: usize,
     },
     /// A number that is not finite.

@@ -1,8 +1,7 @@
 //! Stick or slip of one closing contact, by its Schur complement and a scalar equation.
 //!
 //! With `u_n = 0` the normal reaction is `r_n = −(q_n + W_nt r_t)/W_nn`, and the drag law `u_t = −λ r_t`, λ ≥ 0,
-//! gives
-//! `(S + λ I) r_t = b` with `S = W_tt − W_tn W_nt/W_nn`, `b = −q_t + W_tn q_n/W_nn`. λ = 0 is stick; slip is
+//! gives `(S + λ I) r_t = b` with `S = W_tt − W_tn W_nt/W_nn`, `b = −q_t + W_tn q_n/W_nn`. λ = 0 is stick; slip is
 //! `‖r_t(λ)‖ = μ r_n(λ)`.
 
 use super::local::{Local, LocalOperator, length, solve_frictionless};
@@ -17,7 +16,7 @@ const MAX_ITERATIONS: usize = 200;
 /// The operator of one contact, reduced to the eigenvectors of S: common to all solutions with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactOperator {
-    /// `W_nn` as given.
+    /// `W_nn` as given, unscaled.
     alone: f64,
     /// `W_nn`, 0 where nothing can move along n.
     w_nn: f64,

@@ -143,7 +143,7 @@ pub fn weighted(nodes: impl Iterator<Item = (u32, f64)>, a: impl Fn(u32) -> Vec3
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 mod tests {
     use super::*;
 

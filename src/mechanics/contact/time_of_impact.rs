@@ -266,7 +266,7 @@ pub(super) fn first_meeting(distance: impl Fn(f64) -> f64, length: f64, met: f64
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 mod tests {
     use super::*;
 

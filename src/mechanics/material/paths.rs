@@ -50,7 +50,7 @@ pub enum MaterialError {
         J: f64,
     },
     /// The prescribed value is not a positive stretch, or not finite.
-    #[error("{value} is no value of a {path:?} path")]
+    #[error("{value} is not a valid value on a {path:?} path")]
     NoSuchValue {
         /// The path of the request.
         path: Path,

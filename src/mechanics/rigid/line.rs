@@ -1,13 +1,14 @@
-//! Which lines meet the shape of a rigid body.
+//! Intersection of lines with the shape of a rigid body.
 
 use super::Shape;
 use crate::mechanics::tensor::Vec3;
 
-/// A direction this small does not change a coordinate.
+/// Component of a unit direction below which the line is parallel to a plane.
 const PARALLEL: f64 = 1e-12;
 
 impl Shape {
-    /// Whether the line through a point `p` [m] along the unit vector `d` meets it, both in the axes of the body.
+    /// Whether the line through a point `p` [m] along the unit vector `d` intersects the shape, both in the axes of
+    /// the body.
     pub fn is_met_by_line(&self, p: &Vec3, d: &Vec3) -> bool {
         match *self {
             Self::Ball { radius } => p.cross(d).norm() <= radius,
@@ -28,7 +29,7 @@ impl Shape {
     }
 }
 
-/// Whether stretches of a line have a place in common.
+/// Whether intervals of a line have a point in common.
 fn meet(stretches: impl IntoIterator<Item = [f64; 2]>) -> bool {
     let [low, high] = stretches
         .into_iter()
@@ -39,7 +40,7 @@ fn meet(stretches: impl IntoIterator<Item = [f64; 2]>) -> bool {
 const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 const NOWHERE: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
-/// The stretch of a line in which a coordinate is within ±`half`.
+/// The interval of a line in which a coordinate is within ±`half`.
 fn between_planes(p: f64, d: f64, half: f64) -> [f64; 2] {
     if d.abs() < PARALLEL {
         return if p.abs() <= half { EVERYWHERE } else { NOWHERE };
@@ -48,7 +49,7 @@ fn between_planes(p: f64, d: f64, half: f64) -> [f64; 2] {
     [ends[0].min(ends[1]), ends[0].max(ends[1])]
 }
 
-/// The stretch of a line in which two coordinates are within a circle about the origin.
+/// The interval of a line in which two coordinates are within a circle about the origin.
 fn in_circle(p: [f64; 2], d: [f64; 2], radius: f64) -> [f64; 2] {
     let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
     let (dd, pd, excess) = (dot(d, d), dot(p, d), dot(p, p) - radius * radius);
@@ -81,7 +82,7 @@ mod tests {
             for i in 0..400 {
                 let at = |k: u32| 2.4 * (f64::from(i * k + 7) * 0.618_034).fract() - 1.2;
                 let p = Vec3::new(at(1), at(13), at(57));
-                // Distances of a convex shape have one least along a line; those near the rim are left out.
+                // The distance to a convex shape has a single minimum along a line; lines near the rim are omitted.
                 let depth = |s: f64| shape.eval_distance(&(p + d * s)).0;
                 let least = (-300..300).map(|s| depth(0.01 * f64::from(s))).fold(f64::INFINITY, f64::min);
                 if least.abs() > 0.01 {

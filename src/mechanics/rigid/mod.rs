@@ -1,9 +1,10 @@
 //! Rigid bodies: shapes, inertia, rotation.
 //!
-//! A rigid body is two *nodes* beside those of the meshes. Its `centre` is the centre of mass, with 1/m along each axis; its
-//! `spin` is the angular velocity about its principal axes, with 1/I along each of them. So a vector of velocities holds
-//! meshes and rigid bodies alike, M stays diagonal, and one contact solver serves both: a contact at the point x of a rigid
-//! body has, in the direction n, the row `[n, Rᵀ((x − x_c) × n)]` of its two nodes.
+//! A rigid body is represented by two *nodes* in addition to those of the meshes. Its `centre` is the centre of mass,
+//! with 1/m along each axis; its `spin` is the angular velocity about its principal axes, with 1/I along each of
+//! them. So one vector of velocities contains meshes and rigid bodies, M stays diagonal, and one contact solver
+//! serves both: a contact at the point x of a rigid body has, in the direction n, the row `[n, Rᵀ((x − x_c) × n)]` of
+//! its two nodes.
 
 mod boundary;
 mod line;
@@ -19,7 +20,7 @@ use super::tensor::{Mat3, Vec3};
 /// A rotation, from the axes of a body to those of space.
 pub type Rotation = nalgebra::UnitQuaternion<f64>;
 
-/// What of a rigid body is constant.
+/// Constant data of a rigid body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     /// Node of its centre of mass.
@@ -28,36 +29,36 @@ pub struct RigidBody {
     pub spin: u32,
     /// Shape about the centre of mass, along the principal axes.
     pub shape: Shape,
-    /// Mass [kg].
+    /// Mass of the body [kg].
     pub mass: f64,
     /// Principal moments of inertia [kg m²].
     pub inertia: Vec3,
 }
 
-/// Where a rigid body is.
+/// Position and orientation of a rigid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Place of the centre of mass [m].
+    /// Position of the centre of mass [m].
     pub centre: Vec3,
-    /// From the axes of the body to those of space.
+    /// Rotation from the axes of the body to those of space.
     pub orientation: Rotation,
 }
 
 impl Pose {
-    /// A point of the body in space [m].
+    /// Position in space of a point of the body [m].
     pub fn place(&self, local: &Vec3) -> Vec3 {
         self.centre + self.orientation * local
     }
-    /// A point of space in the axes of the body [m].
+    /// Coordinates of a point of space in the axes of the body [m].
     pub fn local(&self, x: &Vec3) -> Vec3 {
         self.orientation.inverse_transform_vector(&(x - self.centre))
     }
-    /// Velocity in space [m/s] that an angular velocity in the axes of the body [rad/s] gives the point `x`, as a matrix:
-    /// `J ω = (R ω) × (x − x_c)`, `J = −[x − x_c]ₓ R`.
+    /// Moment arm of the point `x`: the matrix of its velocity in space [m/s] due to an angular velocity in the axes
+    /// of the body [rad/s], `J ω = (R ω) × (x − x_c)`, `J = −[x − x_c]ₓ R`.
     pub fn lever(&self, x: &Vec3) -> Mat3 {
         -(x - self.centre).cross_matrix() * self.orientation.to_rotation_matrix().into_inner()
     }
-    /// Whether all numbers are finite.
+    /// Whether position and orientation are finite.
     pub fn is_finite(&self) -> bool {
         self.centre.iter().chain(self.orientation.coords.iter()).all(|x| x.is_finite())
     }

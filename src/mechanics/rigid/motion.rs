@@ -1,26 +1,29 @@
-//! Rotation of a free body: an implicit midpoint whose rotation is an exponential, which keeps the energy and the angular momentum.
+//! Rotation of a free body: an implicit midpoint rule whose rotation is an exponential, which conserves energy and
+//! angular momentum.
 
 use super::Rotation;
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Newton steps; from the start value two or three reach rounding at any sensible step.
+/// Limit of Newton steps; from the initial guess two or three reach rounding for any reasonable step.
 const ITERATIONS: usize = 20;
-/// After a correction below this share of the angular velocity the next is below rounding: Newton squares it.
+/// Correction, as a fraction of the angular velocity, after which the next one is below rounding: Newton's method
+/// squares it.
 const LAST: f64 = 1e-11;
-/// Below this half angle [rad] tan x / x is its series.
+/// Half angle [rad] below which tan x / x is evaluated by its series.
 const SMALL: f64 = 1e-4;
 
-/// Orientation and angular velocity [rad/s] of a torque-free body after a time `h` [s], the latter in the axes that the body has then;
-/// `omega` [rad/s] in those that it has before, principal moments `inertia` [kg m²].
+/// Orientation and angular velocity [rad/s] of a torque-free body after a time `h` [s], the latter in the body axes
+/// at that time; `omega` [rad/s] in the initial body axes, principal moments `inertia` [kg m²].
 ///
-/// With ω_m = ½ (ω + ω⁺) the body turns by Q = exp(h [ω_m]ₓ), and ω⁺ is that for which the angular momentum in space stays what it is,
-/// I ω⁺ = Qᵀ I ω. Since exp(h [ω_m]ₓ) is the Cayley transform of h' ω_m, that is the implicit midpoint of Euler's equations with a step
-/// h' a little longer than h,
+/// With ω_m = ½ (ω + ω⁺) the body rotates by Q = exp(h [ω_m]ₓ), and ω⁺ is such that the angular momentum in space is
+/// conserved, I ω⁺ = Qᵀ I ω. Since exp(h [ω_m]ₓ) is the Cayley transform of h' ω_m, that is the implicit midpoint
+/// rule for Euler's equations with a step h' slightly longer than h,
 ///
 /// I (ω⁺ − ω) = −h' ω_m × I ω_m,   h' = tan(½ h |ω_m|) / (½ |ω_m|),
 ///
-/// which keeps `½ ω·Iω` as well, whatever h' is (after Simo & Wong 1991, who have a Cayley transform of h ω_m). A spin about a principal axis
-/// keeps its bits and turns by the exact angle. `None` where Newton's iteration does not close: a body that turns by radians in h.
+/// which also conserves `½ ω·Iω`, for any h' (after Simo & Wong 1991, who use a Cayley transform of h ω_m). A spin
+/// about a principal axis keeps its bits and rotates by the exact angle. `None` where Newton's iteration does not
+/// converge: for rotations by radians in h.
 pub fn turn_freely(orientation: &Rotation, omega: &Vec3, inertia: &Vec3, h: f64) -> Option<(Rotation, Vec3)> {
     let mut change = Vec3::zeros();
     for _ in 0..ITERATIONS {
@@ -46,8 +49,8 @@ pub fn turn_freely(orientation: &Rotation, omega: &Vec3, inertia: &Vec3, h: f64)
     None
 }
 
-/// The step h' [s] whose Cayley transform turns by `speed` [rad/s] times `h` [s], and its derivative by the square of the speed; `None`
-/// from half a turn on.
+/// The step h' [s] whose Cayley transform rotates by `speed` [rad/s] times `h` [s], and its derivative by the square
+/// of the speed; `None` from half a turn on.
 fn cayley_step(speed: f64, h: f64) -> Option<(f64, f64)> {
     let x = 0.5 * h * speed;
     if x < SMALL {
@@ -58,9 +61,10 @@ fn cayley_step(speed: f64, h: f64) -> Option<(f64, f64)> {
     (x < std::f64::consts::FRAC_PI_2).then_some((h * quotient, 0.25 * h * h * h * derivative))
 }
 
-/// The orientation after turning with `omega` (axes of the body) [rad/s] for a time `h` [s]: `R exp(h [ω]ₓ)`.
+/// The orientation after a rotation with `omega` (axes of the body) [rad/s] for a time `h` [s]: `R exp(h [ω]ₓ)`.
 ///
-/// ω in the axes of the body is the same at both ends, so it is the angular velocity of the whole step also in space.
+/// ω in the axes of the body is the same at both ends, so in space, too, it is the angular velocity of the whole
+/// step.
 pub fn rotated(orientation: &Rotation, omega: &Vec3, h: f64) -> Rotation {
     if *omega == Vec3::zeros() {
         return *orientation;
@@ -76,13 +80,13 @@ mod tests {
 
     const INERTIA: [f64; 3] = [2.0, 3.0, 4.5];
 
-    /// Energy and angular momentum in space.
+    /// Kinetic energy, and angular momentum in space.
     fn invariants(omega: &Vec3, orientation: &Rotation) -> (f64, Vec3) {
         let moment = Vec3::from(INERTIA).component_mul(omega);
         (0.5 * omega.dot(&moment), orientation * moment)
     }
 
-    /// A free body from its start.
+    /// Integrates a free body, and shows each state to `see`.
     fn fly(omega: Vec3, h: f64, steps: usize, mut see: impl FnMut(&Vec3, &Rotation)) {
         let mut now = (Rotation::from_euler_angles(0.3, -0.2, 0.9), omega);
         for _ in 0..steps {
@@ -92,7 +96,7 @@ mod tests {
         see(&now.1, &now.0);
     }
 
-    /// Largest changes of the energy and of the momentum as a vector, as shares, and whether the body has turned over.
+    /// Largest relative changes of the energy and of the momentum vector, and whether the body has turned over.
     fn worst(start: Vec3, h: f64, steps: usize) -> (f64, f64, bool) {
         let (mut first, mut worst) = (None, (0.0_f64, 0.0_f64, false));
         fly(start, h, steps, |omega, orientation| {

@@ -6,9 +6,9 @@ use std::f64::consts::PI;
 /// A convex shape about its centre; lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A ball.
+    /// A ball about the centre of mass.
     Ball {
-        /// Radius [m].
+        /// Radius of the ball [m].
         radius: f64,
     },
     /// A box along the axes of the body.
@@ -18,22 +18,22 @@ pub enum Shape {
     },
     /// A cylinder with flat ends, its axis along y.
     Cylinder {
-        /// Radius [m].
+        /// Radius of its cross-section [m].
         radius: f64,
         /// Half of its length [m].
         half_length: f64,
     },
     /// A cylinder with round ends, its axis along y.
     Capsule {
-        /// Radius [m].
+        /// Radius of the cross-section and of the ends [m].
         radius: f64,
-        /// Half of the distance of the centres of its ends [m].
+        /// Half of the distance between the centres of its ends [m].
         half_length: f64,
     },
 }
 
 impl Shape {
-    /// Its name.
+    /// Name of the shape in reports.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ball { .. } => "ball",
@@ -43,7 +43,7 @@ impl Shape {
         }
     }
 
-    /// Volume [m³].
+    /// Volume enclosed by the surface [m³].
     pub fn volume(&self) -> f64 {
         match *self {
             Self::Ball { radius } => 4.0 / 3.0 * PI * radius.powi(3),
@@ -55,7 +55,7 @@ impl Shape {
         }
     }
 
-    /// Principal moments of inertia over the mass, of a homogeneous body [m²].
+    /// Principal moments of inertia per mass, of a homogeneous body [m²].
     pub fn inertia_per_mass(&self) -> Vec3 {
         match *self {
             Self::Ball { radius } => Vec3::repeat(0.4 * radius * radius),
@@ -70,7 +70,7 @@ impl Shape {
             Self::Capsule { radius, half_length } => {
                 let (r2, l2) = (radius * radius, half_length * half_length);
                 let (middle, ends) = (2.0 * half_length, 4.0 / 3.0 * radius);
-                // Each half ball turns about its own centre of mass, 3/8 r beyond the centre of the end.
+                // Each half ball rotates about its own centre of mass, 3/8 r beyond the centre of the end.
                 let along = (middle * 0.5 + ends * 0.4) * r2;
                 let across =
                     middle * (r2 / 4.0 + l2 / 3.0) + ends * (0.4 * r2 + l2 + 0.75 * radius * half_length);
@@ -79,7 +79,7 @@ impl Shape {
         }
     }
 
-    /// Radius of the ball around it [m].
+    /// Radius of the circumscribed ball [m].
     pub fn outer_radius(&self) -> f64 {
         match *self {
             Self::Ball { radius } => radius,
@@ -89,9 +89,9 @@ impl Shape {
         }
     }
 
-    /// Half of the box around it, along the axes of space [m]; `axes` are those of the body, as columns.
+    /// Half extents of the bounding box along the axes of space [m]; `axes` are those of the body, as columns.
     pub fn half_extent(&self, axes: &Mat3) -> Vec3 {
-        // Of the axis of a cylinder, and of the circle about it.
+        // For the axis of a cylinder, and for the circle about it.
         let along = axes.column(1).abs();
         let across = along.map(|cosine| (1.0 - cosine * cosine).max(0.0).sqrt());
         match *self {
@@ -102,7 +102,7 @@ impl Shape {
         }
     }
 
-    /// The length that tolerances are shares of: its smallest thickness [m].
+    /// The length that tolerances refer to: the smallest thickness [m].
     pub fn size(&self) -> f64 {
         2.0 * match *self {
             Self::Ball { radius } | Self::Capsule { radius, .. } => radius,
@@ -114,7 +114,7 @@ impl Shape {
     /// Signed distance of a point from the surface [m], negative inside, and the outward unit normal at the closest point
     /// of the surface; `p` in the axes of the body [m].
     ///
-    /// In closed form, since a projection alone (parry's) gives no normal for a point that lies on the surface.
+    /// In closed form, since a projection alone (parry's) provides no normal for a point on the surface.
     pub fn eval_distance(&self, p: &Vec3) -> (f64, Vec3) {
         match *self {
             Self::Ball { radius } => from_core(p, radius),
@@ -124,7 +124,7 @@ impl Shape {
             }
             Self::Box { half } => from_slabs(&Vec3::from_fn(|i, _| p[i].abs() - half[i]), &p.map(sign_of)),
             Self::Cylinder { radius, half_length } => {
-                // In the half plane through the axis and the point it is a rectangle.
+                // In the half plane through the axis and the point the section is a rectangle.
                 let across = Vec3::new(p.x, 0.0, p.z);
                 let distance = across.norm();
                 let outwards = if distance > 0.0 { across / distance } else { Vec3::x() };
@@ -135,8 +135,9 @@ impl Shape {
         }
     }
 
-    /// The points that may touch a plane first, the lowest of the body among them, in its axes [m]: `down` is the unit
-    /// direction into the plane. Always the same number in the same order, so that those of two poses belong together.
+    /// The points that may be first to touch a plane, including the lowest of the body, in its axes [m]: `down` is
+    /// the unit direction into the plane. Always the same number in the same order, so that those of two poses
+    /// correspond.
     pub fn feet(&self, down: &Vec3) -> Feet {
         let mut feet = Feet { points: [Vec3::zeros(); Feet::MOST], count: 0 };
         match *self {
@@ -173,7 +174,7 @@ pub struct Feet {
 }
 
 impl Feet {
-    /// The most that a shape has.
+    /// Largest number of points of a shape.
     pub const MOST: usize = 8;
 
     fn push(&mut self, point: Vec3) {
@@ -181,27 +182,28 @@ impl Feet {
         self.count += 1;
     }
 
-    /// The points [m].
+    /// Positions in the axes of the body [m].
     pub fn points(&self) -> &[Vec3] {
         &self.points[..self.count]
     }
 }
 
-/// A cylinder this close to upright stands on its end, and any direction across is as low as another.
+/// Deviation from upright below which a cylinder stands on its end, where all directions across are equally low.
 const FLAT: f64 = 1e-12;
 
-/// 1 or −1, and 1 for zero of either sign.
+/// Sign of x: 1 or −1, and 1 for zero of either sign.
 fn sign_of(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Distance and normal for a round shape: `p` from the nearest point of its core.
+/// Distance and normal of a round shape, from `p` relative to the nearest point of its core.
 fn from_core(p: &Vec3, radius: f64) -> (f64, Vec3) {
     let distance = p.norm();
     (distance - radius, if distance > 0.0 { p / distance } else { Vec3::x() })
 }
 
-/// Distance and normal for what lies between planes: how far `beyond` each pair of them, and on which side.
+/// Distance and normal of a shape bounded by planes: how far `beyond` each pair of them the point is, and on which
+/// side.
 fn from_slabs(beyond: &Vec3, side: &Vec3) -> (f64, Vec3) {
     let outside = beyond.sup(&Vec3::zeros());
     let distance = outside.norm();

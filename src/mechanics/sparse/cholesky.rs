@@ -1,7 +1,8 @@
-//! Supernodal factorisation of a sparse symmetric matrix: one symbolic analysis, factors and solutions in kept memory.
+//! Supernodal factorisation of a sparse symmetric matrix: one symbolic analysis; the memory of factors and solutions
+//! is reused.
 //!
-//! `L Lᵀ` where the matrix is positive definite; else `L B Lᵀ` with Bunch–Kaufman pivots inside the supernodes. The matrix
-//! comes in the order of elimination. Everything is on one thread, so that the bits are always the same.
+//! `L Lᵀ` where the matrix is positive definite; otherwise `L B Lᵀ` with Bunch–Kaufman pivots inside the supernodes.
+//! The matrix is in the order of elimination. Everything runs on one thread, so that the bits are always the same.
 
 use super::panels::Panels;
 use super::{SparseError, SymmetricMatrix};
@@ -14,15 +15,15 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-/// Right-hand sides of one solution: what the panels of the factor are read for once.
+/// Number of right-hand sides for which the panels of the factor are read once.
 const COLUMNS: usize = 96;
 
-/// What a factorisation found.
+/// Result of a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Definiteness {
-    /// Positive definite.
+    /// Positive definite: the factor is `L Lᵀ`.
     Positive,
-    /// Not positive definite: a step or load too large for a stable equilibrium, or none at all.
+    /// Not positive definite: a step or load too large for a stable equilibrium, or no equilibrium at all.
     Indefinite,
 }
 
@@ -49,7 +50,7 @@ impl std::fmt::Debug for Cholesky {
 }
 
 impl Cholesky {
-    /// Analyses the pattern of a matrix. There is no factor yet.
+    /// Analyses the pattern of a matrix, without factoring it.
     ///
     /// # Errors
     /// [`SparseError::TooLarge`].
@@ -77,35 +78,36 @@ impl Cholesky {
         Ok(Self { symbolic, definiteness, values, subdiagonal, pivots, memory, flops })
     }
 
-    /// Entries of the factor, the zeros inside supernodes included.
+    /// Number of entries of the factor, including zeros inside supernodes.
     pub fn entries(&self) -> usize {
         self.values.len()
     }
 
-    /// Floating-point operations of a factorisation, `Σ |column|²`.
+    /// Number of floating-point operations of a factorisation, `Σ |column|²`.
     pub fn flops(&self) -> f64 {
         self.flops
     }
 
-    /// Bytes in memory.
+    /// Memory of the factor and its buffers [bytes].
     pub fn memory(&self) -> usize {
         8 * (self.values.len() + self.subdiagonal.len() + 2 * self.pivots[0].len()) + self.memory.len()
     }
 
-    /// What the last factorisation found.
+    /// Definiteness found by the last factorisation.
     pub fn definiteness(&self) -> Definiteness {
         self.definiteness
     }
 
-    /// Factors a matrix of the pattern that was analysed.
+    /// Factors a matrix with the pattern that was analysed.
     ///
     /// # Errors
-    /// [`SparseError::TooLarge`] when the pivots of an indefinite matrix find no memory.
+    /// [`SparseError::TooLarge`] when there is no memory for the pivots of an indefinite matrix.
     pub fn factorize(&mut self, matrix: &SymmetricMatrix) -> Result<Definiteness, SparseError> {
         let size = matrix.size();
         let pattern =
             SymbolicSparseColMatRef::new_checked(size, size, &matrix.column_start, None, &matrix.row);
         let A = SparseColMatRef::new(pattern, &matrix.value[..]);
+        // Cholesky; where that fails, with pivots.
         let llt = self.symbolic.factorize_numeric_llt(
             &mut self.values,
             A,
@@ -151,7 +153,7 @@ impl Cholesky {
         }
     }
 
-    /// The factor of a positive definite matrix by its panels; `None` for small or very sparse ones, which have none.
+    /// The panels of the factor of a positive definite matrix; `None` for small or very sparse ones, which are factored without panels.
     fn panels(&self) -> Option<Panels<'_>> {
         match (self.symbolic.raw(), self.definiteness) {
             (SymbolicCholeskyRaw::Supernodal(symbolic), Definiteness::Positive) => {
@@ -177,12 +179,14 @@ impl Cholesky {
         Ok(())
     }
 
-    /// Solves `A x = b` for right-hand sides one after the other in `x`, each as long as there are unknowns: b in, x out.
+    /// Solves `A x = b` for right-hand sides one after the other in `x`, each as long as the number of unknowns: b
+    /// in, x out.
     pub fn solve(&mut self, x: &mut [f64]) {
         let size = self.symbolic.nrows();
         if size == 0 {
             return;
         }
+        // One right-hand side by panels, several in blocks.
         if let (Some(panels), true) = (self.panels(), x.len() == size) {
             return panels.solve(x);
         }

@@ -4,24 +4,24 @@ use super::Unknowns;
 use crate::mechanics::force::{ElementBlock, StiffnessBatch, corner_pair};
 use crate::mechanics::lanes::BATCH;
 
-/// Entry of a 3×3 block, row by row, that each has in its transpose.
+/// Transpose of a 3×3 block: index of each entry, row by row.
 const TRANSPOSED: [usize; 9] = [0, 3, 6, 1, 4, 7, 2, 5, 8];
 
 /// The lower triangle of a symmetric matrix, compressed by columns in the order of elimination.
 #[derive(Clone, Debug)]
 pub struct SymmetricMatrix {
-    /// Where each column starts, unknowns + 1.
+    /// Start of each column, unknowns + 1.
     pub(super) column_start: Vec<usize>,
     /// Row of each entry, ascending in each column; the first is the diagonal.
     pub(super) row: Vec<usize>,
-    /// Entries.
+    /// Values of the entries, in the order of `row`.
     pub(super) value: Vec<f64>,
     /// Row of a block within the part of a column below its node's own block, for each block of the unknowns.
     block_offset: Vec<u32>,
 }
 
 impl SymmetricMatrix {
-    /// Zero, with an entry for every pair of unknowns of nodes that share an element.
+    /// A zero matrix with an entry for every pair of unknowns of nodes with an element in common.
     pub fn new(unknowns: &Unknowns) -> Self {
         let (mut column_start, mut row) = (vec![0], Vec::new());
         let mut block_offset = Vec::with_capacity(unknowns.block_row.len());
@@ -46,22 +46,22 @@ impl SymmetricMatrix {
         Self { column_start, row, value, block_offset }
     }
 
-    /// Unknowns.
+    /// Number of unknowns, rows and columns.
     pub fn size(&self) -> usize {
         self.column_start.len() - 1
     }
 
-    /// Entries of the lower triangle.
+    /// Number of entries of the lower triangle.
     pub fn entries(&self) -> usize {
         self.row.len()
     }
 
-    /// Bytes in memory.
+    /// Memory of pattern and values [bytes].
     pub fn memory(&self) -> usize {
         8 * (self.column_start.len() + self.row.len() + self.value.len()) + 4 * self.block_offset.len()
     }
 
-    /// Sets the diagonal and everything else to zero.
+    /// Sets the diagonal, and all other entries to zero.
     pub fn set_diagonal(&mut self, diagonal: &[f64]) {
         self.value.fill(0.0);
         for (start, d) in self.column_start.iter().zip(diagonal) {
@@ -90,15 +90,15 @@ impl SymmetricMatrix {
         }
     }
 
-    /// Adds the 3×3 block (row by row) of the forces on one node by the displacements of another (or the same), and its
-    /// transpose at the place of the transpose. What acts on a follower acts on its masters: `Tᵀ K T`.
+    /// Adds the 3×3 block (row by row) of the forces on one node due to displacements of another (or the same), and
+    /// its transpose at the transposed position. Contributions of followers go to their masters: `Tᵀ K T`.
     pub fn add_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
         let followers = unknowns.followers();
         if ![a, b].iter().any(|node| followers.contains(*node as usize)) {
             return self.add_free_pair(unknowns, (a, b), pair);
         }
         for (i, (m, v)) in followers.movers(a).enumerate() {
-            // Of a node with itself each two movers once, with both orders in it.
+            // For a node with itself, each pair of movers once, with both orders in it.
             let count = if a == b { i + 1 } else { usize::MAX };
             for (n, w) in followers.movers(b).take(count) {
                 let mut share = pair.map(|entry| v * w * entry);
@@ -110,7 +110,7 @@ impl SymmetricMatrix {
         }
     }
 
-    /// As [`Self::add_pair`], of nodes that follow nobody.
+    /// As [`Self::add_pair`], for nodes that are no followers.
     fn add_free_pair(&mut self, unknowns: &Unknowns, (a, b): (u32, u32), pair: &[f64; 9]) {
         let (Some(row), Some(column)) = (unknowns.position(a), unknowns.position(b)) else { return };
         if row < column {
@@ -142,14 +142,14 @@ impl SymmetricMatrix {
         }
     }
 
-    /// Rows between a column's own block and that of another node below it.
+    /// Number of rows between a column's own block and that of another node below it.
     fn offset(&self, unknowns: &Unknowns, row: u32, column: u32) -> usize {
         let start = unknowns.block_start[column as usize] as usize;
         let index = blocks_below(unknowns, column).partition_point(|other| *other < row);
         self.block_offset[start + index] as usize
     }
 
-    /// `y = A x`.
+    /// Product `y = A x` with the full symmetric matrix.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
         for column in 0..self.size() {
@@ -165,7 +165,7 @@ impl SymmetricMatrix {
     }
 }
 
-/// Places of the blocks below the diagonal in the columns of a place.
+/// Positions in the order of the blocks below the diagonal in the columns of `place`.
 fn blocks_below(unknowns: &Unknowns, place: u32) -> &[u32] {
     let range =
         unknowns.block_start[place as usize] as usize..unknowns.block_start[place as usize + 1] as usize;

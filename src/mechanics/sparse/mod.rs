@@ -1,7 +1,8 @@
 //! Sparse symmetric systems of nodal unknowns: numbering, matrix, factor.
 //!
-//! The graph of the *nodes* is ordered once by nested dissection ([`Unknowns`]); a [`SymmetricMatrix`] has its pattern from
-//! then on and is filled element by element in a fixed order; a [`Cholesky`] factor keeps its symbolic analysis and its memory.
+//! The graph of the *nodes* is ordered once by nested dissection ([`Unknowns`]); that fixes the pattern of a
+//! [`SymmetricMatrix`], which is assembled element by element in a fixed order; a [`Cholesky`] factor reuses its
+//! symbolic analysis and its memory.
 
 mod cholesky;
 mod matrix;
@@ -15,23 +16,23 @@ pub use cholesky::{Cholesky, Definiteness};
 pub use matrix::SymmetricMatrix;
 pub use unknowns::Unknowns;
 
-/// Why a sparse system cannot be made or factored.
+/// Why a sparse system cannot be built or factored.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SparseError {
     /// The graph could not be ordered.
     #[error("the graph of {nodes} nodes could not be ordered: {reason}")]
     Ordering {
-        /// Nodes of the graph.
+        /// Number of nodes in the graph.
         nodes: usize,
-        /// What the ordering said.
+        /// Message of the ordering.
         reason: String,
     },
     /// The factor does not fit: too many entries, or too little memory.
     #[error("the factor of {unknowns} unknowns does not fit: {reason}")]
     TooLarge {
-        /// Unknowns.
+        /// Number of unknowns of the system.
         unknowns: usize,
-        /// What the analysis said.
+        /// Message of the analysis.
         reason: String,
     },
 }

@@ -1,21 +1,21 @@
 //! Fill-reducing order of a graph: nested dissection, then the postorder of its elimination tree.
 //!
-//! The postorder leaves the fill as it is and puts the columns of every supernode side by side, where the factorisation can
-//! treat them as a dense panel.
+//! The postorder leaves the fill unchanged and makes the columns of every supernode contiguous, so that the
+//! factorisation can treat them as a dense panel.
 
 use super::SparseError;
 use feral_scotch::{CscPattern, scotch_order};
 
 /// A graph by its adjacency: symmetric, sorted, without loops.
 pub(super) struct Graph {
-    /// Where the neighbours of each vertex start, vertices + 1.
+    /// Start of the neighbours of each vertex, vertices + 1.
     pub start: Vec<i32>,
     /// Neighbours, ascending for each vertex.
     pub neighbours: Vec<i32>,
 }
 
 impl Graph {
-    /// From cliques of vertices, such as the nodes of elements; repeated edges are one.
+    /// From cliques of vertices, such as the nodes of elements; repeated edges are merged.
     pub fn from_cliques<'a>(vertices: usize, cliques: impl Iterator<Item = &'a [u32]>) -> Self {
         let mut edges: Vec<(u32, u32)> = Vec::new();
         for clique in cliques {
@@ -52,12 +52,13 @@ impl Graph {
         Ok(self.postordered(&order))
     }
 
-    /// The same elimination, each subtree of its elimination tree in one run.
+    /// The same elimination, with each subtree of its elimination tree contiguous.
     fn postordered(&self, order: &[u32]) -> Vec<u32> {
         let parent = self.elimination_tree(order);
         let none = u32::MAX;
         let count = order.len();
-        // Children of each position, the roots as those of `count`; lists by first child and next sibling, ascending.
+        // Children of each position, the roots being those of `count`; lists by first child and next sibling,
+        // ascending.
         let (mut first, mut next) = (vec![none; count + 1], vec![none; count]);
         for child in (0..count).rev() {
             let above = if parent[child] == none { count } else { parent[child] as usize };

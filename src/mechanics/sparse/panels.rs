@@ -1,12 +1,12 @@
-//! Solutions by the panels of a supernodal factor L: one right-hand side at memory speed, and blocks of the inverse by the panels
-//! that they need.
+//! Solutions by the panels of a supernodal factor L: one right-hand side at memory bandwidth, and blocks of the
+//! inverse by the panels that they need.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// A factor by its panels.
+/// A factor L in terms of its panels.
 pub(super) struct Panels<'a> {
     symbolic: &'a SymbolicSupernodalCholesky<usize>,
     factor: SupernodalLltRef<'a, usize, f64>,
@@ -34,12 +34,12 @@ impl<'a> Panels<'a> {
         Panel { start, columns, rows: columns + pattern.len(), pattern, values }
     }
 
-    /// The panel of an unknown.
+    /// Index of the panel of an unknown.
     fn of(&self, unknown: usize) -> usize {
         self.symbolic.supernode_end().partition_point(|end| *end <= unknown)
     }
 
-    /// `x ← L⁻ᵀ L⁻¹ x`.
+    /// Solves in place, `x ← L⁻ᵀ L⁻¹ x`.
     pub fn solve(&self, x: &mut [f64]) {
         let mut below = Vec::new();
         for s in 0..self.symbolic.n_supernodes() {
@@ -68,10 +68,11 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// Rows and columns `unknowns` of the inverse, row by row: `Yᵀ Y` with `Y = L⁻¹ E`, by the panels on the ways from those
-    /// unknowns to the root of the elimination tree; nothing else of Y is there.
+    /// Rows and columns `unknowns` of the inverse, row by row: `Yᵀ Y` with `Y = L⁻¹ E`, by the panels on the paths
+    /// from those unknowns to the root of the elimination tree; all other rows of Y are zero.
     pub fn inverse_block(&self, unknowns: &[usize], to: &mut [f64]) {
         let width = unknowns.len();
+        // E, with rows for the panels on these paths only.
         let (place, rows) = self.places(unknowns);
         let row_of = |unknown: usize| {
             let s = self.of(unknown);
@@ -81,6 +82,7 @@ impl<'a> Panels<'a> {
         for (column, unknown) in unknowns.iter().enumerate() {
             Y[row_of(*unknown) * width + column] = 1.0;
         }
+        // Forward substitution, panel by panel.
         let mut below = Vec::new();
         for (s, place) in place.iter().enumerate() {
             let Some(place) = *place else { continue };
@@ -98,12 +100,13 @@ impl<'a> Panels<'a> {
                 add_scaled(&mut Y[row_of(*row) * width..][..width], -1.0, product);
             }
         }
+        // Yᵀ Y.
         let Y = MatRef::from_row_major_slice(&Y, rows, width);
         let to = MatMut::from_row_major_slice_mut(to, width, width);
         matmul(to, Accum::Replace, Y.transpose(), Y, 1.0, Par::Seq);
     }
 
-    /// Where the rows of each panel are that `L⁻¹` of these unknowns fills, and how many there are.
+    /// First row of each panel that `L⁻¹` of these unknowns fills, and the number of rows.
     fn places(&self, unknowns: &[usize]) -> (Vec<Option<usize>>, usize) {
         let mut is_filled = vec![false; self.symbolic.n_supernodes()];
         for unknown in unknowns {
@@ -124,14 +127,14 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// `y += a x`.
+/// Adds a multiple, `y += a x`.
 fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
     }
 }
 
-/// a·b in eight partial sums: one would be one long chain of additions.
+/// a·b in eight partial sums: a single one would be one long chain of additions.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -56,7 +56,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
     (X, hexes, ElementBlock::new(0, parameters, 0, &inputs).unwrap())
 }
 
-/// The bottom is held, and one node along x only.
+/// The bottom is fixed, and one node along x only.
 fn is_free(X: &[Vec3], node: usize, axis: usize) -> bool {
     X[node].z > 0.0 && !(node == X.len() - 1 && axis == 0)
 }
@@ -95,7 +95,7 @@ fn solutions_are_those_of_the_dense_matrix_definite_or_not() {
         let full = dense(&matrix);
         let mut factor = Cholesky::new(&matrix).unwrap();
         assert_eq!(factor.factorize(&matrix).unwrap(), expected);
-        // More right-hand sides than one block of them.
+        // More right-hand sides than one block contains.
         let columns = 100;
         let b: Vec<f64> = (0..columns * matrix.size()).map(|i| (i as f64 * 0.7).sin()).collect();
         let mut x = b.clone();
@@ -124,7 +124,7 @@ fn blocks_of_the_inverse_are_those_of_solutions() {
             let wanted: Vec<usize> = (0..size).step_by(7).rev().collect();
             let mut inverse = vec![0.0; wanted.len() * wanted.len()];
             factor.inverse_block(&wanted, &mut inverse);
-            // One right-hand side and many take different ways.
+            // One right-hand side and many use different algorithms.
             let mut columns = vec![0.0; size * wanted.len()];
             for (j, unknown) in wanted.iter().enumerate() {
                 columns[j * size + unknown] = 1.0;
@@ -172,7 +172,7 @@ fn followers_make_the_matrix_that_of_the_constrained_field() {
     let (X, hexes, block) = cubes(2);
     let all = Unknowns::new(X.len(), |_, _| true, hexes.iter()).unwrap();
     let K = dense(&assemble(&X, &block, &all, 0.0));
-    // Between neighbours, across a face, and of a node far away.
+    // Ties between neighbours, across a face, and to a node far away.
     let ties = [
         (13, vec![(12, 0.5), (14, 0.5)]),
         (4, vec![(0, 0.25), (2, 0.25), (6, 0.25), (8, 0.25)]),

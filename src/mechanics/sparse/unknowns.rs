@@ -1,4 +1,4 @@
-//! Which numbers of a nodal vector field are unknown, and in which order they are eliminated.
+//! The unknowns of a nodal vector field, and their order of elimination.
 
 use super::SparseError;
 use super::ordering::Graph;
@@ -7,33 +7,34 @@ use crate::mechanics::tensor::Vec3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A node without unknowns.
+/// Marks a node without unknowns.
 const NONE: u32 = u32::MAX;
 
-/// The unknowns of a vector field at nodes: one for each free axis, those of a node side by side, nodes in the order of
+/// The unknowns of a vector field at nodes: one for each free axis, those of a node contiguous, nodes in the order of
 /// elimination.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
-    /// First unknown of each node, [`NONE`] where all axes are held.
+    /// First unknown of each node, [`NONE`] where all axes are fixed.
     first: Vec<u32>,
     /// Free axes of each node, a bit each.
     free: Vec<u8>,
     /// Nodes with unknowns, in the order of elimination.
     order: Vec<u32>,
-    /// Place of each node in the order, [`NONE`] for nodes without unknowns.
+    /// Position of each node in the order, [`NONE`] for nodes without unknowns.
     position: Vec<u32>,
-    /// Blocks of the lower triangle: where the list of each place in the order starts, nodes of the order + 1.
+    /// Blocks of the lower triangle: start of the list of each position in the order, number of nodes in the order +
+    /// 1.
     pub(super) block_start: Vec<u32>,
-    /// Places below, ascending in each list.
+    /// Positions of the blocks below the diagonal, ascending in each list.
     pub(super) block_row: Vec<u32>,
     count: usize,
-    /// Nodes that follow others, and have no unknowns of their own.
+    /// Nodes that follow others, without unknowns of their own.
     followers: Arc<Followers>,
 }
 
 impl Unknowns {
-    /// Of nodes that are free along an axis where `is_free` says so, coupled by the elements, given by their nodes, that they share; none of
-    /// them follows others.
+    /// For nodes that are free along the axes where `is_free` says so, coupled by elements given by their nodes; none
+    /// of them follows others.
     ///
     /// # Errors
     /// [`SparseError::Ordering`].
@@ -45,7 +46,7 @@ impl Unknowns {
         Self::with_followers(node_count, is_free, elements, Arc::default())
     }
 
-    /// As [`Self::new`], of nodes of which some follow others: an element couples those that its nodes follow.
+    /// As [`Self::new`], with nodes that follow others: an element couples the masters of its nodes.
     ///
     /// # Errors
     /// [`SparseError::Ordering`].
@@ -59,7 +60,7 @@ impl Unknowns {
         let free: Vec<u8> = (0..node_count)
             .map(|node| (0..3).filter(|axis| is_unknown(node, *axis)).map(|axis| 1_u8 << axis).sum())
             .collect();
-        // The graph has the nodes with unknowns only.
+        // Only nodes with unknowns are in the graph.
         let nodes: Vec<u32> = (0..node_count as u32).filter(|node| free[*node as usize] != 0).collect();
         let mut vertex = vec![NONE; node_count];
         for (i, node) in nodes.iter().enumerate() {
@@ -74,6 +75,7 @@ impl Unknowns {
         let graph = Graph::from_cliques(nodes.len(), cliques.iter().map(Vec::as_slice));
         let elimination = graph.elimination_order()?;
 
+        // Number the unknowns in the order of elimination.
         let order: Vec<u32> = elimination.iter().map(|v| nodes[*v as usize]).collect();
         let (mut first, mut position) = (vec![NONE; node_count], vec![NONE; node_count]);
         let mut count = 0;
@@ -82,6 +84,7 @@ impl Unknowns {
             position[*node as usize] = i as u32;
             count += free[*node as usize].count_ones();
         }
+        // Pattern of the lower triangle.
         let (mut block_start, mut block_row) = (vec![0], Vec::new());
         for (i, v) in elimination.iter().enumerate() {
             let begin = block_row.len();
@@ -99,24 +102,24 @@ impl Unknowns {
         &self.followers
     }
 
-    /// How many there are.
+    /// Number of unknowns in total.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// The unknown of a node along an axis, `None` where it is held.
+    /// The unknown of a node along an axis, `None` where it is fixed.
     pub fn of(&self, node: usize, axis: usize) -> Option<usize> {
         let free = self.free[node];
         let is_free = free & (1 << axis) != 0;
         is_free.then(|| (self.first[node] + (free & ((1 << axis) - 1)).count_ones()) as usize)
     }
 
-    /// The numbers of a nodal field that are unknown, in their order.
+    /// Gathers the unknown components of a nodal field, in their order.
     pub fn gather(&self, field: &[Vec3], to: &mut [f64]) {
         self.for_each(|unknown, node, axis| to[unknown] = field[node][axis]);
     }
 
-    /// The reverse of [`Unknowns::gather`]; held axes keep what they have.
+    /// The reverse of [`Unknowns::gather`]; fixed components keep their values.
     pub fn scatter(&self, from: &[f64], field: &mut [Vec3]) {
         self.for_each(|unknown, node, axis| field[node][axis] = from[unknown]);
     }
@@ -139,17 +142,17 @@ impl Unknowns {
         &self.order
     }
 
-    /// Place of a node in the order, `None` where it has no unknowns.
+    /// Position of a node in the order, `None` where it has no unknowns.
     pub(super) fn position(&self, node: u32) -> Option<u32> {
         Some(self.position[node as usize]).filter(|place| *place != NONE)
     }
 
-    /// First unknown of a place in the order.
+    /// First unknown of a position in the order.
     pub(super) fn first(&self, place: u32) -> usize {
         self.first[self.order[place as usize] as usize] as usize
     }
 
-    /// Free axes of a place in the order, ascending.
+    /// Free axes of a position in the order, ascending.
     pub(super) fn axes(&self, place: u32) -> impl Iterator<Item = usize> + Clone + use<> {
         let free = self.free[self.order[place as usize] as usize];
         (0..3).filter(move |axis| free & (1 << axis) != 0)

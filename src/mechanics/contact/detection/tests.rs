@@ -1,5 +1,5 @@
 //! Requirements on detection: nothing tunnels, nothing is missed, and nothing depends on the age of the list.
-#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
+#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exact equality is intended
 
 use super::*;
 use crate::mechanics::contact::ContactLaw;

@@ -38,7 +38,7 @@ pub(super) struct Block {
 pub(super) enum Friction {
     /// The law of each pair, with a factor on the steps.
     Damped(f64),
-    /// All contacts frictionless.
+    /// As if all contacts were frictionless.
     None,
 }
 
@@ -47,7 +47,7 @@ pub(super) enum Friction {
 pub(super) struct Sums {
     /// `D |F|²`; in a sweep `D |change|²`.
     pub(super) change: f64,
-    /// Impulses, `D |p|²`.
+    /// Squared norm of the impulses, `D |p|²`.
     pub(super) impulse: f64,
     /// Velocities that may round, `D⁻¹ |v|²`.
     pub(super) rounding: f64,

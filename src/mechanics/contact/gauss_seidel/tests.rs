@@ -1,6 +1,6 @@
 //! Requirements on the sweeps: agreement with the dense operator, momentum, the cone, and a report where they do not
 //! converge.
-#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exactly is what is meant
+#![allow(clippy::unwrap_used, clippy::float_cmp, clippy::cast_sign_loss)] // tests may panic; exact equality is intended
 
 use super::super::contact_row::squared;
 use super::super::local::natural_map;

@@ -1,5 +1,5 @@
 //! The exact solution of one contact against the law, and the projection against its definition.
-#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 
 use super::*;
 use crate::mechanics::contact::slip::solve_contact;
@@ -56,7 +56,7 @@ fn projection_matches_the_worked_example_and_the_three_cases() {
     assert_eq!(proj_coulomb_cone([2.0, 0.3, 0.4], 0.5), [2.0, 0.3, 0.4]);
     assert_eq!(proj_coulomb_cone([-2.0, 3.0, 0.0], 0.5), [0.0; 3]);
     assert_eq!(proj_coulomb_cone([0.0; 3], 0.5), [0.0; 3]);
-    // Without friction the cone is the half line of normal reactions.
+    // For μ = 0 the cone is the half line of normal reactions.
     assert_eq!(proj_coulomb_cone([2.0, 3.0, 4.0], 0.0), [2.0, 0.0, 0.0]);
     assert_eq!(proj_coulomb_cone([-2.0, 0.0, 0.0], 0.0), [0.0; 3]);
 }

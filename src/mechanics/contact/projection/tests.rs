@@ -1,4 +1,4 @@
-#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exact equality is intended
 
 use super::*;
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};

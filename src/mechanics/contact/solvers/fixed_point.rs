@@ -52,7 +52,7 @@ pub(super) trait Iterate {
     /// Replaces the reactions and updates their velocities.
     fn set_reactions(&mut self, r: &[f64]);
 
-    /// Product `W x`.
+    /// Product `W x` with a vector.
     fn product(&mut self, x: &[f64]) -> Vec<f64>;
 
     /// `Proj_K(z − ρ (u + μ ‖u_t‖ n))` of all contacts, u the current velocities; μ finite.

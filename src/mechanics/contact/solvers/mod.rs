@@ -176,7 +176,7 @@ pub struct SolveReport {
 /// # Panics
 /// If `r` does not have three numbers per contact.
 pub fn solve(problem: &ContactProblem, r: &mut [f64], options: &Options) -> SolveReport {
-    assert_eq!(r.len(), problem.q().len(), "three reactions a contact");
+    assert_eq!(r.len(), problem.q().len(), "three reactions per contact");
     if problem.q().iter().all(|q| *q == 0.0) {
         r.fill(0.0);
     }
