@@ -1,11 +1,11 @@
-//! What a run costs, by the scene's table of costs.
+//! Estimated run time of a plan, from the scene's table of costs.
 
 use super::{Integrator, Plan};
 use crate::mechanics::contact::Master;
 use crate::mechanics::force::{BlockParameters, ElementBlock};
 use crate::scene::cost::{FactorSize, StepLoad, element_s};
 
-/// Element-steps per second and core of a block in a plan whose sweep goes through so many bytes.
+/// Element-steps per second and core of a block, if the force evaluation of the plan reads `swept_bytes`.
 pub(super) fn element_steps_per_s(parameters: &BlockParameters, swept_bytes: usize) -> f64 {
     1.0 / element_s(
         &parameters.material,
@@ -15,7 +15,7 @@ pub(super) fn element_steps_per_s(parameters: &BlockParameters, swept_bytes: usi
     )
 }
 
-/// Run time on one core [s] if every element is swept in every step, without recording.
+/// Run time on one core [s] if every element is active in every step, without recording.
 pub(super) fn run_time_s(plan: &Plan, steps: u64, swept_bytes: usize) -> f64 {
     let sweep = |block: &ElementBlock| {
         block.elements.len() as f64 / element_steps_per_s(&block.parameters, swept_bytes)
@@ -26,7 +26,7 @@ pub(super) fn run_time_s(plan: &Plan, steps: u64, swept_bytes: usize) -> f64 {
         sweep_s: plan.blocks.iter().map(sweep).sum(),
         nodes: plan.node_count(),
         slaves: pairs
-            // Where nothing folds, self-contact is hardly looked for.
+            // Without folds, the search for self-contact costs almost nothing.
             .filter(|(_, pair)| pair.master != Master::Surface(pair.slave))
             .map(|(contact, pair)| contact.surfaces[pair.slave].nodes.len())
             .sum(),

@@ -12,12 +12,12 @@ fn cube(low: [f64; 3], flight: [f64; 3]) -> BodyMotion {
     }
 }
 
-/// Which of the pairs are left out.
+/// Indices of the omitted pairs.
 fn left_out(motions: &[BodyMotion], pairs: &[(usize, Other)], until: f64) -> Vec<bool> {
     cannot_meet(motions, pairs, until).iter().map(Option::is_some).collect()
 }
 
-/// Uniform in (−1, 1), by a linear congruence.
+/// Uniform in (−1, 1), from a linear congruential generator.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -41,14 +41,14 @@ fn the_closest_approach_is_below_every_distance_seen_and_near_the_least() {
             (apart(0).powi(2) + apart(1).powi(2) + apart(2).powi(2)).sqrt()
         };
         let least = (0..=20_000).map(|i| at(f64::from(i) * 1e-4)).fold(f64::INFINITY, f64::min);
-        // Between two samples the boxes move by at most 14 · 1e-4.
+        // Between two samples, the boxes move by at most 14 · 1e-4.
         assert!(bound <= least + 1e-12 && bound >= least - 2e-3, "{bound} {least}");
     }
 }
 
 #[test]
 fn boxes_that_fly_past_each_other_are_apart_though_the_spaces_they_sweep_cross() {
-    // One crosses the path of the other a second before it comes.
+    // One crosses the path of the other a second earlier.
     let early = cube([0.0, 0.0, 0.0], [4.0, 0.0, 0.0]);
     let late = cube([5.0, -9.0, 0.0], [0.0, 4.0, 0.0]);
     assert_eq!(left_out(&[early.clone(), late], &[(0, Other::Body(1))], 4.0), [true]);
@@ -79,11 +79,11 @@ fn whoever_may_be_touched_and_all_its_partners_stay() {
     let far_behind = cube([90.0, 0.0, 0.0], [0.0; 3]);
     let motions = [striker, target, behind, far_behind];
     let chain = [(0, Other::Body(1)), (1, Other::Body(2)), (2, Other::Body(3))];
-    // The target may be thrown at the body behind, and that at the next.
+    // The target may be thrown at the body behind it, and that one at the next.
     assert_eq!(left_out(&motions, &chain, 1.0), [false; 3]);
-    // Without the impact nobody is.
+    // Without the impact, none is thrown.
     assert_eq!(left_out(&motions, &chain[1..], 1.0), [true; 2]);
-    // A group that the impact cannot reach is for itself.
+    // A group that the impact cannot reach is independent of it.
     assert_eq!(left_out(&motions, &[chain[0], chain[2]], 1.0), [false, true]);
 }
 
@@ -94,7 +94,7 @@ fn what_is_held_is_never_thrown() {
     let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
     let pairs = [(0, Other::Body(1)), (1, Other::Body(2))];
     assert_eq!(left_out(&[striker, wall.clone(), far], &pairs, 1.0), [false, true]);
-    // Two that are held need not even be apart.
+    // Two held bodies need not even be apart.
     let other = BodyMotion { straight: false, ..wall.clone() };
     assert_eq!(left_out(&[wall, other], &[(0, Other::Body(1)), (0, Other::Body(0))], 1.0), [true; 2]);
 }
@@ -113,10 +113,10 @@ fn a_body_that_nothing_deforms_does_not_meet_itself() {
     assert_eq!(left_out(std::slice::from_ref(&flying), &[itself], 1.0), [true]);
     let spinning = BodyMotion { straight: false, ..flying.clone() };
     assert_eq!(left_out(&[spinning], &[itself], 1.0), [false]);
-    // That it may fold deflects nobody else, …
+    // A body that may fold deflects no other, …
     let far = cube([50.0, 0.0, 0.0], [0.0; 3]);
     assert_eq!(left_out(&[flying.clone(), far], &[itself, (0, Other::Body(1))], 1.0), [true; 2]);
-    // … but what may be hit may fold.
+    // … but a body that may be hit may fold.
     let near = cube([1.5, 0.0, 0.0], [0.0; 3]);
     assert_eq!(left_out(&[flying, near], &[itself, (0, Other::Body(1))], 1.0), [false; 2]);
 }
