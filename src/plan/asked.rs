@@ -25,7 +25,7 @@ pub(super) fn field_times(scene: &Scene) -> Vec<f64> {
             (1..DEFAULT_FIELD_FRAMES).map(|i| end * f64::from(i) / f64::from(DEFAULT_FIELD_FRAMES)).collect()
         }
     };
-    // // Times inside the run, with its start and end.
+    // Times inside the run, with its start and end.
     times.retain(|t| *t > 0.0 && *t < end);
     // Times that differ by rounding alone are one: otherwise a step would have no length.
     times.retain(|t| end - t > SAME_TIME * end && *t > SAME_TIME * end);
@@ -102,7 +102,7 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], skin: &[[u32; 4]]) -> Vec<Tis
             !face.iter().all(|node| on_skin.contains(node)) && !face.iter().all(|node| known.contains(node))
         };
         let back = body.skin.faces.iter().filter(is_back).flatten();
-        // // The rest of the boundary is neither skin, nor held, nor a cut.
+        // The rest of the boundary is neither skin, nor held, nor a cut.
         add(
             "the back or a side of the model".into(),
             back.filter(|node| !on_skin.contains(node)).copied().collect(),

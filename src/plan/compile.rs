@@ -77,7 +77,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         ties: BTreeMap::new(),
         followers: plan.assembly.followers().clone(),
     };
-    // // New velocities; everything else is reused.
+    // New velocities; everything else is reused.
     for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
         let nodes = &parts.bodies[index].nodes;
         let nodes = nodes.start as usize..nodes.end as usize;
@@ -113,7 +113,7 @@ fn complete(
         Integrator::Implicit(implicit) => implicit.step,
     };
     let until = document.end_time_s + LONGER_THAN_A_STEP * longest_step;
-    // // Contact needs a bound on the end of the last step.
+    // Contact needs a bound on the end of the last step.
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
@@ -148,7 +148,7 @@ fn complete(
         has_cheaper_runs: document.solver.error_bars != ErrorBarsDocument::None && !document.has_mesh_file(),
         report: PlanReport::default(),
     };
-    // // Quantities that need the plan itself.
+    // Quantities that need the plan itself.
     plan.holder = Holder::new(&plan, |_| true, !document.planes.is_empty());
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
@@ -227,7 +227,7 @@ fn add_body(
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
     let geometry = reference_geometry(scene, document, (mesh, hexes))?;
 
-    // // Mass, with the fraction of followers handed over to their masters.
+    // Mass, with the fraction of followers handed over to their masters.
     let mass = lumped_mass(document, body, |element| geometry[element].corner_volume);
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
@@ -243,7 +243,7 @@ fn add_body(
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
     parts.inverse_mass.extend(inverse_mass);
 
-    // // Elements, in blocks of one kernel each.
+    // Elements, in blocks of one kernel each.
     let viscosity = bulk_viscosities(&scene.integrator);
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
@@ -251,7 +251,7 @@ fn add_body(
     let elements = hexes.iter().zip(geometry);
     add_blocks(&mut parts.blocks, &globals, document, body, elements);
 
-    // // Boundary surface, with global node numbers.
+    // Boundary surface, with global node numbers.
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
     let faces: Vec<[u32; 4]> = mesh.hanging.skin(surface::skin(&mesh.cells)).iter().map(global).collect();
     let nodes = faces.iter().flatten().copied().collect::<BTreeSet<u32>>().into_iter().collect();
@@ -434,7 +434,7 @@ fn add_blocks<'a>(
     body: &SceneBody,
     elements: impl Iterator<Item = (&'a [u32; 8], ReferenceGeometry)>,
 ) {
-    // // Sort the elements by entry.
+    // Sort the elements by entry.
     let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
     for (e, (hex, geometry)) in elements.enumerate() {
         inputs[body.part_entry[e] as usize].push(BlockInput {
@@ -445,7 +445,7 @@ fn add_blocks<'a>(
             geometry,
         });
     }
-    // // One kernel for each law and formulation.
+    // One kernel for each law and formulation.
     for ((part, material), inputs) in document.parts.iter().zip(&body.materials).zip(inputs) {
         if inputs.is_empty() {
             continue;

@@ -44,7 +44,7 @@ pub(super) fn compile_contact(
         solver: document.solver.contact.map(ContactSolver::method),
         always_looks_at_itself: document.keeps(Keep::IdleSelfContact),
     };
-    // // Pairs with a rigid side come last.
+    // Pairs with a rigid side come last.
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
         asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
     for pair in meshes {

@@ -117,7 +117,7 @@ pub(super) fn cannot_meet(
     loop {
         let verdicts: Vec<Option<String>> =
             pairs.iter().map(|(body, other)| apart(&motions, *body, *other, until)).collect();
-        // // Both sides of a pair that may meet may be deflected.
+        // Both sides of a pair that may meet may be deflected.
         let mut deflected = false;
         for ((body, other), _) in pairs.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_none()) {
             let second = match other {

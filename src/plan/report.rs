@@ -166,7 +166,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     // Field times are hit exactly, by equal steps from one to the next.
     let stops = plan.field_times.windows(2).map(|pair| pair[1] - pair[0]).chain([settling]);
     let expected_steps = stops.map(|interval| (interval / step_s - ROUNDING).ceil().max(0.0) as u64).sum();
-    // // Elements, rigid bodies and pairs.
+    // Elements, rigid bodies and pairs.
     let swept_bytes = plan.blocks.iter().map(ElementBlock::memory).sum::<usize>() + forces_bytes;
     let blocks: Vec<BlockReport> = plan
         .blocks
@@ -179,7 +179,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let rigid_bodies = RigidReport::of(plan);
     let words =
         blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
-    // // What was kept, in words.
+    // What was kept, in words.
     let choice =
         scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();

@@ -93,7 +93,7 @@ impl StableSteps {
             let share = elements as f64 / all().count().max(1) as f64;
             ElementsWithin { times_smallest: times, elements, share }
         };
-        // // The element with the smallest step, in terms of the document.
+        // The element with the smallest step, in terms of the document.
         let slots = self
             .0
             .iter()

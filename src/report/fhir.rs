@@ -35,7 +35,7 @@ pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
         let name = url(criterion["name"].as_str().unwrap_or_default());
         (name, injury_criterion(criterion, &run.summary, &device))
     }));
-    // // Provenance: the program and the scene.
+    // Provenance: the program and the scene.
     observations.extend(plain_words(&run.summary, &device).map(|resource| (url("plain-words"), resource)));
     let targets: Vec<Value> = observations.iter().map(|(url, _)| json!({"reference": url})).collect();
     let mut entries = vec![json!({"fullUrl": device, "resource": device_resource(&version, run)})];
@@ -85,7 +85,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
             all.push(Observed { code: code.to_owned(), text: text.to_owned(), unit, quantity });
         }
     };
-    // // The headline contact.
+    // The headline contact.
     let impact = headline_impact(values);
     let average = impact
         .and_then(|i| i["force_average"].as_str())
@@ -103,7 +103,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     ] {
         add(code, text, unit, impact.map(|impact| &impact[name]));
     }
-    // // The tissue.
+    // The tissue.
     let tissue = &values["tissue"];
     for (code, text, unit, name) in [
         ("absorbed-energy", "Energy absorbed by the tissue", "J", "absorbed_energy_j"),

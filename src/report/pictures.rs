@@ -62,7 +62,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     let (time_unit, time_scale) = time_unit(force);
     let mut chart =
         axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;
-    // // The force with the area below it.
+    // The force with the area below it.
     let line = thinned(force).into_iter().map(|(t, f)| (time_scale * t, scale * f));
     let area_below = std::iter::once((0.0, 0.0)).chain(line.clone()).chain([(end(force) * time_scale, 0.0)]);
     chart.draw_series(std::iter::once(Polygon::new(
@@ -70,7 +70,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
         COLOURS[0].mix(0.12).filled(),
     )))?;
     chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(2)))?;
-    // // The peak with its error bar.
+    // The peak with its error bar.
     let colour = COLOURS[1].stroke_width(2);
     let bar =
         vec![(time_scale * at, scale * (value - error).max(0.0)), (time_scale * at, scale * (value + error))];
@@ -127,7 +127,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
         })
     };
     let deepest = layers().map(|(.., to)| to).fold(0.0, f64::max).max(1e-3);
-    // // Parts from the skin inwards, each with its first depth.
+    // Parts from the skin inwards, each with its first depth.
     let mut parts: Vec<(&str, f64)> = Vec::new();
     for (_, part, from, _) in layers() {
         match parts.iter_mut().find(|(name, _)| *name == part) {
@@ -160,7 +160,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
         .label_style((FONT, 14))
         .axis_desc_style((FONT, 15))
         .draw()?;
-    // // One bar for each part and threshold.
+    // One bar for each part and threshold.
     for (index, (part, _)) in parts.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
         let bars = layers().filter(|(_, name, ..)| name == part).map(|(row, _, from, to)| {
@@ -204,7 +204,7 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn
     let ellipse: Vec<(f64, f64)> = ellipse.collect();
     chart.draw_series(std::iter::once(Polygon::new(ellipse.clone(), COLOURS[0].mix(0.2).filled())))?;
     chart.draw_series(std::iter::once(PathElement::new(ellipse, COLOURS[0].stroke_width(2))))?;
-    // // Scale bar and labels.
+    // Scale bar and labels.
     let scale = nice(0.35 * across);
     let (left, low) = (-0.94 * half_x, -0.86 * half_y);
     chart.draw_series(std::iter::once(PathElement::new(

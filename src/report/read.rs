@@ -183,7 +183,7 @@ impl RecordedPair {
         if !is_short {
             return Series::new();
         }
-        // // Filter, then take the nearest sample for each recorded time.
+        // Filter, then take the nearest sample for each recorded time.
         let forces = filtered_force(|time| self.impulse_at(time).into(), [first, last], filter.class());
         let at = |&time: &f64| {
             let nearest = forces.partition_point(|(t, _)| *t < time).min(forces.len() - 1);
