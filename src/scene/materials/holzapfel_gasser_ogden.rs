@@ -120,7 +120,12 @@ fn check_fibre_stiffness(k1: f64, k2: f64, kappa: f64, here: &Pointer, out: &mut
     let k1_place = here.key("k1_pa");
     out.at_most(&k1_place, "the fibre stiffness k1", k1, MOST_MODULUS, "give it in Pa");
     out.at_most(&here.key("k2"), "the fibre exponent k2", k2, MOST_EXPONENT, "arteries have 1 to 1000");
-    out.not_negative(&k1_place, "the fibre stiffness k1", k1, "0 for no fibres; a negative value is unstable");
+    out.not_negative(
+        &k1_place,
+        "the fibre stiffness k1",
+        k1,
+        "0 for no fibres; a negative value is unstable",
+    );
     if k1 > 0.0 {
         out.usual(&k1_place, "the fibre stiffness k1", k1, USUAL_MODULUS, "give it in Pa");
         out.positive(
