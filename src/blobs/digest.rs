@@ -1,22 +1,22 @@
-//! SHA-256 of bytes as they come.
+//! Incremental SHA-256 of bytes.
 
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
 
-/// Bytes that are read at a time.
+/// Number of bytes read at a time.
 const PIECE: usize = 1 << 20;
 
-/// Size and digest of some bytes.
+/// Size and digest of a sequence of bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlobDigest {
-    /// How many [bytes].
+    /// Number of bytes.
     pub bytes: u64,
-    /// Their SHA-256, hexadecimal.
+    /// SHA-256 in lower-case hexadecimal.
     pub sha256: String,
 }
 
 impl BlobDigest {
-    /// Of all that there is to read.
+    /// Size and digest of everything that can be read from `input`.
     ///
     /// # Errors
     /// When reading fails.
@@ -30,7 +30,7 @@ impl BlobDigest {
     }
 }
 
-/// Hands all that there is to read to `take`, piece by piece.
+/// Reads `input` to its end and passes it to `take` piece by piece.
 pub(super) fn pieces<E: From<io::Error>>(
     mut input: impl Read,
     mut take: impl FnMut(&[u8]) -> Result<(), E>,
@@ -44,7 +44,7 @@ pub(super) fn pieces<E: From<io::Error>>(
     }
 }
 
-/// Counts and digests.
+/// Counts and digests bytes.
 #[derive(Clone, Debug, Default)]
 pub struct Digester {
     sha: Sha256,
@@ -52,18 +52,18 @@ pub struct Digester {
 }
 
 impl Digester {
-    /// Takes the next bytes.
+    /// Adds bytes.
     pub fn update(&mut self, bytes: &[u8]) {
         self.sha.update(bytes);
         self.bytes += bytes.len() as u64;
     }
 
-    /// What came so far [bytes].
+    /// Number of bytes so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Size and digest of what came so far.
+    /// Size and digest of the bytes so far.
     pub fn digest(&self) -> BlobDigest {
         BlobDigest { bytes: self.bytes, sha256: hexadecimal(&self.sha.clone().finalize()) }
     }

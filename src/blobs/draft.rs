@@ -1,51 +1,51 @@
-//! A blob while it is written.
+//! A blob while it is being written.
 
 use super::digest::{Digester, pieces};
 use super::{Blob, BlobDigest, BlobError};
 use std::io::{self, Read};
 
-/// A place for bytes that have no name yet. Dropped without one, they are gone.
+/// Bytes without a name yet. Dropped without one, they are discarded.
 pub trait Unnamed: Send {
-    /// Takes the next bytes.
+    /// Appends bytes.
     ///
     /// # Errors
-    /// When it cannot.
+    /// When the store fails.
     fn append(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Opens what came so far.
+    /// Opens the bytes written so far.
     ///
     /// # Errors
-    /// When it cannot.
+    /// When the store fails.
     fn open(&self) -> io::Result<Box<dyn Blob>>;
 
-    /// Makes the bytes a blob, durable when this returns, in place of what had the name.
+    /// Names the bytes: they become a blob, durable on return, replacing any blob of that name.
     ///
     /// # Errors
-    /// When it cannot; what had the name keeps it then.
+    /// When the store fails; an existing blob of that name then remains.
     fn keep(self: Box<Self>, name: &str) -> io::Result<()>;
 }
 
-/// A blob while it is written: nobody sees it before it has a name, it is no larger than it may be, and its digest is known when its
-/// last byte has come. Dropped without a name, it leaves nothing.
+/// A blob while it is being written: invisible until it is named, limited in size, and with a digest that is known after
+/// its last byte. Dropped without a name, it leaves nothing.
 pub struct Draft {
     unnamed: Box<dyn Unnamed>,
     digester: Digester,
     most: u64,
 }
 
-/// What a draft is called in errors.
+/// Name of drafts in errors.
 const NAME: &str = "a draft";
 
 impl Draft {
-    /// Nothing yet, and at most so many bytes.
+    /// An empty draft of at most `most` bytes.
     pub fn new(unnamed: Box<dyn Unnamed>, most: u64) -> Self {
         Self { unnamed, digester: Digester::default(), most }
     }
 
-    /// Takes the next bytes.
+    /// Appends bytes.
     ///
     /// # Errors
-    /// `TooLarge`, and when the store fails.
+    /// `TooLarge`, or when the store fails.
     pub fn append(&mut self, bytes: &[u8]) -> Result<(), BlobError> {
         self.digester.update(bytes);
         if self.digester.bytes() > self.most {
@@ -54,7 +54,7 @@ impl Draft {
         self.unnamed.append(bytes).map_err(BlobError::of(NAME))
     }
 
-    /// Takes all that there is to read.
+    /// Appends everything that can be read from `input`.
     ///
     /// # Errors
     /// As [`Self::append`], and when reading fails.
@@ -62,12 +62,12 @@ impl Draft {
         pieces(input, |piece| self.append(piece))
     }
 
-    /// Size and digest of what came so far.
+    /// Size and digest of the bytes so far.
     pub fn digest(&self) -> BlobDigest {
         self.digester.digest()
     }
 
-    /// What came so far.
+    /// The bytes so far.
     ///
     /// # Errors
     /// When the store fails.
@@ -78,10 +78,10 @@ impl Draft {
         Ok(bytes)
     }
 
-    /// Makes it a blob, durable when this returns, in place of what had the name.
+    /// Names the draft: it becomes a blob, durable on return, replacing any blob of that name.
     ///
     /// # Errors
-    /// When the store fails; what had the name keeps it then.
+    /// When the store fails; an existing blob of that name then remains.
     pub fn keep(self, name: &str) -> Result<BlobDigest, BlobError> {
         self.unnamed.keep(name).map_err(BlobError::of(name))?;
         Ok(self.digester.digest())

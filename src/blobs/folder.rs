@@ -1,4 +1,4 @@
-//! Blobs as files of a folder, called by their names.
+//! Blobs as files of a folder, with their names as paths.
 
 use super::{Blob, BlobDigest, BlobEntry, BlobError, BlobStore, Unnamed};
 use std::fs::{self, File, TryLockError};
@@ -6,20 +6,20 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How the names of files end that are no blobs yet.
+/// File extension of drafts, which are not blobs yet.
 const PARTIAL: &str = "partial";
 
-/// A folder with a folder in it for each shelf. Several processes may use it.
+/// A folder with one subfolder per shelf. Several processes may use it.
 #[derive(Debug)]
 pub struct FolderBlobs {
     root: PathBuf,
 }
 
 impl FolderBlobs {
-    /// Blobs in a folder, which is made if need be. Drafts that processes left which are no more are removed.
+    /// Opens a store in a folder, which is created if necessary. Drafts of processes that no longer exist are removed.
     ///
     /// # Errors
-    /// When the folder cannot be made or read.
+    /// When the folder cannot be created or read.
     pub fn open(root: &Path) -> Result<Self, BlobError> {
         let of_root = || BlobError::of(root.display().to_string());
         fs::create_dir_all(root).map_err(of_root())?;
@@ -50,7 +50,7 @@ impl BlobStore for FolderBlobs {
         list(&self.root, shelf).map_err(BlobError::of(shelf))
     }
 
-    /// Nothing is copied: the file, which has to lie on the disk of the folder, gets its name.
+    /// Nothing is copied: the file, which must be on the same disk as the folder, is renamed.
     fn adopt(&self, file: &Path, name: &str) -> Result<BlobDigest, BlobError> {
         let digest = File::open(file).and_then(BlobDigest::of);
         let digest = digest.map_err(BlobError::of(file.display().to_string()))?;
@@ -59,7 +59,7 @@ impl BlobStore for FolderBlobs {
     }
 }
 
-/// A file under a name of its own, locked as long as somebody writes it.
+/// A file with a temporary name, locked while it is being written.
 struct UnnamedFile {
     file: File,
     path: PathBuf,
@@ -93,12 +93,12 @@ impl Unnamed for UnnamedFile {
 
 impl Drop for UnnamedFile {
     fn drop(&mut self) {
-        // It has another name if it was kept; what stays otherwise is removed when the folder is opened next.
+        // A kept file has another name; a remaining one is removed when the folder is opened next.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Gives a file its name, durably: its bytes first, then the name, then the folder that has the name.
+/// Gives a file its name, durably: first its bytes are synced, then it is renamed, then the folder is synced.
 fn name_file(file: &Path, root: &Path, name: &str) -> io::Result<()> {
     File::open(file)?.sync_all()?;
     let path = root.join(name);
@@ -116,10 +116,10 @@ fn list(root: &Path, shelf: &str) -> io::Result<Vec<BlobEntry>> {
     let mut entries = Vec::new();
     for entry in if folder.is_dir() { Some(fs::read_dir(folder)?) } else { None }.into_iter().flatten() {
         let entry = entry?;
-        // Drafts lie beside the shelves.
+        // Drafts are in the root folder, next to the shelves.
         let is_draft = shelf.is_empty() && is_partial(&entry.path());
         let is_blob = entry.file_type()?.is_file() && !is_draft;
-        // The names of blobs are text; what has another name is none.
+        // Names of blobs are text; files with other names are skipped.
         if let (true, Ok(name)) = (is_blob, entry.file_name().into_string()) {
             let name = if shelf.is_empty() { name } else { format!("{shelf}/{name}") };
             entries.push(BlobEntry { name, kept: entry.metadata()?.modified()? });
@@ -128,7 +128,7 @@ fn list(root: &Path, shelf: &str) -> io::Result<Vec<BlobEntry>> {
     Ok(entries)
 }
 
-/// Removes drafts that nobody holds: the system takes the lock from a process that ends, however it ends.
+/// Removes drafts that no process holds: the system releases the lock of a process however it ends.
 fn forget_lost_drafts(root: &Path) -> io::Result<()> {
     for entry in fs::read_dir(root)? {
         let path = entry?.path();
@@ -147,7 +147,7 @@ fn is_partial(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == PARTIAL)
 }
 
-/// Removes a file that may be there.
+/// Removes a file if it exists.
 fn remove(path: &Path) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),

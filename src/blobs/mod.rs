@@ -1,8 +1,8 @@
-//! Blobs: bytes that never change under their name. Recordings of runs that have ended, meshes, snapshots, results.
+//! Blobs: named bytes that never change. Recordings of finished runs, meshes, snapshots, results.
 //!
-//! A store is a [`BlobStore`]: [`FolderBlobs`] keeps files of a folder. Another one is a file of its own that passes
-//! `tests/mod.rs`. What still grows has no name: it is a [`Draft`], or a file of the machine that writes it, which a store
-//! [adopts](BlobStore::adopt) when it is whole.
+//! A store is a [`BlobStore`]: [`FolderBlobs`] keeps files in a folder. Another store is one file that passes
+//! `tests/mod.rs`. Bytes that are still being written have no name: they are a [`Draft`], or a local file that a store
+//! [adopts](BlobStore::adopt) when it is complete.
 
 mod digest;
 mod draft;
@@ -20,81 +20,81 @@ use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::time::SystemTime;
 
-/// A blob that is read, from any byte on.
+/// A blob opened for reading, with random access.
 pub trait Blob: Read + Seek + Send {}
 impl<T: Read + Seek + Send> Blob for T {}
 
-/// What a store says of a blob without opening it.
+/// Directory entry of a blob.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlobEntry {
-    /// Its name.
+    /// Name, as `shelf/name`.
     pub name: String,
-    /// When it was kept.
+    /// Time at which it was kept.
     pub kept: SystemTime,
 }
 
-/// Why a blob was not kept, opened, listed or deleted.
+/// Why a blob could not be kept, opened, listed or deleted.
 #[derive(Debug, thiserror::Error)]
 pub enum BlobError {
-    /// It has more bytes than it may have.
+    /// The blob exceeds its size limit.
     #[error("more than {most} bytes")]
     TooLarge {
-        /// So many it may have.
+        /// The size limit [bytes].
         most: u64,
     },
     /// The store failed.
     #[error("{name}: {source}")]
     Failed {
-        /// The blob, or the file that was to be one.
+        /// Name of the blob, or of the file to become one.
         name: String,
-        /// Why.
+        /// Error of the file system.
         source: io::Error,
     },
 }
 
 impl From<io::Error> for BlobError {
     fn from(source: io::Error) -> Self {
-        Self::Failed { name: "what is to be a blob".into(), source }
+        Self::Failed { name: "a blob being written".into(), source }
     }
 }
 
 impl BlobError {
-    /// The store failed with this blob.
+    /// Wraps a failure of the store for the blob `name`.
     pub fn of(name: impl Into<String>) -> impl FnOnce(io::Error) -> Self {
         let name = name.into();
         |source| Self::Failed { name, source }
     }
 }
 
-/// What keeps blobs, under names like `meshes/ball.msh`: shelf and name. Its calls wait for a disk or a network.
+/// A store of blobs with names like `meshes/ball.msh`: shelf and name. Its calls may block on disk or network.
 ///
-/// A blob is there as a whole or not at all, and durable when the call that names it returns.
+/// A blob exists as a whole or not at all, and is durable when the call that names it returns.
 pub trait BlobStore: fmt::Debug + Send + Sync + 'static {
-    /// A place for bytes that are to come and have no name yet; a [`Draft`] counts and digests them.
+    /// Starts a blob without a name; a [`Draft`] counts and digests its bytes.
     ///
     /// # Errors
-    /// When the store takes nothing.
+    /// When the store cannot accept bytes.
     fn unnamed(&self) -> Result<Box<dyn Unnamed>, BlobError>;
 
-    /// Opens a blob; `None` when there is none of this name. Deleted meanwhile, it can still be read to its end.
+    /// Opens a blob; `None` when it does not exist. Once open, it can be read to its end even if it is deleted.
     ///
     /// # Errors
-    /// When it is there and cannot be opened.
+    /// When it exists but cannot be opened.
     fn open(&self, name: &str) -> Result<Option<Box<dyn Blob>>, BlobError>;
 
-    /// Deletes a blob that may be there.
+    /// Deletes a blob if it exists.
     ///
     /// # Errors
-    /// When it is there and stays.
+    /// When it exists but cannot be deleted.
     fn delete(&self, name: &str) -> Result<(), BlobError>;
 
-    /// The blobs of a shelf, in any order.
+    /// Blobs of a shelf, in any order.
     ///
     /// # Errors
     /// When they cannot be listed.
     fn list(&self, shelf: &str) -> Result<Vec<BlobEntry>, BlobError>;
 
-    /// Makes a file of this machine that is whole a blob, in place of what had the name. The file goes.
+    /// Turns a complete local file into a blob, replacing any blob of that name. The file is removed.
     ///
     /// # Errors
     /// When the file cannot be read or the blob cannot be kept.

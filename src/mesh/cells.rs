@@ -1,4 +1,4 @@
-//! The cells of a mesh: lists of nodes, of mixed kinds.
+//! The cells of a mesh: node lists of mixed kinds.
 
 #[cfg(test)]
 mod tests;
@@ -6,10 +6,11 @@ mod tests;
 use super::cell::{CellKind, CellPoints};
 use crate::mechanics::tensor::Vec3;
 
-/// Cells in their order, each with its kind and its nodes.
+/// Ordered cells, each with its kind and its nodes.
 ///
-/// All nodes lie one behind the other. Where all cells are of one kind nothing else is stored, and cell `i` begins at `i` times its
-/// number of nodes: hexahedra take what a list of `[u32; 8]` takes. Mixed kinds have the kind and the beginning of each cell besides.
+/// All nodes are stored contiguously. If all cells are of one kind, nothing else is stored, and cell `i` begins at `i`
+/// times its number of nodes: hexahedra take no more memory than a list of `[u32; 8]`. Mixed kinds also store the kind and
+/// the start of each cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cells<N = u32> {
     nodes: Vec<N>,
@@ -19,18 +20,18 @@ pub struct Cells<N = u32> {
 /// Which nodes belong to which cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Layout {
-    /// All are of this kind.
+    /// All cells are of this kind.
     Alike(CellKind),
-    /// At least two kinds: that of each cell, and where its nodes begin.
+    /// At least two kinds: kind and start of each cell.
     Mixed { kinds: Vec<CellKind>, starts: Vec<usize> },
 }
 
-/// One cell.
+/// A view of one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cell<'a, N = u32> {
-    /// Its kind.
+    /// Kind of the cell.
     pub kind: CellKind,
-    /// Its nodes, as many as the kind has, in the order of its table.
+    /// Nodes of the cell, as many as the kind has, in the order of its table.
     pub nodes: &'a [N],
 }
 
@@ -49,15 +50,15 @@ impl<N: Copy> Cells<N> {
         }
     }
 
-    /// Whether there is none.
+    /// Whether there are no cells.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// One cell.
+    /// The cell with a given index.
     ///
     /// # Panics
-    /// When there is no such cell.
+    /// If the cell does not exist.
     pub fn get(&self, cell: usize) -> Cell<'_, N> {
         let (kind, start) = match &self.layout {
             Layout::Alike(kind) => (*kind, cell * kind.node_count()),
@@ -69,7 +70,7 @@ impl<N: Copy> Cells<N> {
     /// Kind of a cell.
     ///
     /// # Panics
-    /// When there is no such cell.
+    /// If the cell does not exist.
     pub fn kind(&self, cell: usize) -> CellKind {
         self.get(cell).kind
     }
@@ -77,28 +78,28 @@ impl<N: Copy> Cells<N> {
     /// Nodes of a cell.
     ///
     /// # Panics
-    /// When there is no such cell.
+    /// If the cell does not exist.
     pub fn nodes(&self, cell: usize) -> &[N] {
         self.get(cell).nodes
     }
 
-    /// All cells in their order.
+    /// All cells in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Cell<'_, N>> {
         (0..self.len()).map(|cell| self.get(cell))
     }
 
-    /// The nodes of all cells, one cell after the other.
+    /// Nodes of all cells, one cell after the other.
     pub fn connectivity(&self) -> &[N] {
         &self.nodes
     }
 
-    /// Each cell as eight nodes, where all are hexahedra of eight nodes; `None` where another kind is among them.
+    /// Each cell as eight nodes if all are eight-node hexahedra; otherwise `None`.
     pub fn hexes(&self) -> Option<&[[N; 8]]> {
         let is_hex8 = self.is_empty() || self.layout == Layout::Alike(CellKind::Hex8);
         is_hex8.then(|| self.nodes.as_chunks().0)
     }
 
-    /// The kinds that there are, with the number of cells of each.
+    /// The kinds that occur, with the number of cells of each.
     pub fn counts(&self) -> Vec<(CellKind, usize)> {
         let count = |kind: CellKind| match &self.layout {
             Layout::Alike(alike) => self.len() * usize::from(kind == *alike),
@@ -108,15 +109,15 @@ impl<N: Copy> Cells<N> {
         counted.filter(|(_, count)| *count > 0).collect()
     }
 
-    /// Makes room for so many more cells of a kind.
+    /// Reserves memory for more cells of a kind.
     pub fn reserve(&mut self, kind: CellKind, cells: usize) {
         self.nodes.reserve_exact(cells * kind.node_count());
     }
 
-    /// Adds a cell.
+    /// Appends a cell.
     ///
     /// # Panics
-    /// When there are not as many nodes as the kind has.
+    /// If the number of nodes is not that of the kind.
     pub fn push(&mut self, kind: CellKind, nodes: &[N]) {
         assert_eq!(nodes.len(), kind.node_count(), "nodes of a {}", kind.table().name);
         match &mut self.layout {
@@ -135,10 +136,10 @@ impl<N: Copy> Cells<N> {
         self.nodes.extend_from_slice(nodes);
     }
 
-    /// The same cells under other names of their nodes: `name` is told the cell and the node.
+    /// The cells with renumbered nodes; `name` is given the cell and the node.
     ///
     /// # Errors
-    /// The first that `name` gives.
+    /// The first error of `name`.
     pub fn try_map<M, E>(&self, mut name: impl FnMut(usize, N) -> Result<M, E>) -> Result<Cells<M>, E> {
         let mut nodes = Vec::with_capacity(self.nodes.len());
         for (index, cell) in self.iter().enumerate() {
@@ -149,7 +150,7 @@ impl<N: Copy> Cells<N> {
         Ok(Cells { nodes, layout: self.layout.clone() })
     }
 
-    /// The same cells under other names of their nodes.
+    /// The cells with renumbered nodes.
     #[must_use]
     pub fn map<M>(&self, name: impl Fn(N) -> M) -> Cells<M> {
         Cells { nodes: self.nodes.iter().map(|node| name(*node)).collect(), layout: self.layout.clone() }
@@ -157,20 +158,20 @@ impl<N: Copy> Cells<N> {
 }
 
 impl Cells {
-    /// Positions [m] of the nodes of a cell among those of all nodes.
+    /// Positions [m] of the nodes of a cell; `x` has those of all nodes.
     ///
     /// # Panics
-    /// When there is no such cell or no such node.
+    /// If the cell or one of its nodes does not exist.
     pub fn points(&self, cell: usize, x: &[Vec3]) -> CellPoints {
         self.get(cell).points(x)
     }
 }
 
 impl Cell<'_> {
-    /// Positions [m] of its nodes among those of all nodes.
+    /// Positions [m] of its nodes; `x` has those of all nodes.
     ///
     /// # Panics
-    /// When there is no such node.
+    /// If one of its nodes does not exist.
     pub fn points(&self, x: &[Vec3]) -> CellPoints {
         CellPoints::new(self.nodes, |node| x[node as usize])
     }

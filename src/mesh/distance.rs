@@ -1,4 +1,4 @@
-//! How deep a point lies below a surface: the distance to its nearest face.
+//! Depth of a point below a surface: the distance to its nearest face.
 
 use super::MeshError;
 use crate::mechanics::tensor::Vec3;
@@ -6,19 +6,19 @@ use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 
-/// The distance to a fixed set of faces, quadrilaterals and triangles, found by a tree of boxes.
+/// Distance to a fixed set of faces, quadrilaterals and triangles, by a tree of bounding boxes.
 ///
-/// Each quadrilateral is taken as four triangles about its centre: that keeps the distance symmetric where the face is, and
-/// stays within a quarter of the warp of a face from the bilinear surface.
+/// Each quadrilateral is split into four triangles at its centre: this keeps the distance symmetric where the face is, and
+/// within a quarter of the warp of a face from the bilinear surface.
 pub struct DepthField {
     triangles: TriMesh,
 }
 
 impl DepthField {
-    /// Takes in the faces at the positions [m] of their nodes.
+    /// Prepares the distance to the faces, with nodes at the given positions [m].
     ///
     /// # Errors
-    /// `Surface` when there is no face, a position is not finite, or a face names a node that is not there.
+    /// `Surface` when there is no face, a position is not finite, or a face refers to a missing node.
     pub fn new(faces: &[[u32; 4]], positions: &[Vec3]) -> Result<Self, MeshError> {
         let refuse = |reason: String| MeshError::Surface { reason };
         if faces.is_empty() {
@@ -49,7 +49,7 @@ impl DepthField {
         Ok(Self { triangles })
     }
 
-    /// Distance [m] from a point [m] to the nearest face, never negative; NaN for a point that is not finite.
+    /// Distance [m] from a point [m] to the nearest face, ≥ 0; NaN for a point that is not finite.
     pub fn depth(&self, point: &Vec3) -> f64 {
         if !point.iter().all(|c| c.is_finite()) {
             return f64::NAN;

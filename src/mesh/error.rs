@@ -1,18 +1,18 @@
-//! What can go wrong with a mesh.
+//! Errors of meshes: parameters of generators, files, and operations.
 
 use super::cell::CellKind;
 use std::fmt;
 
-/// A number of a generator that is out of its range.
+/// A parameter of a generator that is out of its range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterProblem {
-    /// The field of the generator, as it is spelled there (`inner_radius_m`, `cuts_x.inner_m[3]`).
+    /// Field of the generator, as spelled there (`inner_radius_m`, `cuts_x.inner_m[3]`).
     pub field: String,
-    /// The value found; counts are given as numbers too.
+    /// The value found; counts are numbers too.
     pub value: f64,
-    /// The limit that it breaks ("> 0").
+    /// The limit that it violates ("> 0").
     pub limit: String,
-    /// What to do about it.
+    /// How to correct it.
     pub remedy: String,
 }
 
@@ -22,12 +22,12 @@ impl fmt::Display for ParameterProblem {
     }
 }
 
-/// Where in a file something was found.
+/// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A line of a text file, from 1.
+    /// Line of a text file, from 1.
     Line(usize),
-    /// An offset from the beginning of a binary file, from 0.
+    /// Byte offset in a binary file, from 0.
     Byte(usize),
 }
 
@@ -40,76 +40,76 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why there is no mesh.
+/// Why a mesh could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
-    /// A generator was asked for something that it cannot build; all problems at once.
+    /// Invalid parameters of a generator; all problems at once.
     #[error("{generator}: {}", list(problems))]
     Parameters {
-        /// The generator ("hollow_ball").
+        /// Name of the generator ("hollow_ball").
         generator: &'static str,
-        /// Every number that is out of range.
+        /// All parameters out of range.
         problems: Vec<ParameterProblem>,
     },
-    /// A file that breaks its format, or says something impossible.
+    /// A file that violates its format, or is inconsistent.
     #[error("{place}: {message}")]
     Malformed {
-        /// Where.
+        /// Line or byte of the error.
         place: Place,
         /// What was expected, and what was found.
         message: String,
     },
-    /// Volume elements of kinds that are not read.
+    /// Volume elements of unsupported kinds.
     #[error("of volume elements {} are understood, but the file holds {}", list(&understood()), list(kinds))]
     UnsupportedElements {
         /// Each kind found, with its count ("pyramid of 5 nodes (120)").
         kinds: Vec<String>,
     },
-    /// A file in a version, an encoding or with a keyword that is refused.
+    /// A file with an unsupported version, encoding or keyword.
     #[error("{what}: {remedy}")]
     Unsupported {
         /// What was found.
         what: String,
-        /// What to do about it.
+        /// How to correct it.
         remedy: String,
     },
-    /// No volume element anywhere.
+    /// There is no volume element.
     #[error("the mesh has no volume elements")]
     Empty,
-    /// A part was asked for that does not exist.
+    /// A requested part does not exist.
     #[error("no part is called {name:?}; the mesh has {}", list(known))]
     UnknownPart {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names there are.
+        /// Names of the existing parts.
         known: Vec<String>,
     },
-    /// A kind of cell that is not split into smaller ones.
-    #[error("a {kind} cannot be refined: refine the mesh where it is made")]
+    /// A kind of cell that cannot be refined.
+    #[error("a {kind} cannot be refined: refine the mesh in the program that made it")]
     Unrefinable {
-        /// The kind.
+        /// Name of the kind.
         kind: &'static str,
     },
-    /// A transformation that would turn elements inside out or move them nowhere.
+    /// A transformation that would invert elements or give positions that are not finite.
     #[error("a mesh is transformed by finite numbers and a positive scale, not by the scale {scale}")]
     Transform {
-        /// The scale given.
+        /// The given scale [-].
         scale: f64,
     },
-    /// A surface without faces has no depth below it.
+    /// A surface that no distance can be computed from.
     #[error("the surface cannot carry a distance: {reason}")]
     Surface {
-        /// Why not.
+        /// The defect of the surface.
         reason: String,
     },
 }
 
-/// What the kinds that are read are called.
+/// Names of the supported kinds.
 fn understood() -> Vec<&'static str> {
     CellKind::ALL.map(|kind| kind.table().title).to_vec()
 }
 
-/// Items one after the other, with commas.
+/// Items separated by commas.
 fn list<T: fmt::Display>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
 }

@@ -1,46 +1,47 @@
-//! Nodes that hang: in the middle of an edge or of a face of a coarse element, corners of the finer ones beside it.
+//! Hanging nodes: at the middle of an edge or face of a coarse element, and corners of the finer ones next to it.
 //!
-//! The field is continuous where such a node moves as the trilinear coarse element does there: with the mean of the ends of its edge
+//! The field is continuous if such a node moves with the trilinear coarse element: with the mean of the ends of its edge
 //! (½, ½) or of the corners of its face (¼ each). These may hang themselves.
 
 use crate::mechanics::followers::Masters;
 use std::collections::BTreeMap;
 
-/// The hanging nodes of a mesh.
+/// Hanging nodes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct HangingNodes {
-    /// Of each of them the two ends of the edge, or the four corners of the face, in whose middle it is.
+    /// For each hanging node, the two ends of the edge, or the four corners of the face, whose middle it is.
     between: BTreeMap<u32, Vec<u32>>,
 }
 
 impl HangingNodes {
-    /// Of nodes with the ends of the edge, or the corners of the face, in whose middle each is.
+    /// Hanging nodes with the ends of the edge, or the corners of the face, of each.
     pub fn new(between: BTreeMap<u32, Vec<u32>>) -> Self {
         Self { between }
     }
 
-    /// Whether there are none.
+    /// Whether there are no hanging nodes.
     pub fn is_empty(&self) -> bool {
         self.between.is_empty()
     }
 
-    /// How many there are.
+    /// Number of hanging nodes.
     pub fn len(&self) -> usize {
         self.between.len()
     }
 
-    /// Each node with those that it is in the middle of, ascending.
+    /// Each hanging node with the nodes that it lies between, ascending.
     pub fn each(&self) -> impl Iterator<Item = (u32, &[u32])> {
         self.between.iter().map(|(node, others)| (*node, &others[..]))
     }
 
-    /// Whom they follow, with equal weights.
+    /// Masters of the hanging nodes, with equal weights.
     pub fn ties(&self) -> BTreeMap<u32, Masters> {
         let equal = |others: &[u32]| others.iter().map(|a| (*a, 1.0 / others.len() as f64)).collect();
         self.each().map(|(node, others)| (node, equal(others))).collect()
     }
 
-    /// Takes the nodes out of a set (sorted) that hang on nodes which are not all in it: what is held or loaded is told by these.
+    /// Removes nodes from a (sorted) set that hang on nodes not all in it: constraints and loads are defined on the
+    /// masters.
     pub fn complete(&self, set: &mut Vec<u32>) {
         loop {
             let has = |node: &u32| set.binary_search(node).is_ok();
@@ -54,7 +55,7 @@ impl HangingNodes {
         }
     }
 
-    /// Numbers the nodes anew; those that are gone, or one of whose others is, hang no more.
+    /// Renumbers the nodes; nodes that are removed, or lose a master, no longer hang.
     pub(super) fn renumber(&mut self, new: impl Fn(u32) -> Option<u32>) {
         let renumbered = |(node, others): (&u32, &Vec<u32>)| {
             let others: Option<Vec<u32>> = others.iter().map(|a| new(*a)).collect();
@@ -88,7 +89,7 @@ impl HangingNodes {
                 boundary.push(face);
                 continue;
             }
-            // From a middle of an edge no triangle is flat.
+            // Fanned from the middle of an edge, no triangle is degenerate.
             let first = corners.iter().position(|node| !face.contains(node)).unwrap_or(0);
             let corner = |i: usize| corners[(first + i) % corners.len()];
             boundary

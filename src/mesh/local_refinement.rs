@@ -1,7 +1,8 @@
-//! Local refinement: some hexahedra become eight, again and again, with hanging nodes between coarse and fine ones.
+//! Local refinement: repeated splitting of hexahedra into eight, with hanging nodes between coarse and fine ones.
 //!
-//! Neighbours differ by one halving at most, over faces, edges and corners, so that a face has one hanging node in its middle and one in
-//! the middle of each edge, and no more; and no node hangs on one that hangs itself. New nodes lie on the trilinear elements: facets of a curved surface stay what they are.
+//! Neighbours across faces, edges and corners differ by at most one level, so a face has at most one hanging node at its
+//! centre and one at the middle of each edge, and the masters of hanging nodes do not hang. New nodes lie on the trilinear
+//! elements: curved surfaces keep their facets.
 
 use super::cells::{Cell, Cells};
 use super::refine::{Split, edges_and_faces};
@@ -10,23 +11,23 @@ use super::{CellKind, Mesh};
 use crate::mechanics::element::HEX8_CORNERS;
 use crate::mechanics::tensor::Vec3;
 
-/// Room for rounding where an edge is as long as it may be [-].
+/// Relative tolerance for edges of exactly the required length [-].
 const ROUNDING: f64 = 1e-9;
 
-/// Halvings of an element, at most: of a metre to less than a micrometre.
+/// Largest number of levels: from a metre to less than a micrometre.
 const MOST_HALVINGS: u8 = 20;
 
 /// A place at which elements are to be small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Where [m].
+    /// Position [m].
     pub point: Vec3,
-    /// Outward unit normal of the skin that is nearest; zero where elements are to be small along all directions.
+    /// Outward unit normal of the nearest boundary surface; zero where elements are to be small along all directions.
     pub normal: Vec3,
 }
 
 impl Place {
-    /// Points [m] with the normal of the mesh's skin at its node nearest to each.
+    /// Points [m] with the normal of the mesh's boundary at the nearest node.
     pub fn on_all(mesh: &Mesh, points: &[Vec3]) -> Vec<Self> {
         let faces = mesh.hanging.boundary(boundary(&mesh.cells));
         let nodes = boundary_nodes(&faces);
@@ -48,14 +49,14 @@ impl Place {
     }
 }
 
-/// Where elements are to be how small.
+/// A region with a required element size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Region {
-    /// Near any of these.
+    /// Elements near any of these are refined.
     pub places: Vec<Place>,
-    /// So near: the box around an element, along the axes of space, is no farther away [m].
+    /// Largest distance between a place and the bounding box of an element (along x, y, z) [m].
     pub within: f64,
-    /// Longest edge along the surface [m]: of the two natural directions that are least along the normal.
+    /// Largest edge length along the surface [m]: in the two natural directions that are least aligned with the normal.
     pub size: f64,
 }
 
@@ -76,7 +77,7 @@ impl Region {
     }
 }
 
-/// The longest edge of an element [m] along the two natural directions that are least along a normal; of all three where it is zero.
+/// Longest edge of an element [m] in the two natural directions least aligned with a normal; in all three if it is zero.
 fn longest_along_surface(corners: &[Vec3; 8], normal: &Vec3) -> f64 {
     let (mut longest, mut mean) = ([0.0_f64; 3], [Vec3::zeros(); 3]);
     for &[a, b] in CellKind::Hex8.table().edges {
@@ -94,30 +95,31 @@ fn longest_along_surface(corners: &[Vec3; 8], normal: &Vec3) -> f64 {
     longest.into_iter().fold(0.0, f64::max)
 }
 
-/// More elements than there may be; nothing of their size has been allocated.
+/// Refinement would exceed the allowed number of elements; nothing of that size has been allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooMany {
-    /// How many there would be at least.
+    /// Number of elements that refinement would need, at least.
     pub elements: u64,
 }
 
-/// The mesh with elements split where the regions ask for it, and how many of its own have been split.
+/// Splits the elements of a mesh where the regions require it; also returns how many of the given elements were split.
 ///
-/// Parts, material axes and node sets follow as in [`super::refine::refined`]; elements keep their order, the eight of one in its place.
+/// Parts, material axes and node sets are inherited as in [`super::refine::refined`]; elements keep their order, with
+/// children in place of their parent.
 ///
 /// # Errors
-/// [`TooMany`] where there would be more than `most` elements.
+/// [`TooMany`] if there would be more than `most` elements.
 pub fn refined_in(mesh: &Mesh, regions: &[Region], most: u64) -> Result<(Mesh, usize), TooMany> {
     let mut refinement = Refinement::new(mesh);
     while refinement.split_once(regions, most)? {}
     Ok(refinement.finish(mesh))
 }
 
-/// A mesh on its way.
+/// A mesh during refinement.
 struct Refinement {
     split: Split,
     cells: Cells,
-    /// Element of the mesh that each is of, and how often that was halved.
+    /// Original element of each element, and its level below it.
     origin: Vec<u32>,
     level: Vec<u8>,
 }
@@ -132,7 +134,7 @@ impl Refinement {
         }
     }
 
-    /// Splits what is too large, and what must not stay coarse beside it; whether there was anything.
+    /// Splits elements that are too large and those needed for balance; returns whether any was split.
     fn split_once(&mut self, regions: &[Region], most: u64) -> Result<bool, TooMany> {
         let is_split = self.balanced(|cell| {
             let Ok(nodes) = <[u32; 8]>::try_from(cell.nodes) else { return false };
@@ -157,9 +159,9 @@ impl Refinement {
         Ok(count > 0)
     }
 
-    /// Which elements are split: those that are too large, and coarser ones that touch one of them.
+    /// Elements to split: those that are too large, and coarser ones that touch one of them.
     fn balanced(&self, is_too_large: impl Fn(Cell<'_>) -> bool) -> Vec<bool> {
-        // Scenes have elements for hexahedra alone, and refuse what is left of other kinds.
+        // Only hexahedra have a finite element; other kinds are refused later.
         let halvable = |e: usize| self.level[e] < MOST_HALVINGS && self.cells.kind(e) == CellKind::Hex8;
         let elements = self.cells.iter().enumerate();
         let mut is_split: Vec<bool> = elements.map(|(e, cell)| halvable(e) && is_too_large(cell)).collect();
@@ -191,7 +193,7 @@ impl Refinement {
         touching
     }
 
-    /// The corners of an element, and what hangs on it.
+    /// Corners of an element, and the nodes that hang on it.
     fn nodes_on(&self, e: usize) -> Vec<u32> {
         let cell = self.cells.get(e);
         let mut nodes = cell.nodes.to_vec();
@@ -241,7 +243,7 @@ mod tests {
         Region { places: Place::on_all(mesh, &[Vec3::new(4.0, 4.0, 4.0)]), within, size }
     }
 
-    /// How many faces run along each edge in each sense: a closed surface has one of each.
+    /// Whether faces run along each edge once in each direction, as on a closed surface.
     fn is_closed(faces: &[[u32; 4]]) -> bool {
         let mut edges: BTreeMap<(u32, u32), i32> = BTreeMap::new();
         for face in faces {
@@ -296,7 +298,7 @@ mod tests {
         let (fine, _) = refined_in(&coarse, &[at_top(&coarse, 0.3, 0.13)], 1_000_000).unwrap();
         let edge =
             |e: usize| (fine.cells.points(e, &fine.nodes)[1] - fine.cells.points(e, &fine.nodes)[0]).norm();
-        // Elements that touch: their boxes do.
+        // Elements touch if their bounding boxes do.
         let boxes: Vec<[Vec3; 2]> = (0..fine.cells.len())
             .map(|e| [fine.cells.points(e, &fine.nodes)[0], fine.cells.points(e, &fine.nodes)[6]])
             .collect();

@@ -1,4 +1,4 @@
-//! Which element of a mesh a point lies in, wherever the mesh has moved to.
+//! Which element of a deformed mesh contains a point.
 
 use super::cell::CellKind;
 use super::cells::Cells;
@@ -7,23 +7,23 @@ use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::math::Vector;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
-/// Newton's steps for the natural coordinates of a point.
+/// Largest number of Newton steps for the natural coordinates of a point.
 const MOST_STEPS: usize = 20;
-/// Natural coordinates that Newton's method may reach on the way.
+/// Bound on the natural coordinates during Newton's method.
 const FAR: f64 = 4.0;
 
-/// Cells at given positions, found by a tree of boxes.
+/// Cells at given positions, searched by a tree of bounding boxes.
 pub struct Locator<'a> {
     cells: &'a Cells,
     x: &'a [Vec3],
-    /// The elements of the leaves.
+    /// Elements of the leaves.
     near: Vec<u32>,
     tree: Bvh,
 }
 
 impl<'a> Locator<'a> {
-    /// Of those elements at the positions `x` [m] of all nodes, which must be finite, whose boxes meet the box of points that will be
-    /// asked for.
+    /// Elements at the positions `x` [m] of all nodes, which must be finite, whose bounding boxes intersect the box of the
+    /// points to be located.
     pub fn within([low, high]: &[Vec3; 2], cells: &'a Cells, x: &'a [Vec3]) -> Self {
         let place = Aabb::new(to_parry(low), to_parry(high));
         let all = (0..).zip(cells.iter()).map(|(element, cell)| (element, aabb(&cell.points(x))));
@@ -32,8 +32,8 @@ impl<'a> Locator<'a> {
         Self { cells, x, near, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes) }
     }
 
-    /// The first element, of those that `takes` takes, in whose interior (or on whose surface) the point [m] lies: where the
-    /// map of the cell has natural coordinates of the cell for it.
+    /// The first element accepted by `takes` that contains the point [m] in its interior or on its boundary: the natural
+    /// coordinates of the point lie in the reference cell.
     pub fn element_at(&self, point: &Vec3, takes: impl Fn(usize) -> bool) -> Option<usize> {
         let at = Aabb::new(to_parry(point), to_parry(point));
         let found = self.tree.intersect_aabb(&at).map(|leaf| self.near[leaf as usize] as usize);
@@ -56,7 +56,8 @@ fn aabb(points: &[Vec3]) -> Aabb {
     Aabb::new(to_parry(&low), to_parry(&high))
 }
 
-/// Whether x(ξ) = p has a solution in the reference cell, by Newton's method; an element crushed so far that it has none is not entered.
+/// Whether x(ξ) = p has a solution in the reference cell, by Newton's method; false for an element crushed so far that
+/// there is none.
 fn contains(kind: CellKind, x: &[Vec3], point: &Vec3) -> bool {
     let table = kind.table();
     let mut xi = Vec3::from(table.centre);
@@ -69,7 +70,7 @@ fn contains(kind: CellKind, x: &[Vec3], point: &Vec3) -> bool {
             return false;
         }
         if step.amax() <= 1e-12 {
-            // A folded corner lies over other places a second time.
+            // A folded corner covers other positions a second time.
             return kind.contains(&xi) && map.determinant() > 0.0;
         }
     }

@@ -1,4 +1,4 @@
-//! Meshes: read, write, generate, surface, quality.
+//! Meshes: reading, writing, generation, boundary surface, quality, refinement.
 //!
 //! A [`Mesh`] is plain data in metres: nodes, and [`Cells`] of the kinds in `cell`. `generate` makes one from a few numbers, `read` reads one from a file; `surface`
 //! finds its skin; `quality` judges it; `refine` splits it; `distance` says how deep a point lies below the skin,
@@ -33,35 +33,35 @@ use std::collections::BTreeMap;
 /// A mesh of cells in named parts, with named node sets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Positions X [m], one a node.
+    /// Positions X [m], one per node.
     pub nodes: Vec<Vec3>,
-    /// The elements: kind and nodes of each.
+    /// Elements: kind and nodes of each.
     pub cells: Cells,
-    /// Part of each element, an index into `parts`.
+    /// Part of each element, as an index into `parts`.
     pub part_of: Vec<u32>,
     /// Names of the parts ("muscle", "rubber", …).
     pub parts: Vec<String>,
-    /// Node sets by name ("bone_surface", "bottom", …), each sorted and without repetition.
+    /// Node sets by name ("bone_surface", "bottom", …), each sorted and unique.
     pub node_sets: BTreeMap<String, Vec<u32>>,
-    /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty when
-    /// the mesh carries none (then the axes are x, y, z, or what the scene says).
+    /// Material axes of each element, rows e1, e2, e3 (orthonormal, right-handed, in the reference frame); empty if the
+    /// mesh has none (the axes are then x, y, z, or given by the scene).
     pub axes: Vec<[Vec3; 3]>,
-    /// Nodes that hang between coarse and fine elements.
+    /// Hanging nodes between coarse and fine elements.
     pub hanging: HangingNodes,
-    /// What the surface approximates, for the notes of the report ("faceted ball: 1.7 % below the exact volume").
+    /// Remarks on the mesh, for reports ("faceted ball: 1.7 % below the exact volume").
     pub notes: Vec<String>,
 }
 
 impl Mesh {
-    /// Volume of the mesh [m³], the sum of its elements by their interpolation.
+    /// Volume of the mesh [m³], summed over the interpolated elements.
     pub fn volume_m3(&self) -> f64 {
         (0..self.cells.len()).map(|element| self.element_volume_m3(element)).sum()
     }
 
-    /// Volume of one element [m³]; negative when it is inside out.
+    /// Volume of one element [m³]; negative when it is inverted.
     ///
     /// # Panics
-    /// When there is no such element.
+    /// If the element does not exist.
     pub fn element_volume_m3(&self, element: usize) -> f64 {
         let cell = self.cells.get(element);
         cell.kind.volume_m3(&cell.points(&self.nodes))
@@ -74,17 +74,17 @@ impl Mesh {
         of_part.map(|element| self.element_volume_m3(element)).sum()
     }
 
-    /// The smallest box that holds all nodes: lower and upper corner [m]. `None` without nodes.
+    /// Bounding box of all nodes: lower and upper corner [m]. `None` without nodes.
     pub fn bounding_box(&self) -> Option<[Vec3; 2]> {
         let first = *self.nodes.first()?;
         Some(self.nodes.iter().fold([first, first], |[low, high], x| [low.inf(x), high.sup(x)]))
     }
 
-    /// The elements of the named parts alone, with the nodes that they use; node sets are cut down to these nodes, and
-    /// sets left empty go. Nodes and elements keep their order; parts come in the order of `names`.
+    /// The elements of the named parts, with the nodes that they use; node sets are restricted to these nodes, and empty
+    /// sets removed. Nodes and elements keep their order; parts are in the order of `names`.
     ///
     /// # Errors
-    /// `UnknownPart` when the mesh has no part of such a name.
+    /// `UnknownPart` if the mesh has no part of that name.
     pub fn select_parts(&self, names: &[&str]) -> Result<Mesh, MeshError> {
         let mut kept_parts: Vec<String> = Vec::new();
         let mut new_part: Vec<Option<u32>> = vec![None; self.parts.len()];
@@ -117,8 +117,8 @@ impl Mesh {
         Ok(out)
     }
 
-    /// Removes the nodes that no element uses (they would have no mass) and returns how many went. The others keep
-    /// their order; node sets follow, and sets left empty go.
+    /// Removes nodes without elements (they have no mass) and returns their number. The others keep their order; node sets
+    /// are updated, and empty sets removed.
     pub fn drop_unused_nodes(&mut self) -> usize {
         let mut used = vec![false; self.nodes.len()];
         self.cells.connectivity().iter().for_each(|&a| used[a as usize] = true);
@@ -148,13 +148,13 @@ impl Mesh {
         dropped
     }
 
-    /// The mesh scaled, then turned about the origin, then moved: x' = R (s x) + t.
+    /// The mesh scaled, rotated about the origin and translated: x' = R (s x) + t.
     ///
-    /// `scale` [-] turns the unit of a file into metres (0.001 for millimetres); `translation` [m]. Material axes turn
-    /// along.
+    /// `scale` [-] converts the unit of a file to metres (0.001 for millimetres); `translation` [m]. Material axes rotate
+    /// with the mesh.
     ///
     /// # Errors
-    /// `Transform` when the scale is not positive or a number is not finite: the elements would turn inside out.
+    /// `Transform` if the scale is not positive or a number is not finite: elements would be inverted.
     pub fn transformed(
         &self,
         rotation: &Rotation3<f64>,

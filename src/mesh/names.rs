@@ -1,28 +1,28 @@
-//! What a name may be: that of a part, a set, a body or a scene goes into tables, logs and files.
+//! Valid names: names of parts, sets, bodies and scenes are used in tables, logs and files.
 
-/// Characters of the longest name.
+/// Largest number of characters in a name.
 pub const LONGEST_NAME: usize = 200;
 
-/// Names of parts and node sets of one mesh: more are no names any more.
+/// Largest number of parts and node sets of one mesh.
 pub const MOST_NAMES: usize = 10_000;
 
-/// Why a text is no name, in the words of a limit; nothing when it may be one.
+/// The limit that a text violates as a name; `None` if it is valid.
 pub fn fault(name: &str) -> Option<&'static str> {
     if name.chars().nth(LONGEST_NAME).is_some() {
         Some("at most 200 characters")
     } else if name.chars().any(is_unseen) {
-        Some("no control characters, and none that turn the direction of writing")
+        Some("no control characters, and none that change the writing direction")
     } else {
         None
     }
 }
 
-/// Control characters, and those that make a text read otherwise than it is written (Unicode Bidirectional Algorithm, §2).
+/// Control characters, and those that change the order in which text is displayed (Unicode Bidirectional Algorithm, §2).
 fn is_unseen(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A name of any length, short enough for a message.
+/// A name truncated for a message.
 pub fn shortened(name: &str) -> String {
     let visible = |c: char| if is_unseen(c) { '\u{fffd}' } else { c };
     let mut short: String = name.chars().take(40).map(visible).collect();

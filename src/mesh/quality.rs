@@ -1,25 +1,25 @@
-//! How good the elements of a mesh are: scaled Jacobians, sizes, and what is left over.
+//! Quality of the elements of a mesh: scaled Jacobians, sizes, unused and coincident nodes.
 
 use super::Mesh;
 use super::cell::CellKind;
 use crate::mechanics::tensor::Vec3;
 
-/// How many element ids a list in [`Quality`] names at most; the counts are of all.
+/// Largest number of ids listed in [`Quality`]; the counts include all.
 pub const LISTED: usize = 100;
 
-/// How good one element is.
+/// Quality of one element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElementQuality {
     /// Smallest scaled Jacobian at the quadrature points [-], in [−1, 1].
     pub gauss_scaled_jacobian: f64,
-    /// Smallest scaled Jacobian at the corners [-], in [−1, 1]; 1 for a brick, a regular tetrahedron, and a wedge of edges that are all
-    /// equal.
+    /// Smallest scaled Jacobian at the corners [-], in [−1, 1]; 1 for a brick, a regular tetrahedron, and a wedge with
+    /// equal edges.
     pub corner_scaled_jacobian: f64,
-    /// Volume [m³].
+    /// Volume of the element [m³].
     pub volume_m3: f64,
-    /// Shortest edge [m].
+    /// Length of the shortest edge [m].
     pub min_edge_m: f64,
-    /// Longest edge [m].
+    /// Length of the longest edge [m].
     pub max_edge_m: f64,
 }
 
@@ -28,13 +28,13 @@ impl ElementQuality {
     pub fn min_scaled_jacobian(&self) -> f64 {
         self.gauss_scaled_jacobian.min(self.corner_scaled_jacobian)
     }
-    /// Longest edge over the shortest [-]; infinite when an edge has no length.
+    /// Ratio of the longest to the shortest edge [-]; infinite when an edge has no length.
     pub fn aspect_ratio(&self) -> f64 {
         self.max_edge_m / self.min_edge_m
     }
 }
 
-/// Judges one element by the positions [m] of its nodes.
+/// Quality of one element from the positions [m] of its nodes.
 pub fn element_quality(kind: CellKind, x: &[Vec3]) -> ElementQuality {
     let table = kind.table();
     let smallest = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
@@ -52,10 +52,10 @@ pub fn element_quality(kind: CellKind, x: &[Vec3]) -> ElementQuality {
     }
 }
 
-/// Elements that share a fault: how many, and the first of them.
+/// Elements or nodes with a common fault: their number, and the first ones.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Offenders {
-    /// How many there are.
+    /// Number of all of them.
     pub count: usize,
     /// The first [`LISTED`] of them, ascending.
     pub first: Vec<u32>,
@@ -70,38 +70,37 @@ impl Offenders {
     }
 }
 
-/// How good a mesh is.
+/// Quality of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quality {
     /// Smallest scaled Jacobian of all corners and Gauss points [-].
     pub min_scaled_jacobian: f64,
-    /// The element where that is.
+    /// Index of the element with that Jacobian.
     pub worst_element: u32,
-    /// Elements whose Jacobian is not positive at some Gauss point: no element formulation can start from them.
+    /// Elements whose Jacobian is not positive at some Gauss point: no element formulation can compute them.
     pub negative: Offenders,
-    /// Elements that are sound at the Gauss points but not positive at a corner (wedges written as hexahedra, folded
+    /// Elements with positive Jacobians at the Gauss points but not at a corner (wedges written as hexahedra, folded
     /// corners): they can be computed, with poor accuracy.
     pub folded_corners: Offenders,
     /// Largest ratio of longest to shortest edge in one element [-].
     pub max_aspect_ratio: f64,
-    /// The element where that is.
+    /// Index of the element with that ratio.
     pub slenderest_element: u32,
-    /// Shortest edge [m].
+    /// Length of the shortest edge [m].
     pub min_edge_m: f64,
-    /// Longest edge [m].
+    /// Length of the longest edge [m].
     pub max_edge_m: f64,
     /// Volume of the mesh [m³].
     pub volume_m3: f64,
-    /// Lower and upper corner of the box around all nodes [m].
+    /// Lower and upper corner of the bounding box of all nodes [m].
     pub bounding_box_m: [Vec3; 2],
-    /// Nodes that no element uses: they have no mass.
+    /// Nodes without an element: they have no mass.
     pub unused_nodes: Offenders,
-    /// Nodes at exactly the position of an earlier one. Wanted where two bodies touch; a crack where one body was
-    /// meant to hang together.
+    /// Nodes at exactly the position of an earlier one: intended where two bodies touch, a crack inside one body.
     pub coincident_nodes: Offenders,
 }
 
-/// Judges all elements of a mesh. `None` for a mesh without elements.
+/// Quality of all elements of a mesh; `None` without elements.
 pub fn quality(mesh: &Mesh) -> Option<Quality> {
     let bounding_box_m = mesh.bounding_box()?;
     let mut out = Quality {
@@ -143,7 +142,7 @@ pub fn quality(mesh: &Mesh) -> Option<Quality> {
     Some(out)
 }
 
-/// The first element, counted from 0, whose edges or volume leave the range of `f64`; its quality is no number.
+/// Index of the first element whose edges or volume leave the range of `f64`, so that its quality is undefined.
 pub fn first_beyond_range(mesh: &Mesh) -> Option<usize> {
     mesh.cells.iter().position(|cell| {
         let ElementQuality { volume_m3, max_edge_m, gauss_scaled_jacobian, .. } =
@@ -152,7 +151,7 @@ pub fn first_beyond_range(mesh: &Mesh) -> Option<usize> {
     })
 }
 
-/// Nodes that no element names.
+/// Nodes that belong to no element.
 fn unused_nodes(mesh: &Mesh) -> Offenders {
     let mut used = vec![false; mesh.nodes.len()];
     mesh.cells.connectivity().iter().for_each(|&a| used[a as usize] = true);
@@ -161,7 +160,7 @@ fn unused_nodes(mesh: &Mesh) -> Offenders {
     out
 }
 
-/// Nodes at the position of an earlier node, to the last bit.
+/// Nodes at exactly the position of an earlier node.
 fn coincident_nodes(nodes: &[Vec3]) -> Offenders {
     // Adding zero makes −0 and 0 the same position.
     let key = |x: &Vec3| x.map(|c| (c + 0.0).to_bits()).into();
@@ -215,7 +214,7 @@ mod tests {
     fn a_wedge_is_poor_but_not_negative() {
         let mut mesh = block();
         let hex = mesh.cells.nodes(2);
-        // Corner 6 falls on corner 7.
+        // Corner 6 coincides with corner 7.
         mesh.nodes[hex[6] as usize] = mesh.nodes[hex[7] as usize];
         let quality = quality(&mesh).unwrap();
         assert_eq!(quality.negative.count, 0);

@@ -1,4 +1,4 @@
-//! Uniform refinement: each cell becomes eight of its kind.
+//! Uniform refinement: splits each cell into eight of its kind.
 
 use super::cell::MOST_NODES;
 use super::cells::{Cell, Cells};
@@ -9,14 +9,14 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Splits each element into eight at the middle of its edges, quadrilateral faces and volume.
 ///
-/// New nodes lie on the interpolation of the element, so that the volume and the facets of a curved surface stay what they are (a
-/// generator with `refined` follows the true shape instead). Old nodes keep their numbers. Parts and material axes are
-/// inherited. A new node belongs to a node set when all corners of its edge, face or element do; where a set lies
-/// wholly on the skin, the new node must lie there too, lest an edge across a plate one element thick joins a set that
-/// holds both its sides.
+/// New nodes lie on the interpolation of the element, so the volume and the facets of a curved surface are unchanged
+/// (generators with `refined` follow the true shape instead). Old nodes keep their numbers. Parts and material axes are
+/// inherited. A new node belongs to a node set if all corners of its edge, face or element do; if a set lies wholly on the
+/// boundary, the new node must lie there too, so that an edge through a plate one element thick does not join a set on both
+/// its sides.
 ///
 /// # Errors
-/// `Unrefinable` when a kind of cell in it cannot be split.
+/// `Unrefinable` if the mesh has a kind of cell that cannot be split.
 pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
     let mut split = Split::new(mesh);
     let mut cells = Cells::default();
@@ -24,7 +24,7 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
         split.add_children(cell, &mut cells)?;
     }
     let each_eight_times = |e: usize| e / 8;
-    // Where nothing hung, nothing will.
+    // Splitting a mesh without hanging nodes creates none.
     let hanging = if mesh.hanging.is_empty() { HangingNodes::default() } else { split.hanging(&cells) };
     let fine_boundary = boundary_nodes(&hanging.boundary(boundary(&cells)));
     let coarse_boundary = boundary_nodes(&mesh.hanging.boundary(boundary(&mesh.cells)));
@@ -41,26 +41,26 @@ pub fn refined(mesh: &Mesh) -> Result<Mesh, MeshError> {
     })
 }
 
-/// Nodes of a cell that is split, its new ones counted.
+/// Largest number of nodes of a cell being split, including new ones.
 const MOST_SPLIT_NODES: usize = 27;
 
-/// The nodes of a mesh that is being split.
+/// Nodes of a mesh being split.
 pub(super) struct Split {
     pub nodes: Vec<Vec3>,
-    /// Middle node of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
+    /// Midpoint of an edge, face or element, by its sorted corners (padded with `u32::MAX`).
     middles: HashMap<[u32; 8], u32>,
-    /// Corners of each new node, in the order of the new nodes.
+    /// Corners that define each new node, in the order of the new nodes.
     parents: Vec<Vec<u32>>,
 }
 
 impl Split {
-    /// Of a mesh; what hangs in it is the middle of something already.
+    /// Starts with a mesh, whose hanging nodes are midpoints already.
     pub fn new(mesh: &Mesh) -> Self {
         let middles = mesh.hanging.each().map(|(node, corners)| (key(corners), node)).collect();
         Self { nodes: mesh.nodes.clone(), middles, parents: Vec::new() }
     }
 
-    /// Nodes in the middle of an edge or a face that one of these elements has whole.
+    /// Hanging nodes: midpoints of an edge or face that one of these elements has unsplit.
     pub fn hanging(&self, cells: &Cells) -> HangingNodes {
         let mut between = BTreeMap::new();
         for cell in cells.iter() {
@@ -73,12 +73,12 @@ impl Split {
         HangingNodes::new(between)
     }
 
-    /// The node in the middle of these corners, if it has been made.
+    /// Midpoint of these corners, if it exists.
     pub fn made_middle(&self, corners: &[u32]) -> Option<u32> {
         self.middles.get(&key(corners)).copied()
     }
 
-    /// The node in the middle of these corners, made when first asked for.
+    /// Midpoint of these corners; created on first use.
     fn middle(&mut self, corners: &[u32]) -> u32 {
         let key = key(corners);
         *self.middles.entry(key).or_insert_with(|| {
@@ -90,13 +90,13 @@ impl Split {
         })
     }
 
-    /// The eight cells that one becomes.
+    /// Adds the eight children of a cell.
     pub fn add_children(&mut self, cell: Cell, out: &mut Cells) -> Result<(), MeshError> {
         let table = cell.kind.table();
         let unrefinable = || MeshError::Unrefinable { kind: table.title };
         let split = table.split.as_ref().ok_or_else(unrefinable)?;
 
-        // Its own nodes, and the new ones behind them.
+        // The nodes of the cell, followed by the new ones.
         let mut nodes = [0; MOST_SPLIT_NODES];
         let own = cell.nodes.len();
         nodes[..own].copy_from_slice(cell.nodes);
@@ -116,7 +116,7 @@ impl Split {
         Ok(())
     }
 
-    /// The node sets of the mesh with the new nodes that belong to them; nodes of the skin before and after.
+    /// Node sets of the mesh with the new nodes that belong to them; given the boundary nodes before and after.
     pub fn refined_sets(
         &self,
         mesh: &Mesh,
@@ -145,14 +145,14 @@ impl Split {
     }
 }
 
-/// The nodes at the ends of each edge of a cell, and at the corners of each face.
+/// End nodes of each edge of a cell, and corners of each face.
 pub(super) fn edges_and_faces(cell: Cell<'_>) -> impl Iterator<Item = Vec<u32>> {
     let table = cell.kind.table();
     let sides = table.edges.iter().map(|edge| &edge[..]).chain(table.faces.iter().map(|face| face.corners));
     sides.map(move |corners| corners.iter().map(|&i| cell.nodes[i]).collect())
 }
 
-/// Corners, whatever their order.
+/// Sorted corners, as a key.
 fn key(corners: &[u32]) -> [u32; 8] {
     let mut key = [u32::MAX; 8];
     key[..corners.len()].copy_from_slice(corners);

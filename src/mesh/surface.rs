@@ -1,21 +1,21 @@
-//! The skin of a mesh: its outward faces, quadrilaterals and triangles.
+//! Boundary surface of a mesh: its outward faces, quadrilaterals and triangles.
 //!
-//! A triangle is a quadrilateral whose last corner is there twice. Its bilinear map is the linear one of the triangle, so that areas and
-//! volumes by the rules for quadrilaterals are exact, and contact knows it as a triangle.
+//! A triangle is a quadrilateral with its last corner repeated. Its bilinear map is the linear one of the triangle, so
+//! areas and volumes by the rules for quadrilaterals are exact, and contact recognises it as a triangle.
 
 use super::cell::{CellFace, CellKind};
 use super::cells::{Cell, Cells};
 use crate::mechanics::tensor::Vec3;
 use std::fmt;
 
-/// The faces that belong to one element only, in the order of their elements.
+/// The boundary surface: faces that belong to one element only, in the order of their elements.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Boundary {
     /// Corner nodes of each face, counter-clockwise seen from outside. A side of a quadratic cell is four triangles here.
     pub faces: Vec<[u32; 4]>,
-    /// Element that each face belongs to.
+    /// Element of each face.
     pub owner: Vec<u32>,
-    /// Which side of its owner each is, an index into the faces of its kind.
+    /// Local face number in that element, an index into the faces of its kind.
     pub side: Vec<u8>,
 }
 
@@ -54,14 +54,14 @@ pub fn boundary_nodes(faces: &[[u32; 4]]) -> Vec<u32> {
     nodes
 }
 
-/// The faces all of whose corners are in a node set (sorted, as in [`Mesh::node_sets`]).
+/// The faces whose corners are all in a node set (sorted, as in [`Mesh::node_sets`]).
 ///
 /// [`Mesh::node_sets`]: crate::mesh::Mesh::node_sets
 pub fn faces_within(faces: &[[u32; 4]], node_set: &[u32]) -> Vec<[u32; 4]> {
     faces.iter().filter(|face| face.iter().all(|a| node_set.binary_search(a).is_ok())).copied().collect()
 }
 
-/// Area [m²] that each node stands for, one a node of `positions` [m]; zero off the surface.
+/// Tributary area [m²] of each node of `positions` [m]; zero off the surface.
 ///
 /// A_a = ∫ N_a ‖x,ξ × x,η‖ dξ dη over the faces around the node, by the 2×2 Gauss rule (exact on parallelograms); the
 /// sum over the nodes is the area of the surface by the same rule.
@@ -88,7 +88,7 @@ pub fn tributary_areas(faces: &[[u32; 4]], positions: &[Vec3]) -> Vec<f64> {
     areas
 }
 
-/// Volume [m³] that a closed surface encloses, by Gauss' theorem; positive when the faces look outwards.
+/// Volume [m³] enclosed by a closed surface, by Gauss' theorem; positive for outward faces.
 ///
 /// V = ⅓ ∮ x · n dA over the bilinear faces. The integrand x · (x,ξ × x,η) is quadratic in ξ and in η, so that the 2×2
 /// Gauss rule is exact: this equals the sum of the trilinear elements inside.
@@ -109,36 +109,36 @@ pub fn enclosed_volume_m3(faces: &[[u32; 4]], positions: &[Vec3]) -> f64 {
     volume
 }
 
-/// Something that the topology of a mesh cannot be.
+/// A defect in the topology of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TopologyProblem {
     /// Two elements with the same corners: the mass would count twice.
     DuplicateElement {
-        /// The element first in the list.
+        /// The first element in the list.
         first: u32,
-        /// The one that repeats it.
+        /// The element that repeats it.
         second: u32,
     },
-    /// An element that names a node twice.
+    /// An element that uses a node twice.
     RepeatedNode {
-        /// The element.
+        /// Index of the element.
         element: u32,
-        /// The node.
+        /// Index of the node.
         node: u32,
     },
-    /// A face shared by three elements or more.
+    /// A face shared by three or more elements.
     FaceSharedByMany {
-        /// All of them.
+        /// Indices of the elements.
         elements: Vec<u32>,
     },
-    /// Two neighbours whose common face looks the same way from both: one of them is inside out, or they overlap.
+    /// Two neighbours on the same side of their common face: one of them is inverted, or they overlap.
     SameSideOfFace {
-        /// The two elements.
+        /// Indices of the two elements.
         elements: [u32; 2],
     },
-    /// Two neighbours that share the corners of a face, but not the nodes between them: there they come apart.
+    /// Two neighbours that share the corners of a face, but not its mid-side nodes: they separate there.
     NodesBetweenCorners {
-        /// The two elements.
+        /// Indices of the two elements.
         elements: [u32; 2],
     },
 }
@@ -161,7 +161,7 @@ impl fmt::Display for TopologyProblem {
     }
 }
 
-/// All that is wrong with how the elements hang together, in the order of the elements; empty for a sound mesh.
+/// All defects of the mesh topology, in the order of the elements; empty for a valid mesh.
 pub fn topology_problems(cells: &Cells) -> Vec<TopologyProblem> {
     let mut problems = Vec::new();
     for (e, Cell { nodes, .. }) in cells.iter().enumerate() {
@@ -175,7 +175,7 @@ pub fn topology_problems(cells: &Cells) -> Vec<TopologyProblem> {
         problems.push(TopologyProblem::DuplicateElement { first, second });
     }
 
-    // A duplicate shares all its faces: it is reported once above, not at each of them.
+    // A duplicate shares all its faces: it is reported once above, not for each of them.
     let mut shared: Vec<(u32, TopologyProblem)> = Vec::new();
     for group in face_groups(&sorted_faces(cells)) {
         let group: Vec<&Face> = group.iter().filter(|face| !duplicate[face.element as usize]).collect();
@@ -193,7 +193,7 @@ pub fn topology_problems(cells: &Cells) -> Vec<TopologyProblem> {
     problems
 }
 
-/// What is wrong with two neighbours at their common face.
+/// Defect of two neighbours at their common face.
 fn problem_between(cells: &Cells, faces: [&Face; 2]) -> Option<TopologyProblem> {
     let [(a, of_a), (b, of_b)] = faces.map(|face| {
         let cell = cells.get(face.element as usize);
@@ -213,7 +213,7 @@ fn problem_between(cells: &Cells, faces: [&Face; 2]) -> Option<TopologyProblem> 
     differ.then_some(TopologyProblem::NodesBetweenCorners { elements })
 }
 
-/// One side of one element, under the sorted corners of that face; a triangle has a last one that no node has.
+/// A face of an element, under its sorted corners; for a triangle the last one is not a node.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Face {
     key: [u32; 4],
@@ -221,7 +221,7 @@ struct Face {
     side: u8,
 }
 
-/// All faces of all elements, equal faces next to each other.
+/// All faces of all elements, equal faces adjacent.
 fn sorted_faces(cells: &Cells) -> Vec<Face> {
     let count = cells.counts().iter().map(|(kind, count)| kind.table().faces.len() * count).sum();
     let mut faces = Vec::with_capacity(count);
@@ -236,7 +236,7 @@ fn sorted_faces(cells: &Cells) -> Vec<Face> {
     faces
 }
 
-/// Some of the nodes of a cell, and `u32::MAX` behind them where they are fewer than four.
+/// Up to four nodes of a cell, padded with `u32::MAX`.
 fn chosen(nodes: &[u32], places: &[usize]) -> [u32; 4] {
     match *places {
         [a, b, c, d] => [nodes[a], nodes[b], nodes[c], nodes[d]],
@@ -245,23 +245,23 @@ fn chosen(nodes: &[u32], places: &[usize]) -> [u32; 4] {
     }
 }
 
-/// The runs of equal faces.
+/// Groups of equal faces.
 fn face_groups(sorted: &[Face]) -> impl Iterator<Item = &[Face]> {
     sorted.chunk_by(|a, b| a.key == b.key)
 }
 
-/// One side of a kind.
+/// A face of a kind of cell.
 fn side_of(kind: CellKind, side: u8) -> &'static CellFace {
     &kind.table().faces[usize::from(side)]
 }
 
-/// Whether two faces of the same `n` corners run round in opposite senses.
+/// Whether two faces with the same `n` corners have opposite orientation.
 fn opposite(a: [u32; 4], b: [u32; 4], n: usize) -> bool {
     let Some(start) = b.iter().position(|&node| node == a[0]) else { return false };
     (0..n).all(|i| a[i] == b[(start + n - i) % n])
 }
 
-/// Pairs (first, repetition) of elements with the same corners, sorted.
+/// Pairs (first, duplicate) of elements with the same corners, sorted.
 fn duplicate_elements(cells: &Cells) -> Vec<(u32, u32)> {
     let key = |cell: Cell| {
         let (mut key, corners) = ([u32::MAX; 8], cell.kind.table().corners);

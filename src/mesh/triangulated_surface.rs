@@ -1,27 +1,28 @@
-//! A skin as triangles: where a ray meets it, and how it is inclined there.
+//! A boundary surface as triangles: intersection with rays, and normals.
 
 use crate::mechanics::tensor::Vec3;
 
-/// Cosine of the turn from one triangle to the next from which on the edge between them is sharp: 60°.
+/// Cosine of the angle between two triangles above which their common edge is sharp: 60°.
 const SHARP: f64 = 0.5;
 
-/// A surface of quadrilateral faces, each of them two triangles, with what lies across each edge.
+/// A surface of quadrilateral faces, each split into two triangles, with the neighbour across each edge.
 #[derive(Clone, Debug)]
 pub struct TriangulatedSurface {
     /// Positions of the nodes [m].
     positions: Vec<Vec3>,
     /// Corners of each triangle, counter-clockwise seen from outside.
     triangles: Vec<[u32; 3]>,
-    /// The triangle across each edge; edge k runs from corner k to the next. `None` on the border.
+    /// Triangle across each edge; edge k runs from corner k to the next. `None` at a border.
     neighbours: Vec<[Option<usize>; 3]>,
 }
 
-/// A point of a skin.
+/// A point of a boundary surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// Where it is [m].
     pub place: Vec3,
-    /// Outward unit normal of the smooth surface that the facets stand for. It has no jump where triangles meet, but at sharp edges.
+    /// Outward unit normal of the smooth surface that the facets approximate; continuous across triangles except at sharp
+    /// edges.
     pub normal: Vec3,
 }
 
@@ -33,8 +34,8 @@ impl TriangulatedSurface {
         Self { neighbours: neighbours(&triangles), triangles, positions }
     }
 
-    /// The point where a ray first enters the body, and how far away it is, as a multiple of `direction` (of any length). `None`
-    /// where it never does.
+    /// Where a ray first enters the body: the distance as a multiple of `direction` (any length), and the point. `None` if
+    /// it does not.
     ///
     /// The signs of d · (b × c) tell on which side of an edge the ray passes. From the two sides of an edge they are exactly
     /// opposite, so that no ray slips through between two triangles.
@@ -62,28 +63,28 @@ impl TriangulatedSurface {
         self.triangles.len()
     }
 
-    /// The nodes of a triangle.
+    /// Node indices of a triangle.
     pub(super) fn nodes(&self, triangle: usize) -> [usize; 3] {
         self.triangles[triangle].map(|node| node as usize)
     }
 
-    /// Where the corners of a triangle are [m].
+    /// Positions of the corners of a triangle [m].
     pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.nodes(triangle).map(|node| self.positions[node])
     }
 
-    /// The triangle across an edge.
+    /// The triangle across an edge; `None` at a border.
     pub(super) fn across(&self, triangle: usize, edge: usize) -> Option<usize> {
         self.neighbours[triangle][edge]
     }
 
-    /// Cosine of the turn between two triangles, if the edge between them is sharp.
+    /// Cosine of the angle between two triangles, if their common edge is sharp.
     pub(super) fn sharp_turn(&self, triangle: usize, other: usize) -> Option<f64> {
         let [a, b] = [triangle, other].map(|t| self.area_vector(t).try_normalize(0.0));
         a.zip(b).map(|(a, b)| a.dot(&b)).filter(|cosine| *cosine < SHARP)
     }
 
-    /// The point of a triangle at a place in it.
+    /// The surface point at a position in a triangle.
     ///
     /// Its normal is interpolated between the corners.
     pub(super) fn point(&self, triangle: usize, place: Vec3) -> SurfacePoint {
@@ -95,13 +96,14 @@ impl TriangulatedSurface {
         SurfacePoint { place, normal: sum.try_normalize(0.0).unwrap_or_else(flat) }
     }
 
-    /// Unit normal of the smooth surface at a corner of a triangle: of all triangles around that node that are reached without
-    /// crossing a sharp edge, each weighted with e₁ × e₂ / (|e₁|² |e₂|²). Exact where the nodes lie on a sphere, or regularly on a
-    /// round cylinder, however uneven the triangles are (Max 1999, Weights for computing vertex normals from facet normals).
+    /// Unit normal of the smooth surface at a corner of a triangle: over all triangles around that node that can be reached
+    /// without crossing a sharp edge, each weighted with e₁ × e₂ / (|e₁|² |e₂|²). Exact where the nodes lie on a sphere, or
+    /// regularly on a round cylinder, however uneven the triangles are (Max 1999, Weights for computing vertex normals from
+    /// facet normals).
     fn corner_normal(&self, triangle: usize, corner: usize) -> Vec3 {
         let node = self.triangles[triangle][corner];
         let mut sum = self.weighted_normal(triangle, corner);
-        // The edges at a corner k are k, and k + 2, which leads to it: once round the one way, and what is left the other way.
+        // The edges at a corner k are k and k + 2: first around one way, then the rest the other way.
         for side in [0, 2] {
             let (mut here, mut at) = (triangle, corner);
             while let Some(next) = self.across(here, (at + side) % 3) {
@@ -137,7 +139,7 @@ fn normalized(sum: Vec3) -> Vec3 {
     sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
 }
 
-/// The triangle across each edge. An edge of more than two triangles counts as border.
+/// The triangle across each edge. An edge of more than two triangles counts as a border.
 fn neighbours(triangles: &[[u32; 3]]) -> Vec<[Option<usize>; 3]> {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for (index, triangle) in triangles.iter().enumerate() {

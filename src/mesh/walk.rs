@@ -1,34 +1,34 @@
-//! Straight ahead over a skin.
+//! Straight paths over a boundary surface.
 
 use super::triangulated_surface::{SurfacePoint, TriangulatedSurface};
 use crate::mechanics::tensor::Vec3;
 
-/// Why a walk ends before its length.
+/// Why a path ends before its length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WalkEnd {
-    /// What is there.
+    /// The obstacle.
     pub what: Obstacle,
-    /// Where [m].
+    /// Its position [m].
     pub place: Vec3,
-    /// What was walked until there [m].
+    /// Length of the path up to there [m].
     pub walked: f64,
 }
 
-/// What ends a walk.
+/// An obstacle that ends a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
-    /// An edge with nothing behind it.
+    /// An edge of an open surface.
     Border,
-    /// A sharp edge.
+    /// An edge where the surface is sharply bent.
     SharpEdge {
-        /// By how much the skin turns there [°].
+        /// Angle between the faces [°].
         turn_deg: f64,
     },
-    /// The beginning of the walk, from behind.
+    /// The start of the path, reached from behind.
     Beginning,
 }
 
-/// The plane that a walk stays in: a point, and the unit normal to its left.
+/// The plane that contains a path: a point, and the unit normal to its left.
 struct Cut {
     point: Vec3,
     left: Vec3,
@@ -38,8 +38,8 @@ impl TriangulatedSurface {
     /// The point that lies `length` [m] (≥ 0) over the skin from another one, straight ahead in a direction (of any length, not
     /// along the normal).
     ///
-    /// The way is the curve in which the skin is cut by the plane of the normal and the direction: a straight line on a flat skin, a
-    /// great circle on a ball. Its length is that on the facets.
+    /// The path is the section of the surface with the plane of normal and direction: a straight line on a plane, a great
+    /// circle on a ball. Its length is measured on the facets.
     ///
     /// # Errors
     /// What ends the way before: a border, an edge where the skin turns by more than 60°, or the beginning.
@@ -72,8 +72,8 @@ impl TriangulatedSurface {
         Err(ended(Obstacle::Border, place, walked))
     }
 
-    /// The triangle on the plane that the walk begins in: the one whose cut is nearest to its point. (That which the point was found
-    /// in may lie beside the plane by rounding, or behind one of its corners.)
+    /// The triangle cut by the plane in which the path begins: the one whose section is nearest to its point. (The triangle
+    /// in which the point was found may miss the plane by rounding, or lie behind one of its corners.)
     fn nearest_on(&self, cut: &Cut) -> Option<usize> {
         let distance = |triangle: usize| {
             let ends = [self.entrance(triangle, cut)?, self.exit(triangle, cut)?];
@@ -87,20 +87,21 @@ impl TriangulatedSurface {
         distances.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, triangle)| triangle)
     }
 
-    /// The edge by which the walk leaves a triangle: from its right to its left, as they run counter-clockwise. A node on the plane
-    /// counts as left of it, from all its triangles alike: each that is cut has one such edge, and its neighbour is entered there.
+    /// The edge by which the path leaves a triangle: from its right to its left, in counter-clockwise order. A node on the
+    /// plane counts as left of it, for all its triangles alike: each triangle that is cut has one such edge, and its
+    /// neighbour is entered there.
     fn exit(&self, triangle: usize, cut: &Cut) -> Option<usize> {
         let is_left = self.corners(triangle).map(|x| cut.height(&x) >= 0.0);
         (0..3).find(|&edge| !is_left[edge] && is_left[(edge + 1) % 3])
     }
 
-    /// The edge by which it comes in, from left to right.
+    /// The edge by which the path enters, from left to right.
     fn entrance(&self, triangle: usize, cut: &Cut) -> Option<usize> {
         let is_left = self.corners(triangle).map(|x| cut.height(&x) >= 0.0);
         (0..3).find(|&edge| is_left[edge] && !is_left[(edge + 1) % 3])
     }
 
-    /// Where an edge meets the plane [m]; its ends lie on two sides.
+    /// Intersection of an edge with the plane [m]; its ends lie on opposite sides.
     fn crossing(&self, triangle: usize, edge: usize, cut: &Cut) -> Vec3 {
         let corners = self.corners(triangle);
         let (a, b) = (corners[edge], corners[(edge + 1) % 3]);
@@ -110,7 +111,7 @@ impl TriangulatedSurface {
 }
 
 impl Cut {
-    /// How far left of the plane a point is [m].
+    /// Signed distance of a point to the left of the plane [m].
     fn height(&self, x: &Vec3) -> f64 {
         self.left.dot(&(x - self.point))
     }
@@ -140,7 +141,7 @@ mod tests {
             radius_m: RADIUS,
             elements_around: 6,
             elements_through: 1,
-            // Unlike facets: normals must not lean towards the larger ones.
+            // Uneven facets: normals must not lean towards the larger ones.
             grading: 2.0,
             is_quarter: false,
             part: "ball".into(),
@@ -162,7 +163,7 @@ mod tests {
     }
 
     proptest! {
-        /// The way over the facets is a convex polygon between the ball and the largest ball inside the facets.
+        /// The path over the facets is a convex polygon between the ball and the largest ball inside the facets.
         #[test]
         fn on_a_ball_the_way_is_a_great_circle(
             up in prop::array::uniform3(-1.0..1.0_f64), along in prop::array::uniform3(-1.0..1.0_f64),
@@ -181,7 +182,7 @@ mod tests {
             prop_assert!(to.place.dot(&across).abs() < 1e-12);
             let turned = to.normal.dot(&across.cross(&up)).atan2(to.normal.dot(&up)).rem_euclid(2.0 * PI);
             let turned = if turned > 6.2 { turned - 2.0 * PI } else { turned };
-            // The first and the last straight piece lie askew below the ball by what they are deep.
+            // The first and the last segment are inclined by the depth of the facets below the ball.
             let askew = (inner / RADIUS).acos();
             prop_assert!(turned > share * (1.0 - 1e-12) - askew * (1.0 - inner / RADIUS));
             prop_assert!(turned < share * RADIUS / inner * (1.0 + 1e-12) + 1e-12, "{turned} {share}");
@@ -237,7 +238,8 @@ mod tests {
         let (_, from) = baton.entry(&Vec3::new(0.003, 0.01, 0.1), &-Vec3::z()).unwrap();
         let corners = f64::from(4 * around);
         let perimeter = corners * 2.0 * RADIUS * (PI / corners).sin();
-        // The normal leans by what the point is off the axis: the section is that of a plane through it and the axis of the baton.
+        // The normal is inclined by the offset of the point from the axis: the section is that of a plane through it and
+        // the axis of the baton.
         let end = baton.walk(&from, &Vec3::x(), 10.0 * RADIUS).unwrap_err();
         assert_eq!(end.what, Obstacle::Beginning);
         assert!((end.walked - perimeter).abs() < 1e-12, "{} {perimeter}", end.walked);

@@ -1,4 +1,4 @@
-//! What a scene asks to be recorded and measured.
+//! Requested output: field times, and the inputs of the measures.
 
 use super::{ForceAverage, MeasurePlan, PlanBody, TissueEnd};
 use crate::scene::Scene;
@@ -6,10 +6,10 @@ use crate::scene::document::{BodyDocument, Generator, MeshDocument, Role, SceneD
 use crate::scene::exposed_faces::exposed_faces;
 use std::collections::BTreeSet;
 
-/// Field frames of a run that asks for none in particular.
+/// Default number of field frames of a run.
 const DEFAULT_FIELD_FRAMES: u32 = 50;
 
-/// Field times closer than this share of the end time are the same.
+/// Field times closer than this fraction of the end time coincide [-].
 const SAME_TIME: f64 = 1e-9;
 
 /// Times [s] that the run hits exactly, from 0 to the end.
@@ -25,8 +25,9 @@ pub(super) fn field_times(scene: &Scene) -> Vec<f64> {
             (1..DEFAULT_FIELD_FRAMES).map(|i| end * f64::from(i) / f64::from(DEFAULT_FIELD_FRAMES)).collect()
         }
     };
+    // Times inside the run, with its start and end.
     times.retain(|t| *t > 0.0 && *t < end);
-    // Times that differ by rounding alone are one: a step from one to the other would be no step.
+    // Times that differ by rounding alone are one: otherwise a step would have no length.
     times.retain(|t| end - t > SAME_TIME * end && *t > SAME_TIME * end);
     times.insert(0, 0.0);
     times.push(end);
@@ -34,7 +35,7 @@ pub(super) fn field_times(scene: &Scene) -> Vec<f64> {
     times
 }
 
-/// The tissue's skin: the asked node set, or the outer surface without faces that are wholly held.
+/// Inputs of the measures. The tissue's skin is the requested node set, or the boundary without faces that are wholly held.
 pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
     let document = &scene.document.measures;
     let ascending = |thresholds: &[f64]| {
@@ -66,7 +67,7 @@ pub(super) fn measures(scene: &Scene, bodies: &[PlanBody]) -> MeasurePlan {
     }
 }
 
-/// Node sets of a generated limb that are cuts through it.
+/// Node sets of a generated limb on its cut sections.
 pub const CUTS: [&str; 2] = ["end_low", "end_high"];
 
 /// Held node sets by name, the cuts of generated limbs, and outer faces that are no skin; not those that a symmetry holds.
@@ -110,7 +111,7 @@ fn tissue_ends(scene: &Scene, bodies: &[PlanBody], boundary: &[[u32; 4]]) -> Vec
     ends
 }
 
-/// Whether the tissue is at rest in its own frame and undeformed, and no load or support can deform it.
+/// Whether the tissue is undeformed and at rest in its own frame, and no load or support can deform it.
 fn is_moved_by_contact_alone(document: &SceneDocument) -> bool {
     let is_zero = |vector: [f64; 3]| vector.iter().all(|x| *x == 0.0);
     let is_still = |body: &BodyDocument| {

@@ -1,4 +1,4 @@
-//! Scene → Plan.
+//! Scene → plan: element blocks, masses, contact pairs, loads, integrator.
 
 use super::asked::{field_times, measures};
 use super::contact::compile_contact;
@@ -23,10 +23,10 @@ use crate::scene::{Scene, SceneBody};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Compiles a scene.
+/// Compiles a scene to a plan.
 ///
 /// # Errors
-/// Inverted elements and massless nodes, which validation reports earlier and in full.
+/// Inverted elements and massless nodes, which validation reports earlier and in full; invalid followers.
 pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     let _span = tracing::debug_span!("compile", scene = scene.document.name).entered();
     let document = &scene.document;
@@ -38,7 +38,7 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
         }
     }
     let followers = Followers::new(parts.X.len(), &parts.ties);
-    // Each body's have been looked at by themselves.
+    // The followers of each body have been checked separately.
     parts.followers =
         Arc::new(followers.map_err(|error| CompileError::Followers { body: String::new(), error })?);
     parts.loads = Loads::new(scene, &parts.bodies, &parts.X);
@@ -52,10 +52,10 @@ pub fn compile(scene: &Scene) -> Result<Plan, CompileError> {
     Ok(complete(scene, parts, assembly, (integrator, preload)))
 }
 
-/// As [`compile`], of a scene that differs from `before`, whose `plan` is at hand, only in how its bodies fly and spin and in
-/// friction: elements, masses and the order of elimination are taken over. Any other scene is compiled from the start.
+/// As [`compile`], for a scene that differs from `before` (with plan `plan`) only in velocities, spins and friction:
+/// elements, masses and the order of elimination are reused. Any other scene is compiled from the start.
 ///
-/// The plan is the one that [`compile`] makes, to the last bit.
+/// The plan equals that of [`compile`] to the last bit.
 ///
 /// # Errors
 /// As [`compile`].
@@ -77,6 +77,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
         ties: BTreeMap::new(),
         followers: plan.assembly.followers().clone(),
     };
+    // New velocities; everything else is reused.
     for (index, (document, body)) in scene.document.bodies.iter().zip(&scene.bodies).enumerate() {
         let nodes = &parts.bodies[index].nodes;
         let nodes = nodes.start as usize..nodes.end as usize;
@@ -91,7 +92,7 @@ pub fn recompile(plan: Plan, before: &Scene, scene: &Scene) -> Result<Plan, Comp
     Ok(complete(scene, parts, plan.assembly, (plan.integrator, plan.preload)))
 }
 
-/// The plan of what was collected.
+/// The plan of the collected parts.
 fn complete(
     scene: &Scene,
     mut parts: Parts,
@@ -99,7 +100,7 @@ fn complete(
     (integrator, preload): (Integrator, Option<Box<Implicit>>),
 ) -> Plan {
     let document = &scene.document;
-    // What starts in motion or deformed does so as its masters do.
+    // Initial displacements and velocities of followers are those of their masters.
     parts.followers.follow(&mut parts.u);
     parts.followers.follow(&mut parts.v);
     let still = |values: &[Vec3]| values.iter().all(|v| *v == Vec3::zeros());
@@ -112,6 +113,7 @@ fn complete(
         Integrator::Implicit(implicit) => implicit.step,
     };
     let until = document.end_time_s + LONGER_THAN_A_STEP * longest_step;
+    // Contact needs a bound on the end of the last step.
     let (contact, distant_pairs) =
         compile_contact(document, &parts.bodies, &parts.X, &motions(document, &parts), until);
     parts.rigid.note_pairs(contact.as_ref(), &parts.bodies);
@@ -146,16 +148,17 @@ fn complete(
         has_cheaper_runs: document.solver.error_bars != ErrorBarsDocument::None && !document.has_mesh_file(),
         report: PlanReport::default(),
     };
+    // Quantities that need the plan itself.
     plan.holder = Holder::new(&plan, |_| true, !document.planes.is_empty());
     plan.rounding_energy = rounding_energy(&plan) + rigid_rounding_energy(&plan, document);
     plan.report = report(&plan, scene, &steps, forces.memory());
     plan
 }
 
-/// No step is longer than the shortest stable step, let alone than this many times that of one body.
+/// Bound on the length of a step, as a multiple of the smallest critical time step of one body [-].
 const LONGER_THAN_A_STEP: f64 = 1.01;
 
-/// What is known of the bodies' motion before the run.
+/// Bounds on the motion of the bodies, known before the run.
 fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
     let is_loaded = is_loaded(document);
     let start = [&parts.u[..], &parts.v, &parts.inverse_mass];
@@ -170,7 +173,7 @@ fn motions(document: &SceneDocument, parts: &Parts) -> Vec<BodyMotion> {
     parts.bodies.iter().map(driven).collect()
 }
 
-/// Whether something pulls at every node from the first step.
+/// Whether a load acts on every node from the first step.
 fn is_loaded(document: &SceneDocument) -> bool {
     document.gravity_m_per_s2.is_some_and(|g| Vec3::from(g) != Vec3::zeros())
         || document.settle.is_some()
@@ -187,10 +190,10 @@ fn skips_inactive_elements(document: &SceneDocument, parts: &Parts) -> bool {
         && meshes.any(|body| body.nodes.clone().any(rests))
 }
 
-/// Strains that differences of displacements may have by rounding, some thousand ulps of a displacement of a body's size.
+/// Strain that rounding of displacements may cause [-]: some thousand ulps of a displacement of the size of a body.
 const ROUNDING_STRAIN: f64 = 1e-12;
 
-/// m c² ε² of all bodies, ε the strain of rounding: a body at rest in a turned place is never quite at rest.
+/// m c² ε² of all bodies [J], ε the rounding strain: a body at rest in a rotated position is never quite at rest.
 fn rounding_energy(plan: &Plan) -> f64 {
     let fastest = |b: usize| {
         let blocks = plan.blocks.iter().filter(|block| block.body == b);
@@ -199,8 +202,8 @@ fn rounding_energy(plan: &Plan) -> f64 {
     plan.bodies.iter().enumerate().map(|(b, body)| body.mass * (fastest(b) * ROUNDING_STRAIN).powi(2)).sum()
 }
 
-/// m s² τ of the rigid bodies, s a bound of the speed of flight, spin and fall, τ the tolerance of contact: what the impulses
-/// that hold a body are uncertain by, a body at rest is moved by.
+/// m s² τ of the rigid bodies [J], s a bound on the speed of flight, spin and fall, τ the tolerance of contact: the
+/// uncertainty of the contact impulses moves even a supported body.
 fn rigid_rounding_energy(plan: &Plan, document: &SceneDocument) -> f64 {
     let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
     let fall = plan.gravity.map_or(0.0, |g| g.norm() * duration);
@@ -238,6 +241,7 @@ fn add_body(
     parts.v.extend(spin_velocities(document, body, &mass, &inverse_mass));
     parts.inverse_mass.extend(inverse_mass);
 
+    // Elements, in blocks of one kernel each.
     let viscosity = bulk_viscosities(&scene.integrator);
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
@@ -245,6 +249,7 @@ fn add_body(
     let elements = hexes.iter().zip(geometry);
     add_blocks(&mut parts.blocks, &globals, document, body, elements)?;
 
+    // Boundary surface, with global node numbers.
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
     let faces: Vec<[u32; 4]> =
         mesh.hanging.boundary(surface::boundary(&mesh.cells)).iter().map(global).collect();
@@ -273,7 +278,7 @@ fn add_body(
     Ok(())
 }
 
-/// Nodes that follow others have no inertia of their own, and are held and driven as their masters are: by no more than these.
+/// Followers have no inertia of their own, and are held or driven as their masters are, never more.
 fn check_followers(parts: &mut Parts) -> Result<(), CompileError> {
     let followers = parts.followers.clone();
     for (node, masters) in followers.each() {
@@ -290,7 +295,7 @@ fn check_followers(parts: &mut Parts) -> Result<(), CompileError> {
     Ok(())
 }
 
-/// How far the law of each part of a mesh may be believed; a part without elements has no law, and the range of any.
+/// Range of validity of the law of each part of a mesh; a part without elements is skipped.
 fn validity_of_parts(document: &BodyDocument, body: &crate::scene::SceneBody) -> Vec<Validity> {
     let of_part = |part: usize| {
         let element = body.mesh.part_of.iter().position(|p| *p as usize == part).unwrap_or(0);
@@ -300,7 +305,7 @@ fn validity_of_parts(document: &BodyDocument, body: &crate::scene::SceneBody) ->
     (0..body.mesh.parts.len()).filter_map(of_part).collect()
 }
 
-/// Two nodes: the centre of mass, and the spin in the axes of the body.
+/// Adds a rigid body as two nodes: the centre of mass, and the spin in the axes of the body.
 fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::scene::RigidSceneBody) {
     let centre = parts.X.len() as u32;
     let first_element = parts.bodies.last().map_or(0, |b| b.elements.end);
@@ -339,12 +344,12 @@ fn add_rigid_body(parts: &mut Parts, document: &BodyDocument, rigid: &crate::sce
     });
 }
 
-/// Velocities of the two nodes of a rigid body, flight apart: at rest, and the spin in the axes of the body.
+/// Velocities of the two nodes of a rigid body relative to its flight: zero, and the spin in the axes of the body.
 fn rigid_velocities(document: &BodyDocument, orientation: crate::mechanics::rigid::Rotation) -> [Vec3; 2] {
     [Vec3::zeros(), orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s))]
 }
 
-/// The elements of a mesh, all of which are hexahedra of eight nodes.
+/// The elements of a mesh, which must all be eight-node hexahedra.
 fn hexahedra<'a>(document: &BodyDocument, mesh: &'a Mesh) -> Result<&'a [[u32; 8]], CompileError> {
     mesh.cells.hexes().ok_or_else(|| CompileError::NoElement {
         body: document.name.clone(),
@@ -371,7 +376,7 @@ fn reference_geometry(
     hexes.iter().enumerate().map(of_element).collect()
 }
 
-/// 1/m along each axis, 0 where a fixed set holds it.
+/// 1/m along each axis [1/kg], 0 where a fixed set holds the node.
 fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
     let mut inverse: Vec<Vec3> = mass.iter().map(|m| Vec3::repeat(1.0 / m)).collect();
     for fixed in &document.fixed {
@@ -398,7 +403,7 @@ fn initial_displacement(document: &BodyDocument, X: &Vec3) -> Vec3 {
     document.initial_deformation.as_ref().map_or_else(Vec3::zeros, |deformation| deformation.position(X) - X)
 }
 
-/// ω × (x − c) about the centre of mass, zero along the axes that are held.
+/// ω × (x − c) about the centre of mass c [m/s], zero along held axes.
 fn spin_velocities(
     document: &BodyDocument,
     body: &SceneBody,
@@ -421,7 +426,7 @@ struct Globals {
     keeps_idle_fibres: bool,
 }
 
-/// One block for every entry of `parts` that has elements, which are given in their order.
+/// Adds one block for every entry of `parts` that has elements; these are given in mesh order.
 fn add_blocks<'a>(
     blocks: &mut Vec<ElementBlock>,
     globals: &Globals,

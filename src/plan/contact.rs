@@ -1,4 +1,4 @@
-//! Which pairs may touch, and who is slave to whom.
+//! Contact pairs of a plan, and the choice of slave and master.
 
 use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
 use super::{ContactPlan, PlanBody};
@@ -9,18 +9,18 @@ use crate::scene::document::{
     ContactPairs, ContactSolver, Keep, PlaneDocument, Role, SceneDocument, SelfContact,
 };
 
-/// One side of a pair as the document names it.
+/// One side of a pair of the document.
 #[derive(Clone, Copy)]
 enum Side<'a> {
     Body(usize),
     Plane(&'a PlaneDocument),
 }
 
-/// Two sides with their friction.
+/// The two sides of a requested pair, and their friction coefficient.
 type Asked<'a> = (Side<'a>, Side<'a>, f64);
 
-/// Compiles the pairs, `None` when nothing may touch; and those that cannot meet. `motions` of the bodies, `until` [s] the
-/// latest time at which a contact may matter.
+/// Compiles the contact pairs (`None` when nothing may touch), and those that cannot meet, given the `motions` of the
+/// bodies and the latest time `until` [s] at which a contact may matter.
 pub(super) fn compile_contact(
     document: &SceneDocument,
     bodies: &[PlanBody],
@@ -44,6 +44,7 @@ pub(super) fn compile_contact(
         solver: document.solver.contact.map(ContactSolver::method),
         always_looks_at_itself: document.keeps(Keep::IdleSelfContact),
     };
+    // Pairs with a rigid side come last.
     let (rigid, meshes): (Vec<Asked>, Vec<Asked>) =
         asked.into_iter().partition(|(a, b, _)| a.is_rigid(bodies) || b.is_rigid(bodies));
     for pair in meshes {
@@ -56,7 +57,7 @@ pub(super) fn compile_contact(
     (Some(plan), distant)
 }
 
-/// Parts the pairs into those that may meet and those that cannot, unless the document keeps those.
+/// Splits the pairs into those that may meet and those that cannot, unless the document keeps the latter.
 fn without_distant_pairs<'a>(
     document: &SceneDocument,
     asked: Vec<Asked<'a>>,
@@ -113,7 +114,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Every pair of sides with its friction, bodies before planes.
+/// All requested pairs with their friction, bodies before planes.
 fn pairs_asked(document: &SceneDocument) -> Vec<Asked<'_>> {
     let default = document.contact.friction;
     let side = |name: &str| {
@@ -167,7 +168,7 @@ fn add_pair(
         (Side::Plane(_), Side::Plane(_)) => return,
     };
     let surface = surface_of(plan, bodies, slave);
-    // A solver that the scene names has three unknowns a contact, whatever rubs.
+    // A solver named by the scene uses three unknowns per contact, with or without friction.
     let keeps_tangential = document.keeps(Keep::TangentialReactions) || plan.solver.is_some();
     let law = if keeps_tangential { ContactLaw::Coulomb(mu) } else { ContactLaw::of(mu) };
     plan.pairs.push(ContactPair { name: names.join("–"), slave: surface, master, law });
@@ -175,7 +176,8 @@ fn add_pair(
     plan.pair_names.push(names.map(str::to_owned));
 }
 
-/// The finer surface in the patch that the bodies sweep towards each other is the slave; a mesh that of a rigid body.
+/// The slave is the surface that is finer in the patch where the bodies move towards each other; against a rigid body, the
+/// mesh.
 fn slave_and_master(
     document: &SceneDocument,
     bodies: &[PlanBody],
@@ -200,7 +202,7 @@ fn slave_and_master(
     }
 }
 
-/// Index of the body's surface in the contact plan, added when it is not there yet.
+/// Index of the body's surface in the contact plan; adds it if necessary.
 fn surface_of(plan: &mut ContactPlan, bodies: &[PlanBody], body: usize) -> usize {
     if let Some(index) = plan.surface_body.iter().position(|b| *b == body) {
         return index;

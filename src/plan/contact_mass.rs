@@ -1,11 +1,12 @@
-//! Redistributed mass: a share of what the nodes of a skin weigh is moved inwards (after Khenous, Laborde & Renard 2008).
+//! Redistributed mass: a fraction of the mass of boundary nodes is moved inwards (after Khenous, Laborde & Renard 2008).
 //!
-//! A lumped node that is caught stops within one step, and its kinetic energy is lost: an error of first order in the element's
-//! size. What a skin node does not weigh it does not lose. Mass moves within each element, so mass and momentum stay, the
-//! element-wise bound of the step holds with the lighter nodes, and the step falls by √(1 − α) at most.
+//! On impact activation a lumped node stops within one step and loses its kinetic energy: an error of first order in the
+//! element size, proportional to the mass of the boundary nodes. Mass moves within each element, so mass and momentum are
+//! conserved, the element-wise bound of the critical time step holds with the lighter nodes, and the step falls by at most
+//! √(1 − α).
 //!
-//! The moments of inertia do not stay: what moves inwards has less of them, and no other place could make up for it with masses that
-//! are positive, since the skin is farthest out. How much is lost is counted for each body, and warned of.
+//! The moments of inertia decrease, since mass moves inwards; with positive masses nothing can compensate this, as the
+//! boundary is farthest from the centre. The loss is computed for each body and reported as a warning.
 
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::tensor::Vec3;
@@ -14,14 +15,14 @@ use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, SceneDocument};
 
-/// Where a body's mass is lumped.
+/// Lumping of a body's mass.
 pub(super) struct ContactMass {
     alpha: f64,
     is_boundary: Vec<bool>,
 }
 
 impl ContactMass {
-    /// With the share `alpha` [-] of the mass of skin nodes moved inwards.
+    /// Lumping that moves the fraction `alpha` [-] of the mass of boundary nodes inwards.
     pub fn new(alpha: f64, mesh: &Mesh) -> Self {
         let mut is_boundary = vec![false; mesh.nodes.len()];
         if alpha > 0.0 {
@@ -49,7 +50,7 @@ impl ContactMass {
     }
 }
 
-/// Mass of every node [kg], from the volumes of the elements' corners [m³].
+/// Mass of every node [kg], from the corner volumes of the elements [m³].
 pub(super) fn lumped_mass(
     document: &BodyDocument,
     body: &SceneBody,
@@ -65,7 +66,7 @@ pub(super) fn lumped_mass(
     mass
 }
 
-/// Share of the polar moment of inertia about the centre of mass that is lost to redistribution [-].
+/// Fraction of the polar moment of inertia about the centre of mass that redistribution removes [-].
 pub(super) fn inertia_lost(
     scene: &SceneDocument,
     document: &BodyDocument,

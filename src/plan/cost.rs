@@ -1,4 +1,4 @@
-//! What a run costs, by the scene's table of costs.
+//! Estimated run time of a plan, from the scene's table of costs.
 
 use super::{Integrator, Plan};
 use crate::mechanics::contact::Master;
@@ -26,7 +26,7 @@ pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64
         sweep_s: plan.blocks.iter().map(sweep).sum(),
         nodes: plan.node_count(),
         slaves: pairs
-            // Where nothing folds, self-contact is hardly looked for.
+            // Without folds, the search for self-contact costs almost nothing.
             .filter(|(_, pair)| pair.master != Master::Surface(pair.slave))
             .map(|(contact, pair)| contact.surfaces[pair.slave].nodes.len())
             .sum(),

@@ -1,17 +1,18 @@
-//! Which pairs cannot meet before the end, by a bound on their motion that is a proof.
+//! Pairs that cannot meet before the end, by a rigorous bound on their motion.
 //!
-//! A body that starts without deformation and spin, without gravity, *flies straight*: its u is exactly zero, and
-//! x = X + V_b t, until a contact reaction acts on it. Its skin is known for the whole run then, and so is how near two such
-//! bodies come. A body whose nodes are all held never moves at all. Whoever may touch somebody may be deflected, and from
-//! then on nothing is known of it: all its pairs stay, and with them its partners in those may be deflected too. So a pair
-//! is left out when, at the fixed point of this rule, both sides fly straight (or are held) and their boxes stay farther
-//! apart than detection reaches, from the start to the end of a step beyond the end time, in which the last reactions are
-//! computed. A body that flies straight keeps its shape and does not meet itself; nor does what it might find near itself at the
-//! start deflect it. Such a pair never has a candidate contact: the run has the same bits with it and without.
+//! A body that starts undeformed and without spin, without gravity, *flies straight*: its u is exactly zero, and x = X +
+//! V_b t, until a contact reaction acts on it. Its boundary surface is then known for the whole run, and so is the smallest
+//! distance of two such bodies. A body with all nodes held never moves. A body that may touch another one may be deflected,
+//! and from then on its motion is unknown: all its pairs stay, and the partners in these may be deflected too. A pair is
+//! omitted if, at the fixed point of this rule, both sides fly straight (or are held) and the distance of their bounding
+//! boxes exceeds the reach of detection from the start to the end of a step beyond the end time, in which the last
+//! reactions are computed. A body that flies straight keeps its shape and does not touch itself; nor is it deflected by
+//! what it might find close to itself at the start. Such a pair never has a candidate contact: the run has the same bits
+//! with it and without.
 //!
-//! Deformed bodies are not bounded, on purpose. A speed like √(2E/m) of a node's mass is no theorem of the discrete motion
-//! (the ledger's ½ v₋ᵀMv₊ does not bound the velocities of a step), so it would have to be watched in every step; that is
-//! what the broad phase does with distant surfaces already, at the same cost.
+//! Deformed bodies are deliberately not bounded. A speed such as √(2E/m) from a node's mass is no theorem of the discrete
+//! motion (the ledger's ½ v₋ᵀMv₊ does not bound the velocities of a step), so it would have to be monitored in every step;
+//! the broad phase already does that with distant surfaces, at the same cost.
 
 use super::PlanBody;
 use crate::mechanics::contact::closest_point::Patch;
@@ -20,41 +21,42 @@ use crate::mechanics::contact::rigid_detection;
 use crate::mechanics::rigid::RigidBody;
 use crate::mechanics::tensor::Vec3;
 
-/// Share of the lengths involved that is given away to rounding.
+/// Relative allowance for rounding of the lengths involved [-].
 const ROUNDING: f64 = 1e-9;
-/// Halvings of the interval in which the closest approach lies.
+/// Number of reductions of the interval that contains the closest approach.
 const ITERATIONS: usize = 200;
 
-/// A pair that was asked for and is left out.
+/// A requested pair that is omitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistantPair {
-    /// Names of the two sides.
+    /// Names of the two sides, joined by a dash.
     pub name: String,
-    /// Whether one of them is the tissue, and the other is not.
+    /// Whether exactly one of them is the tissue.
     pub on_tissue: bool,
-    /// Whether it is a body with itself.
+    /// Whether it is a self-contact pair.
     pub of_itself: bool,
-    /// Why they cannot meet.
+    /// Why the sides cannot meet.
     pub why: String,
 }
 
-/// What is known of a body's motion before the run.
+/// Bounds on the motion of a body that are known before the run.
 #[derive(Clone, Debug)]
 pub(super) struct BodyMotion {
-    /// Box of its skin at the start [m].
+    /// Bounding box of its surface at the start [m].
     low: Vec3,
     high: Vec3,
     flight: Vec3,
-    /// How far its largest face reaches in detection [m].
+    /// Reach of its largest face in detection [m].
     reach: f64,
     /// All nodes are held along all axes.
     held: bool,
-    /// It flies straight unless something touches it.
+    /// It flies straight until something touches it.
     straight: bool,
 }
 
 impl BodyMotion {
-    /// Of a body; `u` [m], `v` [m/s] at the start and `inverse_mass` [1/kg] of all nodes; `is_loaded` when gravity pulls.
+    /// Motion of a deformable body, from the initial `u` [m] and `v` [m/s] and `inverse_mass` [1/kg] of all nodes;
+    /// `is_loaded` under gravity.
     pub fn new(body: &PlanBody, X: &[Vec3], [u, v, inverse_mass]: [&[Vec3]; 3], is_loaded: bool) -> Self {
         let nodes = body.nodes.start as usize..body.nodes.end as usize;
         let zero = |values: &[Vec3]| values[nodes.clone()].iter().all(|x| *x == Vec3::zeros());
@@ -71,7 +73,7 @@ impl BodyMotion {
         }
     }
 
-    /// Of a rigid body, turned anyhow: the box of the ball around it.
+    /// Motion of a rigid body in any orientation: the bounding box of its circumscribed ball.
     pub fn rigid(body: &PlanBody, rigid: &RigidBody, X: &[Vec3], is_loaded: bool) -> Self {
         let (centre, radius) = (X[rigid.centre as usize], rigid.shape.outer_radius());
         Self {
@@ -84,13 +86,13 @@ impl BodyMotion {
         }
     }
 
-    /// The same of a body that loads deform or move.
+    /// The motion if loads deform or move the body.
     #[must_use]
     pub fn driven(self) -> Self {
         Self { held: false, straight: false, ..self }
     }
 
-    /// Largest coordinate that its skin has until a time [s], as a length [m].
+    /// Largest absolute coordinate of its surface until a time [s], as a length [m].
     fn extent(&self, until: f64) -> f64 {
         self.low.amax().max(self.high.amax()) + self.flight.norm() * until
     }
@@ -105,7 +107,7 @@ pub(super) enum Other {
     Plane(Vec3, Vec3),
 }
 
-/// For each pair why it cannot meet until a time [s]; `None` for those that may.
+/// For each pair, why it cannot meet until a time [s]; `None` if it may meet.
 pub(super) fn cannot_meet(
     motions: &[BodyMotion],
     pairs: &[(usize, Other)],
@@ -115,6 +117,7 @@ pub(super) fn cannot_meet(
     loop {
         let verdicts: Vec<Option<String>> =
             pairs.iter().map(|(body, other)| apart(&motions, *body, *other, until)).collect();
+        // Both sides of a pair that may meet may be deflected.
         let mut deflected = false;
         for ((body, other), _) in pairs.iter().zip(&verdicts).filter(|(_, verdict)| verdict.is_none()) {
             let second = match other {
@@ -132,7 +135,7 @@ pub(super) fn cannot_meet(
     }
 }
 
-/// Why the two sides stay apart, if both are known and do.
+/// Why the two sides stay apart, if both motions are known and they do.
 fn apart(motions: &[BodyMotion], body: usize, other: Other, until: f64) -> Option<String> {
     let a = &motions[body];
     let known = |motion: &BodyMotion| motion.held || motion.straight;
@@ -164,10 +167,10 @@ fn apart(motions: &[BodyMotion], body: usize, other: Other, until: f64) -> Optio
     })
 }
 
-/// A lower bound of the distance of two moving boxes until a time [m].
+/// A lower bound on the distance of two moving boxes until a time [m].
 ///
-/// The distance is the norm of ⟨how far apart along each axis⟩, each convex in time, so it is convex: thirds close in on its
-/// least value, and what may lie between is within |relative velocity| × interval.
+/// The distance is the norm of the gaps along each axis, each convex in time, so it is convex: trisection encloses its
+/// minimum, and the variation inside the last interval is at most |relative velocity| × interval.
 fn closest_approach(a: &BodyMotion, b: &BodyMotion, until: f64) -> f64 {
     let drift = a.flight - b.flight;
     let distance = |t: f64| {
@@ -188,7 +191,7 @@ fn closest_approach(a: &BodyMotion, b: &BodyMotion, until: f64) -> f64 {
     (seen - drift.norm() * (late - early)).max(0.0)
 }
 
-/// The least height of a moving box over a plane until a time [m]; linear in time, so at one of its ends.
+/// Smallest height of a moving box above a plane until a time [m]; linear in time, so attained at one end.
 fn least_height(a: &BodyMotion, point: &Vec3, normal: &Vec3, until: f64) -> f64 {
     let lowest = Vec3::from_fn(|i, _| if normal[i] > 0.0 { a.low[i] } else { a.high[i] });
     let at = |t: f64| normal.dot(&(lowest + a.flight * t - point));

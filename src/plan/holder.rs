@@ -1,28 +1,28 @@
-//! What holds bodies: whose frame their energies are told in.
+//! Supports of the bodies, which define the frame of reference of their energies.
 
 use super::{Loads, Plan};
 
-/// Who holds some bodies, along each axis.
+/// Supports of some bodies, along each axis.
 ///
-/// Kinetic energy and work depend on who looks. What an impact does to bodies does not, if it is told in the frame of whoever holds
-/// them, or else in that of their common centre of mass.
+/// Kinetic energy and work depend on the frame of reference. They describe an impact objectively in the frame of the
+/// supports, or else in that of the common centre of mass.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Holder([Hold; 3]);
 
-/// Along one axis.
+/// Support along one axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Hold {
-    /// Nobody.
+    /// No support.
     #[default]
     Free,
     /// Held nodes or a plane.
     Fixed,
-    /// Nodes that move as they are told: indices into [`Loads::prescribed`].
+    /// Nodes with prescribed motion: indices into [`Loads::prescribed`].
     Driven(Vec<usize>),
 }
 
 impl Holder {
-    /// Of a plan's bodies, those that `is_of` says; `on_plane` where they are to touch a plane.
+    /// Supports of the bodies selected by `is_of`; `on_plane` if they may touch a plane.
     pub fn new(plan: &Plan, is_of: impl Fn(usize) -> bool, on_plane: bool) -> Self {
         Self(std::array::from_fn(|axis| {
             let of_axis = plan.loads.prescribed.iter().enumerate();
@@ -30,7 +30,7 @@ impl Holder {
             let driven: Vec<usize> = driven.map(|(index, _)| index).collect();
             let nodes = plan.bodies.iter().enumerate().filter(|(b, _)| is_of(*b));
             let nodes = nodes.flat_map(|(_, body)| body.nodes.start as usize..body.nodes.end as usize);
-            // A driven node is a held one that is told its way.
+            // Driven nodes are held nodes with a prescribed velocity.
             let without_mass = nodes.filter(|node| plan.holds(*node, axis)).count();
             match (on_plane || without_mass > driven.len(), driven.is_empty()) {
                 (true, _) => Hold::Fixed,
@@ -40,7 +40,7 @@ impl Holder {
         }))
     }
 
-    /// Velocity of the holder at a time [s] along each axis [m/s]; `None` where nobody holds.
+    /// Velocity of the support at a time [s] along each axis [m/s]; `None` without support.
     pub fn velocity(&self, loads: &Loads, time: f64) -> [Option<f64>; 3] {
         self.0.each_ref().map(|hold| match hold {
             Hold::Free => None,

@@ -1,4 +1,4 @@
-//! What acts on nodes besides contact: prescribed displacements, loads on faces, and how they grow.
+//! Loads besides contact: prescribed displacements, face loads, and their load curves.
 
 use super::PlanBody;
 use crate::mechanics::face_load::corner_sizes;
@@ -8,12 +8,12 @@ use crate::scene::Scene;
 use crate::scene::document::{FaceLoadDocument, RampDocument, SceneDocument};
 use std::collections::BTreeMap;
 
-/// How a load grows: straight from point to point, constant before the first and after the last.
+/// A load curve: piecewise linear, constant before the first and after the last point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ramp(Vec<(f64, f64)>);
 
 impl Ramp {
-    /// Of a document; `None` stands for what the scene does by default.
+    /// The load curve of a document; `None` stands for the default of the scene.
     fn new(document: Option<&RampDocument>, scene: &SceneDocument) -> Self {
         match document {
             None if scene.integrator.is_quasi_static() => Self(vec![(0.0, 0.0), (scene.end_time_s, 1.0)]),
@@ -25,23 +25,23 @@ impl Ramp {
         }
     }
 
-    /// Through points (time [s], factor), ascending in time.
+    /// A load curve through points (time [s], factor), ascending in time.
     pub fn of_points(points: Vec<(f64, f64)>) -> Self {
         Self(points)
     }
 
-    /// The factor at a time [s].
+    /// Factor at a time [s] [-].
     pub fn at(&self, time: f64) -> f64 {
         let after = self.0.partition_point(|(t, _)| *t <= time);
         match (after.checked_sub(1).and_then(|i| self.0.get(i)), self.0.get(after)) {
             (Some((t0, a)), Some((t1, b))) => a + (b - a) * ((time - t0) / (t1 - t0)),
             (Some((_, factor)), None) | (None, Some((_, factor))) => *factor,
-            // Without points nothing changes it.
+            // Without points the factor is 1.
             (None, None) => 1.0,
         }
     }
 
-    /// How fast the factor changes right after a time [s] [1/s].
+    /// Right derivative of the factor at a time [s] [1/s].
     fn rate(&self, time: f64) -> f64 {
         let after = self.0.partition_point(|(t, _)| *t <= time);
         match (after.checked_sub(1).and_then(|i| self.0.get(i)), self.0.get(after)) {
@@ -51,17 +51,17 @@ impl Ramp {
     }
 }
 
-/// Where the loads are.
+/// Position on the load curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LoadTime {
-    /// Before the clock starts: this share of what they are when it does.
+    /// Before the clock starts: this fraction of the initial loads.
     Preload(f64),
-    /// At a time [s].
+    /// At this time of the run [s].
     Run(f64),
 }
 
 impl LoadTime {
-    /// The factor of a ramp.
+    /// The factor of a load curve [-].
     pub fn factor(self, ramp: &Ramp) -> f64 {
         match self {
             Self::Preload(share) => share * ramp.at(0.0),
@@ -73,53 +73,53 @@ impl LoadTime {
 /// A pressure that follows its faces.
 #[derive(Clone, Debug)]
 pub struct FacePressure {
-    /// Outward faces with global nodes.
+    /// Outward faces, with global nodes.
     pub faces: Vec<[u32; 4]>,
-    /// Where the factor is 1 [Pa].
+    /// Pressure at factor 1 [Pa], positive inwards.
     pub pressure: f64,
-    /// How it grows.
+    /// Load curve of the pressure.
     pub ramp: Ramp,
 }
 
-/// Forces on nodes that keep their direction.
+/// Nodal forces of constant direction.
 #[derive(Clone, Debug)]
 pub struct NodalForces {
-    /// Node and force where the factor is 1 [N].
+    /// Node and force at factor 1 [N].
     pub forces: Vec<(u32, Vec3)>,
-    /// How they grow.
+    /// Load curve of the forces.
     pub ramp: Ramp,
 }
 
-/// A component of a node's displacement that is given.
+/// A prescribed component of a node's displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prescribed {
-    /// Node.
+    /// Global node number.
     pub node: u32,
-    /// Axis.
+    /// Axis, 0 to 2.
     pub axis: usize,
-    /// Where the factor is 1 [m].
+    /// Displacement at factor 1 [m].
     pub displacement: f64,
-    /// How it grows, an index into [`Loads::ramps`].
+    /// Load curve, as an index into [`Loads::ramps`].
     pub ramp: usize,
 }
 
-/// What acts on nodes besides contact and the weight.
+/// All loads on nodes besides contact and weight.
 #[derive(Clone, Debug, Default)]
 pub struct Loads {
-    /// How gravity grows; `None` where it is constant, or there is none.
+    /// Load curve of gravity; `None` where it is constant or absent.
     pub gravity: Option<Ramp>,
-    /// Pressures.
+    /// Pressures that follow their faces.
     pub pressures: Vec<FacePressure>,
-    /// Tractions, and what else acts on nodes.
+    /// Tractions and other nodal forces.
     pub forces: Vec<NodalForces>,
-    /// Ramps of the prescribed displacements.
+    /// Load curves of the prescribed displacements.
     pub ramps: Vec<Ramp>,
-    /// Prescribed displacements, each component of a node once; its inverse mass is zero.
+    /// Prescribed displacements, each component of a node at most once; the inverse mass along it is zero.
     pub prescribed: Vec<Prescribed>,
 }
 
 impl Loads {
-    /// The loads of a scene, whose bodies have been compiled.
+    /// The loads of a scene, for its compiled bodies.
     pub(super) fn new(scene: &Scene, bodies: &[PlanBody], X: &[Vec3]) -> Self {
         let document = &scene.document;
         let mut loads = Self::default();
@@ -172,12 +172,12 @@ impl Loads {
         }
     }
 
-    /// Whether something acts on faces or nodes.
+    /// Whether there are pressures or nodal forces.
     pub fn has_forces(&self) -> bool {
         !(self.pressures.is_empty() && self.forces.is_empty())
     }
 
-    /// Whether a body is loaded or moved by something.
+    /// Whether a load or prescribed displacement acts on a body.
     pub(super) fn act_on(&self, body: &PlanBody) -> bool {
         let of_body = |node: &u32| body.nodes.contains(node);
         self.pressures.iter().flat_map(|p| p.faces.iter().flatten()).any(of_body)
@@ -185,12 +185,12 @@ impl Loads {
             || self.prescribed.iter().any(|p| of_body(&p.node))
     }
 
-    /// A prescribed component of a displacement [m].
+    /// Prescribed displacement of a component at a time [m].
     pub fn displacement(&self, prescribed: &Prescribed, time: LoadTime) -> f64 {
         prescribed.displacement * time.factor(&self.ramps[prescribed.ramp])
     }
 
-    /// How fast it changes right after a time [s] of the run [m/s].
+    /// Prescribed velocity right after a time [s] of the run [m/s].
     pub fn velocity(&self, prescribed: &Prescribed, time: f64) -> f64 {
         prescribed.displacement * self.ramps[prescribed.ramp].rate(time.max(0.0))
     }

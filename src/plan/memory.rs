@@ -1,4 +1,4 @@
-//! Bytes of a run by part, about: from the counts and the sizes of what is kept.
+//! Approximate memory of a run by component, from the counts and the sizes of the stored types.
 
 use super::{Integrator, Plan};
 use crate::mechanics::contact::compliance::MOST_NODES;
@@ -10,29 +10,29 @@ use crate::mechanics::tensor::Vec3;
 use crate::scene::document::FieldName;
 use serde::Serialize;
 
-/// Bytes of a run by part, about.
+/// Approximate memory of a run by component.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct MemoryReport {
-    /// Positions, masses, connectivity and skins of the plan, which forces each node sums, and the matrix and factor of implicit
+    /// Plan [bytes]: positions, masses, connectivity, boundary surfaces, assembly, and the matrix and factor of implicit
     /// steps.
     pub plan_bytes: u64,
-    /// Constants of the elements: geometry, fibres, node numbers.
+    /// Constants of the elements [bytes]: geometry, fibres, node numbers.
     pub elements_bytes: u64,
-    /// The state: displacement, velocity, history of the elements; viscous forces where a part has them.
+    /// State [bytes]: displacement, velocity, history of the elements; viscous forces where a part has them.
     pub state_bytes: u64,
-    /// Buffers of a step: element forces, totals, nodal forces, positions.
+    /// Buffers of a step [bytes]: element forces, totals, nodal forces, positions.
     pub step_bytes: u64,
-    /// Topology and trees of contact, candidates and reactions.
+    /// Contact [bytes]: topology, search trees, candidates and reactions.
     pub contact_bytes: u64,
-    /// Fields at nodes and elements that are recorded.
+    /// Recorded fields at nodes and elements [bytes].
     pub fields_bytes: u64,
-    /// All of it, an element.
+    /// Total divided by the number of elements [bytes].
     pub bytes_per_element: f64,
 }
 
 impl MemoryReport {
-    /// Of a plan whose element forces take so many bytes.
+    /// Memory of a plan whose element forces take `forces_bytes`.
     pub(super) fn new(plan: &Plan, forces_bytes: usize) -> Self {
         let bytes = |count: usize, size: usize| (count * size) as u64;
         let (nodes, vector) = (plan.node_count(), size_of::<Vec3>());
@@ -66,7 +66,7 @@ impl MemoryReport {
         Self { bytes_per_element: report.total_bytes() as f64 / plan.element_count().max(1) as f64, ..report }
     }
 
-    /// All parts together.
+    /// Sum of all components [bytes].
     pub fn total_bytes(&self) -> u64 {
         self.plan_bytes
             + self.elements_bytes
@@ -77,12 +77,14 @@ impl MemoryReport {
     }
 }
 
-/// Bytes of a face in contact: corners, size, neighbours and faces around its corners; and its leaf in the tree of a master.
+/// Bytes of a face in contact: corners, size, neighbours and faces around its corners; and of its leaf in the tree of a
+/// master.
 const BYTES_PER_FACE: usize = 72;
 const BYTES_PER_LEAF: usize = 128;
-/// Bytes of a node on a surface in contact: number, place, snapshot.
+/// Bytes of a node on a surface in contact: number, position, snapshot.
 const BYTES_PER_SURFACE_NODE: usize = 40;
-/// Share of a slave's nodes that are candidates at a time, each with contact, row and reaction: a patch, not the surface.
+/// Fraction of the slave nodes that are candidates at a time, each with contact, row and reaction: a patch, not the
+/// surface.
 const CANDIDATES: f64 = 0.2;
 const BYTES_PER_CANDIDATE: usize = 344 + 2 * size_of::<Stencil>() + size_of::<Reaction>();
 
@@ -100,10 +102,10 @@ fn contact_bytes(plan: &Plan) -> u64 {
         .sum();
     let slaves: usize = contact.pairs.iter().map(|pair| contact.surfaces[pair.slave].nodes.len()).sum();
     let candidates = (CANDIDATES * slaves as f64) as usize;
-    // Implicit steps know what a unit impulse at each of these nodes does to all of them.
+    // Implicit steps store the compliance of these nodes: the response of all to a unit impulse at each.
     let is_explicit = matches!(plan.integrator, Integrator::Explicit(_));
     let compliance = if is_explicit { 0 } else { 8 * (3 * candidates.min(MOST_NODES)).pow(2) };
-    // Positions at the end of a step are for contact alone.
+    // Positions at the end of a step are needed by contact alone.
     let positions = plan.node_count() * size_of::<Vec3>();
     (surfaces + leaves + candidates * BYTES_PER_CANDIDATE + compliance + positions) as u64
 }
@@ -113,7 +115,7 @@ fn fields_bytes(plan: &Plan) -> u64 {
     let scalars = asked(&[FieldName::VonMises, FieldName::Pressure, FieldName::PrincipalStrain]);
     let vectors = asked(&[FieldName::Displacement, FieldName::Velocity]);
     let tensors = asked(&[FieldName::ElementCauchyStress]);
-    // Nodal scalars are averages: with the volume around each node. All need the corners of the elements.
+    // Nodal scalars are averages and need the volume around each node. All need the corners of the elements.
     let nodal = (scalars + usize::from(scalars > 0)) * 8 + vectors * 24;
     let element = tensors * 56 + usize::from(scalars + tensors > 0) * 32;
     (nodal * plan.node_count() + element * plan.element_count()) as u64

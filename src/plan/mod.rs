@@ -1,4 +1,4 @@
-//! The plan: a scene compiled to what it needs. Immutable while it runs; everything not needed is absent.
+//! The plan: a scene compiled to what it needs. Immutable during the run; features that are not needed are absent.
 
 mod asked;
 mod compile;
@@ -50,112 +50,112 @@ use serde::Serialize;
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// What is needed to step one scene. Nodes and elements of all bodies are numbered through, body after body. A rigid body has
-/// two nodes, see [`crate::mechanics::rigid`].
+/// What stepping a scene requires. Nodes and elements are numbered consecutively over all bodies. A rigid body has two
+/// nodes, see [`crate::mechanics::rigid`].
 #[derive(Debug)]
 pub struct Plan {
     /// Name of the scene.
     pub name: String,
-    /// The bodies.
+    /// Bodies, in the order of the scene.
     pub bodies: Vec<PlanBody>,
     /// Reference positions X [m], nodes × 3.
     pub X: Vec<Vec3>,
-    /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for nodes that follow others, whose masters have it.
+    /// Lumped (row sum) mass [kg], nodes; 0 for the spin of a rigid body and for followers, whose mass their masters carry.
     pub mass: Vec<f64>,
-    /// 1/m along each axis [1/kg], 0 where the node is held fixed or follows others; 1/I [1/(kg m²)] for the spin of a rigid body; nodes × 3.
+    /// 1/m along each axis [1/kg], 0 where the node is held or follows others; 1/I [1/(kg m²)] for the spin of a rigid
+    /// body; nodes × 3.
     pub inverse_mass: Vec<Vec3>,
-    /// The rigid bodies; `None` when there are none.
+    /// Rigid bodies; `None` when there are none.
     pub rigid: Option<RigidPlan>,
     /// Elements, in blocks of one kernel each.
     pub blocks: Vec<ElementBlock>,
-    /// Which force contributions each node sums, in which order; and which nodes follow others.
+    /// Force contributions that each node sums, in fixed order; and which nodes follow others.
     pub assembly: crate::mechanics::force::Assembly,
-    /// Contact, when anything may touch.
+    /// Contact, if anything may touch.
     pub contact: Option<ContactPlan>,
-    /// Pairs that were asked for and cannot meet before the end; they are not in `contact`.
+    /// Requested pairs that cannot meet before the end; they are not in `contact`.
     pub distant_pairs: Vec<DistantPair>,
     /// Whether elements that nothing has reached yet are left out of a step.
     pub skip_inactive_elements: bool,
     /// Acceleration of gravity [m/s²].
     pub gravity: Option<Vec3>,
-    /// What else acts on nodes.
+    /// Loads besides gravity and contact.
     pub loads: Loads,
-    /// Quasi-static loading before the clock starts: in steps of a pseudo-time of 1 s.
+    /// Quasi-static loading before the clock starts, in steps of a pseudo-time of 1 s.
     pub preload: Option<Box<Implicit>>,
-    /// Settling before the clock starts.
+    /// Dynamic relaxation before the clock starts.
     pub settle: Option<Settle>,
-    /// Displacement at the start [m], nodes × 3; empty when all are zero.
+    /// Initial displacement [m], nodes × 3; empty when all are zero.
     pub initial_u: Vec<Vec3>,
-    /// Velocity at the start relative to the body's flight [m/s], nodes × 3; empty when all are zero.
+    /// Initial velocity relative to the body's flight [m/s], nodes × 3; empty when all are zero.
     pub initial_v: Vec<Vec3>,
-    /// How to step in time.
+    /// Time integration scheme with its options.
     pub integrator: Integrator,
     /// Largest error of the energy balance [-].
     pub energy_gate: f64,
-    /// Energy that rounding alone may stir up [J]: below it nothing is known about the balance.
+    /// Energy that rounding alone may produce [J]; below it the balance is not meaningful.
     pub rounding_energy: f64,
-    /// What holds the bodies: planes, held and driven nodes. Where nothing does, all may fly along together, and nothing is changed by
-    /// it.
+    /// Supports of the bodies: planes, held and driven nodes. Without any, a common velocity of all bodies has no effect.
     pub holder: Holder,
     /// Simulated time to the end [s].
     pub end_time: f64,
-    /// Times [s] that the run hits exactly and records fields at, ascending; the first is 0, the last the end.
+    /// Times [s] that the run hits exactly and records fields at, ascending; from 0 to the end.
     pub field_times: Vec<f64>,
-    /// Fields asked for.
+    /// Recorded fields.
     pub fields: Vec<FieldName>,
     /// Contact and energy are recorded every so many steps.
     pub every_steps: u32,
-    /// Whether cheaper runs, which error bars come from, go before it.
+    /// Whether cheaper runs for the error bars precede the run.
     pub has_cheaper_runs: bool,
-    /// What the measures need.
+    /// Inputs of the measures.
     pub measures: MeasurePlan,
-    /// What was kept, what was left out, and why.
+    /// What was kept, what was omitted, and why.
     pub report: PlanReport,
 }
 
-/// One body of a plan.
+/// A body of a plan, deformable or rigid.
 #[derive(Debug)]
 pub struct PlanBody {
-    /// Name.
+    /// Name, unique in the scene.
     pub name: String,
-    /// Role in the story.
+    /// Projectile, tissue or other.
     pub role: Role,
-    /// Its nodes.
+    /// Range of its global node numbers.
     pub nodes: Range<u32>,
-    /// Its elements.
+    /// Range of its global element numbers.
     pub elements: Range<u32>,
     /// Velocity V_b of its frame [m/s]: x = X + V_b t + u.
     pub flight_velocity: Vec3,
-    /// Kind and nodes (global) of its elements, in their order.
+    /// Kind and global nodes of its elements, in order.
     pub cells: Cells,
-    /// Part of each of its elements, an index into `parts`.
+    /// Part of each of its elements, as an index into `parts`.
     pub part_of: Vec<u32>,
-    /// Names of its parts.
+    /// Names of its parts, as in the mesh.
     pub parts: Vec<String>,
-    /// How far the law of each part may be believed.
+    /// Range of validity of the law of each part.
     pub validity: Vec<Validity>,
-    /// Whether elements of it may be given up.
+    /// Whether its elements may be eroded.
     pub erodes: bool,
     /// Its skin at the start: outward faces with global nodes. A rigid body has its centre and no faces.
     pub boundary: Surface,
     /// Its index among the rigid bodies, if it is one.
     pub rigid: Option<usize>,
-    /// Mass [kg].
+    /// Total mass [kg].
     pub mass: f64,
     /// Σ m X of its nodes [kg m].
     pub first_moment: Vec3,
-    /// Share of its polar moment of inertia that `contact.mass_redistribution` takes by moving mass inwards [-].
+    /// Fraction of its polar moment of inertia lost by moving mass inwards (`contact.mass_redistribution`) [-].
     pub inertia_lost: f64,
 }
 
 impl PlanBody {
-    /// Its elements that are left, in the order of their numbers.
+    /// Its elements that are not eroded, in ascending order.
     pub fn intact<'a>(&'a self, erosion: &'a Erosion) -> impl Iterator<Item = Cell<'a>> {
         let numbered = self.elements.clone().zip(self.cells.iter());
         numbered.filter(|(element, _)| !erosion.contains(*element)).map(|(_, cell)| cell)
     }
 
-    /// Its skin without the elements that are gone: faces that they have laid bare are in it, their own are not.
+    /// Its boundary surface without eroded elements: with the faces that erosion has exposed.
     pub fn skin_after(&self, erosion: &Erosion) -> Cow<'_, Surface> {
         if !erosion.elements().iter().any(|element| self.elements.contains(element)) {
             return Cow::Borrowed(&self.boundary);
@@ -165,41 +165,41 @@ impl PlanBody {
     }
 }
 
-/// What may touch what.
+/// Contact pairs with their surfaces and solver settings.
 #[derive(Debug)]
 pub struct ContactPlan {
-    /// One surface a body that takes part, in the order of the bodies.
+    /// One surface for each body in contact, in the order of the bodies.
     pub surfaces: Vec<Surface>,
-    /// Body of each surface.
+    /// Body index of each surface.
     pub surface_body: Vec<usize>,
-    /// The pairs; those with a rigid side come last.
+    /// Contact pairs; those with a rigid side come last.
     pub pairs: Vec<ContactPair>,
-    /// How many of them have no rigid side.
+    /// Number of pairs without a rigid side.
     pub mesh_pairs: usize,
-    /// For each pair the bodies of slave and master (`None` for a plane).
+    /// For each pair, the bodies of slave and master (`None` for a plane).
     pub pair_bodies: Vec<(usize, Option<usize>)>,
-    /// Names of both sides of each pair.
+    /// Names of the two sides of each pair.
     pub pair_names: Vec<[String; 2]>,
     /// Largest scaled residual of the solver [-].
     pub tolerance: f64,
-    /// How contacts of two meshes are made discrete.
+    /// Discretisation of contact between two meshes.
     pub discretisation: Discretisation,
-    /// The solver of the library that gets `W`, where the scene names one.
+    /// Solver of the library that is given `W`, if the scene names one.
     pub solver: Option<Method>,
-    /// Whether surfaces are searched for contact with themselves in every step, also where nothing can have come near.
+    /// Whether self-contact is searched for in every step, even where no parts can have come close.
     pub always_looks_at_itself: bool,
 }
 
-/// Settling before the clock starts.
+/// Dynamic relaxation before the clock starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settle {
-    /// How long [s].
+    /// Duration [s].
     pub duration: f64,
     /// Mass-proportional damping α [1/s].
     pub damping: f64,
 }
 
-/// How to step in time.
+/// Time integration scheme.
 #[derive(Clone, Debug)]
 pub enum Integrator {
     /// Central differences.
@@ -211,9 +211,9 @@ pub enum Integrator {
 /// Options of the explicit integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Explicit {
-    /// Share of the stable step [-].
+    /// Safety factor: fraction of the critical time step [-].
     pub safety: f64,
-    /// Largest step [s]; infinite when none was given.
+    /// Largest step [s]; infinite if none is given.
     pub max_step: f64,
     /// Largest change of length of an edge or diagonal in a step, `h max|D|` [-].
     pub largest_strain_increment: f64,
@@ -222,13 +222,13 @@ pub struct Explicit {
 /// Options of the implicit integrator, and the unknowns of its systems.
 #[derive(Clone, Debug)]
 pub struct Implicit {
-    /// Step, unless it has to be cut [s].
+    /// Time step, unless it has to be cut [s].
     pub step: f64,
-    /// A step that would have to be shorter than this ends the run [s].
+    /// The run fails when a step would have to be shorter than this [s].
     pub smallest_step: f64,
-    /// What equilibrium without mass needs, with θ = ξ = 1; `None` with mass.
+    /// Data for equilibrium without mass, with θ = ξ = 1; `None` with mass.
     pub statics: Option<Statics>,
-    /// Weight θ of the end velocity in the motion [-], ½ … 1.
+    /// Weight θ of the end velocity in the update of positions [-], ½ … 1.
     pub theta: f64,
     /// Weight ξ of the end forces [-], ½ … 1.
     pub xi: f64,
@@ -238,7 +238,7 @@ pub struct Implicit {
     pub tolerance: f64,
     /// Unknowns in the order of elimination.
     pub unknowns: Unknowns,
-    /// What its systems cost.
+    /// Size of the linear systems.
     pub systems: SystemSize,
 }
 
@@ -253,15 +253,15 @@ impl Implicit {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct SystemSize {
-    /// Unknowns.
+    /// Number of unknowns.
     pub unknowns: usize,
-    /// Entries of the matrix, its lower triangle.
+    /// Entries of the lower triangle of the matrix.
     pub matrix_entries: usize,
     /// Entries of the factor.
     pub factor_entries: usize,
-    /// Floating-point operations of a factorisation.
+    /// Floating-point operations of one factorisation.
     pub factor_flops: f64,
-    /// Bytes of matrix, factor and working memory.
+    /// Size of matrix, factor and working memory [bytes].
     pub memory_bytes: u64,
 }
 
@@ -279,28 +279,29 @@ impl SystemSize {
     }
 }
 
-/// Where the tissue of the model ends: held nodes, cuts, what is no skin. What reaches it would go on in reality, or be reflected.
+/// Artificial end of the modelled tissue: held nodes, cuts, faces that are not skin. Waves that reach it would be
+/// transmitted or reflected differently in reality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TissueEnd {
-    /// What it is, in words.
+    /// Description, for messages.
     pub name: String,
-    /// Its nodes (global), ascending.
+    /// Global numbers of its nodes, ascending.
     pub nodes: Vec<u32>,
 }
 
-/// What the peak force of a contact is averaged over.
+/// Averaging of the peak force of a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ForceAverage {
-    /// A share of the contact's duration, and some steps at least.
+    /// Over a fraction of the duration of contact, but at least some steps.
     #[default]
     OfContact,
-    /// This time [s].
+    /// Over this time [s].
     Window(f64),
-    /// Filtered instead.
+    /// Filtered instead of averaged.
     Filter(ForceFilter),
 }
 
-/// What the measures need.
+/// Inputs of the measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasurePlan {
     /// Thresholds of von Mises stress [Pa], ascending.
@@ -309,30 +310,30 @@ pub struct MeasurePlan {
     pub energy_density_thresholds: Vec<f64>,
     /// Thresholds of the largest principal strain [-], ascending.
     pub strain_thresholds: Vec<f64>,
-    /// Who is hit, and where.
+    /// The person who is hit, and where.
     pub person: Option<PersonDocument>,
-    /// What the peak force is averaged over.
+    /// Averaging of the peak force.
     pub force_average: ForceAverage,
-    /// Where the tissue of the model ends.
+    /// Artificial ends of the modelled tissue.
     pub tissue_ends: Vec<TissueEnd>,
     /// Whether the tissue starts undeformed and at rest in its own frame, and nothing but contact can deform it.
     pub moved_by_contact_alone: bool,
-    /// Skin of the tissue from which depth is measured: faces with global nodes; empty when there is no tissue.
+    /// Skin of the tissue from which depth is measured: faces with global nodes; empty if there is no tissue.
     pub tissue_skin: Vec<[u32; 4]>,
 }
 
 impl ContactPlan {
-    /// The most contacts that a step can have: one for each slave node of each pair, two where it may lie in a valley, and what is met
-    /// between nodes.
+    /// Largest number of contacts in a step: one for each slave node of each pair, two where it may lie in a valley, and
+    /// those between nodes.
     pub fn most_contacts(&self) -> usize {
         self.most_mesh_contacts() + self.most_rigid_contacts()
     }
-    /// As [`ContactPlan::most_contacts`], of the pairs without a rigid side.
+    /// As [`ContactPlan::most_contacts`], for the pairs without a rigid side.
     pub fn most_mesh_contacts(&self) -> usize {
         let of_pair = |pair: &ContactPair| {
             let slaves = self.surfaces[pair.slave].nodes.len();
             match pair.master {
-                // In valleys; nodes of the master in the slave; edges, of which a surface has two for each of its nodes.
+                // Valleys; master nodes in the slave; edges, of which a surface has two for each of its nodes.
                 Master::Surface(master)
                     if master != pair.slave && self.discretisation != Discretisation::NodeToSurface =>
                 {
@@ -344,8 +345,8 @@ impl ContactPlan {
         };
         self.pairs[..self.mesh_pairs].iter().map(of_pair).sum()
     }
-    /// As [`ContactPlan::most_contacts`], of the pairs with a rigid side; two rigid sides touch in a few points, a face in one or two,
-    /// or in a few where it is one of few.
+    /// As [`ContactPlan::most_contacts`], for the pairs with a rigid side: two rigid sides touch in a few points, a face in
+    /// one or two, or in a few where the surface has few faces.
     pub fn most_rigid_contacts(&self) -> usize {
         let of_pair = |pair: &ContactPair| {
             let Surface { nodes, faces } = &self.surfaces[pair.slave];
@@ -360,12 +361,12 @@ impl Plan {
     pub fn most_contacts(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactPlan::most_contacts)
     }
-    /// The bodies that may touch themselves.
+    /// Bodies with self-contact.
     pub fn bodies_that_meet_themselves(&self) -> impl Iterator<Item = &PlanBody> {
         let pairs = self.contact.iter().flat_map(|contact| &contact.pair_bodies);
         pairs.filter(|(slave, master)| *master == Some(*slave)).map(|(slave, _)| &self.bodies[*slave])
     }
-    /// Whether the run is without mass.
+    /// Whether the run is quasi-static, without mass.
     pub fn is_static(&self) -> bool {
         matches!(&self.integrator, Integrator::Implicit(implicit) if implicit.statics.is_some())
     }
@@ -377,51 +378,52 @@ impl Plan {
     pub fn mesh_node_count(&self) -> usize {
         self.bodies.iter().filter(|b| b.rigid.is_none()).map(|b| b.nodes.len()).sum()
     }
-    /// Number of elements.
+    /// Number of elements of all bodies.
     pub fn element_count(&self) -> usize {
         self.bodies.last().map_or(0, |b| b.elements.end as usize)
     }
-    /// Whether stresses relax.
+    /// Whether a part has stress relaxation.
     pub fn has_memory(&self) -> bool {
         self.blocks.iter().any(|block| !block.parameters.prony.is_none())
     }
-    /// Room for the history that recorders see, chunk by chunk; none where nothing relaxes.
+    /// Buffer for the history seen by recorders, by chunk; empty without stress relaxation.
     pub fn room_for_history(&self) -> Vec<Vec<Row>> {
         if self.has_memory() { ElementForces::no_history(&self.blocks) } else { Vec::new() }
     }
-    /// Whether elements may be given up.
+    /// Whether elements may be eroded.
     pub fn erodes(&self) -> bool {
         self.bodies.iter().any(|body| body.erodes)
     }
-    /// Whether the stress of a part depends on rate or history, bulk viscosity apart.
+    /// Whether the stress of a part depends on rate or history, apart from bulk viscosity.
     pub fn is_viscous(&self) -> bool {
         self.blocks.iter().any(|block| block.parameters.is_viscous())
     }
-    /// Number of slots of all blocks, padding included.
+    /// Number of force slots of all blocks, padding included.
     pub fn slot_count(&self) -> usize {
         self.blocks.last().map_or(0, ElementBlock::end_slot)
     }
-    /// Position x = X + V_b t + u [m] of a node of a body at a time [s] with displacement u [m]; nothing flies before 0.
+    /// Position x = X + V_b t + u [m] of a node of a body at a time [s] with displacement u [m]; bodies do not fly before t
+    /// = 0.
     pub fn position(&self, body: usize, node: usize, time: f64, u: &Vec3) -> Vec3 {
         self.X[node] + self.bodies[body].flight_velocity * time.max(0.0) + u
     }
-    /// What a node's velocity is multiplied with to give its momentum: m [kg] along each axis, or the moments of inertia [kg m²] of
-    /// a rigid body for its spin.
+    /// Factor from a node's velocity to its momentum: m [kg] along each axis, or the moments of inertia [kg m²] of a rigid
+    /// body for its spin.
     pub fn inertia(&self, node: usize) -> Vec3 {
         if self.mass[node] > 0.0 {
             return Vec3::repeat(self.mass[node]);
         }
         self.inverse_mass[node].map(|inverse| 1.0 / inverse)
     }
-    /// Whether a node is held or driven along an axis; one that follows others is not, whoever holds them.
+    /// Whether a node is held or driven along an axis; false for followers, even if their masters are held.
     pub fn holds(&self, node: usize, axis: usize) -> bool {
         self.inverse_mass[node][axis] == 0.0 && !self.assembly.followers().contains(node)
     }
-    /// The body that owns a node.
+    /// Index of the body that owns a node.
     pub fn body_of_node(&self, node: u32) -> usize {
         self.bodies.partition_point(|b| b.nodes.end <= node)
     }
-    /// The body that owns an element.
+    /// Index of the body that owns an element.
     pub fn body_of_element(&self, element: u32) -> usize {
         self.bodies.partition_point(|b| b.elements.end <= element)
     }

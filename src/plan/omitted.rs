@@ -1,4 +1,4 @@
-//! What a plan does without, each with its reason and, where there is one, the switch that puts it back.
+//! Features that a plan omits, each with its reason and, if there is one, the switch that keeps it.
 
 use super::Plan;
 use crate::mechanics::contact::ContactLaw;
@@ -6,15 +6,15 @@ use crate::scene::Scene;
 use crate::scene::document::{FieldName, Keep, Role, SelfContact};
 use serde::Serialize;
 
-/// Something that the plan does without.
+/// A feature that the plan omits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct Omitted {
     /// What.
     pub what: String,
-    /// Why.
+    /// Reason for the omission.
     pub why: String,
-    /// The name in `solver.keep` (or behind `--keep`) that puts it back; null where there is nothing to put back.
+    /// The name in `solver.keep` (or for `--keep`) that keeps it; null where it cannot be kept.
     pub switch: Option<Keep>,
 }
 
@@ -43,7 +43,7 @@ impl List {
     }
 }
 
-/// What a switch puts back.
+/// Features that a switch can keep.
 fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     list.add(
         plan.skip_inactive_elements,
@@ -58,18 +58,18 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     list.add(
         !of_itself.is_empty() && !scene.document.keeps(Keep::IdleSelfContact),
         Some(Keep::IdleSelfContact),
-        format!("the search for self-contact of {}, most of the time", of_itself.join(", ")),
-        "until its parts have moved against each other by as much as they are apart none can touch another",
+        format!("the search for self-contact of {} in most steps", of_itself.join(", ")),
+        "parts cannot touch before their relative motion exceeds their distance",
     );
     let pairs = plan.contact.iter().flat_map(|contact| &contact.pairs);
     let smooth: Vec<&str> =
         pairs.filter(|pair| pair.law == ContactLaw::Frictionless).map(|pair| pair.name.as_str()).collect();
-    let settling = if plan.settle.is_some() { " once it has settled" } else { "" };
+    let settling = if plan.settle.is_some() { " after dynamic relaxation" } else { "" };
     list.add(
         !smooth.is_empty(),
         Some(Keep::TangentialReactions),
         format!("tangential reactions of {}", smooth.join(", ")),
-        format!("without friction a contact has one unknown{settling}"),
+        format!("a frictionless contact has one unknown{settling}"),
     );
     let idle: Vec<String> = idle_fibres(scene).collect();
     list.add(
@@ -84,11 +84,11 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
         !unasked.is_empty(),
         Some(Keep::UnaskedFields),
         format!("the fields {}", unasked.join(", ")),
-        "nobody asked for them",
+        "not requested",
     );
 }
 
-/// What is not in the scene.
+/// Features that the scene does not have.
 fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     let mut add = |is_omitted: bool, what: &str, why: &str| list.add(is_omitted, None, what, why);
     add(
@@ -103,39 +103,35 @@ fn absent(plan: &Plan, scene: &Scene, list: &mut List) {
     add(
         deforms && is_refused,
         "self-contact",
-        "the scene asks for none (`contact.self_contact`): a fold passes through itself",
+        "disabled in the scene (`contact.self_contact`): folds interpenetrate",
     );
     add(
         deforms && !is_refused && !finds_itself,
         "self-contact",
-        "the scene lists no pair: a fold passes through itself",
+        "the scene lists no pair: folds interpenetrate",
     );
-    add(plan.rigid.is_none(), "rigid bodies", "every body deforms");
+    add(plan.rigid.is_none(), "rigid bodies", "every body is deformable");
     add(plan.gravity.is_none(), "gravity", "the scene gives none");
-    add(plan.settle.is_none(), "settling", "the scene asks for none");
+    add(plan.settle.is_none(), "dynamic relaxation", "not requested");
     let has_fibres = plan.blocks.iter().any(|b| b.parameters.material.family_count() > 0);
-    add(!has_fibres, "fibre arithmetic", "no part has fibres that pull");
+    add(!has_fibres, "fibre arithmetic", "no part has fibres with stiffness");
     add(plan.initial_u.is_empty(), "initial deformation", "every body starts undeformed");
     add(plan.initial_v.is_empty(), "initial spin", "no body spins");
     let has_tissue = plan.bodies.iter().any(|b| b.role == Role::Tissue);
     add(!has_tissue, "absorbed energy and depth of stress", "no body is the tissue");
-    add(
-        !has_tissue && plan.fields.is_empty(),
-        "stresses at points",
-        "neither a measure nor a field needs them",
-    );
+    add(!has_tissue && plan.fields.is_empty(), "stresses at points", "not needed by any measure or field");
     let why = if plan.is_viscous() {
-        "no law remembers more than the last rate of strain"
+        "no law depends on more than the current strain rate"
     } else {
-        "every law is elastic: none has any"
+        "every law is elastic"
     };
     let of_bulk = plan.blocks.iter().any(|b| b.parameters.has_bulk_viscosity());
-    let what = if of_bulk { "history variables but those of bulk viscosity" } else { "history variables" };
+    let what = if of_bulk { "history variables except those of bulk viscosity" } else { "history variables" };
     add(!plan.has_memory(), what, why);
-    add(!plan.erodes(), "erosion", "no part says what it bears");
+    add(!plan.erodes(), "erosion", "no part has limits of erosion");
 }
 
-/// Body and part of the fibres of no stiffness.
+/// Body and part of each set of fibres with zero stiffness.
 fn idle_fibres(scene: &Scene) -> impl Iterator<Item = String> {
     let bodies = scene.document.bodies.iter().zip(&scene.bodies);
     bodies.flat_map(|(document, body)| {
@@ -145,7 +141,7 @@ fn idle_fibres(scene: &Scene) -> impl Iterator<Item = String> {
     })
 }
 
-/// The name of a field in documents.
+/// Name of a field in the document.
 fn field_name(field: FieldName) -> String {
     serde_json::to_value(field).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! What a plan is put together from, and why it may not be.
+//! Components of a plan before it is complete, and the errors of compilation.
 
 use super::PlanBody;
 use super::loads::Loads;
@@ -13,49 +13,49 @@ use std::sync::Arc;
 /// Why a validated scene could not be compiled.
 #[derive(Debug, thiserror::Error, PartialEq)]
 pub enum CompileError {
-    /// An element has no positive volume at a quadrature point.
+    /// The Jacobian of an element is not positive at a quadrature point.
     #[error("element {element} of body `{body}` has a Jacobian of {ratio:.3} of its mean: it is inverted")]
     InvertedElement {
-        /// Body.
+        /// Name of the body.
         body: String,
-        /// Element in the body.
+        /// Index of the element in the body.
         element: usize,
-        /// Smallest determinant over the mean.
+        /// Smallest determinant divided by the mean.
         ratio: f64,
     },
-    /// A mesh holds cells that there is no element for; validation reports them earlier.
+    /// A mesh has cells without a finite element; validation reports them earlier.
     #[error("body `{body}`: {reason}")]
     NoElement {
-        /// Body.
+        /// Name of the body.
         body: String,
-        /// Which cells.
+        /// The kinds of cells and their numbers.
         reason: String,
     },
-    /// A node belongs to no element, or to elements without mass.
+    /// A node belongs to no element, or only to elements without mass.
     #[error("node {node} of body `{body}` has no mass")]
     MasslessNode {
-        /// Body.
+        /// Name of the body.
         body: String,
-        /// Node in the body.
+        /// Index of the node in the body.
         node: usize,
     },
-    /// Nodes of the mesh cannot follow others as it says.
+    /// The followers defined by the mesh are invalid.
     #[error("body `{body}`: {error}")]
     Followers {
-        /// Body.
+        /// Name of the body; empty for all bodies together.
         body: String,
-        /// Why; nodes in the body.
+        /// The error, with node indices in the body.
         error: FollowerError,
     },
-    /// A node that follows others is held or driven, and they are not.
+    /// A follower is held or driven, but its masters are not.
     #[error("node {node} of body `{body}` is held or driven, but follows nodes that are not all")]
     HeldFollower {
-        /// Body.
+        /// Name of the body.
         body: String,
-        /// Node in the body.
+        /// Index of the node in the body.
         node: u32,
     },
-    /// Nobody has chosen explicit or implicit steps; validation does.
+    /// `auto` has not been replaced by explicit or implicit steps, which validation does.
     #[error("the integrator of the scene is still to be chosen")]
     NoIntegrator,
     /// Elements that no block can have.
@@ -66,7 +66,7 @@ pub enum CompileError {
     Sparse(#[from] SparseError),
 }
 
-/// What is collected body after body.
+/// Components of the plan, collected body by body.
 #[derive(Default)]
 pub(super) struct Parts {
     pub X: Vec<Vec3>,
@@ -78,7 +78,7 @@ pub(super) struct Parts {
     pub bodies: Vec<PlanBody>,
     pub rigid: RigidPlan,
     pub loads: Loads,
-    /// Whom nodes follow, as the meshes say.
+    /// Followers with their masters and weights, from the meshes.
     pub ties: BTreeMap<u32, Masters>,
     pub followers: Arc<Followers>,
 }

@@ -1,27 +1,27 @@
-//! What local refinement made of the meshes.
+//! Report of local refinement.
 
 use super::Plan;
 use crate::scene::Scene;
 use serde::Serialize;
 
-/// A locally refined body in figures.
+/// Report of a locally refined body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct RefinementReport {
-    /// Body.
+    /// Name of the body.
     pub body: String,
-    /// Elements of its mesh before.
+    /// Number of elements before refinement.
     pub elements_before: usize,
-    /// How many of them were split.
+    /// Number of these that were split.
     pub elements_split: usize,
-    /// Elements after.
+    /// Number of elements after refinement.
     pub elements: usize,
-    /// Nodes that hang between coarse and fine elements, and follow others.
+    /// Number of hanging nodes between coarse and fine elements, which follow others.
     pub hanging_nodes: usize,
 }
 
 impl RefinementReport {
-    /// All of a plan.
+    /// Reports of all locally refined bodies of a plan.
     pub(super) fn of(plan: &Plan, scene: &Scene) -> Vec<Self> {
         let of_body = |(body, scene_body): (&super::PlanBody, &crate::scene::SceneBody)| {
             let [elements_before, elements_split] = scene_body.refined?;
@@ -32,12 +32,12 @@ impl RefinementReport {
         plan.bodies.iter().zip(&scene.bodies).filter_map(of_body).collect()
     }
 
-    /// In words.
+    /// The report in one line.
     pub fn in_words(&self) -> String {
         let Self { body, elements_before, elements_split, elements, hanging_nodes } = self;
         format!(
-            "{body}: {elements_split} of {elements_before} hex8 locally refined, {elements} now; {hanging_nodes} nodes hang between \
-             coarse and fine ones and follow these"
+            "{body}: {elements_split} of {elements_before} hex8 locally refined, {elements} now; {hanging_nodes} hanging nodes between \
+             coarse and fine elements"
         )
     }
 }

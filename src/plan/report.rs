@@ -1,4 +1,4 @@
-//! The plan as a thing to look at: what it kept, what it left out and why, and what it will cost.
+//! Report of a plan: what it kept, what it omitted and why, and its estimated cost.
 
 use super::memory::MemoryReport;
 use super::named_materials::NamedMaterialReport;
@@ -15,28 +15,29 @@ use crate::scene::{IntegratorChoice, Scene};
 use serde::Serialize;
 use std::collections::BTreeSet;
 
-/// The plan in figures and words.
+/// Report of a plan, in numbers and words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PlanReport {
     /// Number of nodes of meshes.
     pub nodes: usize,
-    /// Number of elements.
+    /// Number of elements of all bodies.
     pub elements: usize,
-    /// Bytes of a run, about.
+    /// Approximate memory of a run [bytes].
     pub memory_bytes: u64,
-    /// The same by part.
+    /// Memory by component.
     pub memory: MemoryReport,
-    /// Step at the start [s]: the smallest stable one times the safety factor, or the scene's `max_step_s`.
+    /// Initial time step [s]: the smallest critical time step times the safety factor, or the scene's `max_step_s`.
     pub stable_step_s: f64,
-    /// What dictates it.
+    /// What determines the critical time step.
     pub stable_step: StableStepReport,
-    /// Steps to the end at that step; a run that crushes elements or stretches fibres shortens it, and takes more.
+    /// Number of steps to the end at that step; a run that crushes elements or stretches fibres shortens the step, and
+    /// takes more.
     pub expected_steps: u64,
-    /// Run time of so many steps on one core [s] if every element is swept in every step, from a fixed table of costs (never
-    /// a stopwatch), without recording.
+    /// Run time of these steps on one core [s] if every element is active in every step, from a fixed table of costs,
+    /// without recording.
     pub expected_run_time_s: f64,
-    /// Elements by kernel.
+    /// Element blocks, by kernel.
     pub blocks: Vec<BlockReport>,
     /// Parts whose material is a set of the library.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -44,12 +45,12 @@ pub struct PlanReport {
     /// Bodies that are locally refined.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<RefinementReport>,
-    /// Rigid bodies.
+    /// Rigid bodies with their mass and inertia.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_bodies: Vec<RigidReport>,
-    /// Pairs that may touch.
+    /// Contact pairs.
     pub pairs: Vec<PairReport>,
-    /// How it steps in time.
+    /// Time integration scheme.
     pub integrator: IntegratorReport,
     /// Integrator, blocks, rigid bodies and pairs in words.
     pub kept: Vec<String>,
@@ -59,19 +60,19 @@ pub struct PlanReport {
     pub put_back: Vec<Keep>,
 }
 
-/// How a plan steps in time.
+/// Time integration of a plan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct IntegratorReport {
     /// `explicit`, `implicit` or `quasi_static`.
     pub kind: String,
-    /// Step that is aimed at [s].
+    /// Intended time step [s].
     pub step_s: f64,
     /// Weight θ of the end of the step [-]; null for explicit and quasi-static steps.
     pub theta: Option<f64>,
-    /// The linear systems of implicit steps; null for explicit steps.
+    /// Size of the linear systems of implicit steps; null for explicit steps.
     pub systems: Option<SystemSize>,
-    /// How it was chosen, where the scene left it open (`auto`), with what both would cost.
+    /// How the scheme was chosen, where the scene leaves it open (`auto`), with the estimated cost of both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub choice: Option<IntegratorChoice>,
 }
@@ -106,57 +107,57 @@ impl IntegratorReport {
     }
 }
 
-/// Elements of one body, law and formulation.
+/// Elements of one body with the same law and formulation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct BlockReport {
-    /// Body.
+    /// Name of the body.
     pub body: String,
-    /// Its parts that are in here.
+    /// Names of the parts in this block.
     pub parts: Vec<String>,
     /// Number of elements.
     pub elements: usize,
-    /// Constitutive law.
+    /// Name of the constitutive law.
     pub law: String,
-    /// Families of fibres that are swept.
+    /// Number of fibre families that are evaluated.
     pub fibre_families: usize,
-    /// Element formulation.
+    /// Element formulation and integration.
     pub formulation: String,
     /// Shear viscosity [Pa s].
     pub shear_viscosity_pa_s: f64,
-    /// Branches of its Prony series.
+    /// Number of terms of the Prony series.
     pub prony_branches: usize,
-    /// Whether elements that bear no more are given up.
+    /// Whether elements may be eroded.
     pub erodes: bool,
-    /// Smallest stable step of its elements at the start, without safety factor [s].
+    /// Smallest initial critical time step of its elements, without safety factor [s].
     pub smallest_stable_step_s: f64,
-    /// Element-steps per second and core that the run time is expected from.
+    /// Element-steps per second and core assumed for the run time.
     pub element_steps_per_s: f64,
 }
 
-/// A pair that may touch.
+/// A contact pair.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct PairReport {
-    /// Its name, the slave first.
+    /// Names of the sides, slave first.
     pub name: String,
-    /// Nodes on the slave's surface; 0 for a rigid body.
+    /// Number of nodes on the slave surface; 0 for a rigid body.
     pub slave_nodes: usize,
-    /// Faces of the master; null for a plane or a rigid body.
+    /// Number of faces of the master; null for a plane or a rigid body.
     pub master_faces: Option<usize>,
     /// Names of the rigid shapes among slave and master.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rigid_shapes: Vec<String>,
     /// Coulomb friction μ [-].
     pub friction: f64,
-    /// Unknowns of each contact: one without friction, three with it.
+    /// Unknowns per contact: one if frictionless, otherwise three.
     pub unknowns_per_contact: u32,
 }
 
-/// A step may be longer than asked by this share, as in the stepper.
+/// Relative amount by which a step may exceed its nominal length, as in the stepper.
 const ROUNDING: f64 = 1e-9;
 
-/// Describes a compiled plan, with the stable steps of its elements and the bytes of their forces.
+/// Report of a compiled plan, given the critical time steps of its elements and the size of their force buffers [bytes].
 pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_bytes: usize) -> PlanReport {
     let (safety, max_step) = match &plan.integrator {
         Integrator::Explicit(explicit) => (explicit.safety, explicit.max_step),
@@ -181,6 +182,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     let rigid_bodies = RigidReport::of(plan);
     let words =
         blocks.iter().map(BlockReport::in_words).chain(rigid_bodies.iter().map(RigidReport::in_words));
+    // What was kept, in words.
     let choice =
         scene.choice.iter().map(|choice| format!("{} steps, chosen: {}", choice.chosen, choice.in_words()));
     let mut kept: Vec<String> = choice.chain(integrator.in_words()).collect();
@@ -197,7 +199,8 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
         && !scene.document.keeps(Keep::InactiveElements)
     {
         kept.push(
-            "quiet elements: gravity, settling or their own motion moves all nodes from the start".into(),
+            "inactive elements: gravity, dynamic relaxation or initial motion moves all nodes from the start"
+                .into(),
         );
     }
     PlanReport {
@@ -221,7 +224,7 @@ pub(super) fn report(plan: &Plan, scene: &Scene, steps: &StableSteps, forces_byt
     }
 }
 
-/// Equilibrium without mass, before the run or as the run, in words.
+/// The quasi-static preload or run, in words.
 fn statics_in_words(plan: &Plan) -> Vec<String> {
     let mut words = Vec::new();
     let run = match &plan.integrator {
@@ -238,17 +241,17 @@ fn statics_in_words(plan: &Plan) -> Vec<String> {
     let preload = plan.preload.as_ref().and_then(|preload| preload.statics.as_ref());
     for unheld in run.or(preload).iter().flat_map(|statics| &statics.unheld) {
         words.push(format!(
-            "{}: {} of 6 rigid motions are for contact to hold; its quasi-static matrix is steadied, its equilibrium is not",
+            "{}: under-constrained, {} of 6 rigid motions are left to contact; its quasi-static matrix is stabilised, its equilibrium is not",
             plan.bodies[unheld.body].name, unheld.motions
         ));
     }
     words
 }
 
-/// That a solver was named, and what it costs.
+/// The chosen contact solver and its cost, in words.
 fn solver_in_words(solver: Method, is_explicit: bool) -> String {
     let by_products = solver == Method::AcceleratedGradient && !is_explicit;
-    let how = if by_products { "by products with W, which is not formed" } else { "W formed in every step" };
+    let how = if by_products { "matrix-free" } else { "W formed in every step" };
     format!("contact problems solved by {}, {how}", solver.name())
 }
 
@@ -334,7 +337,7 @@ impl BlockReport {
 }
 
 impl PairReport {
-    /// The master: its faces, or what it is in their place.
+    /// The master in words: its number of faces, or its rigid shape.
     pub fn master_in_words(&self) -> String {
         let rigid_master = self.rigid_shapes.get(usize::from(self.slave_nodes == 0));
         match (self.master_faces, rigid_master) {
@@ -352,7 +355,7 @@ impl PairReport {
         let master = self.master_in_words();
         let unknowns = if self.unknowns_per_contact == 1 { "1 unknown" } else { "3 unknowns" };
         format!(
-            "contact {}: {slave} against {master}, friction {}, {unknowns} a contact",
+            "contact {}: {slave} against {master}, friction {}, {unknowns} per contact",
             self.name, self.friction
         )
     }

@@ -1,32 +1,32 @@
-//! The rigid bodies of a plan.
+//! Rigid bodies of a plan.
 
 use super::{ContactPlan, Plan, PlanBody};
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
-/// The rigid bodies of a plan.
+/// Rigid bodies of a plan, with their initial orientations and contact pairs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RigidPlan {
-    /// The bodies, in the order of the plan's.
+    /// Rigid bodies, in the order of the plan's bodies.
     pub bodies: Vec<RigidBody>,
-    /// Which of the plan's bodies each is.
+    /// For each rigid body, its index among the plan's bodies.
     pub of_body: Vec<usize>,
-    /// Orientations at the start, from the axes of each body to those of space.
+    /// Initial orientations, from body axes to spatial axes.
     pub orientations: Vec<Rotation>,
-    /// The rigid bodies of slave and master of each contact pair.
+    /// For each contact pair, the rigid bodies of slave and master.
     pub of_pairs: Vec<[Option<u32>; 2]>,
 }
 
 impl RigidPlan {
-    /// Notes which pairs the bodies are in.
+    /// Stores which rigid bodies take part in each contact pair.
     pub(super) fn note_pairs(&mut self, contact: Option<&ContactPlan>, bodies: &[PlanBody]) {
         let rigid = |body: usize| bodies[body].rigid.map(|rigid| rigid as u32);
         let of_pairs = contact.iter().flat_map(|contact| &contact.pair_bodies);
         self.of_pairs = of_pairs.map(|&(slave, master)| [rigid(slave), master.and_then(rigid)]).collect();
     }
 
-    /// Whether both sides of a pair are rigid bodies or planes: what such a pair loses, it loses by the law of its impacts.
+    /// Whether both sides of a pair are rigid bodies or planes; energy lost by such a pair follows from the impact law.
     pub fn has_no_mesh(&self, contact: &ContactPlan, pair: usize) -> bool {
         let [slave, master] = self.of_pairs[pair];
         slave.is_some() && (master.is_some() || contact.pair_bodies[pair].1.is_none())
@@ -34,7 +34,7 @@ impl RigidPlan {
 }
 
 impl Plan {
-    /// The rigid bodies; none when there are none.
+    /// Rigid bodies of the plan; may be empty.
     pub fn rigid_bodies(&self) -> &[RigidBody] {
         self.rigid.as_ref().map_or(&[], |rigid| &rigid.bodies)
     }
@@ -53,13 +53,13 @@ impl Plan {
     }
 }
 
-/// A rigid body in figures.
+/// Report of a rigid body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct RigidReport {
-    /// Body.
+    /// Name of the body.
     pub body: String,
-    /// Shape.
+    /// Name of its shape.
     pub shape: String,
     /// Mass [kg].
     pub mass_kg: f64,
@@ -68,7 +68,7 @@ pub struct RigidReport {
 }
 
 impl RigidReport {
-    /// All of a plan.
+    /// Reports of all rigid bodies of a plan.
     pub(super) fn of(plan: &Plan) -> Vec<Self> {
         let Some(rigid) = &plan.rigid else { return Vec::new() };
         let of_body = |(body, &index): (&RigidBody, &usize)| Self {

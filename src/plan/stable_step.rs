@@ -1,74 +1,76 @@
-//! Stable steps of all elements at the start: which element dictates the step, and how many are like it.
+//! Initial critical time steps of all elements: the element with the smallest one, and how many are close to it.
 
 use super::PlanBody;
 use crate::mechanics::force::{ElementBlock, ElementForces, ForceInput, Threads};
 use crate::mechanics::tensor::Vec3;
 use serde::Serialize;
 
-/// Multiples of the smallest stable step within which elements are counted.
+/// Multiples of the smallest critical time step within which elements are counted.
 const WITHIN: [f64; 3] = [1.1, 2.0, 4.0];
 
-/// The stable step at the start, and what dictates it.
+/// The initial critical time step, and the element that determines it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct StableStepReport {
-    /// Smallest stable step of an element [s], without safety factor; the scene's `max_step_s` when there is no element.
+    /// Smallest critical time step of an element [s], without safety factor; the scene's `max_step_s` when there is no
+    /// element.
     pub smallest_s: f64,
-    /// Body of that element.
+    /// Name of the body of that element.
     pub body: String,
-    /// Part of that element.
+    /// Name of the part of that element.
     pub part: String,
     /// Its index in the body, from 0.
     pub element: u32,
-    /// Share of the stable step that is used [-].
+    /// Safety factor: fraction of the critical time step that is used [-].
     pub safety_factor: f64,
-    /// Whether the scene's `max_step_s` is shorter and dictates the step.
+    /// Whether the scene's `max_step_s` is shorter and limits the step.
     pub limited_by_scene: bool,
-    /// How many elements have a stable step near the smallest.
+    /// Numbers of elements with a critical time step near the smallest.
     pub distribution: Vec<ElementsWithin>,
 }
 
-/// Elements whose stable step is near the smallest.
+/// Elements whose critical time step is near the smallest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "service", derive(utoipa::ToSchema))]
 pub struct ElementsWithin {
-    /// Their stable step is at most so many times the smallest.
+    /// Upper bound of their critical time step, as a multiple of the smallest [-].
     pub times_smallest: f64,
-    /// How many they are.
+    /// Number of these elements.
     pub elements: usize,
-    /// Share of all elements, 0 … 1.
+    /// Fraction of all elements, 0 … 1.
     pub share: f64,
 }
 
-/// Stable step of every element at the start [s], safety not applied; by block and slot.
+/// Initial critical time step of every element [s], without safety factor; by block and slot.
 #[derive(Clone, Debug)]
 pub(super) struct StableSteps(Vec<Vec<f64>>);
 
 impl StableSteps {
-    /// At the displacements `u` [m] of the start, nodes × 3; `forces` are the buffers of the blocks.
+    /// Critical time steps at the initial displacements `u` [m], nodes × 3; `forces` are the buffers of the blocks.
     pub fn new(blocks: &[ElementBlock], u: &[Vec3], forces: &mut ElementForces) -> Self {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         forces.sweep(&Threads::ONE, blocks, &input);
         let at_rest = vec![Vec3::zeros(); u.len()];
         forces.add_viscous(&Threads::ONE, blocks, &input, &at_rest);
-        // Slots beyond the elements pad the last batch.
+        // Slots beyond the elements are padding of the last batch.
         let steps = |(i, block): (usize, &ElementBlock)| {
             forces.stable_steps(i).take(block.elements.len()).collect::<Vec<f64>>()
         };
         Self(blocks.iter().enumerate().map(steps).collect())
     }
 
-    /// The smallest of all [s].
+    /// Smallest critical time step [s].
     pub fn smallest(&self) -> f64 {
         self.0.iter().flatten().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The smallest of a block [s].
+    /// Smallest critical time step of a block [s].
     pub fn smallest_of(&self, block: usize) -> f64 {
         self.0[block].iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest of the bodies' smallest [s]: no step of a run is longer as long as that body rests.
+    /// Largest of the smallest critical time steps of the bodies [s]: a bound on the steps of a run while that body is
+    /// undeformed.
     pub fn largest_of_bodies(&self, blocks: &[ElementBlock]) -> f64 {
         let of_body = |body: usize| {
             let blocks = blocks.iter().enumerate().filter(|(_, block)| block.body == body);
@@ -77,7 +79,7 @@ impl StableSteps {
         blocks.iter().map(|block| of_body(block.body)).fold(0.0, f64::max)
     }
 
-    /// In words and shares.
+    /// The report: critical element, and numbers of elements near it.
     pub fn report(
         &self,
         blocks: &[ElementBlock],
@@ -91,6 +93,7 @@ impl StableSteps {
             let share = elements as f64 / all().count().max(1) as f64;
             ElementsWithin { times_smallest: times, elements, share }
         };
+        // The element with the smallest step, in terms of the document.
         let slots = self
             .0
             .iter()
@@ -104,7 +107,7 @@ impl StableSteps {
             (body.name.clone(), part, local)
         });
         StableStepReport {
-            // Without elements nothing has a stable step, and the scene's is it.
+            // Without elements, the step is that of the scene.
             smallest_s: if smallest.is_finite() { smallest } else { max_step },
             body,
             part,

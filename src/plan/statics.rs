@@ -1,4 +1,4 @@
-//! Equilibrium without mass: which bodies nothing but contact holds, and how the systems of such bodies stay regular.
+//! Equilibrium without mass: under-constrained bodies, and the regularisation of their systems.
 
 use super::PlanBody;
 use super::parts::Parts;
@@ -6,41 +6,42 @@ use crate::mechanics::contact::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;
 use nalgebra::{Matrix6, Vector6};
 
-/// Steadying of a body that nothing but contact holds, as a share of G/(ρ L²), a square of the frequencies of its shear.
+/// Stabilisation of an under-constrained body, as a fraction of G/(ρ L²), the square of its shear frequencies [-].
 ///
-/// Newton's iteration falls by about this share from one to the next: small enough to be fast. The compliance of the rigid
-/// motions is its reciprocal, which the contact solver has to see beside that of the elements: large enough to leave it digits.
+/// Newton's residual falls by about this factor per iteration: small enough to converge fast. The compliance of the rigid
+/// motions is its reciprocal, which enters the contact solver together with that of the elements: large enough to preserve
+/// digits.
 const STEADYING: f64 = 1e-2;
-/// Motions whose square is below this share of the largest are free.
+/// Motions whose eigenvalue is below this fraction of the largest are free [-].
 const FREE: f64 = 1e-10;
 
-/// What equilibrium without mass needs.
+/// Data for equilibrium without mass.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statics {
-    /// Bodies that can move as rigid ones, ascending.
+    /// Under-constrained bodies, ascending.
     pub unheld: Vec<Unheld>,
 }
 
-/// A body that can move as a rigid one unless contact holds it.
+/// An under-constrained body: it can move as a rigid one unless contact holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unheld {
     /// Index of the body.
     pub body: usize,
-    /// Rigid motions that no held node prevents, of six.
+    /// Number of rigid motions that held nodes do not prevent, up to six.
     pub motions: usize,
-    /// α [1/s²]: the matrix of Newton's iteration is `h² (K + α M)` for this body, K alone being singular. The residual knows
-    /// nothing of it, so the equilibrium is that of K.
+    /// α [1/s²]: the matrix of Newton's iteration is `h² (K + α M)` for this body, since K alone is singular. The residual
+    /// does not contain it, so the equilibrium is that of K.
     pub steadying: f64,
-    /// How far it is looked for contacts at first [m]: without them it would move without bound. Mean size of its faces.
+    /// Initial search distance for contacts [m], without which the body would move unbounded. Mean size of its faces.
     pub reach: f64,
 }
 
 impl Statics {
-    /// Of what a plan is put together from; the inverse mass of a node that is held is zero.
+    /// The under-constrained bodies among the given parts; the inverse mass of a held node is zero.
     pub(super) fn new(Parts { bodies, blocks, X, inverse_mass, followers, .. }: &Parts) -> Self {
         let of_body = |(index, body): (usize, &PlanBody)| {
             let nodes = || body.nodes.start as usize..body.nodes.end as usize;
-            // A node that follows others holds nobody.
+            // Followers constrain nothing.
             let own_nodes = nodes().filter(|node| !followers.contains(*node));
             let motions = free_motions(own_nodes, X, inverse_mass);
             let own = blocks.iter().filter(|block| block.body == index).map(|block| &block.parameters);

@@ -1,4 +1,4 @@
-//! How a plan steps in time: what a scene asks of its integrator, and the systems of steps that need any.
+//! Time integration of a plan: options from the scene, and the unknowns of implicit systems.
 
 use super::parts::{CompileError, Parts};
 use super::statics::Statics;
@@ -6,10 +6,10 @@ use super::{Explicit, Implicit, Integrator, SystemSize};
 use crate::mechanics::sparse::{SparseError, Unknowns};
 use crate::scene::document::{IntegratorDocument, SceneDocument};
 
-/// Share of the step below which an implicit run gives up, unless the scene says otherwise.
+/// Default smallest implicit step, as a fraction of the step [-].
 const SMALLEST_STEP: f64 = 1e-4;
 
-/// The integrator; one that is implicit with the order in which it eliminates.
+/// The integrator; an implicit one includes the order of elimination.
 pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result<Integrator, CompileError> {
     Ok(match document {
         IntegratorDocument::Auto { .. } => return Err(CompileError::NoIntegrator),
@@ -57,7 +57,7 @@ fn unknowns(parts: &Parts) -> Result<Unknowns, SparseError> {
     Unknowns::with_followers(parts.X.len(), is_free, elements.map(|cell| cell.nodes), parts.followers.clone())
 }
 
-/// Equilibrium without mass; the step and the smallest step [s] of the pseudo-time.
+/// Options of equilibrium without mass, with the step and the smallest step [s] of the pseudo-time.
 fn quasi_static(
     parts: &Parts,
     [step, smallest_step]: [f64; 2],
@@ -77,7 +77,7 @@ fn quasi_static(
     })
 }
 
-/// Loading before the clock starts, over a pseudo-time of 1 s.
+/// Quasi-static loading before the clock starts, over a pseudo-time of 1 s.
 pub(super) fn preload(
     document: &SceneDocument,
     parts: &Parts,
@@ -88,7 +88,7 @@ pub(super) fn preload(
     Ok(Some(Box::new(options)))
 }
 
-/// Linear and quadratic bulk viscosity; implicit steps have none.
+/// Linear and quadratic bulk viscosity [-]; zero for implicit steps.
 pub(super) fn bulk_viscosities(document: &IntegratorDocument) -> [f64; 2] {
     match document {
         IntegratorDocument::Explicit { linear_bulk_viscosity, quadratic_bulk_viscosity, .. } => {

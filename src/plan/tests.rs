@@ -1,4 +1,4 @@
-//! What a plan says of itself, and what it does without.
+//! Tests of plans, their reports and what they omit.
 #![allow(clippy::unwrap_used)] // tests say what they expect by panicking, their own functions too
 
 use super::*;
@@ -7,7 +7,7 @@ use crate::scene::document::Keep;
 use crate::scene::{Budget, FolderSource, load};
 use serde_json::{Value, json};
 
-/// A block of tissue with two parts' worth of law, and a smaller one above it that falls.
+/// A block of tissue with two laws, and a smaller block that falls onto it.
 fn scene() -> Value {
     let block = |name: &str, min: [f64; 3], max: [f64; 3], elements: [u32; 3], material: Value| {
         json!({
@@ -105,7 +105,7 @@ fn a_far_plane_is_omitted_unless_the_body_may_be_thrown_at_it() {
     document["contact"] = json!({"pairs": "all"});
     let plan = compiled(&document);
     assert_eq!((plan.contact.as_ref().unwrap().pairs.len(), plan.distant_pairs.len()), (5, 0));
-    // What starts deformed or spinning or falls is not bounded.
+    // Bodies that start deformed or spinning, or fall, are not bounded.
     document["contact"] = json!({"pairs": [{"between": ["stone", "ceiling"]}]});
     document["bodies"][1]["spin_rad_per_s"] = json!([0, 0, 1]);
     assert!(compiled(&document).contact.is_some());
@@ -166,7 +166,7 @@ fn the_report_counts_what_the_plan_holds() {
     let per_element = report.memory.bytes_per_element * report.elements as f64;
     assert!((per_element - report.memory_bytes as f64).abs() < 1.0);
 
-    // √(K/ρ) is 224 m/s in the stone and 45 m/s in the ground, over elements of 5 and 10 mm: the stone dictates.
+    // √(K/ρ) is 224 m/s in the stone and 45 m/s in the ground, over elements of 5 and 10 mm: the stone is critical.
     let step = &report.stable_step;
     assert_eq!((step.body.as_str(), step.part.as_str()), ("stone", "block"));
     assert!((step.smallest_s - stone.smallest_stable_step_s).abs() == 0.0);
@@ -174,7 +174,7 @@ fn the_report_counts_what_the_plan_holds() {
     assert!((report.stable_step_s - 0.9 * step.smallest_s).abs() < 1e-12 * step.smallest_s);
     // Fifty equal intervals between the field times, each of whole steps.
     assert_eq!(report.expected_steps, 50 * (2e-4 / 50.0 / report.stable_step_s).ceil() as u64);
-    // Its eight elements are alike, and the others are far.
+    // Its eight elements are equal, and the others are far from critical.
     let counts: Vec<usize> = step.distribution.iter().map(|w| w.elements).collect();
     assert_eq!(counts, [8, 8, 8]);
     assert!((step.distribution[0].share - 0.2).abs() < 1e-15);
@@ -189,7 +189,7 @@ fn costs_grow_with_families_and_put_back_fibres() {
     assert!(without.report.expected_run_time_s > 0.0);
 }
 
-/// A steel bar that is pulled slowly: a second of swinging, in steps of a microsecond.
+/// A steel bar under slow tension: a second of vibration, in steps of a microsecond.
 fn slow_and_stiff() -> Value {
     json!({
         "name": "slow bar", "end_time_s": 1.0,
@@ -225,13 +225,13 @@ fn a_slow_stiff_scene_is_stepped_implicitly_and_a_shot_explicitly() {
     let loaded = load(&bytes, &FolderSource::new(&folder), &Budget::COMMAND_LINE).unwrap();
     let choice = loaded.scene.choice.unwrap();
     assert_eq!(choice.chosen, "explicit");
-    // What is flown in a step is half of an edge at most: that is told even where nothing is analysed.
+    // A body moves by at most half an edge in a step: the default holds even where no matrix is analysed.
     assert!(loaded.scene.document.integrator == crate::scene::document::IntegratorDocument::default());
 }
 
 #[test]
 fn what_auto_chose_has_the_bits_and_the_hash_of_its_document() {
-    // The choice is no part of the question, and a given step moves it.
+    // The choice does not change the problem, and depends on a given step.
     let mut document = slow_and_stiff();
     let auto = load(&serde_json::to_vec(&document).unwrap(), &FolderSource::new("."), &Budget::COMMAND_LINE)
         .unwrap();
@@ -253,7 +253,7 @@ fn history_is_omitted_where_nothing_is_remembered() {
         (line.unwrap_or_default(), plan.blocks.iter().map(ElementBlock::history_rows).max())
     };
     let mut document = scene();
-    let line = "history variables but those of bulk viscosity".to_owned();
+    let line = "history variables except those of bulk viscosity".to_owned();
     assert_eq!(line_and_rows(&document), (line, Some(2)));
     document["integrator"] =
         json!({"kind": "explicit", "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0});

@@ -1,4 +1,4 @@
-//! The recorded lines as a table.
+//! The recorded time series as a table.
 
 use super::RecordedRun;
 use super::read::Average;
@@ -6,10 +6,11 @@ use crate::measure::impact_force::SHARE_OF_CONTACT;
 use crate::scene::document::ForceFilter;
 use std::io::{self, Write};
 
-/// What is to be known of the table, in lines that begin with `#`; then one line a recorded time: each pair's force, averaged as in the summary, and patch area, then the energies.
+/// Writes remarks, in lines that begin with `#`; then one line per recorded time: each pair's force, averaged as in the
+/// summary, and patch area, then the energies.
 ///
 /// # Errors
-/// When it cannot be written.
+/// When writing fails.
 pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     let average = force_average(run);
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
@@ -42,7 +43,7 @@ pub fn write(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// That it is for research only, how the run ended, and why its results are withheld if they are.
+/// Remarks: research use only, how the run ended, and why its results are withheld, if so.
 fn remarks(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     let summary = &run.summary;
     let mut remark = |text: &str| writeln!(out, "# {}", text.replace(['\n', '\r'], " "));
@@ -51,25 +52,24 @@ fn remarks(run: &RecordedRun, out: &mut dyn Write) -> io::Result<()> {
     }
     let text = |pointer: &str| summary.pointer(pointer).and_then(|value| value.as_str()).unwrap_or_default();
     if summary["ending"] != "finished" {
-        remark(&format!(
-            "The run did not come to its end: {}. {}",
-            text("/ending"),
-            text("/failure/message")
-        ))?;
+        remark(&format!("The run did not finish: {}. {}", text("/ending"), text("/failure/message")))?;
     }
     if summary.get("withheld").is_some() {
-        remark(&format!("The results are withheld, these lines are none: {}.", text("/withheld/reason")))?;
+        remark(&format!(
+            "The results are withheld, and these lines must not be used as such: {}.",
+            text("/withheld/reason")
+        ))?;
     }
     Ok(())
 }
 
-/// A text in quotes. Where a spreadsheet would read a formula, an apostrophe before it says that it is a text.
+/// A quoted text. Where a spreadsheet would read a formula, an apostrophe marks it as text.
 pub fn text_cell(text: &str) -> String {
     let mark = if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { "'" } else { "" };
     format!("\"{mark}{}\"", text.replace('"', "\"\""))
 }
 
-/// How the summary averages the peak force; a fiftieth of the run where it says nothing.
+/// Averaging of the peak force in the summary; 1/50 of the run where the summary does not give it.
 pub(super) fn force_average(run: &RecordedRun) -> Average {
     let impact = super::headline_impact(super::values(&run.summary));
     let filter = impact.and_then(|i| i["force_filter"].as_str()).and_then(ForceFilter::from_name);

@@ -1,6 +1,6 @@
-//! A run as a FHIR R4 Bundle: what was observed on a model, by which program, of which scene.
+//! A run as a FHIR R4 Bundle: observations on a model, the program, and the scene.
 //!
-//! Codes are of an own code system: none of LOINC's is about a simulated impact, and none is invented. Units are UCUM.
+//! Codes are of a code system of our own: LOINC has none for a simulated impact. Units are UCUM.
 
 use super::{RecordedRun, Shown, headline_impact, is_miss, values};
 use crate::measure::summary::{number, rounded};
@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 
-/// The code system of the observations.
+/// Code system of the observations.
 pub const CODE_SYSTEM: &str = "urn:contuse:observation";
 const UCUM: &str = "http://unitsofmeasure.org";
 
-/// One observation: code, words, UCUM unit, and the quantity of the summary.
+/// One observation: code, display text, UCUM unit, and the quantity of the summary.
 struct Observed<'a> {
     code: String,
     text: String,
@@ -35,6 +35,7 @@ pub fn bundle(run: &RecordedRun, recorded: &str) -> Value {
         let name = url(criterion["name"].as_str().unwrap_or_default());
         (name, injury_criterion(criterion, &run.summary, &device))
     }));
+    // Provenance: the program and the scene.
     observations.extend(plain_words(&run.summary, &device).map(|resource| (url("plain-words"), resource)));
     let targets: Vec<Value> = observations.iter().map(|(url, _)| json!({"reference": url})).collect();
     let mut entries = vec![json!({"fullUrl": device, "resource": device_resource(&version, run)})];
@@ -74,9 +75,9 @@ fn device_resource(version: &str, run: &RecordedRun) -> Value {
     })
 }
 
-/// Everything of a summary that is an observation, in a fixed order.
+/// All observations of a summary, in a fixed order.
 fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
-    // Numbers that are withheld are told as absent, with the reason.
+    // Withheld numbers are reported as absent, with the reason.
     let values = values(summary);
     let mut all = Vec::new();
     let mut add = |code: &str, text: &str, unit: &'static str, quantity: Option<&'a Value>| {
@@ -84,6 +85,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
             all.push(Observed { code: code.to_owned(), text: text.to_owned(), unit, quantity });
         }
     };
+    // The headline contact.
     let impact = headline_impact(values);
     let average = impact
         .and_then(|i| i["force_average"].as_str())
@@ -101,6 +103,7 @@ fn observed<'a>(summary: &'a Value) -> Vec<Observed<'a>> {
     ] {
         add(code, text, unit, impact.map(|impact| &impact[name]));
     }
+    // The tissue.
     let tissue = &values["tissue"];
     for (code, text, unit, name) in [
         ("absorbed-energy", "Energy absorbed by the tissue", "J", "absorbed_energy_j"),
@@ -150,7 +153,7 @@ fn quantity(value: f64, unit: &str) -> Value {
     json!({"value": value, "unit": unit, "system": UCUM, "code": unit})
 }
 
-/// An observation without its value.
+/// An observation without value.
 fn without_value(code: &Value, summary: &Value, device: &str) -> Value {
     let is_whole = summary["ending"] == "finished";
     json!({
@@ -177,10 +180,10 @@ fn observation(observed: &Observed, summary: &Value, device: &str) -> Value {
     resource
 }
 
-/// The value with its error; where the error leaves nothing of it, or is not known, there is none, but the reason.
+/// Sets the value with its error; if the error exceeds the value or is unknown, the reason replaces the value.
 fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     let error = coded("numerical-error", "Estimated numerical error, half width");
-    // UCUM's unit of a pure number is for machines.
+    // UCUM's unit of a pure number is not shown in text.
     let told = if unit == "1" { String::new() } else { format!(" {unit}") };
     match shown.error {
         Some(_) if shown.is_resolved => resource["valueQuantity"] = quantity(shown.value, unit),
@@ -204,7 +207,7 @@ fn set_value(resource: &mut Value, shown: Shown, unit: &str) {
     }]);
 }
 
-/// A published injury criterion: what it says, what it is compared with, by whom.
+/// A published injury criterion: its statement, its reference value and its source.
 fn injury_criterion(criterion: &Value, summary: &Value, device: &str) -> Value {
     let text = |name: &str| criterion[name].as_str().unwrap_or_default();
     let mut resource = without_value(&coded(&text("name").replace('_', "-"), text("title")), summary, device);
@@ -243,7 +246,7 @@ fn absent(code: &str, text: &str) -> Value {
     json!({"coding": [{"system": system, "code": code}], "text": text})
 }
 
-/// A UUID (version 8, RFC 9562) made of a digest: the same run has the same names.
+/// A name-based UUID (version 8, RFC 9562) from a digest: the same run has the same identifiers.
 fn name_based_uuid(parts: &[&str]) -> String {
     let mut hash = Sha256::new();
     for part in parts {

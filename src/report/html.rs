@@ -1,4 +1,4 @@
-//! The report as one page of HTML: self-contained, printable.
+//! The report as one self-contained, printable HTML page.
 
 use super::pictures::pictures;
 use super::{RecordedRun, Shown, headline_impact, headline_stress, is_miss};
@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("report.css");
 
-/// The page of a run.
+/// The HTML page of a run.
 ///
 /// # Errors
-/// The drawing library's own words.
+/// The message of the drawing library.
 pub fn page(run: &RecordedRun) -> Result<String, String> {
     let summary = &run.summary;
     let title = escaped(summary["scene"].as_str().unwrap_or("a scene"));
@@ -52,7 +52,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The picture without its XML declaration, as wide as its place.
+/// The picture without its XML declaration, marked as an image.
 fn inline(svg: &str) -> String {
     let from = svg.find("<svg").unwrap_or_default();
     svg[from..].replacen("<svg ", "<svg role=\"img\" ", 1)
@@ -84,7 +84,7 @@ fn header(out: &mut String, run: &RecordedRun) {
     }
 }
 
-/// The four numbers.
+/// Cards of the four main results.
 fn cards(out: &mut String, summary: &Value) {
     if is_miss(summary) {
         return;
@@ -137,7 +137,7 @@ fn list(out: &mut String, title: &str, items: &Value) {
     out.push_str("</ul></section>\n");
 }
 
-/// Rows of cells, the first of each a heading.
+/// A table with headings and rows of cells.
 fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     if rows.is_empty() {
         return;
@@ -153,7 +153,7 @@ fn table(out: &mut String, title: &str, head: &[&str], rows: &[Vec<String>]) {
     out.push_str("</tbody></table></section>\n");
 }
 
-/// A number whose error is not known, or larger than itself, stands in brackets.
+/// The number, in brackets if its error is unknown or exceeds it.
 fn value_of(shown: Shown) -> String {
     if shown.is_resolved { number(shown.value) } else { format!("({})", number(shown.value)) }
 }
@@ -206,7 +206,7 @@ fn criteria_table(out: &mut String, summary: &Value) {
         let text = |name: &str| escaped(criterion[name].as_str().unwrap_or_default());
         let unit = if criterion["unit"] == "-" { String::new() } else { format!(" {}", text("unit")) };
         let value = match criterion["value"].as_f64() {
-            // What comes of the scene alone has no error.
+            // A value that follows from the scene alone has no error.
             Some(value) if criterion.get("error").is_none() => format!("{}{unit}", number(value)),
             Some(_) => format!("{}{unit}", with_error(criterion)),
             None => "–".into(),

@@ -1,6 +1,7 @@
-//! What is handed out of a run that was recorded: a page for people, tables, and a bundle for clinical systems.
+//! Exports of a recorded run: a report page, tables, and a bundle for clinical systems.
 //!
-//! Everything comes from the recording alone ([`RecordedRun`]), so a report of a file that somebody sends says what the run said.
+//! Everything comes from the recording alone ([`RecordedRun`]), so the report of a received file states what its run
+//! stated.
 
 pub mod csv;
 pub mod fhir;
@@ -12,19 +13,19 @@ pub use read::{ReadError, RecordedRun, Series};
 
 use serde_json::Value;
 
-/// A number of the summary with its error.
+/// A quantity of the summary with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
-    /// The number.
+    /// The value, in the unit of the quantity.
     pub value: f64,
-    /// Its numerical error, where it was estimated.
+    /// Its numerical error (half width), if estimated.
     pub error: Option<f64>,
-    /// Whether the error was estimated and leaves something of the number: only then it is a plain one.
+    /// Whether the error was estimated and is smaller than the value; otherwise the value is shown in brackets.
     pub is_resolved: bool,
 }
 
 impl Shown {
-    /// Of a quantity of a summary; `None` where there is none.
+    /// From a quantity of a summary; `None` if it has no value.
     pub fn of(quantity: &Value) -> Option<Self> {
         let value = quantity.get("value").and_then(Value::as_f64)?;
         let error = quantity.pointer("/error/total").and_then(Value::as_f64);
@@ -35,7 +36,7 @@ impl Shown {
         })
     }
 
-    /// What is said of its error besides the number; nothing of a resolved one.
+    /// Remark on its error; none for a resolved value.
     pub fn doubt(&self) -> Option<&'static str> {
         match (self.is_resolved, self.error) {
             (true, _) => None,
@@ -45,23 +46,23 @@ impl Shown {
     }
 }
 
-/// Whether nothing touched in a run: then none of its numbers is of an impact.
+/// Whether nothing touched in a run, so that its numbers describe no impact.
 pub fn is_miss(summary: &Value) -> bool {
     values(summary)["nothing_touched"] == true
 }
 
-/// What a run computed, whether or not it may be shown as results.
+/// The computed values of a run, whether or not they are withheld.
 pub fn values(summary: &Value) -> &Value {
     if summary.get("results").is_some() { &summary["results"] } else { &summary["withheld"]["values"] }
 }
 
-/// The contact that the headline of a run's values is about.
+/// The contact that the headline of a run refers to.
 pub fn headline_impact(values: &Value) -> Option<&Value> {
     let index = values.pointer("/headline/impact")?.as_u64()?;
     values["impacts"].get(usize::try_from(index).ok()?)
 }
 
-/// The threshold of stress that the headline of a run's values is about, with depth and volume.
+/// The stress threshold that the headline of a run refers to, with depth and volume.
 pub fn headline_stress(values: &Value) -> Option<&Value> {
     let index = values.pointer("/headline/significant_stress")?.as_u64()?;
     values["tissue"]["significant_stress"].get(usize::try_from(index).ok()?)

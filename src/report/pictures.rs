@@ -1,4 +1,4 @@
-//! The pictures of a report, as SVG.
+//! The charts of a report, as SVG.
 
 use super::{RecordedRun, Series, headline_impact};
 use crate::study::palette::COLOURS;
@@ -8,18 +8,18 @@ use serde_json::Value;
 
 const SIZE: (u32, u32) = (640, 380);
 const FONT: &str = "sans-serif";
-/// Points of a line; longer ones keep the least and the greatest of each stretch.
+/// Largest number of points of a line; longer ones keep the minimum and maximum of each interval.
 const MOST_POINTS: usize = 1200;
 
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// A picture with its title.
+/// A chart with its title.
 pub(super) struct Picture {
     pub title: &'static str,
     pub svg: String,
 }
 
-/// All pictures that the run has something for.
+/// All charts for which the run has data.
 pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
     let mut all = Vec::new();
     let mut add = |title: &'static str, draw: &dyn Fn(&DrawingArea<SVGBackend, Shift>) -> Drawn| {
@@ -50,7 +50,7 @@ pub(super) fn pictures(run: &RecordedRun) -> Result<Vec<Picture>, String> {
     Ok(all)
 }
 
-/// Mean force over the window, with the peak and its error bar.
+/// Force averaged over the window, with the peak and its error bar.
 fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: &Value) -> Drawn {
     let peak = &impact["peak_force_n"];
     let value = peak["value"].as_f64().unwrap_or_default();
@@ -62,6 +62,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     let (time_unit, time_scale) = time_unit(force);
     let mut chart =
         axes(area, end(force) * time_scale, 0.0..top.max(1e-12), &format!("force [{unit}]"), time_unit)?;
+    // The force with the area below it.
     let line = thinned(force).into_iter().map(|(t, f)| (time_scale * t, scale * f));
     let area_below = std::iter::once((0.0, 0.0)).chain(line.clone()).chain([(end(force) * time_scale, 0.0)]);
     chart.draw_series(std::iter::once(Polygon::new(
@@ -69,6 +70,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
         COLOURS[0].mix(0.12).filled(),
     )))?;
     chart.draw_series(LineSeries::new(line, COLOURS[0].stroke_width(2)))?;
+    // The peak with its error bar.
     let colour = COLOURS[1].stroke_width(2);
     let bar =
         vec![(time_scale * at, scale * (value - error).max(0.0)), (time_scale * at, scale * (value + error))];
@@ -84,7 +86,7 @@ fn force_picture(area: &DrawingArea<SVGBackend, Shift>, force: &Series, impact: 
     legend(&mut chart)
 }
 
-/// Energy of the bodies, what the tissue absorbed, and the sum of all.
+/// Energy of the bodies, energy absorbed by the tissue, and total energy.
 fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> Drawn {
     let mut lines: Vec<(String, &Series)> =
         run.bodies.iter().map(|(name, line)| (format!("{name}: kinetic + strain"), line)).collect();
@@ -98,7 +100,7 @@ fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> D
     let range = low..(1.18 * high).max(low + 1e-12);
     let mut chart = axes(area, end(&run.total) * time_scale, range, "energy [J]", time_unit)?;
     for (index, (label, line)) in lines.iter().enumerate() {
-        // The sum is black and dashed: it lies on others where nothing is lost.
+        // The total is black and dashed: it coincides with others where nothing is lost.
         let is_sum = index + 1 == lines.len();
         let style =
             if is_sum { BLACK.stroke_width(1) } else { COLOURS[index % COLOURS.len()].stroke_width(2) };
@@ -113,7 +115,7 @@ fn energy_picture(area: &DrawingArea<SVGBackend, Shift>, run: &RecordedRun) -> D
     legend(&mut chart)
 }
 
-/// For each threshold a row: from which depth to which each part sees more.
+/// One row per threshold: the depth range in which each part exceeds it.
 fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> Drawn {
     let layers = || {
         stresses.iter().enumerate().flat_map(|(row, stress)| {
@@ -125,6 +127,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
         })
     };
     let deepest = layers().map(|(.., to)| to).fold(0.0, f64::max).max(1e-3);
+    // Parts from the skin inwards, each with its first depth.
     let mut parts: Vec<(&str, f64)> = Vec::new();
     for (_, part, from, _) in layers() {
         match parts.iter_mut().find(|(name, _)| *name == part) {
@@ -157,11 +160,12 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
         .label_style((FONT, 14))
         .axis_desc_style((FONT, 15))
         .draw()?;
+    // One bar for each part and threshold.
     for (index, (part, _)) in parts.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
         let bars = layers().filter(|(_, name, ..)| name == part).map(|(row, _, from, to)| {
             let y = row as f64;
-            // A layer of one quadrature point has no thickness; a hair of it is drawn.
+            // A layer of one quadrature point has no thickness; a thin bar is drawn.
             Rectangle::new(
                 [(from, y + 0.22), (to.max(from + 0.004 * deepest), y + 0.78)],
                 colour.mix(0.85).filled(),
@@ -180,7 +184,7 @@ fn depth_picture(area: &DrawingArea<SVGBackend, Shift>, stresses: &[Value]) -> D
     legend(&mut chart)
 }
 
-/// The ellipse of the patch's two axes, with a scale.
+/// Ellipse of the patch with its two axes, and a scale bar.
 fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn {
     let of = |name: &str| impact[name]["value"].as_f64().unwrap_or_default();
     let [long, short, surface] = [of("patch_long_axis_mm"), of("patch_short_axis_mm"), of("patch_area_mm2")];
@@ -200,6 +204,7 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn
     let ellipse: Vec<(f64, f64)> = ellipse.collect();
     chart.draw_series(std::iter::once(Polygon::new(ellipse.clone(), COLOURS[0].mix(0.2).filled())))?;
     chart.draw_series(std::iter::once(PathElement::new(ellipse, COLOURS[0].stroke_width(2))))?;
+    // Scale bar and labels.
     let scale = nice(0.35 * across);
     let (left, low) = (-0.94 * half_x, -0.86 * half_y);
     chart.draw_series(std::iter::once(PathElement::new(
@@ -215,7 +220,7 @@ fn patch_picture(area: &DrawingArea<SVGBackend, Shift>, impact: &Value) -> Drawn
     Ok(())
 }
 
-/// 1, 2 or 5 times a power of ten, at most `length`.
+/// The largest of 1, 2 or 5 times a power of ten that does not exceed `length`.
 fn nice(length: f64) -> f64 {
     let power = 10_f64.powf(length.log10().floor());
     [5.0, 2.0, 1.0].map(|m| m * power).into_iter().find(|l| *l <= length).unwrap_or(power)
@@ -227,7 +232,7 @@ type Chart<'a, 'b> = ChartContext<
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
 >;
 
-/// A chart over time from 0 to `end`.
+/// Axes of a chart over time from 0 to `end`.
 fn axes<'a, 'b>(
     area: &'a DrawingArea<SVGBackend<'b>, Shift>,
     end: f64,
@@ -271,7 +276,7 @@ fn end(line: &Series) -> f64 {
     line.last().map_or(0.0, |p| p.0)
 }
 
-/// The unit in which the times of a line are handy, and its inverse [1/s].
+/// A convenient time unit for a line, and its inverse [1/s].
 fn time_unit(line: &Series) -> (&'static str, f64) {
     match end(line) {
         t if t >= 1.0 => ("s", 1.0),
@@ -280,7 +285,7 @@ fn time_unit(line: &Series) -> (&'static str, f64) {
     }
 }
 
-/// At most so many points as can be seen: the least and the greatest of each stretch, in their order.
+/// The line with at most as many points as can be resolved: minimum and maximum of each interval, in order.
 fn thinned(line: &Series) -> Series {
     let stretch = (2 * line.len()).div_ceil(MOST_POINTS).max(1);
     if stretch <= 2 {

@@ -1,4 +1,4 @@
-//! A recording, read back: the summary, and force and energy over time. One chunk is in memory at a time.
+//! Reads a recording: the summary, and force and energy over time, with one chunk in memory at a time.
 
 use crate::measure::channel_class::filtered_force;
 use crate::record::RecordError;
@@ -20,56 +20,56 @@ pub enum ReadError {
     /// The file cannot be read.
     #[error("cannot read {0}")]
     File(#[from] RecordError),
-    /// It is no MCAP file, or a broken one.
-    #[error("{path} is no readable recording: {source}")]
+    /// The file is not MCAP, or is damaged.
+    #[error("{path} is not a readable recording: {source}")]
     Mcap {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the MCAP reader.
         source: McapError,
     },
-    /// It has no summary: the run did not end, or the file is not of this program.
+    /// There is no summary: the run did not end, or another program wrote the file.
     #[error("{path} has no summary: the run did not end, or another program wrote the file")]
     NoSummary {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
 }
 
-/// A line over time: (t [s], value).
+/// A function of time: (t [s], value).
 pub type Series = Vec<(f64, f64)>;
 
-/// What one contact pair did.
+/// Time series of one contact pair.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedPair {
-    /// Times [s].
+    /// Recorded times [s].
     pub time_s: Vec<f64>,
-    /// Impulse on the slave so far [N s].
+    /// Impulse on the slave up to each time [N s].
     pub impulse_n_s: Vec<[f64; 3]>,
-    /// Patch area [m²].
+    /// Patch area at each time [m²].
     pub patch_area_m2: Vec<f64>,
 }
 
-/// A run, as its recording tells it.
+/// The contents of a recording that a report needs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedRun {
-    /// The summary at its end.
+    /// Summary written at the end of the run.
     pub summary: Value,
-    /// The scene document.
+    /// Scene document.
     pub scene: Value,
     /// Metadata of the run: engine version, commit, scene hash.
     pub metadata: BTreeMap<String, String>,
     /// Contact pairs, by name.
     pub pairs: BTreeMap<String, RecordedPair>,
-    /// Kinetic + strain energy of each body [J].
+    /// Kinetic and strain energy of each body [J].
     pub bodies: BTreeMap<String, Series>,
     /// Energy absorbed by the tissue [J].
     pub absorbed: Series,
-    /// Everything that the ledger counts [J].
+    /// Total energy in the ledger [J].
     pub total: Series,
 }
 
-/// What is needed of `/contact/forces`; the contacts themselves are left unread.
+/// The required fields of `/contact/forces`; the contacts themselves are not decoded.
 #[derive(Clone, PartialEq, prost::Message)]
 struct Forces {
     #[prost(double, tag = "1")]
@@ -89,7 +89,7 @@ struct PairForces {
 }
 
 impl RecordedRun {
-    /// Reads a recording.
+    /// Reads a recording from a file.
     ///
     /// # Errors
     /// When the file cannot be read, or has no summary.
@@ -98,7 +98,7 @@ impl RecordedRun {
         Self::of(file, path)
     }
 
-    /// As [`RecordedRun::read`], of what need not be a file and is called `name` in errors.
+    /// As [`RecordedRun::read`], from any input; `name` is its name in errors.
     ///
     /// # Errors
     /// As [`RecordedRun::read`].
@@ -134,7 +134,7 @@ impl RecordedRun {
         }
     }
 
-    /// A message that cannot be decoded is left out; the file's own checksums are those of the chunks.
+    /// A message that cannot be decoded is skipped; the chunks have their own checksums.
     fn take_forces(&mut self, data: &[u8]) {
         let Ok(forces) = Forces::decode(data) else { return };
         for pair in forces.pairs {
@@ -157,20 +157,20 @@ impl RecordedRun {
     }
 }
 
-/// How a force is averaged over time.
+/// Averaging of a force over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Average {
-    /// Over this time [s].
+    /// Over a window of this length [s].
     Window(f64),
-    /// Filtered instead.
+    /// Filtered instead of averaged.
     Filter(ForceFilter),
 }
 
-/// The most that a filtered recording's length times its class may be [-]: scenes that ask for more are refused.
+/// Largest product of duration and filter class of a filtered recording [-]; scenes beyond it are refused.
 const LONGEST_FILTERED: f64 = 1e3;
 
 impl RecordedPair {
-    /// The force at each time [N], averaged; none where the recording is longer than any that is filtered.
+    /// Averaged force at each time [N]; empty where the recording is too long to be filtered.
     pub fn averaged_force(&self, average: Average) -> Series {
         let filter = match average {
             Average::Window(window) => return self.windowed_force(window),
@@ -183,6 +183,7 @@ impl RecordedPair {
         if !is_short {
             return Series::new();
         }
+        // Filter, then take the nearest sample for each recorded time.
         let forces = filtered_force(|time| self.impulse_at(time).into(), [first, last], filter.class());
         let at = |&time: &f64| {
             let nearest = forces.partition_point(|(t, _)| *t < time).min(forces.len() - 1);
@@ -191,7 +192,7 @@ impl RecordedPair {
         self.time_s.iter().map(at).collect()
     }
 
-    /// Mean force over a window that ends at each time, |I(t) − I(t − τ)|/τ [N], told at the middle of the window.
+    /// Mean force over a window that ends at each time, |I(t) − I(t − τ)|/τ [N], assigned to the middle of the window.
     pub fn windowed_force(&self, window: f64) -> Series {
         let force = |(&time, impulse): (&f64, &[f64; 3])| {
             let before = self.impulse_at(time - window);
@@ -201,7 +202,7 @@ impl RecordedPair {
         self.time_s.iter().zip(&self.impulse_n_s).map(force).collect()
     }
 
-    /// By linear interpolation; nothing before the start.
+    /// Linear interpolation; zero before the start.
     fn impulse_at(&self, time: f64) -> [f64; 3] {
         let after = self.time_s.partition_point(|t| *t < time);
         let Some(before) = after.checked_sub(1) else { return [0.0; 3] };

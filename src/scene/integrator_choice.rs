@@ -77,7 +77,7 @@ pub fn choose(
     budget: &Budget,
 ) -> Option<(IntegratorDocument, IntegratorChoice)> {
     let IntegratorDocument::Auto { step_s, theta, energy_gate } = &document.integrator else { return None };
-    // // Steps of both schemes, and the lower bound of the implicit cost: without matrices.
+    // Steps of both schemes, and the lower bound of the implicit cost: without matrices.
     let duration = document.end_time_s + document.settle.as_ref().map_or(0.0, |s| s.duration_s);
     let implicit_step = step_s.unwrap_or_else(|| default_step(document, shortest_edge));
     let stable = IntegratorDocument::SAFETY * shortest_crossing(document, bodies);
@@ -109,7 +109,7 @@ pub fn choose(
             }
         }
     };
-    // // The cheaper of the two.
+    // The cheaper of the two.
     let is_implicit = implicit.as_ref().is_some_and(|i| i.run_time_s < explicit.run_time_s);
     let integrator = if is_implicit {
         IntegratorDocument::implicit_with(implicit_step, *theta, *energy_gate)

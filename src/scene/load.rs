@@ -201,7 +201,7 @@ pub fn on_meshes_of(
     if !is_same {
         return None;
     }
-    // // Other laws and settings: the document's own checks, the laws, and the cost again.
+    // Other laws and settings: the document's own checks, the laws, and the cost again.
     let mut out = check_document(document, budget);
     if out.0.iter().any(Problem::is_error) {
         return Some(Err(Problems(out.0)));
@@ -263,7 +263,7 @@ fn examine(
     if !whole || out.0.iter().any(Problem::is_error) {
         return (out, None);
     }
-    // // Checks of the whole scene.
+    // Checks of the whole scene.
     let (bodies, summaries): (Vec<_>, Vec<_>) = made.into_iter().unzip();
     overlap::check(document, &bodies, &mut out);
     let edges = summaries.iter().filter(|body| body.elements > 0).map(|body| body.min_edge_m);
@@ -283,7 +283,7 @@ fn make_meshes(document: &SceneDocument, builder: &mut Builder) -> Vec<(Option<R
     let mut placed: Vec<Option<Mesh>> = bodies
         .map(|((i, body), out)| body.rigid.is_none().then(|| builder.body_mesh(i, body, out)).flatten())
         .collect();
-    // // Refinement around the impact needs all bodies in place.
+    // Refinement around the impact needs all bodies in place.
     let asks = |i: usize| !document.bodies[i].refinement.is_empty();
     let mut fine: Vec<Option<Refined>> = (0..placed.len())
         .map(|i| asks(i).then(|| builder.refined((document, &placed), i, &mut found[i])).flatten())

@@ -40,7 +40,7 @@ impl Problem {
                 .limit(one_of())
                 .remedy(suggest(name, known()));
         }
-        // // What remains are values of the wrong type or form.
+        // What remains are values of the wrong type or form.
         let message = match () {
             () if what.starts_with("data did not match") => "this is none of the variants",
             () if what.starts_with("invalid value") => "this value is not accepted",

@@ -157,7 +157,7 @@ impl Walk<'_> {
         if let Some(variant) = chosen.and_then(|i| variants.get(i)) {
             return self.compare(found, at, variant);
         }
-        // // Nothing is selected: say what is wrong with the selection, and list the options.
+        // Nothing is selected: say what is wrong with the selection, and list the options.
         let options: Vec<String> = choices.iter().flat_map(Choice::words).collect();
         let tag = choices.iter().find_map(Choice::tag).filter(|_| found.is_object());
         let place = tag.map_or_else(|| at.clone(), |tag| at.key(tag));

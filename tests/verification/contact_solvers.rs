@@ -38,8 +38,7 @@ fn compare(integrator: &Value, friction: f64, solvers: &[ContactSolver]) {
         let plan = plan(&scene);
         let is_implicit = integrator["kind"] == "implicit";
         let by_products = is_implicit && *solver == ContactSolver::AcceleratedGradient;
-        let how =
-            if by_products { "by products with W, which is not formed" } else { "W formed in every step" };
+        let how = if by_products { "matrix-free" } else { "W formed in every step" };
         let told = format!("contact problems solved by {}, {how}", solver.name());
         assert!(plan.report.kept.contains(&told), "{:?}", plan.report.kept);
         assert_eq!(plan.report.pairs[0].unknowns_per_contact, 3);

@@ -1,4 +1,4 @@
-//! Blobs in memory, for tests: what a store needs that is no folder.
+//! Blobs in memory, for tests of the contract without a folder.
 
 use super::super::{Blob, BlobEntry, BlobError, BlobStore, Unnamed};
 use std::collections::BTreeMap;
@@ -6,10 +6,10 @@ use std::io::{self, Cursor};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::SystemTime;
 
-/// Names, with bytes and when they were written.
+/// Bytes and write time by name.
 type Blobs = BTreeMap<String, (Arc<[u8]>, SystemTime)>;
 
-/// Names and bytes.
+/// A blob store in memory.
 #[derive(Clone, Debug, Default)]
 pub struct MemoryBlobs(Arc<Mutex<Blobs>>);
 

@@ -1,11 +1,11 @@
-//! What every store of blobs promises.
+//! Contract tests of every blob store.
 
 mod memory;
 
 use super::{Blob, BlobDigest, BlobError, BlobStore, Draft};
 use std::io::{Read, Seek, SeekFrom};
 
-/// Checks an empty store.
+/// Checks the contract on an empty store.
 pub(super) fn check(blobs: &dyn BlobStore) {
     what_has_no_name_is_not_there(blobs);
     a_blob_is_read_from_any_byte_on(blobs);
@@ -17,7 +17,7 @@ pub(super) fn check(blobs: &dyn BlobStore) {
 
 fn draft(blobs: &dyn BlobStore, bytes: &[u8]) -> Draft {
     let mut draft = Draft::new(blobs.unnamed().unwrap(), 100);
-    // In pieces, as bytes come.
+    // In pieces, as bytes arrive.
     bytes.chunks(2).for_each(|piece| draft.append(piece).unwrap());
     draft
 }
@@ -50,7 +50,7 @@ fn a_blob_is_read_from_any_byte_on(blobs: &dyn BlobStore) {
     let mut blob = blobs.open("meshes/a.msh").unwrap().unwrap();
     assert_eq!(blob.seek(SeekFrom::End(0)).unwrap(), 6);
     blob.seek(SeekFrom::Start(4)).unwrap();
-    // Who reads it reads it to its end.
+    // An open blob can be read to its end after deletion.
     blobs.delete("meshes/a.msh").unwrap();
     assert!(blobs.open("meshes/a.msh").unwrap().is_none());
     assert_eq!(text(blob), "ef");

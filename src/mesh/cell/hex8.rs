@@ -1,4 +1,4 @@
-//! The hexahedron of eight nodes.
+//! The eight-node hexahedron.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, Split};
 use crate::mechanics::element::HEX8_CORNERS;
@@ -29,7 +29,7 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[3, 0, 4, 7], facets: &[[3, 0, 4, 7]] },
     ],
     oblique: None,
-    // The 2×2×2 Gauss rule: the determinant is quadratic in each of ξ, η, ζ.
+    // The 2×2×2 Gauss rule is exact: the determinant is quadratic in each of ξ, η, ζ.
     quadrature: &[
         ([-GAUSS, -GAUSS, -GAUSS], 1.0),
         ([GAUSS, -GAUSS, -GAUSS], 1.0),
@@ -80,10 +80,10 @@ pub(super) static TABLE: CellTable = CellTable {
     abaqus: AbaqusName { name: "C3D8", suffixes: "RHIS" },
 };
 
-/// 1/√3.
+/// Gauss point 1/√3 of the two-point rule.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// x(ξ) = Σ_a x_a ⅛ (1 + ξ_a ξ)(1 + η_a η)(1 + ζ_a ζ)
+/// Position x(ξ) = Σ_a x_a ⅛ (1 + ξ_a ξ)(1 + η_a η)(1 + ζ_a ζ)
 fn place(x: &[Vec3], xi: [f64; 3]) -> Vec3 {
     let weight = |c: &[f64; 3]| 0.125 * (0..3).map(|i| 1.0 + c[i] * xi[i]).product::<f64>();
     x.iter().zip(&HEX8_CORNERS).map(|(x, c)| x * weight(c)).sum()

@@ -1,5 +1,4 @@
-//! Kinds of cells. What depends on the kind of a cell stands in one table a kind, and is looked up there: by surfaces, quality,
-//! refinement, readers and writers alike.
+//! Kinds of cells. All properties of a kind are in one table, which surfaces, quality, refinement, readers and writers use.
 
 mod hex8;
 mod points;
@@ -33,7 +32,7 @@ impl CellKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Hex8, Self::Tet4, Self::Tet10, Self::Wedge6];
 
-    /// What there is to know of it.
+    /// Its table of properties.
     pub fn table(self) -> &'static CellTable {
         match self {
             Self::Hex8 => &hex8::TABLE,
@@ -43,12 +42,12 @@ impl CellKind {
         }
     }
 
-    /// Number of its nodes.
+    /// Number of nodes of a cell.
     pub fn node_count(self) -> usize {
         self.table().points.len()
     }
 
-    /// The kind of that Gmsh number.
+    /// The kind with this Gmsh element type.
     pub fn of_gmsh(number: i32) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| i32::from(kind.table().gmsh.number) == number)
     }
@@ -61,7 +60,7 @@ impl CellKind {
         })
     }
 
-    /// Volume [m³] by the positions of the nodes [m]; negative when the cell is inside out.
+    /// Volume [m³] from the positions of the nodes [m]; negative when the cell is inverted.
     ///
     /// V = Σ w det ∂x/∂ξ over the quadrature points, which is exact for the kind's interpolation.
     pub fn volume_m3(self, x: &[Vec3]) -> f64 {
@@ -69,12 +68,12 @@ impl CellKind {
         table.quadrature.iter().map(|&(xi, weight)| (table.jacobian)(x, xi).determinant() * weight).sum()
     }
 
-    /// Whether natural coordinates are those of a point of the cell.
+    /// Whether natural coordinates lie in the reference cell.
     pub fn contains(self, xi: &Vec3) -> bool {
         self.table().half_spaces.iter().all(|&(normal, most)| Vec3::from(normal).dot(xi) <= most)
     }
 
-    /// Scaled Jacobian at natural coordinates [-], in [−1, 1]; 1 in the ideal cell, whose edges are all equal (Knupp 2000).
+    /// Scaled Jacobian at natural coordinates [-], in [−1, 1]; 1 in the ideal cell, which has equal edges (Knupp 2000).
     pub fn scaled_jacobian(self, x: &[Vec3], xi: [f64; 3]) -> f64 {
         let table = self.table();
         let jacobian = (table.jacobian)(x, xi);
@@ -84,11 +83,11 @@ impl CellKind {
         }
     }
 
-    /// Scaled Jacobian at a corner [-]: the triple product of the unit vectors along the edges that meet there, over that of the
-    /// ideal cell. 1 in the ideal cell, 0 where the corner is flat.
+    /// Scaled Jacobian at a corner [-]: the triple product of the unit vectors along the edges there, divided by that of
+    /// the ideal cell. 1 in the ideal cell, 0 where the corner is flat.
     ///
     /// # Panics
-    /// When the kind has no such corner.
+    /// If the kind has no such corner.
     pub fn corner_scaled_jacobian(self, x: &[Vec3], corner: usize) -> f64 {
         let table = self.table();
         let jacobian = (table.jacobian)(x, table.points[corner]);
@@ -96,7 +95,7 @@ impl CellKind {
         let here = Vec3::from(table.points[corner]);
         let along = oblique.neighbours[corner].map(|other| Vec3::from(table.points[other]) - here);
         let edges = Mat3::from_columns(&along);
-        // The neighbours come in any order: the reference cell, which is sound, tells which is right-handed.
+        // The neighbours are in any order: the sign for the reference cell identifies a right-handed one.
         scaled_determinant(&(jacobian * edges)) * edges.determinant().signum() / oblique.corner
     }
 }
@@ -105,8 +104,7 @@ fn columns(directions: [[f64; 3]; 3]) -> Mat3 {
     Mat3::from_columns(&directions.map(Vec3::from))
 }
 
-/// Determinant over the product of the lengths of the columns, in [−1, 1]; 1 where they are square to each other, 0 where a column
-/// vanishes.
+/// Determinant divided by the lengths of the columns, in [−1, 1]; 1 for orthogonal columns, 0 where one vanishes.
 fn scaled_determinant(columns: &Mat3) -> f64 {
     let lengths: f64 = columns.column_iter().map(|c| c.norm()).product();
     if lengths > 0.0 { columns.determinant() / lengths } else { 0.0 }

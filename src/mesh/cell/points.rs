@@ -1,12 +1,12 @@
-//! Positions of the nodes of one cell.
+//! Node positions of one cell.
 
 use crate::mechanics::tensor::Vec3;
 use std::ops::Deref;
 
-/// Nodes of the kind that has most.
+/// Largest number of nodes of a cell of any kind.
 pub const MOST_NODES: usize = 10;
 
-/// Positions [m] of the nodes of one cell of any kind, without memory of their own; it is used like a slice.
+/// Positions [m] of the nodes of one cell of any kind, without heap allocation; dereferences to a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellPoints {
     x: [Vec3; MOST_NODES],
@@ -14,7 +14,7 @@ pub struct CellPoints {
 }
 
 impl CellPoints {
-    /// The positions of these nodes, of which there are at most [`MOST_NODES`].
+    /// Positions of at most [`MOST_NODES`] nodes.
     pub fn new(nodes: &[u32], position: impl Fn(u32) -> Vec3) -> Self {
         let mut x = [Vec3::zeros(); MOST_NODES];
         for (x, &node) in x.iter_mut().zip(nodes) {
@@ -23,7 +23,7 @@ impl CellPoints {
         Self { x, count: nodes.len().min(MOST_NODES) }
     }
 
-    /// Each of them moved.
+    /// Applies a map to each position.
     #[must_use]
     pub fn map(mut self, moved: impl Fn(&Vec3) -> Vec3) -> Self {
         self.x[..self.count].iter_mut().for_each(|x| *x = moved(x));

@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
-/// Volumes of the reference cells.
+/// Volume of a reference cell.
 fn reference_volume(kind: CellKind) -> f64 {
     match kind {
         CellKind::Hex8 => 8.0,
@@ -13,7 +13,7 @@ fn reference_volume(kind: CellKind) -> f64 {
     }
 }
 
-/// The reference cell, mapped.
+/// The nodes of a reference cell under a map.
 fn mapped(kind: CellKind, map: impl Fn(Vec3) -> Vec3) -> Vec<Vec3> {
     kind.table().points.iter().map(|&xi| map(Vec3::from(xi))).collect()
 }
@@ -33,7 +33,7 @@ fn a_sheared_cell_has_its_exact_volume() {
 
 #[test]
 fn curved_and_twisted_cells_have_the_volumes_of_closed_forms() {
-    // A tetrahedron whose lowest side is z = −4 b s (1 − s), s = ξ + η: it is deeper by ∫ 4 b s (1 − s) s ds = b/3.
+    // A tetrahedron with the lowest face z = −4 b s (1 − s), s = ξ + η: its volume grows by ∫ 4 b s (1 − s) s ds = b/3.
     let b = 0.1;
     let bulge = |xi: Vec3| {
         let s = xi.x + xi.y;
@@ -43,7 +43,8 @@ fn curved_and_twisted_cells_have_the_volumes_of_closed_forms() {
     let volume = CellKind::Tet10.volume_m3(&mapped(CellKind::Tet10, bulge));
     assert!((volume - exact).abs() < 1e-14, "{volume} {exact}");
 
-    // A wedge whose top is turned by φ: the section at t is (1 − t) + t R, of determinant (1 − t)² + 2 t (1 − t) cos φ + t².
+    // A wedge with its top rotated by φ: the section at t is (1 − t) + t R, of determinant (1 − t)² + 2 t (1 − t) cos φ +
+    // t².
     let angle = 0.7_f64;
     let turned = |xi: Vec3| {
         let (sine, cosine) = if xi.z > 0.0 { angle.sin_cos() } else { (0.0, 1.0) };
@@ -68,7 +69,7 @@ fn faces_look_outwards_close_the_cell_and_keep_to_their_planes() {
             for (i, &a) in face.corners.iter().enumerate() {
                 assert!(edges.insert((a, face.corners[(i + 1) % face.corners.len()])), "{kind:?} {face:?}");
             }
-            // Facets lie on the face, look the same way, and fill it.
+            // The facets lie on the face, have its orientation, and cover it.
             let area = |[a, b, c, d]: [Vec3; 4]| (c - a).cross(&(d - b)) * 0.5;
             let mut sum = Vec3::zeros();
             for facet in face.facets {
@@ -79,7 +80,7 @@ fn faces_look_outwards_close_the_cell_and_keep_to_their_planes() {
             }
             let last = corners.len() - 1;
             assert!((sum - area([corners[0], corners[1], corners[2], corners[last]])).norm() < 1e-14);
-            // The face is in one of the planes that bound the reference cell.
+            // The face lies in one of the planes that bound the reference cell.
             let on_plane = |(n, d): &([f64; 3], f64)| {
                 face.facets.iter().flatten().all(|&i| Vec3::from(*n).dot(&Vec3::from(table.points[i])) == *d)
             };
@@ -165,7 +166,8 @@ fn foreign_orders_are_orders_and_names_are_found() {
     for other in ["C3D20", "C3D8T", "C3D15", "C3D5", "S4R", "AC3D4"] {
         assert_eq!(CellKind::of_abaqus(other), None, "{other}");
     }
-    // VTK's wedge begins with the triangle that looks outwards (vtkWedge.cxx): there the first three run the other way round.
+    // VTK's wedge begins with the triangle that faces outwards (vtkWedge.cxx): its first three nodes are in the opposite
+    // order.
     let wedge = CellKind::Wedge6.table();
     let mut points = [Vec3::zeros(); 6];
     for (&place, &xi) in wedge.vtk.order.iter().zip(wedge.points) {

@@ -1,10 +1,10 @@
-//! The tetrahedron of ten nodes, whose edges and faces may be curved.
+//! The ten-node tetrahedron, whose edges and faces may be curved.
 
 use super::table::{AbaqusName, CellFace, CellTable, Foreign, interpolated, interpolated_jacobian};
 use super::tet4::{BARYCENTRIC_GRADIENTS, EDGES, HALF_SPACES, OBLIQUE, POINTS as CORNERS, barycentric};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
-/// Corners like those of the linear tetrahedron, then the middles of its edges in their order.
+/// Corners as in the linear tetrahedron, followed by the middles of its edges in order.
 pub(super) static TABLE: CellTable = CellTable {
     name: "tet10",
     title: "tetrahedron of 10 nodes",
@@ -31,7 +31,7 @@ pub(super) static TABLE: CellTable = CellTable {
         CellFace { corners: &[0, 3, 2], facets: &four_triangles([0, 3, 2], [7, 9, 6]) },
     ],
     oblique: Some(OBLIQUE),
-    // Five points, exact to the third degree, which the determinant has; the weight of the centre is negative (Keast 1986).
+    // Five points, exact to third degree, that of the determinant; the weight of the centre is negative (Keast 1986).
     quadrature: &[
         ([0.25; 3], -2.0 / 15.0),
         ([1.0 / 6.0, 1.0 / 6.0, 1.0 / 6.0], 3.0 / 40.0),
@@ -47,12 +47,12 @@ pub(super) static TABLE: CellTable = CellTable {
     abaqus: AbaqusName { name: "C3D10", suffixes: "HIMS" },
 };
 
-/// The triangles of a face by its corners and the middles of the edges that begin there.
+/// The four triangles of a face, from its corners and the middles of the edges that begin there.
 const fn four_triangles([a, b, c]: [usize; 3], [ab, bc, ca]: [usize; 3]) -> [[usize; 4]; 4] {
     [[a, ab, ca, ca], [ab, b, bc, bc], [ca, bc, c, c], [ab, bc, ca, ca]]
 }
 
-/// L (2 L − 1) at a corner, 4 L L' between two.
+/// Shape functions: L (2 L − 1) at a corner, 4 L L' between two.
 fn place(x: &[Vec3], xi: [f64; 3]) -> Vec3 {
     let l = barycentric(xi);
     interpolated(x, |a| match a.checked_sub(4) {

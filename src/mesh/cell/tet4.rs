@@ -1,4 +1,4 @@
-//! The tetrahedron of four nodes.
+//! The four-node tetrahedron.
 
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
@@ -24,9 +24,9 @@ pub(super) static TABLE: CellTable = CellTable {
     quadrature: &[([0.25; 3], 1.0 / 6.0)],
     place,
     jacobian,
-    // Bey (1995, Computing 55), "Tetrahedral grid refinement": four at the corners, four in the octahedron between them about its
-    // diagonal 6–8; the order of nodes keeps all descendants to at most three shapes. Children that his order turns inside out have
-    // their first and third node exchanged, which keeps the diagonal.
+    // Bey (1995, Computing 55), "Tetrahedral grid refinement": four children at the corners, four in the octahedron between
+    // them, around its diagonal 6–8; the order of nodes limits all descendants to three shapes. Children that his order
+    // would invert have their first and third node exchanged, which keeps the diagonal.
     split: Some(Split {
         middles: &[&[0, 1], &[1, 2], &[2, 0], &[0, 3], &[1, 3], &[2, 3]],
         children: &[
@@ -48,14 +48,15 @@ pub(super) static TABLE: CellTable = CellTable {
 /// Natural coordinates of the corners.
 pub(super) const POINTS: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// ξ, η, ζ ≥ 0 and ξ + η + ζ ≤ 1.
+/// Half-spaces ξ, η, ζ ≥ 0 and ξ + η + ζ ≤ 1.
 pub(super) const HALF_SPACES: [([f64; 3], f64); 4] =
     [([-1.0, 0.0, 0.0], 0.0), ([0.0, -1.0, 0.0], 0.0), ([0.0, 0.0, -1.0], 0.0), ([1.0; 3], 1.0)];
 
 /// End corners of the edges.
 pub(super) const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
-/// An edge, the height of a face on it, the height of the regular tetrahedron on that; any other corner is a neighbour.
+/// Orthogonal directions of the regular tetrahedron: an edge, the height of a face on it, and the height on that face; any
+/// other corner is a neighbour.
 pub(super) const OBLIQUE: Oblique = Oblique {
     frame: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [-1.0, -1.0, 3.0]],
     neighbours: &[[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]],
@@ -67,7 +68,7 @@ pub(super) fn barycentric(xi: [f64; 3]) -> [f64; 4] {
     [1.0 - xi[0] - xi[1] - xi[2], xi[0], xi[1], xi[2]]
 }
 
-/// Their derivatives with respect to ξ, η, ζ.
+/// Derivatives of the barycentric coordinates with respect to ξ, η, ζ.
 pub(super) const BARYCENTRIC_GRADIENTS: [[f64; 3]; 4] =
     [[-1.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

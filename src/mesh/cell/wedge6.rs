@@ -1,4 +1,4 @@
-//! The wedge of six nodes.
+//! The six-node wedge.
 
 use super::table::{
     AbaqusName, CellFace, CellTable, Foreign, Oblique, Split, interpolated, interpolated_jacobian,
@@ -30,10 +30,10 @@ pub(super) static TABLE: CellTable = CellTable {
     oblique: Some(Oblique {
         frame: [[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
         neighbours: &[[1, 2, 3], [2, 0, 4], [0, 1, 5], [4, 5, 0], [5, 3, 1], [3, 4, 2]],
-        // √3/2: an equilateral triangle below edges that are square to it.
+        // √3/2: an equilateral triangle with edges perpendicular to it.
         corner: 0.866_025_403_784_438_6,
     }),
-    // Three points of the triangle, exact to the second degree, at the two of the line.
+    // Three points in the triangle, exact to second degree, times two along the line.
     quadrature: &[
         ([1.0 / 6.0, 1.0 / 6.0, -GAUSS], 1.0 / 6.0),
         ([2.0 / 3.0, 1.0 / 6.0, -GAUSS], 1.0 / 6.0),
@@ -71,23 +71,23 @@ pub(super) static TABLE: CellTable = CellTable {
             &[15, 16, 17, 9, 10, 11],
         ],
     }),
-    // In VTK the triangle 0–2 looks outwards.
+    // In VTK, the triangle 0–2 faces outwards.
     vtk: Foreign { number: 13, order: &[0, 2, 1, 3, 5, 4] },
     gmsh: Foreign { number: 6, order: &[0, 1, 2, 3, 4, 5] },
     abaqus: AbaqusName { name: "C3D6", suffixes: "H" },
 };
 
-/// ξ, η ≥ 0 with ξ + η ≤ 1, and ζ within ±1.
+/// Reference cell: ξ, η ≥ 0 with ξ + η ≤ 1, and ζ within ±1.
 const POINTS: [[f64; 3]; 6] =
     [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
 
-/// 1/√3.
+/// Gauss point 1/√3 of the two-point rule.
 const GAUSS: f64 = 0.577_350_269_189_625_8;
 
-/// Barycentric coordinates in the triangle, and what they change by along ξ and η.
+/// Derivatives of the barycentric coordinates of the triangle with respect to ξ and η.
 const TRIANGLE_GRADIENTS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
 
-/// L_i(ξ, η) ½ (1 ± ζ).
+/// Position with shape functions L_i(ξ, η) ½ (1 ± ζ).
 fn place(x: &[Vec3], xi: [f64; 3]) -> Vec3 {
     let l = triangle(xi);
     interpolated(x, |a| l[a % 3] * 0.5 * (1.0 + POINTS[a][2] * xi[2]))

@@ -58,13 +58,13 @@ fn hexahedra_alone_are_arrays_of_eight() {
     assert_eq!(Cells::<u32>::default().counts(), []);
 }
 
-/// Six tetrahedra that fill a hexahedron, about its diagonal.
+/// Six tetrahedra that fill a hexahedron around its diagonal.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
-/// Two wedges that fill it; their triangles are sides of those tetrahedra.
+/// Two wedges that fill it; their triangles are faces of those tetrahedra.
 const WEDGES: [[usize; 6]; 2] = [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]];
 
-/// A hexahedron as cells of a kind.
+/// Fills a hexahedron with cells of a kind.
 fn filled(hex: &[u32; 8], kind: CellKind, mesh: &mut Mesh, middles: &mut BTreeMap<[u32; 2], u32>) {
     match kind {
         CellKind::Hex8 => mesh.cells.push(kind, hex),
@@ -88,7 +88,7 @@ fn filled(hex: &[u32; 8], kind: CellKind, mesh: &mut Mesh, middles: &mut BTreeMa
     }
 }
 
-/// Hexahedra of a mesh as cells of the kinds that `kind` says; those without one are left out.
+/// Replaces the hexahedra of a mesh by cells of the kinds given by `kind`; those with `None` are omitted.
 fn remeshed(hexes: &Mesh, kind: impl Fn(usize) -> Option<CellKind>) -> Mesh {
     let mut mesh = Mesh { cells: Cells::default(), part_of: Vec::new(), ..hexes.clone() };
     let mut middles = BTreeMap::new();
@@ -102,32 +102,32 @@ fn remeshed(hexes: &Mesh, kind: impl Fn(usize) -> Option<CellKind>) -> Mesh {
     mesh
 }
 
-/// A box of 3 × 2 × 1 of a kind, of 24 m³.
+/// A box of 6 × 4 × 1 m, 24 m³, made of cells of one kind.
 fn block_of(kind: CellKind) -> Mesh {
     let block = Block::uniform(Vec3::zeros(), Vec3::new(6.0, 4.0, 1.0), [3, 2, 1], "b").generate().unwrap();
     remeshed(&block, |_| Some(kind))
 }
 
-/// Three cubes of 1 m in an L: tetrahedra, wedges on them, a hexahedron beside those.
+/// Three cubes of 1 m in an L: tetrahedra, wedges on them, a hexahedron next to those.
 fn mixed() -> Mesh {
     let block = Block::uniform(Vec3::zeros(), Vec3::new(2.0, 1.0, 2.0), [2, 1, 2], "b").generate().unwrap();
     let kinds = [Some(CellKind::Tet4), None, Some(CellKind::Wedge6), Some(CellKind::Hex8)];
     remeshed(&block, |e| kinds[e])
 }
 
-/// All meshes, with their volume [m³].
+/// All test meshes, with their volume [m³].
 fn meshes() -> Vec<(String, Mesh, f64)> {
     let of_one = CellKind::ALL.map(|kind| (format!("{kind:?}"), block_of(kind), 24.0));
     of_one.into_iter().chain([("mixed".into(), mixed(), 3.0)]).collect()
 }
 
-/// Bent, so that faces of four corners are warped.
+/// Bends a point, so that faces with four corners are warped.
 fn bent(x: &Vec3) -> Vec3 {
     let (sine, cosine) = (0.1 * x.x).sin_cos();
     Vec3::new((x.z + 10.0) * sine, x.y + 0.05 * x.x * x.z, (x.z + 10.0) * cosine + 0.03 * x.x * x.y)
 }
 
-/// Nodes − edges + faces.
+/// Euler characteristic: nodes − edges + faces.
 fn euler_characteristic(faces: &[[u32; 4]]) -> i64 {
     let mut edges = BTreeSet::new();
     for face in faces {
@@ -193,7 +193,7 @@ fn refinement_keeps_volume_surface_sets_and_shapes() {
             (0..fine.nodes.len() as u32).filter(|a| fine.nodes[*a as usize].z == top).collect();
         assert_eq!(fine.node_sets["z_max"], on_top, "{name}");
 
-        // A bent mesh keeps the volume of each of its cells: the children follow the interpolation of their parent.
+        // A bent mesh keeps the volume of each cell: the children follow the interpolation of their parent.
         mesh.nodes.iter_mut().for_each(|x| *x = bent(x));
         let fine = refined(&mesh).unwrap();
         for e in 0..mesh.cells.len() {

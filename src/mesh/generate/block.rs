@@ -6,24 +6,24 @@ use super::parameters::{Checks, refuse};
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 
-/// Where the elements of a block end along one axis.
+/// Division of a block into elements along one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cuts {
     /// Elements of equal size.
     Uniform {
-        /// How many.
+        /// Number of elements.
         count: u32,
     },
-    /// Elements smallest at a position, growing away from it on both sides.
+    /// Elements smallest at a position, growing on both sides.
     Towards {
-        /// How many.
+        /// Number of elements.
         count: u32,
-        /// Where they are smallest [m], inside the block.
+        /// Position of the smallest elements [m], inside the block.
         position_m: f64,
-        /// How they grow.
+        /// Growth of the element size.
         grading: Grading,
     },
-    /// Cuts at these positions [m], ascending, strictly inside the block.
+    /// Element boundaries at these positions [m], ascending, strictly inside the block.
     Positions {
         /// The positions [m]; k cuts make k + 1 elements.
         inner_m: Vec<f64>,
@@ -39,7 +39,7 @@ impl Cuts {
         }
     }
 
-    /// Positions [m] of all nodes along the axis, both ends included.
+    /// Positions of all nodes along the axis [m], including both ends.
     fn positions(&self, low: f64, high: f64) -> Vec<f64> {
         match self {
             Self::Uniform { count } => graded(low, high, low, Grading::UNIFORM, *count),
@@ -50,7 +50,7 @@ impl Cuts {
         }
     }
 
-    /// Checks the cuts of the axis called `field` between its ends.
+    /// Checks the division of the axis named `field` between its ends.
     fn check(&self, checks: &mut Checks, field: &str, low: f64, high: f64) {
         match self {
             Self::Uniform { count } => checks.count(&format!("{field}.count"), *count, 1),
@@ -89,14 +89,14 @@ pub struct Block {
     pub min_corner_m: Vec3,
     /// Upper corner [m].
     pub max_corner_m: Vec3,
-    /// How the block is cut along x, y and z.
+    /// Division along x, y and z.
     pub cuts: [Cuts; 3],
-    /// Name of the part.
+    /// Name of the only part.
     pub part: String,
 }
 
 impl Block {
-    /// A block of equal elements from its lower corner and its size [m].
+    /// A block of equal elements, from its lower corner and its size [m].
     pub fn uniform(origin: Vec3, size: Vec3, counts: [u32; 3], part: &str) -> Self {
         Self {
             min_corner_m: origin,
@@ -106,7 +106,7 @@ impl Block {
         }
     }
 
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("min_corner_m", &self.min_corner_m);
@@ -131,8 +131,8 @@ impl Block {
         self.cuts.iter().fold(1, |product, cuts| product.saturating_mul(cuts.count()))
     }
 
-    /// The same block with all element counts multiplied by `factor`; listed cuts are kept and the elements between
-    /// them cut evenly.
+    /// The same block with all element counts multiplied by `factor`; listed positions are kept and the elements between
+    /// them divided evenly.
     #[must_use]
     pub fn refined(&self, factor: u32) -> Self {
         let cuts = std::array::from_fn(|axis| match &self.cuts[axis] {
@@ -151,10 +151,10 @@ impl Block {
         Self { cuts, ..self.clone() }
     }
 
-    /// The mesh; nodes and elements run fastest along x, then y, then z.
+    /// Generates the mesh; nodes and elements are numbered fastest along x, then y, then z.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("block", self.problems())?;
         let [xs, ys, zs]: [Vec<f64>; 3] = std::array::from_fn(|axis| {
@@ -175,7 +175,7 @@ impl Block {
         }
         mesh.part_of = vec![0; mesh.cells.len()];
 
-        // Each side: the nodes whose lattice coordinate along that axis is the first or the last.
+        // Each side consists of the nodes whose lattice coordinate along that axis is the first or the last.
         let all = || (0..=nz).flat_map(|k| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k])));
         for (axis, (name, last)) in [("x", nx), ("y", ny), ("z", nz)].into_iter().enumerate() {
             for (end, at) in [("min", 0), ("max", last)] {

@@ -4,7 +4,7 @@ use crate::mechanics::tensor::Vec3;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_4;
 
-/// The surface of a cube, each face cut into n × n quadrilaterals.
+/// The surface of a cube, each face divided into n × n quadrilaterals.
 pub(super) struct CubeSurface {
     /// Lattice coordinates 0..=n of the points.
     pub(super) points: Vec<[u32; 3]>,
@@ -39,14 +39,14 @@ impl CubeSurface {
     }
 }
 
-/// Lattice coordinates 0..=n as a point of the cube [−1, 1]³, spaced so that equal steps span equal angles seen from the
-/// centre of a face: tan(π/4 · (2i − n)/n).
+/// Lattice coordinates 0..=n as a point of the cube [−1, 1]³, spaced so that equal steps span equal angles from the centre
+/// of a face: tan(π/4 · (2i − n)/n).
 ///
-/// Ronchi, Iacono & Paolucci (1996): the elements of the sphere come out far more even than with equal steps.
+/// Ronchi, Iacono & Paolucci (1996): the elements of the sphere are far more uniform than with equal steps.
 pub(super) fn equiangular(point: [u32; 3], n: u32) -> Vec3 {
     Vec3::from(point.map(|i| {
         let steps = f64::from(2 * i) - f64::from(n);
-        // The faces lie exactly at ±1, which tan(π/4) misses by a rounding error.
+        // The faces lie exactly at ±1, which tan(π/4) misses by rounding.
         if steps.abs() >= f64::from(n) { steps.signum() } else { (FRAC_PI_4 * steps / f64::from(n)).tan() }
     }))
 }

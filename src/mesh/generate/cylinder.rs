@@ -1,4 +1,4 @@
-//! A cylinder, such as a baton: an O-grid disc drawn along its axis.
+//! A cylinder, such as a baton: an O-grid disc extruded along its axis.
 
 use super::cubed_sphere::equiangular;
 use super::o_grid::{core_fraction, core_point, ring_point};
@@ -8,30 +8,29 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::{Mesh, MeshError, ParameterProblem};
 use std::f64::consts::PI;
 
-/// A solid cylinder of one part, node sets `side`, `bottom` (where the axis comes from), `top` (where it points to) and
-/// `ends` (both).
+/// A solid cylinder of one part, node sets `side`, `bottom` (start of the axis), `top` (end of the axis) and `ends` (both).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cylinder {
-    /// Centre of the cylinder, half way along its axis [m].
+    /// Centre, half way along the axis [m].
     pub center: Vec3,
-    /// Direction of the axis, of any length but zero.
+    /// Direction of the axis; any length except zero.
     pub axis: Vec3,
-    /// Radius [m].
+    /// Radius of the section [m].
     pub radius_m: f64,
     /// Length along the axis [m].
     pub length_m: f64,
-    /// Elements along a quarter of the circumference, which are also those across the square core: n² in the core.
+    /// Elements along a quarter of the circumference, and across the square core: n² in the core.
     pub elements_around: u32,
     /// Rings of elements between the core and the side: 4 n elements each.
     pub elements_through: u32,
-    /// Elements along the axis.
+    /// Number of elements along the axis.
     pub elements_along: u32,
-    /// Name of the part.
+    /// Name of the only part.
     pub part: String,
 }
 
 impl Cylinder {
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("center", &self.center);
@@ -47,7 +46,7 @@ impl Cylinder {
         checks.into_problems()
     }
 
-    /// Number of elements of the mesh, n² + 4 n m a slice.
+    /// Number of elements, n² + 4 n m per slice.
     pub fn element_count(&self) -> u64 {
         let (n, m) = (u64::from(self.elements_around), u64::from(self.elements_through));
         let slice = n.saturating_mul(n.saturating_add(m.saturating_mul(4)));
@@ -65,10 +64,10 @@ impl Cylinder {
         }
     }
 
-    /// The mesh, slice by slice along the axis.
+    /// Generates the mesh, slice by slice along the axis.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("cylinder", self.problems())?;
         let disc = Disc::new(self.elements_around, self.elements_through);
@@ -99,23 +98,23 @@ impl Cylinder {
         Ok(mesh)
     }
 
-    /// Volume of the true cylinder [m³], π R² L.
+    /// Exact volume of the cylinder [m³], π R² L.
     pub fn exact_volume_m3(&self) -> f64 {
         PI * self.radius_m * self.radius_m * self.length_m
     }
 }
 
-/// A disc of radius one in the plane z = 0.
+/// A disc of unit radius in the plane z = 0.
 struct Disc {
     points: Vec<Vec3>,
     /// Indices into `points`, counter-clockwise seen from +z.
     quads: Vec<[u32; 4]>,
-    /// The points on the rim.
+    /// Indices of the points on the rim.
     rim: std::ops::Range<u32>,
 }
 
 impl Disc {
-    /// A core of n × n, then `rings` rings of 4 n, from the inside.
+    /// A core of n × n quadrilaterals, then `rings` rings of 4 n, from the inside.
     fn new(n: u32, rings: u32) -> Self {
         let core_size = core_fraction(n, rings);
         let square = |i: u32, j: u32| {
@@ -161,10 +160,10 @@ impl Disc {
     }
 }
 
-/// A right-handed frame whose third vector lies along `axis`; the first two are as near to coordinate axes as can be.
+/// A right-handed frame with its third vector along `axis`; the first two are close to coordinate axes.
 fn frame(axis: &Vec3) -> [Vec3; 3] {
     let e3 = axis.normalize();
-    // The coordinate axis most square to e3 gives e2; for an axis along z the frame is x, y, z.
+    // The coordinate axis most perpendicular to e3 gives e2; for an axis along z, the frame is x, y, z.
     let helper = if e3.y.abs() < 0.9 { Vec3::y() } else { Vec3::z() };
     let e1 = helper.cross(&e3).normalize();
     [e1, e3.cross(&e1), e3]

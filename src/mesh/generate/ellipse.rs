@@ -33,24 +33,24 @@ impl Ellipse {
         (direction.x / self.x).hypot(direction.y / self.z).recip()
     }
 
-    /// Length of the curve per τ at the parameter τ [m].
+    /// Arc length per τ at the parameter τ [m].
     pub(super) fn speed(&self, tau: f64) -> f64 {
         (self.x * tau.cos()).hypot(self.z * tau.sin())
     }
 
-    /// Smallest radius of curvature [m], min(a²/b, b²/a): an inner offset beyond it folds over.
+    /// Smallest radius of curvature [m], min(a²/b, b²/a): an inner offset beyond it self-intersects.
     pub(super) fn min_curvature_radius(&self) -> f64 {
         (self.x * self.x / self.z).min(self.z * self.z / self.x)
     }
 
-    /// Length of the ellipse [m]: the trapezoidal rule, which converges exponentially on a closed smooth curve.
+    /// Perimeter [m], by the trapezoidal rule, which converges exponentially on a closed smooth curve.
     pub(super) fn perimeter(&self) -> f64 {
         const POINTS: u32 = 2048;
         let step = 2.0 * PI / f64::from(POINTS);
         (0..POINTS).map(|i| self.speed(step * f64::from(i))).sum::<f64>() * step
     }
 
-    /// Area [m²] inside the curve that runs at the distance `inward` [m] inside the ellipse.
+    /// Area [m²] inside the curve at distance `inward` [m] inside the ellipse.
     ///
     /// A(t) = π a b − t L + π t²  (Steiner), for t up to the smallest radius of curvature.
     pub(super) fn offset_area(&self, inward: f64) -> f64 {

@@ -1,37 +1,37 @@
-//! Where the nodes of a line lie: uniform, or finer towards a point.
+//! Positions of nodes along a line: uniform, or graded towards a point.
 
-/// How the size of elements grows away from a point.
+/// Growth of the element size away from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grading {
-    /// Size of the element farthest from the point over that of the smallest [-], ≥ 1.
+    /// Size ratio of the element farthest from the point to the smallest one [-], ≥ 1.
     pub ratio: f64,
-    /// Distance from the point within which all are the smallest [m], ≥ 0.
+    /// Distance from the point within which all elements are smallest [m], ≥ 0.
     pub uniform_within: f64,
 }
 
 impl Grading {
-    /// Elements of one size.
+    /// Elements of equal size.
     pub const UNIFORM: Self = Self { ratio: 1.0, uniform_within: 0.0 };
 
-    /// Elements that grow from the point on.
+    /// Elements that grow from the point on, without a uniform region.
     pub fn from_point(ratio: f64) -> Self {
         Self { ratio, uniform_within: 0.0 }
     }
 }
 
-/// `count + 1` positions from `low` to `high`, elements smallest at `focus` and growing away from it.
+/// `count + 1` positions from `low` to `high`, with elements smallest at `focus` and growing away from it.
 ///
 /// The element size is h ∝ 1 up to the distance w = `uniform_within` from the focus and grows linearly beyond,
-/// h ∝ 1 + g (d − w), g = (ρ − 1)/(D − w), to ρ at the farthest end D. The positions share its count, N(d) = d up to w and
-/// w + ln(1 + g (d − w))/g beyond, equally. So the positions for `2 count` hold those
-/// for `count`: meshes of a study are nested. (A node at the focus itself comes only of itself when it lies half way and
-/// `count` is even: forcing one there would break the nesting.) `ratio` ≥ 1; the focus must lie between the ends.
+/// h ∝ 1 + g (d − w), g = (ρ − 1)/(D − w), to ρ at the farthest end D. The positions divide the count, N(d) = d up to w and
+/// w + ln(1 + g (d − w))/g beyond, equally. The positions for `2 count` therefore contain those for `count`: the meshes of
+/// a study are nested. (The focus itself is a node only if it lies half way and `count` is even: forcing one there would
+/// break the nesting.) `ratio` ≥ 1; the focus must lie between the ends.
 pub fn graded(low: f64, high: f64, focus: f64, grading: Grading, count: u32) -> Vec<f64> {
     let farthest = (focus - low).max(high - focus);
     let plateau = grading.uniform_within.min(farthest);
-    // Nothing is left to grow over where the plateau reaches the ends.
+    // No growth where the uniform region reaches the ends.
     let growth = if plateau < farthest { (grading.ratio - 1.0) / (farthest - plateau) } else { 0.0 };
-    // Signed number of elements between the focus and x, and its inverse; linear as the growth vanishes.
+    // Signed number of elements between the focus and x, and its inverse; linear in the limit of no growth.
     let elements = |x: f64| {
         let d = (x - focus).abs();
         let beyond = d - plateau;
@@ -57,7 +57,7 @@ pub fn graded(low: f64, high: f64, focus: f64, grading: Grading, count: u32) -> 
         .collect()
 }
 
-/// Each interval of ascending positions cut into `factor` equal pieces.
+/// Each interval between ascending positions divided into `factor` equal ones.
 pub(super) fn subdivided(positions: &[f64], factor: u32) -> Vec<f64> {
     let mut out: Vec<f64> = positions
         .windows(2)

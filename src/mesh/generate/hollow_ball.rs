@@ -10,22 +10,22 @@ use std::f64::consts::PI;
 /// A spherical shell of one part, node sets `outer` and `inner`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HollowBall {
-    /// Centre [m].
+    /// Centre of the ball [m].
     pub center: Vec3,
     /// Outer radius [m].
     pub outer_radius_m: f64,
-    /// Inner radius [m], between zero and the outer one.
+    /// Inner radius [m], between zero and the outer radius.
     pub inner_radius_m: f64,
-    /// Elements along an edge of the cube, a quarter of a great circle: 6 n² elements a layer.
+    /// Elements along an edge of the cube, a quarter of a great circle: 6 n² elements per layer.
     pub elements_around: u32,
     /// Layers of elements through the wall.
     pub elements_through: u32,
-    /// Name of the part.
+    /// Name of the only part.
     pub part: String,
 }
 
 impl HollowBall {
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("center", &self.center);
@@ -36,7 +36,7 @@ impl HollowBall {
             "inner_radius_m",
             self.inner_radius_m,
             format!("< outer_radius_m = {}", self.outer_radius_m),
-            "make the wall thicker than zero",
+            "give the wall a thickness",
         );
         checks.count("elements_around", self.elements_around, 1);
         checks.count("elements_through", self.elements_through, 1);
@@ -44,7 +44,7 @@ impl HollowBall {
         checks.into_problems()
     }
 
-    /// Number of elements of the mesh, 6 n² a layer.
+    /// Number of elements, 6 n² per layer.
     pub fn element_count(&self) -> u64 {
         let n = u64::from(self.elements_around);
         n.saturating_mul(n).saturating_mul(6).saturating_mul(u64::from(self.elements_through))
@@ -60,10 +60,10 @@ impl HollowBall {
         }
     }
 
-    /// The mesh; nodes lie on spheres, equiangular on the six faces of the cubed sphere.
+    /// Generates the mesh; nodes lie on spheres, equiangular on the six faces of the cubed sphere.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("hollow_ball", self.problems())?;
         let surface = CubeSurface::new(self.elements_around);
@@ -71,7 +71,7 @@ impl HollowBall {
             surface.points.iter().map(|&p| equiangular(p, self.elements_around).normalize()).collect();
         let (a_layer, layers) = (directions.len() as u32, self.elements_through);
 
-        // Nodes layer by layer from the inside; elements the same, their bottom faces inwards.
+        // Nodes layer by layer from the inside; elements likewise, with their bottom faces inwards.
         let wall = self.outer_radius_m - self.inner_radius_m;
         let mut mesh = Mesh { parts: vec![self.part.clone()], ..Mesh::default() };
         for layer in 0..=layers {
@@ -95,7 +95,7 @@ impl HollowBall {
         Ok(mesh)
     }
 
-    /// Volume of the true shell [m³], 4/3 π (R³ − r³).
+    /// Exact volume of the shell [m³], 4/3 π (R³ − r³).
     pub fn exact_volume_m3(&self) -> f64 {
         4.0 / 3.0 * PI * (self.outer_radius_m.powi(3) - self.inner_radius_m.powi(3))
     }

@@ -1,4 +1,4 @@
-//! A block of layers: skin, fat, muscle and what lies below, one part each.
+//! A block of layers, such as skin, fat, muscle and deeper tissue, one part each.
 
 use super::block::{Block, Cuts};
 use super::grading::{Grading, subdivided};
@@ -9,33 +9,33 @@ use crate::mesh::{Mesh, MeshError, ParameterProblem};
 /// One layer of a [`LayeredBlock`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Name of the part; layers of the same name are one part.
+    /// Name of the part; layers with the same name form one part.
     pub part: String,
-    /// Thickness [m].
+    /// Thickness along z [m].
     pub thickness_m: f64,
-    /// Elements through the layer.
+    /// Number of elements through the layer.
     pub elements: u32,
 }
 
-/// A block whose layers lie along z, the first on top; a part for each name, node sets as those of a [`Block`].
+/// A block with layers along z, the first on top; one part per name, node sets as for a [`Block`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayeredBlock {
-    /// Middle of the top surface [m].
+    /// Centre of the top surface [m].
     pub top_center: Vec3,
     /// Size along x and y [m].
     pub size_m: [f64; 2],
-    /// From the top down.
+    /// Layers from the top down.
     pub layers: Vec<Layer>,
     /// Elements along x and y.
     pub elements: [u32; 2],
-    /// Size ratio of the largest to the smallest element along x and y; the smallest are in the middle.
+    /// Size ratio of the largest to the smallest element along x and y; the smallest are at the centre.
     pub grading: [f64; 2],
-    /// Distance from the middle along x and y within which the elements are the smallest [m].
+    /// Distance from the centre along x and y within which the elements are smallest [m].
     pub uniform_within_m: f64,
 }
 
 impl LayeredBlock {
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("top_center", &self.top_center);
@@ -78,13 +78,13 @@ impl LayeredBlock {
         Self { layers: layers.map(finer).collect(), elements, ..self.clone() }
     }
 
-    /// The mesh; nodes and elements run fastest along x, then y, then z.
+    /// Generates the mesh; nodes and elements are numbered fastest along x, then y, then z.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("layered_block", self.problems())?;
-        // From the bottom up: where each layer of elements ends, and which part it is of.
+        // From the bottom up: end and part of each layer of elements.
         let (mut parts, mut part_of_row, mut cuts): (Vec<String>, Vec<u32>, Vec<f64>) = Default::default();
         let depth: f64 = self.layers.iter().map(|layer| layer.thickness_m).sum();
         let mut low = self.top_center.z - depth;

@@ -9,20 +9,20 @@ use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use nalgebra::Vector2;
 use std::f64::consts::PI;
 
-/// The parts, from the inside.
+/// Names of the parts, from the inside.
 const PARTS: [&str; 3] = ["muscle", "fat", "skin"];
 
-/// Largest turn of the surface normal across one element around the limb [°].
+/// Largest rotation of the surface normal across one element around the limb [°].
 const MAX_TURN_DEG: f64 = 75.0;
 
-/// A limb along y with an elliptic section: bone hole, muscle, fat, skin from the inside, finer towards the impact.
+/// A limb along y with an elliptic section: from the inside bone hole, muscle, fat, skin; finer towards the impact.
 ///
-/// Fat and skin have the same thickness everywhere; muscle fills what is left around the bone. The bone is a hole, its
-/// surface the node set `bone`. Parts `muscle`, `fat` and `skin`; node sets `bone`, `skin_outer`, `end_low` (lower y) and
-/// `end_high`. Material axes: e1 along the limb (+y), e2 around it, e3 outwards.
+/// Fat and skin have constant thickness; muscle fills the rest around the bone. The bone is a hole with the node set `bone`
+/// on its surface. Parts `muscle`, `fat` and `skin`; node sets `bone`, `skin_outer`, `end_low` (lower y) and `end_high`.
+/// Material axes: e1 along the limb (+y), e2 around it, e3 outwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbSegment {
-    /// Middle of the segment, on the axis of the outer ellipse [m].
+    /// Centre of the segment, on the axis of the outer ellipse [m].
     pub center: Vec3,
     /// Outer semi-axis along x, skin included [m].
     pub semi_axis_x_m: f64,
@@ -32,13 +32,13 @@ pub struct LimbSegment {
     pub length_m: f64,
     /// Semi-axis of the bone along x [m].
     pub bone_semi_axis_x_m: f64,
-    /// Semi-axis of the bone along z [m]; a round bone has both the same.
+    /// Semi-axis of the bone along z [m]; equal to that along x for a round bone.
     pub bone_semi_axis_z_m: f64,
-    /// Where the axis of the bone lies in the section, (x, z) from the axis of the limb [m].
+    /// Offset of the bone axis from the limb axis, (x, z) [m].
     pub bone_offset_m: [f64; 2],
-    /// Thickness of the fat [m].
+    /// Thickness of the fat layer [m].
     pub fat_thickness_m: f64,
-    /// Thickness of the skin [m].
+    /// Thickness of the skin layer [m].
     pub skin_thickness_m: f64,
     /// Elements around the limb.
     pub elements_around: u32,
@@ -50,22 +50,22 @@ pub struct LimbSegment {
     pub fat_elements: u32,
     /// Layers of elements through the skin.
     pub skin_elements: u32,
-    /// Where on the section the impact is, seen from the axis: from +z towards +x [°].
+    /// Angle of the impact on the section, seen from the axis: from +z towards +x [°].
     pub impact_angle_deg: f64,
-    /// Where along the limb the impact is: y from `center` [m].
+    /// Position of the impact along the limb: y from `center` [m].
     pub impact_along_m: f64,
     /// Largest over smallest element around the limb [-], smallest at the impact.
     pub grading_around: f64,
     /// Largest over smallest element along the limb [-], smallest at the impact.
     pub grading_along: f64,
-    /// Innermost over outermost layer of the muscle [-].
+    /// Thickness ratio of the innermost to the outermost layer of the muscle [-].
     pub grading_muscle: f64,
-    /// Distance from the impact along the surface within which elements are the smallest [m].
+    /// Distance from the impact along the surface within which elements are smallest [m].
     pub uniform_within_m: f64,
 }
 
 impl Default for LimbSegment {
-    /// About a thigh in 1 680 elements of some 5 mm where it is struck from above (+z).
+    /// Approximately a thigh, with 1 680 elements of about 5 mm where it is hit from above (+z).
     fn default() -> Self {
         Self {
             center: Vec3::zeros(),
@@ -93,7 +93,7 @@ impl Default for LimbSegment {
 }
 
 impl LimbSegment {
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("center", &self.center);
@@ -132,14 +132,15 @@ impl LimbSegment {
             limit,
             "strike the limb between its ends",
         );
-        // The shape of the section can only be judged when its numbers make sense.
+        // The shape of the section is only checked for valid parameters.
         if checks.none() {
             self.check_section(&mut checks);
         }
         checks.into_problems()
     }
 
-    /// Checks that fat and skin do not fold, that the bone lies inside the muscle, and that elements turn little enough.
+    /// Checks that fat and skin do not fold, that the bone lies inside the muscle, and that element rotations are small
+    /// enough.
     fn check_section(&self, checks: &mut Checks) {
         let (outer, cover) = (self.outer(), self.fat_thickness_m + self.skin_thickness_m);
         checks.require(
@@ -152,15 +153,15 @@ impl LimbSegment {
         if !checks.none() {
             return;
         }
-        // Least muscle between bone and fat, on the rays of a fine section.
+        // Smallest muscle thickness between bone and fat, on the rays of a fine section.
         let least =
             (0..720).map(|i| self.muscle_thickness(PI * f64::from(i) / 360.0)).fold(f64::INFINITY, f64::min);
         checks.require(
             least > 0.0,
             "bone_semi_axis_x_m",
             self.bone_semi_axis_x_m,
-            format!("small enough to stay inside the muscle, which it leaves by {} m", -least),
-            "make the bone thinner, or move it by bone_offset_m",
+            format!("small enough to stay inside the muscle, beyond which it extends by {} m", -least),
+            "reduce the bone, or move it by bone_offset_m",
         );
         let normals: Vec<_> = self.stations().iter().map(|&tau| outer.normal(tau)).collect();
         let turn = (0..normals.len())
@@ -195,14 +196,14 @@ impl LimbSegment {
         }
     }
 
-    /// The point of the true skin where the impact is [m], and the outward normal there.
+    /// Impact point on the exact skin surface [m], and its outward normal.
     pub fn impact_point(&self) -> (Vec3, Vec3) {
         let tau = self.outer().parameter_at(self.impact_angle_deg.to_radians());
         let (p, n) = (self.outer().point(tau), self.outer().normal(tau));
         (self.center + Vec3::new(p.x, self.impact_along_m, p.y), Vec3::new(n.x, 0.0, n.y))
     }
 
-    /// Exact volumes of muscle, fat and skin [m³]: offset areas of the ellipse times the length.
+    /// Exact volumes of muscle, fat and skin [m³]: areas between offset ellipses times the length.
     pub fn exact_volumes_m3(&self) -> [f64; 3] {
         let outer = self.outer();
         let bone = PI * self.bone_semi_axis_x_m * self.bone_semi_axis_z_m;
@@ -212,10 +213,10 @@ impl LimbSegment {
             .map(|a| a * self.length_m)
     }
 
-    /// The mesh, section by section along y; in each, column by column around, from the bone outwards.
+    /// Generates the mesh section by section along y; within each, column by column around, from the bone outwards.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("limb_segment", self.problems())?;
         let section: Vec<Vec<Vector2<f64>>> = self.stations().iter().map(|&tau| self.column(tau)).collect();
@@ -263,11 +264,11 @@ impl LimbSegment {
         Ellipse { x: self.semi_axis_x_m, z: self.semi_axis_z_m }
     }
 
-    /// Parameters τ of the columns around the section, starting opposite the impact and falling: from +z over −x, the
-    /// sense of e2.
+    /// Parameters τ of the columns around the section, descending from opposite the impact: from +z over −x, the direction
+    /// of e2.
     fn stations(&self) -> Vec<f64> {
         let impact = self.outer().parameter_at(self.impact_angle_deg.to_radians());
-        // A distance along the surface, as a turn at the impact.
+        // Arc length along the surface, converted to an angle at the impact.
         let uniform_within = self.uniform_within_m / self.outer().speed(impact);
         let grading = Grading { ratio: self.grading_around, uniform_within };
         let mut turns = graded(-PI, PI, 0.0, grading, self.elements_around);
@@ -275,25 +276,25 @@ impl LimbSegment {
         turns.iter().map(|turn| impact - turn).collect()
     }
 
-    /// Where the column at τ leaves the muscle: on the normal of the outer ellipse, below fat and skin.
+    /// End of the column at τ in the muscle: on the normal of the outer ellipse, below fat and skin.
     fn muscle_outer(&self, tau: f64) -> Vector2<f64> {
         self.outer().point(tau) - self.outer().normal(tau) * (self.fat_thickness_m + self.skin_thickness_m)
     }
 
-    /// Where the column at τ leaves the bone: on the ray from the axis of the bone to [`Self::muscle_outer`]. Rays from
-    /// one point never cross, so that the muscle cannot fold wherever the bone lies.
+    /// End of the column at τ on the bone: on the ray from the bone axis to [`Self::muscle_outer`]. Rays from one point
+    /// never cross, so the muscle cannot fold wherever the bone lies.
     fn bone_surface(&self, tau: f64) -> Vector2<f64> {
         let axis = Vector2::from(self.bone_offset_m);
         let ray = (self.muscle_outer(tau) - axis).normalize();
         axis + ray * self.bone().radius_along(&ray)
     }
 
-    /// Muscle [m] along the column at τ; negative where the bone sticks out, or its axis does already.
+    /// Muscle thickness along the column at τ [m]; negative where the bone, or its axis, is outside.
     fn muscle_thickness(&self, tau: f64) -> f64 {
         let axis = Vector2::from(self.bone_offset_m);
         let ray = self.muscle_outer(tau) - axis;
         let thickness = ray.norm() - (self.bone_surface(tau) - axis).norm();
-        // The muscle is convex: the axis is inside it when it lies behind every tangent.
+        // The muscle is convex: the axis is inside if it lies behind every tangent.
         thickness.min(ray.dot(&self.outer().normal(tau)))
     }
 
@@ -302,7 +303,7 @@ impl LimbSegment {
         Ellipse { x: self.bone_semi_axis_x_m, z: self.bone_semi_axis_z_m }
     }
 
-    /// The points (x, z) of the column at τ from the bone outwards.
+    /// Points (x, z) of the column at τ, from the bone outwards.
     fn column(&self, tau: f64) -> Vec<Vector2<f64>> {
         let (bone, muscle) = (self.bone_surface(tau), self.muscle_outer(tau));
         let (skin, normal) = (self.outer().point(tau), self.outer().normal(tau));
@@ -317,13 +318,13 @@ impl LimbSegment {
         column
     }
 
-    /// Index into [`PARTS`] of the layer `k` from the bone.
+    /// Part of layer `k` from the bone, as an index into [`PARTS`].
     fn part_of_layer(&self, k: u32) -> u32 {
         u32::from(k >= self.muscle_elements) + u32::from(k >= self.muscle_elements + self.fat_elements)
     }
 }
 
-/// The axes of one element: e1 = +y along the limb, e2 along the middle line of the element around the limb, e3 = e1 × e2
+/// Axes of one element: e1 = +y along the limb, e2 along the mid-line of the element around the limb, e3 = e1 × e2
 /// outwards.
 fn material_axes(corners: &[Vec3]) -> [Vec3; 3] {
     let middle = |ids: [usize; 4]| ids.iter().map(|&i| corners[i]).sum::<Vec3>() / 4.0;

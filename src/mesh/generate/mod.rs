@@ -1,7 +1,7 @@
-//! Meshes made from a few numbers: balls, a baton, blocks and a limb segment, all of eight-node hexahedra.
+//! Generated meshes: balls, a baton, blocks and a limb segment, all of eight-node hexahedra.
 //!
-//! Each generator is a plain struct. `problems` lists every number out of range, `generate` makes the mesh or fails with
-//! the same list, `element_count` says how large it would be, and `refined` multiplies all counts for mesh studies.
+//! Each generator is a plain struct. `problems` lists all parameters out of range, `generate` makes the mesh or fails with
+//! the same list, `element_count` gives its size in advance, and `refined` multiplies all counts for mesh studies.
 
 pub mod block;
 pub mod cylinder;
@@ -19,10 +19,10 @@ mod parameters;
 #[cfg(test)]
 mod tests;
 
-/// The largest mesh that a generator makes, in elements: about 1 GB of mesh data.
+/// Largest number of elements of a generated mesh: about 1 GB of mesh data.
 pub const MAX_ELEMENTS: u64 = 10_000_000;
 
-/// A node set: these nodes, sorted and without repetition.
+/// A node set: the nodes, sorted and unique.
 fn node_set(nodes: impl IntoIterator<Item = u32>) -> Vec<u32> {
     let mut set: Vec<u32> = nodes.into_iter().collect();
     set.sort_unstable();
@@ -30,7 +30,7 @@ fn node_set(nodes: impl IntoIterator<Item = u32>) -> Vec<u32> {
     set
 }
 
-/// The note on how far facets stay from the true shape, "ball: faceted, 1.70 % below the exact volume 1.414e-5 m³".
+/// Note on the deviation of the facets from the true shape, "ball: faceted, 1.70 % below the exact volume 1.414e-5 m³".
 fn faceting_note(part: &str, meshed_m3: f64, exact_m3: f64) -> String {
     let percent = 100.0 * (1.0 - meshed_m3 / exact_m3);
     let side = if percent < 0.0 { "above" } else { "below" };

@@ -1,10 +1,10 @@
-//! Checks of the numbers of a generator: all problems at once.
+//! Checks of the parameters of a generator; collects all problems.
 
 use super::MAX_ELEMENTS;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::{MeshError, ParameterProblem};
 
-/// The problems found so far.
+/// Problems found so far.
 #[derive(Default)]
 pub(super) struct Checks(Vec<ParameterProblem>);
 
@@ -61,7 +61,7 @@ impl Checks {
         }
     }
 
-    /// The whole mesh must not be larger than a generator makes.
+    /// The mesh must not exceed the largest number of elements of a generator.
     pub(super) fn budget(&mut self, elements: u64) {
         let limit = format!("a mesh of at most {MAX_ELEMENTS} elements");
         self.require(
@@ -69,16 +69,16 @@ impl Checks {
             "element_count",
             elements as f64,
             limit,
-            "lower the element counts",
+            "reduce the element counts",
         );
     }
 
-    /// Whether nothing was found yet.
+    /// Whether no problem has been found.
     pub(super) fn none(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// All that was found.
+    /// All problems found.
     pub(super) fn into_problems(self) -> Vec<ParameterProblem> {
         self.0
     }

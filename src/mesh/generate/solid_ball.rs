@@ -9,30 +9,31 @@ use crate::mechanics::tensor::Vec3;
 use crate::mesh::{CellKind, Mesh, MeshError, ParameterProblem};
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// Nodes nearer to a plane of symmetry than this share of the radius are on it.
+/// Nodes closer to a symmetry plane than this fraction of the radius are on it [-].
 const ON_PLANE: f64 = 1e-9;
 
-/// A ball of one part, node set `outer`; a quarter has `x_min` and `y_min` on its planes of symmetry too.
+/// A ball of one part, node set `outer`; a quarter also has `x_min` and `y_min` on its symmetry planes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidBall {
-    /// Centre [m].
+    /// Centre of the ball [m].
     pub center: Vec3,
-    /// Radius [m].
+    /// Radius of the ball [m].
     pub radius_m: f64,
-    /// Elements along a quarter of a great circle, which are also those across the core: n³ in the core.
+    /// Elements along a quarter of a great circle, and across the core: n³ in the core.
     pub elements_around: u32,
     /// Layers of elements between the core and the surface: 6 n² elements each.
     pub elements_through: u32,
-    /// Size ratio of the largest to the smallest element along x and y; the smallest are on the axis z, so at the poles ±z.
+    /// Size ratio of the largest to the smallest element along x and y; the smallest are on the z axis, hence at the poles
+    /// ±z.
     pub grading: f64,
-    /// Only what lies at x ≥ 0 and y ≥ 0 from the centre.
+    /// Only the quarter at x ≥ 0 and y ≥ 0 from the centre.
     pub is_quarter: bool,
-    /// Name of the part.
+    /// Name of the only part.
     pub part: String,
 }
 
 impl SolidBall {
-    /// Every number out of range.
+    /// All parameters out of range.
     pub fn problems(&self) -> Vec<ParameterProblem> {
         let mut checks = Checks::default();
         checks.finite("center", &self.center);
@@ -51,7 +52,7 @@ impl SolidBall {
         checks.into_problems()
     }
 
-    /// Number of elements of the mesh, n³ + 6 n² a layer of a whole ball.
+    /// Number of elements, n³ + 6 n² per layer for a whole ball.
     pub fn element_count(&self) -> u64 {
         let (n, m) = (u64::from(self.elements_around), u64::from(self.elements_through));
         let whole = n.saturating_mul(n).saturating_mul(n.saturating_add(m.saturating_mul(6)));
@@ -68,10 +69,10 @@ impl SolidBall {
         }
     }
 
-    /// The mesh: core first, then the layers from the inside.
+    /// Generates the mesh: the core first, then the layers from the inside.
     ///
     /// # Errors
-    /// `Parameters` with all that [`Self::problems`] finds.
+    /// `Parameters` with all problems of [`Self::problems`].
     pub fn generate(&self) -> Result<Mesh, MeshError> {
         refuse("solid_ball", self.problems())?;
         let (n, layers) = (self.elements_around, self.elements_through);
@@ -124,7 +125,7 @@ impl SolidBall {
         Ok(mesh)
     }
 
-    /// Where the lattice of the cube lies in [−1, 1]³.
+    /// Map from the lattice of the cube to [−1, 1]³.
     fn lattice(&self) -> impl Fn([u32; 3]) -> Vec3 + use<> {
         let (n, grading) = (self.elements_around, self.grading);
         let spread = |s: f64| if s.abs() >= 1.0 { s.signum() } else { (FRAC_PI_4 * s).tan() };
@@ -140,7 +141,7 @@ impl SolidBall {
         }
     }
 
-    /// Leaves the quarter at x ≥ 0 and y ≥ 0.
+    /// Keeps the quarter at x ≥ 0 and y ≥ 0.
     fn cut(&self, mesh: &mut Mesh) {
         let is_kept = |mesh: &Mesh, element: usize| {
             let middle = mesh.cells.points(element, &mesh.nodes).iter().sum::<Vec3>() / 8.0 - self.center;
@@ -151,7 +152,7 @@ impl SolidBall {
         mesh.part_of.truncate(mesh.cells.len());
         mesh.drop_unused_nodes();
         for (axis, name) in ["x_min", "y_min"].into_iter().enumerate() {
-            // tan 0 is 0, and what the grading leaves of it is rounding.
+            // tan 0 is 0; a small remainder from the grading is rounding.
             let on_plane = |node: &u32| {
                 (mesh.nodes[*node as usize] - self.center)[axis].abs() < ON_PLANE * self.radius_m
             };
@@ -163,7 +164,7 @@ impl SolidBall {
         }
     }
 
-    /// Volume of the true ball [m³], 4/3 π R³.
+    /// Exact volume of the ball [m³], 4/3 π R³.
     pub fn exact_volume_m3(&self) -> f64 {
         4.0 / 3.0 * PI * self.radius_m.powi(3)
     }

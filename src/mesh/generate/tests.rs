@@ -1,4 +1,5 @@
-//! What all generators must hold: positive Jacobians, closed outward skins, true volumes with order 2, node sets.
+//! Tests of all generators: positive Jacobians, closed boundaries with outward faces, second-order convergence of volumes,
+//! node sets.
 #![allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic; exactly is what is meant
 
 use super::block::{Block, Cuts};
@@ -49,8 +50,8 @@ fn baton() -> Cylinder {
     }
 }
 
-/// Sound elements (smallest scaled Jacobian at least `least`), one outward skin that encloses the volume, no topology
-/// problems, sorted node sets, no node too many.
+/// Valid elements (smallest scaled Jacobian at least `least`), a closed outward boundary that encloses the volume, no
+/// topology problems, sorted node sets, no unused node.
 fn assert_sound(mesh: &Mesh, least: f64) {
     let quality = quality(mesh).unwrap();
     assert!(
@@ -73,7 +74,7 @@ fn assert_sound(mesh: &Mesh, least: f64) {
     }
 }
 
-/// Relative errors of the volume fall by about four with each halving of the elements.
+/// Relative errors of the volume fall by about four per refinement.
 fn assert_second_order(errors: [f64; 3]) {
     for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log2();
@@ -228,7 +229,7 @@ fn impact_angle_turns_the_fine_side() {
     assert!((normal - Vec3::x()).norm() < 1e-15);
     let mesh = limb.generate().unwrap();
     assert_sound(&mesh, 0.4);
-    // Distance along the skin from a column of nodes to the next one, seen along the limb.
+    // Distance along the skin between neighbouring columns of nodes, seen along the limb.
     let nearest = |x: f64| {
         let distances = mesh.node_sets["skin_outer"].iter().map(|&a| {
             let p = mesh.nodes[a as usize];

@@ -1,4 +1,4 @@
-//! From what a file says, in its own numbers, to a [`Mesh`].
+//! From the contents of a file, in its own numbering, to a [`Mesh`].
 
 use super::cursor::{Numbers, place_of};
 use crate::mechanics::tensor::Vec3;
@@ -6,64 +6,64 @@ use crate::mesh::names::{MOST_NAMES, fault, shortened};
 use crate::mesh::{CellKind, Cells, Mesh, MeshError};
 use std::collections::{BTreeMap, HashMap};
 
-/// A node named by the file's own number, and the byte offset where it is named.
+/// A node number of the file, and the byte offset where it occurs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeTag {
-    /// The number.
+    /// Number in the file.
     pub(super) tag: u64,
-    /// Where.
+    /// Byte offset in the file.
     pub(super) offset: usize,
 }
 
-/// The pieces of a mesh as they come out of a file, nodes still under the numbers of the file.
+/// The pieces of a mesh as read from a file, with the node numbers of the file.
 #[derive(Default)]
 pub(super) struct Assembly {
     nodes: Vec<Vec3>,
-    /// Place of each node number in `nodes`; only looked up, never iterated.
+    /// Index in `nodes` of each node number; only looked up, never iterated.
     index: HashMap<u64, u32>,
-    /// Kind and node numbers of each cell, in our order.
+    /// Kind and node numbers of each cell, in our node order.
     cells: Cells<u64>,
     /// Byte offset of each cell.
     offsets: Vec<usize>,
-    /// Part of each cell.
+    /// Part index of each cell.
     pub(super) part_of: Vec<u32>,
-    /// Names of the parts.
+    /// Names of the parts, in order of appearance.
     parts: Vec<String>,
-    /// Place of each name in `parts`; only looked up.
+    /// Index in `parts` of each name; only looked up.
     part_index: HashMap<String, u32>,
     /// Node sets by name.
     pub(super) node_sets: BTreeMap<String, Vec<NodeTag>>,
-    /// Volume elements of kinds that are not read: how many of each.
+    /// Volume elements of unsupported kinds: the number of each.
     pub(super) unsupported: BTreeMap<String, usize>,
-    /// What a reader should be told.
+    /// Remarks for the user.
     pub(super) notes: Vec<String>,
 }
 
 impl Assembly {
-    /// Adds a node; `false` when its number is taken.
+    /// Adds a node; returns `false` if its number is already used.
     pub(super) fn add_node(&mut self, tag: u64, position: Vec3) -> bool {
         let index = self.nodes.len() as u32;
         self.nodes.push(position);
         self.index.insert(tag, index).is_none()
     }
 
-    /// Whether the file has such a node.
+    /// Whether the file has a node of this number.
     pub(super) fn has_node(&self, tag: u64) -> bool {
         self.index.contains_key(&tag)
     }
 
-    /// Adds a cell, its nodes in our order; its part is added to `part_of` by the reader.
+    /// Adds a cell with nodes in our order; the reader adds its part to `part_of`.
     pub(super) fn add_cell(&mut self, kind: CellKind, nodes: &[u64], offset: usize) {
         self.cells.push(kind, nodes);
         self.offsets.push(offset);
     }
 
-    /// The cells so far.
+    /// The cells read so far.
     pub(super) fn cells(&self) -> &Cells<u64> {
         &self.cells
     }
 
-    /// The part of that name, made when it is new.
+    /// Index of the part with a name, which is added if new.
     pub(super) fn part(&mut self, name: &str) -> u32 {
         if let Some(&part) = self.part_index.get(name) {
             return part;
@@ -77,7 +77,7 @@ impl Assembly {
     /// The mesh, with nodes in the order of the file.
     ///
     /// # Errors
-    /// `UnsupportedElements`, `Empty`, and `Malformed` where a node is named that the file does not have.
+    /// `UnsupportedElements`, `Empty`, and `Malformed` for a reference to a missing node.
     pub(super) fn into_mesh(self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
         if !self.unsupported.is_empty() {
             let kinds = self.unsupported.iter().map(|(kind, count)| format!("{kind} ({count})")).collect();
@@ -108,7 +108,7 @@ impl Assembly {
     }
 }
 
-/// Refuses too many names, and texts that are none.
+/// Refuses too many names, and invalid ones.
 fn check_names<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), MeshError> {
     for (index, name) in names.enumerate() {
         within_names(index + 1)?;
@@ -132,22 +132,22 @@ pub(super) fn within_names(count: usize) -> Result<(), MeshError> {
     }
     Err(MeshError::Unsupported {
         what: format!("more than {MOST_NAMES} parts and sets"),
-        remedy: "leave out those that are not needed".into(),
+        remedy: "remove those that are not needed".into(),
     })
 }
 
-/// Leaves out nodes without elements, and says which sets went with them.
+/// Drops nodes without elements, and notes which sets disappear with them.
 fn note_what_is_dropped(mesh: &mut Mesh) {
     let names: Vec<String> = mesh.node_sets.keys().cloned().collect();
     let dropped = mesh.drop_unused_nodes();
     if dropped > 0 {
-        mesh.notes.push(format!("{dropped} nodes that no volume element uses were left out"));
+        mesh.notes.push(format!("{dropped} nodes without a volume element were omitted"));
     }
     mesh.node_sets.retain(|_, set| !set.is_empty());
     let gone: Vec<String> = names.into_iter().filter(|name| !mesh.node_sets.contains_key(name)).collect();
     if !gone.is_empty() {
         mesh.notes.push(format!(
-            "node sets without any node of a volume element were left out: {}",
+            "node sets without any node of a volume element were omitted: {}",
             gone.join(", ")
         ));
     }

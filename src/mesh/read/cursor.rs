@@ -1,27 +1,27 @@
-//! A position in the bytes of a file, and how numbers are read there.
+//! A position in the bytes of a file, and parsing of numbers there.
 
 use crate::mesh::{MeshError, Place};
 
-/// How the numbers of a file are written.
+/// Encoding of the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Numbers {
-    /// As text, separated by white space.
+    /// Text, separated by white space.
     Text,
-    /// As binary, least significant byte first.
+    /// Binary, least significant byte first.
     LittleEndian,
-    /// As binary, most significant byte first.
+    /// Binary, most significant byte first.
     BigEndian,
 }
 
-/// Reads a file from its beginning, and knows where it is when something is wrong.
+/// A sequential reader of a file that reports the place of errors.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     offset: usize,
-    /// How numbers are read from here on.
+    /// Encoding of the numbers from here on.
     pub(super) numbers: Numbers,
 }
 
-/// The place of a byte offset: its line in a text file.
+/// Place of a byte offset: its line in a text file.
 pub(super) fn place_of(bytes: &[u8], offset: usize, numbers: Numbers) -> Place {
     match numbers {
         Numbers::Text => Place::Line(bytes[..offset.min(bytes.len())].split(|&b| b == b'\n').count()),
@@ -29,7 +29,7 @@ pub(super) fn place_of(bytes: &[u8], offset: usize, numbers: Numbers) -> Place {
     }
 }
 
-/// What was found, short enough for a message.
+/// Found text, truncated for a message.
 pub(super) fn shown(found: &[u8]) -> String {
     let text = String::from_utf8_lossy(found);
     let short: String = text.chars().take(40).collect();
@@ -37,12 +37,12 @@ pub(super) fn shown(found: &[u8]) -> String {
 }
 
 impl<'a> Cursor<'a> {
-    /// At the beginning of a file, numbers as text.
+    /// Starts at the beginning of a file, with numbers as text.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, offset: 0, numbers: Numbers::Text }
     }
 
-    /// Where the next item is, in bytes from the beginning: behind white space in a text file.
+    /// Byte offset of the next item: after white space in a text file.
     pub(super) fn offset(&mut self) -> usize {
         if self.numbers == Numbers::Text {
             self.skip_white_space();
@@ -50,27 +50,27 @@ impl<'a> Cursor<'a> {
         self.offset
     }
 
-    /// An error at a byte offset.
+    /// An error at a given byte offset.
     pub(super) fn error_at(&self, offset: usize, message: impl Into<String>) -> MeshError {
         MeshError::Malformed { place: place_of(self.bytes, offset, self.numbers), message: message.into() }
     }
 
-    /// An error here.
+    /// An error at the current position.
     pub(super) fn error(&self, message: impl Into<String>) -> MeshError {
         self.error_at(self.offset, message)
     }
 
-    /// The bytes not read yet.
+    /// The remaining bytes.
     fn rest(&self) -> &'a [u8] {
         &self.bytes[self.offset..]
     }
 
-    /// Whether nothing but white space is left.
+    /// Whether only white space is left.
     pub(super) fn at_end(&self) -> bool {
         self.rest().trim_ascii_start().is_empty()
     }
 
-    /// The rest of the line without surrounding white space; the cursor moves behind the line break.
+    /// The rest of the line, trimmed; moves the cursor past the line break.
     pub(super) fn line(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
@@ -78,7 +78,7 @@ impl<'a> Cursor<'a> {
         rest[..end].trim_ascii()
     }
 
-    /// The next line that is not blank.
+    /// The next non-blank line.
     pub(super) fn filled_line(&mut self) -> &'a [u8] {
         self.skip_white_space();
         self.line()
@@ -108,7 +108,7 @@ impl<'a> Cursor<'a> {
             .ok_or_else(|| self.error_at(start, format!("expected {what}, found {}", shown(word))))
     }
 
-    /// The next `N` bytes, in the order of a little-endian number.
+    /// The next `N` bytes, in little-endian order.
     fn number_bytes<const N: usize>(&mut self, what: &str) -> Result<[u8; N], MeshError> {
         let Some(bytes) = self.rest().first_chunk::<N>() else {
             return Err(self.error(format!("expected {what}, found the end of the file")));
@@ -151,8 +151,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Checks that `count` items can be left in the file, each at least `words` words of text or `bytes` bytes of binary,
-    /// so that memory for them may be asked for.
+    /// Checks that the rest of the file can contain `count` items of at least `words` words of text or `bytes` bytes of
+    /// binary, before memory for them is allocated.
     pub(super) fn counted(&self, count: u64, words: u64, bytes: u64, what: &str) -> Result<usize, MeshError> {
         // A word takes a character and a separator, which the last one may lack.
         let each = if self.numbers == Numbers::Text { 2 * words } else { bytes };
@@ -160,7 +160,7 @@ impl<'a> Cursor<'a> {
         match usize::try_from(count) {
             Ok(fitting) if count.saturating_mul(each) <= left => Ok(fitting),
             _ => {
-                Err(self.error(format!("{count} {what} are announced, but only {} bytes are left", left - 1)))
+                Err(self.error(format!("{count} {what} are declared, but only {} bytes are left", left - 1)))
             }
         }
     }
@@ -177,7 +177,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Moves behind the line `$End…` of a section whose contents are not wanted.
+    /// Skips a section up to its line `$End…`.
     pub(super) fn skip_section(&mut self, name: &str) -> Result<(), MeshError> {
         let start = self.offset;
         let end = format!("$End{name}");

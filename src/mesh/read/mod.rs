@@ -1,7 +1,8 @@
 //! Mesh files: Gmsh `.msh` (2.2 and 4.1, ASCII and binary) and Abaqus `.inp`.
 //!
-//! The readers take bytes from anywhere, trust none of them, and fail with the line or the byte where a file goes wrong.
-//! Volumes may be of any kind of [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of anything else node sets.
+//! The readers accept arbitrary bytes, trust none of them, and report the line or byte of an error. Volumes may be of any
+//! [`CellKind`](super::CellKind), mixed in one file. Named groups of volume elements become parts, groups of other elements
+//! node sets.
 
 mod abaqus;
 mod assembly;
@@ -14,7 +15,7 @@ mod tests;
 use super::{Mesh, MeshError};
 use serde::{Deserialize, Serialize};
 
-/// A file format that can be read; it is written as the extension of its files.
+/// A supported file format; serialised as its file extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(
     feature = "service",
@@ -31,7 +32,7 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// The extension of its files.
+    /// File extension of the format.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Gmsh => "msh",
@@ -39,13 +40,13 @@ impl MeshFormat {
         }
     }
 
-    /// The format that a file name ends in (`.msh`, `.inp`, in any case).
+    /// The format from the extension of a file name (`.msh`, `.inp`, not case-sensitive).
     pub fn from_name(name: &str) -> Option<Self> {
         let (_, extension) = name.rsplit_once('.')?;
         [Self::Gmsh, Self::Abaqus].into_iter().find(|f| extension.eq_ignore_ascii_case(f.extension()))
     }
 
-    /// The format that the beginning of a file looks like.
+    /// The format from the first bytes of a file.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
         match bytes.trim_ascii_start() {
             start if start.starts_with(b"$MeshFormat") || start.starts_with(b"$Comments") => Some(Self::Gmsh),
@@ -55,14 +56,14 @@ impl MeshFormat {
     }
 }
 
-/// Reads a mesh; coordinates are taken as metres ([`Mesh::transformed`] scales others).
+/// Reads a mesh; coordinates are in metres ([`Mesh::transformed`] scales others).
 ///
-/// Nodes that no volume element uses are left out, with a note.
+/// Nodes without a volume element are omitted, with a note.
 ///
 /// # Errors
-/// `Malformed` with the place where the file breaks its format, names a node that it does not have, or holds a number
-/// that is not finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings
-/// and keywords that are refused; `Empty` for a file without volume elements.
+/// `Malformed`, with the place, for a violation of the format, a reference to a missing node, or a number that is not
+/// finite; `UnsupportedElements` for volume elements of other kinds; `Unsupported` for versions, encodings and keywords
+/// that are not supported; `Empty` for a file without volume elements.
 pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, MeshError> {
     match format {
         MeshFormat::Gmsh => gmsh::read(bytes),

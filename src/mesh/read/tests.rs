@@ -1,4 +1,4 @@
-//! What the readers must hold: the same mesh from every format, errors with their place, no panic on any bytes.
+//! Tests of all readers: the same mesh from every format, errors with their place, no panic on any bytes.
 #![allow(clippy::float_cmp, clippy::unwrap_used)] // tests may panic; exactly is what is meant
 
 use super::*;
@@ -24,7 +24,7 @@ const ALL: [(Version, Encoding); 6] = [
     (Version::V4_1, Encoding::BigEndian),
 ];
 
-/// What a file can carry of a mesh: no axes, no notes.
+/// The mesh without what a file cannot store: axes and notes.
 fn bare(mesh: Mesh) -> Mesh {
     Mesh { axes: Vec::new(), notes: Vec::new(), ..mesh }
 }
@@ -115,7 +115,7 @@ fn formats_are_known_by_name_and_by_their_beginning() {
     assert_eq!(MeshFormat::sniff(b"{}"), None);
 }
 
-/// The line that an error of this text names, and its message.
+/// Line and message of the error for this text.
 fn malformed(text: &str, format: MeshFormat) -> (usize, String) {
     match read_mesh(text.as_bytes(), format) {
         Err(MeshError::Malformed { place: Place::Line(line), message }) => (line, message),
@@ -134,7 +134,7 @@ fn sparse_numbers_unused_nodes_and_unnamed_groups() {
     assert_eq!(mesh.nodes.len(), 12);
     assert_eq!(mesh.parts, ["physical_7"]);
     assert_eq!(mesh.node_sets["physical_9"], [0, 1, 2, 3]);
-    assert_eq!(mesh.notes, ["1 nodes that no volume element uses were left out"]);
+    assert_eq!(mesh.notes, ["1 nodes without a volume element were omitted"]);
     assert!((mesh.volume_m3() - 2.0).abs() < 1e-14);
 }
 
@@ -143,14 +143,14 @@ fn gmsh_errors_name_the_line() {
     let broken = |from: &str, to: &str| malformed(&TWO_CUBES.replacen(from, to, 1), MeshFormat::Gmsh);
     assert_eq!(broken("3 1 1 0", "3 1 nan 0"), (8, "a coordinate is NaN, not a finite number".into()));
     assert_eq!(broken("3 1 1 0", "3 1 x 0"), (8, "expected a coordinate, found \"x\"".into()));
-    assert_eq!(broken("3 1 1 0", "2 1 1 0"), (8, "node 2 is there twice".into()));
+    assert_eq!(broken("3 1 1 0", "2 1 1 0"), (8, "node 2 is defined twice".into()));
     assert_eq!(broken("5 6 7 8 9", "5 6 7 8 77"), (23, "there is no node 77".into()));
-    assert_eq!(broken("1 5 2 7", "1 77 2 7"), (22, "elements of kind 77 are not known".into()));
+    assert_eq!(broken("1 5 2 7", "1 77 2 7"), (22, "element type 77 is unknown".into()));
     assert_eq!(broken("2.2 0 8", "2.2 0").0, 2);
     assert_eq!(broken("$EndNodes", "$EndNode").0, 19);
     let (line, message) = broken("$Nodes\n13", "$Nodes\n4000000000000");
     assert_eq!(line, 6);
-    assert!(message.starts_with("4000000000000 nodes are announced, but only"), "{message}");
+    assert!(message.starts_with("4000000000000 nodes are declared, but only"), "{message}");
     let (_, message) = broken("$Elements\n3", "$Elements\n2");
     assert!(message.starts_with("expected $EndElements, found"), "{message}");
     assert_eq!(malformed("solid x", MeshFormat::Gmsh).0, 1);
@@ -218,10 +218,10 @@ fn a_solid_section_decides_over_the_set_of_the_elements() {
 fn abaqus_errors_name_the_line() {
     let broken = |from: &str, to: &str| malformed(&INPUT.replacen(from, to, 1), MeshFormat::Abaqus);
     assert_eq!(broken("4, 0., 1., 0.", "4, 0., inf, 0.").0, 8);
-    assert_eq!(broken("4, 0., 1., 0.", "1, 0., 1., 0."), (8, "node 1 is there twice".into()));
+    assert_eq!(broken("4, 0., 1., 0.", "1, 0., 1., 0."), (8, "node 1 is defined twice".into()));
     assert_eq!(broken("9,10,11,12\n*ELEM", "9,10,11\n*ELEM"), (22, "an element of 8 nodes with 7".into()));
     assert_eq!(broken("2, 5,6,7", "2, 5,6,77"), (22, "there is no node 77".into()));
-    assert_eq!(broken("2, 5,6,7", "1, 5,6,7"), (22, "element 1 is there twice".into()));
+    assert_eq!(broken("2, 5,6,7", "1, 5,6,7"), (22, "element 1 is defined twice".into()));
     assert_eq!(broken("High, S2", "High, S7").0, 35);
     assert_eq!(broken("High, S2", "Hihg, S2"), (35, "there is no element set Hihg".into()));
     assert_eq!(broken("1, 11, 2", "1, 11, 0").0, 31);
@@ -242,8 +242,8 @@ fn abaqus_refuses_what_it_does_not_understand_by_name() {
     assert_eq!(read_mesh(b"*HEADING\n", MeshFormat::Abaqus), Err(MeshError::Empty));
 }
 
-/// Nodes of a unit cube, and behind them the middles of the edges of the tetrahedron 1 2 4 5, first in the plane z = 0, then those
-/// that rise from nodes 1, 2 and 4.
+/// Nodes of a unit cube, followed by the edge midpoints of the tetrahedron 1 2 4 5: first those in the plane z = 0, then
+/// those on the edges from nodes 1, 2 and 4.
 const NODES: [[f64; 3]; 14] = [
     [0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
@@ -261,7 +261,7 @@ const NODES: [[f64; 3]; 14] = [
     [0.0, 0.5, 0.5],
 ];
 
-/// A hexahedron, both tetrahedra and a wedge, over each other: nobody minds while a file is read.
+/// A hexahedron, both tetrahedra and a wedge, which overlap: readers do not check that.
 fn is_one_of_each(mesh: &Mesh) {
     let kinds: Vec<CellKind> = mesh.cells.iter().map(|cell| cell.kind).collect();
     assert_eq!(kinds, [CellKind::Tet10, CellKind::Hex8, CellKind::Wedge6, CellKind::Tet4]);
@@ -274,7 +274,7 @@ fn is_one_of_each(mesh: &Mesh) {
     }
 }
 
-/// A line a node: its number from 1 and its place.
+/// One line per node: its number from 1 and its coordinates.
 fn node_lines(separator: &str) -> String {
     let line = |(i, place): (u32, [f64; 3])| {
         let numbers = place.map(|x| x.to_string());
@@ -286,7 +286,7 @@ fn node_lines(separator: &str) -> String {
 
 fn gmsh_of_each() -> String {
     let nodes = node_lines(" ");
-    // Gmsh lists the middle between the last corner and the third one before that between it and the second.
+    // Gmsh lists the midpoint of the last and the third corner before that of the last and the second.
     format!(
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n14\n{nodes}$EndNodes\n$Elements\n4\n\
          1 11 2 7 1 1 2 4 5 9 10 11 12 14 13\n2 5 2 7 1 1 2 3 4 5 6 7 8\n3 6 2 7 1 1 2 3 5 6 7\n\
@@ -356,7 +356,7 @@ fn every_truncated_file_is_an_error_or_a_whole_mesh() {
     }
 }
 
-/// A unit cube, and what is said of it.
+/// A unit cube with additional cards, as read.
 fn cube_with(cards: &str) -> Result<Mesh, MeshError> {
     let nodes = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n";
     let text = format!("{nodes}*ELEMENT, TYPE=C3D8, ELSET=cube\n1,1,2,3,4,5,6,7,8\n{cards}");
@@ -365,7 +365,7 @@ fn cube_with(cards: &str) -> Result<Mesh, MeshError> {
 
 #[test]
 fn sets_of_sets_cost_no_more_than_the_file() {
-    // Each holds the one before twice, or that and the one before it: 2⁶⁰ entries if all were written out.
+    // Each contains the previous one twice, or the two previous ones: 2⁶⁰ entries if written out.
     let chain = |members: &dyn Fn(u32) -> String| -> String {
         let sets =
             (1..60).map(|i| format!("*NSET, NSET=S{i}\n{}\n", members(i))).collect::<Vec<_>>().concat();

@@ -1,32 +1,32 @@
 //! Gmsh `.msh` files: parts as physical volumes, node sets as physical groups of points.
 //!
-//! Reading such a file gives the same nodes (to the last bit), elements, parts and node sets back. Material axes and
-//! notes have no place in the format and are not written.
+//! Reading such a file reproduces the nodes (to the last bit), elements, parts and node sets. The format has no material
+//! axes and notes.
 
 use crate::mesh::cell::MOST_NODES;
 use crate::mesh::{Cell, CellKind, Mesh};
 
-/// A version of the format.
+/// Version of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Version {
-    /// 2.2, which most programs read.
+    /// Version 2.2, which most programs read.
     V2_2,
-    /// 4.1, the current one.
+    /// Version 4.1, the current one.
     V4_1,
 }
 
-/// How numbers are written.
+/// Encoding of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
-    /// As text.
+    /// Decimal text.
     Ascii,
-    /// As binary, least significant byte first.
+    /// Binary, least significant byte first.
     LittleEndian,
-    /// As binary, most significant byte first.
+    /// Binary, most significant byte first.
     BigEndian,
 }
 
-/// Gmsh's number of a point.
+/// Gmsh's element type of a point.
 const POINT: i32 = 15;
 
 /// The mesh as a `.msh` file.
@@ -50,7 +50,7 @@ pub fn write_gmsh(mesh: &Mesh, version: Version, encoding: Encoding) -> Vec<u8> 
     out.bytes
 }
 
-/// Names of the physical groups: parts count from 1, node sets on from there.
+/// Names of the physical groups: parts are numbered from 1, followed by node sets.
 fn write_names(out: &mut Output, mesh: &Mesh) {
     let clean = |name: &str| name.replace(['"', '\n', '\r'], "_");
     out.text(&format!("$PhysicalNames\n{}\n", mesh.parts.len() + mesh.node_sets.len()));
@@ -63,12 +63,12 @@ fn write_names(out: &mut Output, mesh: &Mesh) {
     out.text("$EndPhysicalNames\n");
 }
 
-/// Group and members of each node set.
+/// Physical group and members of each node set.
 fn grouped_sets(mesh: &Mesh) -> impl Iterator<Item = (i32, &[u32])> {
     (tag(mesh.parts.len() as u32)..).zip(mesh.node_sets.values().map(Vec::as_slice))
 }
 
-/// Gmsh counts from one, in a signed number. Meshes of more than 2³¹ nodes do not fit into any memory here.
+/// Gmsh counts from one, in a signed integer. Meshes of more than 2³¹ nodes do not fit into memory.
 fn tag(index: u32) -> i32 {
     index.cast_signed() + 1
 }
@@ -88,7 +88,7 @@ fn write_version_2(out: &mut Output, mesh: &Mesh) {
     let mut number = 0;
     let mut element = |kind: i32, group: i32, nodes: &[u32]| {
         number += 1;
-        // In binary each element is a block of its own: kind, one element, two tags.
+        // In binary, each element is a block of its own: kind, one element, two tags.
         match out.encoding {
             Encoding::Ascii => out.ints(&[number, kind, 2]),
             _ => out.ints(&[kind, 1, 2, number]),
@@ -111,8 +111,8 @@ fn write_version_2(out: &mut Output, mesh: &Mesh) {
     out.end_section("Elements");
 }
 
-/// Entities, nodes and elements of version 4.1. Each part is a volume, each node set a point, of the same tag as its
-/// physical group; all nodes lie on the first volume.
+/// Entities, nodes and elements of version 4.1. Each part is a volume, each node set a point, with the same tag as its
+/// physical group; all nodes belong to the first volume.
 fn write_version_4(out: &mut Output, mesh: &Mesh) {
     out.text("$Entities\n");
     out.sizes(&[mesh.node_sets.len() as u64, 0, 0, mesh.parts.len() as u64]);
@@ -152,8 +152,8 @@ fn write_version_4(out: &mut Output, mesh: &Mesh) {
     write_elements_4(out, mesh);
 }
 
-/// Elements of version 4.1: a block for each node set, and one for each run of cells of the same part and kind, which keeps
-/// their order.
+/// Elements of version 4.1: a block for each node set, and one for each run of cells of the same part and kind, which
+/// preserves their order.
 fn write_elements_4(out: &mut Output, mesh: &Mesh) {
     let points: usize = mesh.node_sets.values().map(Vec::len).sum();
     let runs = runs(mesh);
@@ -184,7 +184,7 @@ fn write_elements_4(out: &mut Output, mesh: &Mesh) {
     out.end_section("Elements");
 }
 
-/// Part, kind and length of each run of cells that have both in common.
+/// Part, kind and length of each run of consecutive cells with the same part and kind.
 fn runs(mesh: &Mesh) -> Vec<(u32, CellKind, usize)> {
     let mut runs: Vec<(u32, CellKind, usize)> = Vec::new();
     for (cell, &part) in mesh.cells.iter().zip(&mesh.part_of) {
@@ -196,7 +196,7 @@ fn runs(mesh: &Mesh) -> Vec<(u32, CellKind, usize)> {
     runs
 }
 
-/// The nodes of a cell in the order of Gmsh, as many as it has.
+/// Nodes of a cell in Gmsh's order, as many as it has.
 fn gmsh_nodes(cell: Cell) -> [u32; MOST_NODES] {
     let mut nodes = [0; MOST_NODES];
     for (&place, &node) in cell.kind.table().gmsh.order.iter().zip(cell.nodes) {
@@ -205,7 +205,7 @@ fn gmsh_nodes(cell: Cell) -> [u32; MOST_NODES] {
     nodes
 }
 
-/// A file in the making.
+/// The file being written.
 struct Output {
     bytes: Vec<u8>,
     encoding: Encoding,
@@ -216,7 +216,7 @@ impl Output {
         self.bytes.extend_from_slice(text.as_bytes());
     }
 
-    /// A C `int`.
+    /// Writes a C `int`.
     fn int(&mut self, value: i32) {
         match self.encoding {
             Encoding::Ascii => self.text(&format!("{value} ")),
@@ -225,7 +225,7 @@ impl Output {
         }
     }
 
-    /// A C `size_t` of eight bytes.
+    /// Writes a C `size_t` of eight bytes.
     fn size(&mut self, value: u64) {
         match self.encoding {
             Encoding::Ascii => self.text(&format!("{value} ")),
@@ -234,7 +234,7 @@ impl Output {
         }
     }
 
-    /// A C `double`; the text is the shortest that reads back to the same bits.
+    /// Writes a C `double`; the text is the shortest that reads back to the same bits.
     fn double(&mut self, value: f64) {
         match self.encoding {
             Encoding::Ascii => self.text(&format!("{value:e} ")),
@@ -261,20 +261,20 @@ impl Output {
         }
     }
 
-    /// Number of blocks and of items, smallest and largest tag (version 4.1).
+    /// Writes the numbers of blocks and items, and the smallest and largest tag (version 4.1).
     fn header(&mut self, blocks: usize, items: u64) {
         self.sizes(&[blocks as u64, items, 1, items]);
         self.end_item();
     }
 
-    /// Dimension and tag of the entity of a block, what its items are, and how many (version 4.1).
+    /// Writes dimension and tag of the entity of a block, the type of its items, and their number (version 4.1).
     fn block(&mut self, dimension: i32, entity: i32, what: i32, items: u64) {
         self.ints(&[dimension, entity, what]);
         self.size(items);
         self.end_item();
     }
 
-    /// A line break after an item of text; binary has none.
+    /// Ends an item of text with a line break; binary has none.
     fn end_item(&mut self) {
         if self.encoding == Encoding::Ascii {
             self.end_line();

@@ -1,3 +1,3 @@
-//! Mesh files written.
+//! Writers of mesh files.
 
 pub mod gmsh;

@@ -17,7 +17,7 @@ fn omitted(motions: &[BodyMotion], pairs: &[(usize, Other)], until: f64) -> Vec<
     cannot_meet(motions, pairs, until).iter().map(Option::is_some).collect()
 }
 
-/// Uniform in (−1, 1), by a linear congruence.
+/// Uniform in (−1, 1), from a linear congruential generator.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -41,14 +41,14 @@ fn the_closest_approach_is_below_every_distance_seen_and_near_the_least() {
             (apart(0).powi(2) + apart(1).powi(2) + apart(2).powi(2)).sqrt()
         };
         let least = (0..=20_000).map(|i| at(f64::from(i) * 1e-4)).fold(f64::INFINITY, f64::min);
-        // Between two samples the boxes move by at most 14 · 1e-4.
+        // Between two samples, the boxes move by at most 14 · 1e-4.
         assert!(bound <= least + 1e-12 && bound >= least - 2e-3, "{bound} {least}");
     }
 }
 
 #[test]
 fn boxes_that_fly_past_each_other_are_apart_though_the_spaces_they_sweep_cross() {
-    // One crosses the path of the other a second before it comes.
+    // One crosses the path of the other a second earlier.
     let early = cube([0.0, 0.0, 0.0], [4.0, 0.0, 0.0]);
     let late = cube([5.0, -9.0, 0.0], [0.0, 4.0, 0.0]);
     assert_eq!(omitted(&[early.clone(), late], &[(0, Other::Body(1))], 4.0), [true]);

@@ -76,13 +76,13 @@ pub fn check(
     let step = integrator.step(shortest);
     let settling = document.settle.as_ref().map_or(0.0, |s| s.duration_s);
 
-    // // Counts.
+    // Counts.
     let nodes: u64 = bodies.iter().map(|b| b.mesh.nodes.len() as u64).sum();
     let elements: u64 = bodies.iter().map(|b| b.mesh.cells.len() as u64).sum();
     let preloading = document.preload.as_ref().map_or(0, |preload| u64::from(preload.steps));
     let steps = count((document.end_time_s + settling) / step).saturating_add(preloading);
     let frames = frame_count(document);
-    // // Only implicit solutions have a matrix.
+    // Only implicit solutions have a matrix.
     let systems =
         if integrator.is_implicit() || document.preload.is_some() { system_bytes(nodes) } else { 0 };
     let estimate = Estimate {
@@ -194,7 +194,7 @@ fn check_budget(
     out: &mut Findings,
 ) {
     let root = Pointer::root();
-    // // Wording of the problems.
+    // Wording of the problems.
     let (stepping, fewer_steps, less_memory) = if is_implicit {
         (
             "implicit steps",

@@ -133,7 +133,7 @@ fn check_prescribed(
     if let Some(ramp) = &prescribed.ramp {
         check_ramp(ramp, &here.key("ramp"), out);
     }
-    // // A displacement that is not zero at the start would be a jump.
+    // A displacement that is not zero at the start would be a jump.
     let starts_at = match &prescribed.ramp {
         Some(RampDocument::Constant {}) => 1.0,
         None if !document.integrator.is_quasi_static() => 1.0,
@@ -207,7 +207,7 @@ fn check_quasi_static(document: &SceneDocument, root: &Pointer, out: &mut Findin
             .limit("absent beside a quasi-static integrator")
             .remedy("omit \"settle\": gravity grows from 0 by default")
     });
-    // // Without mass, velocities have no meaning.
+    // Without mass, velocities have no meaning.
     for (i, body) in document.bodies.iter().enumerate() {
         let members = [("velocity_m_per_s", body.velocity_m_per_s), ("spin_rad_per_s", body.spin_rad_per_s)];
         for (name, value) in members {
@@ -285,7 +285,7 @@ fn check_twice(body: &BodyDocument, mesh: &Mesh, here: &Pointer, out: &mut Findi
         None if set == "*" => (0..mesh.nodes.len() as u32).collect(),
         None => Vec::new(),
     };
-    // // The displacement components that are already constrained, with the place in the document.
+    // The displacement components that are already constrained, with the place in the document.
     let mut taken: BTreeMap<(u32, usize), String> = BTreeMap::new();
     for (i, fixed) in body.fixed.iter().enumerate() {
         let place = here.key("fixed").index(i).as_str().to_owned();

@@ -22,7 +22,7 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
     let here = Pointer::root().key("bodies").index(index).key("parts");
     let known = || mesh.parts.iter().map(String::as_str);
     let named = |name: &str| body.parts.iter().position(|p| p.part == name);
-    // // Entries without a part.
+    // Entries without a part.
     for (i, part) in body.parts.iter().enumerate() {
         out.require(part.part == "*" || known().any(|k| k == part.part), || {
             let message = format!("the mesh has no part {:?}", part.part);
@@ -33,7 +33,7 @@ pub fn part_entries(index: usize, body: &BodyDocument, mesh: &Mesh, out: &mut Fi
         });
     }
     let entries: Vec<Option<usize>> = known().map(|name| named(name).or_else(|| named("*"))).collect();
-    // // Parts without an entry.
+    // Parts without an entry.
     for (name, entry) in known().zip(&entries) {
         out.require(entry.is_some() || body.parts.is_empty(), || {
             Problem::error(

@@ -53,7 +53,7 @@ pub fn check(document: &SceneDocument, budget: &Budget, out: &mut Findings) {
         }
     }
 
-    // // Names of bodies and planes share one namespace.
+    // Names of bodies and planes share one namespace.
     let mut first_use: BTreeMap<&str, Pointer> = BTreeMap::new();
     let planes = Pointer::root().key("planes");
     let named_bodies =

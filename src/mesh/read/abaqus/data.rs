@@ -8,14 +8,14 @@ use crate::mesh::{CellKind, MeshError};
 use std::borrow::Cow;
 
 impl Reader<'_> {
-    /// Takes in one data line.
+    /// Reads one data line.
     pub(super) fn data(
         &mut self,
         fields: &[Cow<str>],
         continues: bool,
         offset: usize,
     ) -> Result<(), MeshError> {
-        // The block is taken out while its line is read, so that the rest of the reader may change.
+        // The block is moved out while its line is read, so that the rest of the reader can change.
         let mut block = std::mem::replace(&mut self.block, Block::Skipped);
         match &mut block {
             Block::Skipped => {}
@@ -55,8 +55,8 @@ impl Reader<'_> {
             }
             Block::Surface { name } => self.surface_face(fields, name, offset)?,
             Block::Instance => {
-                let remedy = "write the nodes where they are";
-                return Err(self.refuse(offset, "an *INSTANCE that is moved or turned", remedy));
+                let remedy = "write the nodes at their final positions";
+                return Err(self.refuse(offset, "a translated or rotated *INSTANCE", remedy));
             }
         }
         self.block = block;
@@ -67,7 +67,7 @@ impl Reader<'_> {
         if of_nodes { &mut self.node_sets } else { &mut self.element_sets }
     }
 
-    /// A node or element number.
+    /// Parses a node or element number.
     fn number(&self, field: &str, offset: usize) -> Result<u64, MeshError> {
         field.parse().map_err(|_| {
             self.error(
@@ -77,7 +77,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Number and coordinates; those left out are zero.
+    /// A node: number and coordinates, which default to zero.
     fn node(&mut self, fields: &[Cow<str>], set: Option<&str>, offset: usize) -> Result<(), MeshError> {
         let tag = self.number(&fields[0], offset)?;
         let mut position = Vec3::zeros();
@@ -92,7 +92,7 @@ impl Reader<'_> {
             })?;
         }
         if !self.assembly.add_node(tag, position) {
-            return Err(self.error(offset, format!("node {tag} is there twice")));
+            return Err(self.error(offset, format!("node {tag} is defined twice")));
         }
         match set {
             Some(set) => self.node_sets.add(set, Numbers::one(tag, offset)),
@@ -100,7 +100,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Number and nodes.
+    /// A cell: number and nodes.
     fn cell(
         &mut self,
         kind: CellKind,
@@ -122,7 +122,7 @@ impl Reader<'_> {
         self.add_element(numbers[0], Some(index), offset)
     }
 
-    /// The first line of an element that is no cell of ours. Returns how many fields its number takes.
+    /// First line of an element of unsupported type. Returns the number of fields of its number.
     fn other_element(
         &mut self,
         fields: &[Cow<str>],
@@ -144,12 +144,12 @@ impl Reader<'_> {
 
     fn add_element(&mut self, number: u64, cell: Option<u32>, offset: usize) -> Result<(), MeshError> {
         if self.elements.insert(number, cell).is_some() {
-            return Err(self.error(offset, format!("element {number} is there twice")));
+            return Err(self.error(offset, format!("element {number} is defined twice")));
         }
         Ok(())
     }
 
-    /// `first, last, step` of a generated set.
+    /// A generated set: `first, last, step`.
     fn range(&self, fields: &[Cow<str>], offset: usize) -> Result<Numbers, MeshError> {
         let numbers = fields.iter().map(|field| self.number(field, offset)).collect::<Result<Vec<_>, _>>()?;
         let range = match numbers[..] {
@@ -158,12 +158,12 @@ impl Reader<'_> {
             _ => return Err(self.error(offset, "expected first, last and step of a range")),
         };
         if range.step == 0 || range.last < range.first {
-            return Err(self.error(offset, "a range goes up by steps of at least one"));
+            return Err(self.error(offset, "a range needs a step of at least one"));
         }
         Ok(range)
     }
 
-    /// Numbers, or names of sets above.
+    /// Members of a set: numbers, or names of earlier sets.
     fn set_members(
         &mut self,
         fields: &[Cow<str>],
@@ -175,13 +175,13 @@ impl Reader<'_> {
             if let Ok(number) = field.parse::<u64>() {
                 self.sets(of_nodes).add(name, Numbers::one(number, offset))?;
             } else if !self.sets(of_nodes).add_set(name, field.trim_matches('"'))? {
-                return Err(self.error(offset, format!("there is no set {field} above this line")));
+                return Err(self.error(offset, format!("no set {field} is defined above this line")));
             }
         }
         Ok(())
     }
 
-    /// Element number or set, and a face S1–S6.
+    /// An entry of a surface: element number or set, and a face S1–S6.
     fn surface_face(&mut self, fields: &[Cow<str>], name: &str, offset: usize) -> Result<(), MeshError> {
         let [element, face] = fields else {
             return Err(self.error(offset, "expected an element or a set of them, and a face S1 to S6"));

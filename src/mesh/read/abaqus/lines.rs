@@ -2,24 +2,24 @@
 
 use std::borrow::Cow;
 
-/// One logical line.
+/// A logical line.
 pub(super) enum Line<'a> {
     /// `*KEYWORD, NAME=value, FLAG`, with its continuation lines.
     Keyword(Keyword),
-    /// Fields between commas, without white space around them; an empty last field is left out.
+    /// Fields separated by commas, trimmed; an empty last field is omitted.
     Data {
-        /// The fields.
+        /// Contents of the fields.
         fields: Vec<Cow<'a, str>>,
         /// Whether the line ends in a comma.
         continues: bool,
     },
 }
 
-/// A keyword line.
+/// A keyword line with its parameters.
 pub(super) struct Keyword {
-    /// In capitals, words separated by one space, without the star.
+    /// Name in capitals, words separated by one space, without the asterisk.
     pub(super) name: String,
-    /// Names in capitals; values as they are, without quotes.
+    /// Names in capitals; values unchanged, without quotes.
     parameters: Vec<(String, String)>,
 }
 
@@ -48,12 +48,12 @@ impl Keyword {
     }
 }
 
-/// In capitals, with single spaces between words.
+/// Text in capitals, with single spaces between words.
 fn capitals(text: &str) -> String {
     text.split_whitespace().map(str::to_ascii_uppercase).collect::<Vec<_>>().join(" ")
 }
 
-/// The logical lines of a file with their byte offsets; comments (`**`) and blank lines are passed over.
+/// Iterator over the logical lines of a file with their byte offsets; comments (`**`) and blank lines are skipped.
 pub(super) struct Lines<'a> {
     bytes: &'a [u8],
     offset: usize,
@@ -64,8 +64,8 @@ impl<'a> Lines<'a> {
         Self { bytes, offset: 0 }
     }
 
-    /// The next physical line that is neither blank nor a comment. Text in other encodings than UTF-8 can only stand in
-    /// names and titles and is kept readable.
+    /// The next physical line that is neither blank nor a comment. Text that is not UTF-8 can only occur in names and
+    /// titles, and is kept readable.
     fn physical(&mut self) -> Option<(usize, Cow<'a, str>)> {
         while self.offset < self.bytes.len() {
             let start = self.offset;

@@ -1,7 +1,7 @@
-//! Abaqus and CalculiX `.inp` files: nodes, solid elements, sets and surfaces; everything else is passed over and noted.
+//! Abaqus and CalculiX `.inp` files: nodes, solid elements, sets and surfaces; everything else is skipped and noted.
 //!
-//! An element belongs to the part named by the `*SOLID SECTION` of its element set; without one, by the `ELSET` of its
-//! `*ELEMENT`; without that, by the first `*ELSET` that lists it. Elements that are no volumes, in a named set, make a
+//! The part of an element is named by the `*SOLID SECTION` of its element set; without one, by the `ELSET` of its
+//! `*ELEMENT`; without that, by the first `*ELSET` that lists it. Elements that are not volumes, in a named set, form a
 //! node set. (Abaqus Analysis User's Manual, "Input syntax rules", "Defining elements by specifying their nodes".)
 
 mod data;
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, HashMap};
 /// Reads an `.inp` file.
 ///
 /// # Errors
-/// As [`super::read_mesh`].
+/// Those of [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut reader = Reader::new(bytes);
     for (offset, line) in Lines::new(bytes) {
@@ -31,51 +31,51 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     reader.into_mesh()
 }
 
-/// What the data lines below the last keyword mean.
+/// Meaning of the data lines below the last keyword.
 enum Block {
-    /// Not used.
+    /// Data that is not used.
     Skipped,
-    /// Nodes, of this set if it has one.
+    /// Nodes, of this node set if there is one.
     Nodes { set: Option<String> },
-    /// Cells, of this element set if it has one; the numbers of an element may go on over several lines.
+    /// Cells, of this element set if there is one; an element may continue over several lines.
     Cells { kind: CellKind, set: Option<CardSet>, pending: Vec<u64>, start: usize },
-    /// Elements that are no cells of ours; `fresh` when the next line begins an element.
+    /// Elements of unsupported types; `fresh` when the next line begins an element.
     Others { set: Option<String>, kind: String, volume: bool, fresh: bool },
     /// A set of nodes or of elements.
     Set { name: String, of_nodes: bool, generate: bool },
     /// A surface of element faces.
     Surface { name: String },
-    /// Where an instance is put, which must be nowhere else.
+    /// Position of an instance, which must be the identity.
     Instance,
 }
 
-/// The element set that an `*ELEMENT` line names.
+/// Element set named by an `*ELEMENT` line.
 #[derive(Clone)]
 struct CardSet {
     name: String,
-    /// Its place in `card_sets`.
+    /// Its index in `card_sets`.
     index: u32,
 }
 
-/// Reads the file line by line.
+/// A line-by-line reader of the file.
 struct Reader<'a> {
     bytes: &'a [u8],
     assembly: Assembly,
     block: Block,
     node_sets: Sets,
     element_sets: Sets,
-    /// Cell of each element number, `None` for other elements.
+    /// Cell index of each element number, `None` for other elements.
     elements: HashMap<u64, Option<u32>>,
-    /// Element set of the `*ELEMENT` line of each cell, an index into `card_sets`.
+    /// Element set of the `*ELEMENT` line of each cell, as an index into `card_sets`.
     card_set_of: Vec<Option<u32>>,
     card_sets: Vec<String>,
-    /// Place of each name, in capitals, in `card_sets`.
+    /// Index in `card_sets` of each name, in capitals.
     card_set_index: HashMap<String, u32>,
-    /// Nodes of elements that are no volumes, by element set.
+    /// Nodes of elements that are not volumes, by element set.
     facets: Sets,
     /// Faces of each surface: element number or set, face from 0, and byte offset.
     surfaces: BTreeMap<String, Vec<(String, usize, usize)>>,
-    /// Element sets of the solid sections.
+    /// Names of the element sets of solid sections.
     sections: Vec<String>,
     skipped: BTreeMap<String, usize>,
     parts_seen: usize,
@@ -101,19 +101,19 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// An error at a byte offset.
+    /// An error at a given byte offset.
     fn error(&self, offset: usize, message: impl Into<String>) -> MeshError {
         let place = place_of(self.bytes, offset, Encoding::Text);
         MeshError::Malformed { place, message: message.into() }
     }
 
-    /// An error for something that is refused.
+    /// An error for an unsupported feature.
     fn refuse(&self, offset: usize, what: &str, remedy: &str) -> MeshError {
         let place = place_of(self.bytes, offset, Encoding::Text);
         MeshError::Unsupported { what: format!("{place}: {what}"), remedy: remedy.into() }
     }
 
-    /// Begins a block.
+    /// Handles a keyword line, which begins a block.
     fn keyword(&mut self, keyword: &Keyword, offset: usize) -> Result<(), MeshError> {
         self.end_block()?;
         self.block = match keyword.name.as_str() {
@@ -130,7 +130,7 @@ impl<'a> Reader<'a> {
             "PART" => {
                 self.parts_seen += 1;
                 if self.parts_seen > 1 {
-                    let remedy = "write a flat input file, in which node numbers are unique";
+                    let remedy = "write a flat input file with unique node numbers";
                     return Err(self.refuse(offset, "more than one *PART", remedy));
                 }
                 Block::Skipped
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
             }
             "NGEN" | "NFILL" | "NCOPY" | "NMAP" | "ELGEN" | "ELCOPY" | "SYSTEM" => {
                 let what = format!("*{} makes or moves nodes or elements", keyword.name);
-                return Err(self.refuse(offset, &what, "write all nodes and elements out"));
+                return Err(self.refuse(offset, &what, "write out all nodes and elements"));
             }
             "HEADING" | "PREPRINT" | "END PART" | "END INSTANCE" | "ASSEMBLY" | "END ASSEMBLY" => {
                 Block::Skipped
@@ -181,7 +181,7 @@ impl<'a> Reader<'a> {
         Ok(Block::Others { set, kind, volume, fresh: true })
     }
 
-    /// The element set of an `*ELEMENT` line, under the first spelling of its name.
+    /// Element set of an `*ELEMENT` line, under the first spelling of its name.
     fn card_set(&mut self, name: String) -> CardSet {
         let card_sets = &mut self.card_sets;
         let index = *self.card_set_index.entry(name.to_uppercase()).or_insert_with(|| {
@@ -221,7 +221,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Data in other files is not followed.
+    /// Refuses data in other files.
     fn refuse_other_files(&self, keyword: &Keyword, offset: usize) -> Result<(), MeshError> {
         if keyword.has("INPUT") || keyword.has("FILE") {
             return Err(self.refuse(offset, "data in another file", "put everything into one file"));
@@ -229,7 +229,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// At the end of a block no element may be half read.
+    /// Checks at the end of a block that no element is incomplete.
     fn end_block(&mut self) -> Result<(), MeshError> {
         match &self.block {
             Block::Cells { kind, pending, start, .. } if !pending.is_empty() => Err(self.error(
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// All that was read.
+    /// The mesh of everything that was read.
     fn into_mesh(mut self) -> Result<Mesh, MeshError> {
         self.end_block()?;
         self.assign_parts()?;

@@ -1,4 +1,4 @@
-//! When all lines are read: which part each cell belongs to, and which nodes each set holds.
+//! After all lines are read: the part of each cell, and the nodes of each set.
 
 use super::Reader;
 use super::sets::{Numbers, most_entries, within_limit};
@@ -7,10 +7,10 @@ use crate::mesh::{Cell, MeshError};
 use std::collections::BTreeMap;
 
 impl Reader<'_> {
-    /// Gives each cell a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
+    /// Assigns each cell a part: its solid section, else the set of its `*ELEMENT`, else the first `*ELSET`.
     ///
     /// # Errors
-    /// `Malformed` when a section or a set names what is not there, or an element has two sections.
+    /// `Malformed` when a section or a set refers to something undefined, or an element has two sections.
     pub(super) fn assign_parts(&mut self) -> Result<(), MeshError> {
         let mut name_of: Vec<Option<String>> = vec![None; self.assembly.cells().len()];
         self.sections.sort_by_key(|section| section.to_uppercase());
@@ -50,10 +50,10 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The element numbers that an entry of a surface names, one or a set.
+    /// Element numbers of an entry of a surface: one element or a set.
     ///
     /// # Errors
-    /// `Malformed` when there is no such set.
+    /// `Malformed` when the set does not exist.
     fn elements_named(&self, element: &str, offset: usize) -> Result<Vec<Numbers>, MeshError> {
         if let Ok(number) = element.parse::<u64>() {
             return Ok(vec![Numbers::one(number, offset)]);
@@ -62,10 +62,10 @@ impl Reader<'_> {
         set.ok_or_else(|| self.error(offset, format!("there is no element set {element}")))
     }
 
-    /// The cells among these elements, with where they are named.
+    /// The cells among these elements, with the places where they are named.
     ///
     /// # Errors
-    /// `Malformed` when a single number is that of no element.
+    /// `Malformed` when a single element number does not exist.
     fn cells_in(&self, ranges: &[Numbers]) -> Result<Vec<(u32, usize)>, MeshError> {
         let mut cells = Vec::new();
         for range in ranges {
@@ -82,10 +82,10 @@ impl Reader<'_> {
         Ok(cells)
     }
 
-    /// Node sets from sets of nodes, from elements that are no volumes, and from surfaces.
+    /// Node sets from sets of nodes, from elements that are not volumes, and from surfaces.
     ///
     /// # Errors
-    /// `Malformed` when a surface names what is not there; `Unsupported` when sets are too large.
+    /// `Malformed` when a surface refers to something undefined; `Unsupported` when sets are too large.
     pub(super) fn collect_node_sets(&mut self) -> Result<(), MeshError> {
         for (name, ranges) in self.node_sets.in_order() {
             let set = self.assembly_set(ranges);
@@ -119,7 +119,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The nodes of a set. A single number stays even if there is no such node, which is an error later.
+    /// The nodes of a set. A single number is kept even if there is no such node, which is reported later.
     fn assembly_set(&self, ranges: &[Numbers]) -> Vec<NodeTag> {
         ranges
             .iter()
@@ -130,7 +130,7 @@ impl Reader<'_> {
     }
 }
 
-/// The name, or when a node set has it already, the name with what it comes from.
+/// The name, with its origin appended if a node set has that name already.
 fn free_name(taken: &BTreeMap<String, Vec<NodeTag>>, name: &str, origin: &str) -> String {
     if taken.contains_key(name) { format!("{name}_{origin}") } else { name.to_owned() }
 }

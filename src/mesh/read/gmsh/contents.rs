@@ -1,4 +1,4 @@
-//! What is read of a file, whatever its version, and the mesh that it makes.
+//! Contents of a file of either version, and the mesh made from them.
 
 use super::element_kind::ElementKind;
 use crate::mesh::cell::MOST_NODES;
@@ -7,7 +7,7 @@ use crate::mesh::read::cursor::{Cursor, Numbers};
 use crate::mesh::{Mesh, MeshError};
 use std::collections::BTreeMap;
 
-/// What was read so far.
+/// Contents read so far.
 #[derive(Default)]
 pub(super) struct Contents {
     pub assembly: Assembly,
@@ -15,16 +15,16 @@ pub(super) struct Contents {
     pub names: BTreeMap<(u8, i32), String>,
     /// Physical groups of each geometrical entity by dimension and tag (version 4).
     pub groups_of_entity: BTreeMap<(u8, i32), Vec<i32>>,
-    /// Physical group of each cell; zero for none.
+    /// Physical group of each cell, 0 for none.
     pub group_of_cell: Vec<i32>,
     /// Nodes of the elements in each physical group of points, lines and surfaces.
     pub boundary: BTreeMap<(u8, i32), Vec<NodeTag>>,
-    /// Cells in more than one physical group.
+    /// Number of cells in more than one physical group.
     pub in_many_groups: usize,
 }
 
 impl Contents {
-    /// Takes in one element of these physical groups.
+    /// Adds one element with its physical groups.
     pub fn add_element(&mut self, kind: &ElementKind, groups: &[i32], nodes: &[u64], offset: usize) {
         if let Some(cell) = kind.cell {
             let mut ours = [0; MOST_NODES];
@@ -58,12 +58,12 @@ impl Contents {
         if self.assembly.add_node(tag, position.into()) {
             Ok(())
         } else {
-            Err(cursor.error_at(offset, format!("node {tag} is there twice")))
+            Err(cursor.error_at(offset, format!("node {tag} is defined twice")))
         }
     }
 
-    /// Names groups and hands all to the assembly. Groups without a name are called `physical_1`, those of lines and
-    /// points `physical_line_1` and `physical_point_1`, since tags count anew in each dimension.
+    /// Names the groups and makes the mesh. Groups without a name are called `physical_1`, those of lines and points
+    /// `physical_line_1` and `physical_point_1`, since tags are unique only within a dimension.
     pub fn into_mesh(mut self, bytes: &[u8], numbers: Numbers) -> Result<Mesh, MeshError> {
         let name_of = |dimension: u8, group: i32| match (self.names.get(&(dimension, group)), dimension) {
             (Some(name), _) => name.clone(),
@@ -79,7 +79,7 @@ impl Contents {
             groups.into_iter().map(|group| (group, self.assembly.part(&name_of(3, group)))).collect();
         self.assembly.part_of = self.group_of_cell.iter().map(|group| part_of_group[group]).collect();
         for ((dimension, group), nodes) in std::mem::take(&mut self.boundary) {
-            // Group zero means that an element is in no group.
+            // Group 0 means no group.
             if group != 0 {
                 self.assembly.node_sets.entry(name_of(dimension, group)).or_default().extend(nodes);
             }

@@ -1,23 +1,24 @@
-//! The kinds of elements that Gmsh numbers.
+//! Gmsh's element types.
 
 use crate::mesh::CellKind;
 
-/// A kind of element.
+/// An element type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ElementKind {
-    /// Gmsh's number of the kind.
+    /// Number of the type in Gmsh.
     number: i32,
-    /// The kind of cell that it is; `None` for what bounds cells, and for volumes that are not read.
+    /// The corresponding kind of cell; `None` for points, lines and surfaces, and for unsupported volumes.
     pub(super) cell: Option<CellKind>,
     /// Dimension of the shape, 0 to 3.
     pub(super) dimension: u8,
-    /// Number of nodes.
+    /// Number of nodes of the element.
     pub(super) nodes: u8,
-    /// What it is called in messages.
+    /// Name in messages.
     pub(super) name: &'static str,
 }
 
-/// The kinds besides our cells: up to second order, and those of higher order that Gmsh writes most (reference manual, "MSH file format").
+/// Types besides our cells: up to second order, and the most common ones of higher order (reference manual, "MSH file
+/// format").
 const OTHERS: [ElementKind; 30] = [
     kind(1, 1, 2, "line of 2 nodes"),
     kind(2, 2, 3, "triangle of 3 nodes"),
@@ -56,7 +57,7 @@ const fn kind(number: i32, dimension: u8, nodes: u8, name: &'static str) -> Elem
 }
 
 impl ElementKind {
-    /// The kind of that number, if it is known.
+    /// The type with this number, if it is known.
     pub(super) fn of(number: i32) -> Option<Self> {
         CellKind::of_gmsh(number)
             .map(|cell| {

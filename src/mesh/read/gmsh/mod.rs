@@ -12,7 +12,7 @@ use contents::Contents;
 /// Reads a `.msh` file.
 ///
 /// # Errors
-/// As [`super::read_mesh`].
+/// Those of [`super::read_mesh`].
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut cursor = Cursor::new(bytes);
     skip_comments(&mut cursor)?;
@@ -58,14 +58,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     contents.into_mesh(bytes, cursor.numbers)
 }
 
-/// The versions that are read.
+/// Supported versions.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Version {
     Two,
     Four,
 }
 
-/// Moves behind `$MeshFormat`; comments may stand before it.
+/// Moves to the end of the line `$MeshFormat`; comments may precede it.
 fn skip_comments(cursor: &mut Cursor) -> Result<(), MeshError> {
     loop {
         let start = cursor.offset();
@@ -79,7 +79,7 @@ fn skip_comments(cursor: &mut Cursor) -> Result<(), MeshError> {
     }
 }
 
-/// Version, encoding and byte order; leaves the cursor behind `$EndMeshFormat`.
+/// Reads version, encoding and byte order; moves the cursor past `$EndMeshFormat`.
 fn read_format(cursor: &mut Cursor) -> Result<Version, MeshError> {
     let start = cursor.offset();
     let line = String::from_utf8_lossy(cursor.line()).into_owned();
@@ -100,7 +100,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version, MeshError> {
     match encoding {
         "0" => {}
         "1" if size == "8" => {
-            // The number one, written as the machine does, tells the byte order.
+            // The number one, in the byte order of the writing machine, identifies that order.
             cursor.numbers = Numbers::LittleEndian;
             match cursor.int("the number 1 that tells the byte order")? {
                 1 => {}
@@ -119,7 +119,7 @@ fn read_format(cursor: &mut Cursor) -> Result<Version, MeshError> {
     Ok(version)
 }
 
-/// Dimension and tag, two words, and a name in quotes on each line; text in binary files too.
+/// Reads the physical names: dimension and tag, as two words, and a name in quotes on each line; text in binary files too.
 fn read_physical_names(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let count: u64 = cursor.parsed("the number of physical names")?;
     cursor.line();

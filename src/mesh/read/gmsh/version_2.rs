@@ -1,11 +1,11 @@
-//! Nodes and elements of version 2.2. Counts are lines of text in binary files too; tags are C `int`s there.
+//! Nodes and elements of version 2.2. Counts are lines of text in binary files too, where tags are C `int`s.
 
 use super::contents::Contents;
 use super::element_kind::ElementKind;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::{Cursor, Numbers};
 
-/// `$Nodes`: count, then number and three coordinates each.
+/// Reads `$Nodes`: count, then number and three coordinates each.
 pub(super) fn read_nodes(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let count: u64 = cursor.parsed("the number of nodes")?;
     cursor.line();
@@ -21,7 +21,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, contents: &mut Contents) -> Result
     Ok(())
 }
 
-/// `$Elements`: in text, number, kind, number of tags, tags, nodes each; in binary, blocks of one kind.
+/// Reads `$Elements`: in text, number, kind, number of tags, tags, nodes each; in binary, blocks of one kind.
 pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let count: u64 = cursor.parsed("the number of elements")?;
     cursor.line();
@@ -58,7 +58,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
     Ok(())
 }
 
-/// Tags and nodes of one element. The first tag is its physical group.
+/// Reads tags and nodes of one element. The first tag is its physical group.
 fn read_element(
     cursor: &mut Cursor,
     contents: &mut Contents,
@@ -70,7 +70,7 @@ fn read_element(
     for i in 0..cursor.counted(tags, 1, 4, "tags")? {
         let value = cursor.int("a tag")?;
         if i == 0 {
-            // A negative group only means that the element is turned round.
+            // A negative group only means that the element is reversed.
             group = value.wrapping_abs();
         }
     }
@@ -83,18 +83,15 @@ fn read_element(
     Ok(())
 }
 
-/// The kind of the next element, and where it stands.
+/// Reads the kind of the next element; also returns its offset.
 fn kind(cursor: &mut Cursor) -> Result<(ElementKind, usize), MeshError> {
     let offset = cursor.offset();
     let number = cursor.int("the kind of an element")?;
     let known = ElementKind::of(number);
-    Ok((
-        known.ok_or_else(|| cursor.error_at(offset, format!("elements of kind {number} are not known")))?,
-        offset,
-    ))
+    Ok((known.ok_or_else(|| cursor.error_at(offset, format!("element type {number} is unknown")))?, offset))
 }
 
-/// A number that cannot be negative.
+/// Reads a number that must not be negative.
 fn tag(cursor: &mut Cursor, what: &str) -> Result<u64, MeshError> {
     let offset = cursor.offset();
     let value = cursor.int(what)?;

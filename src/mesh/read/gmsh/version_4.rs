@@ -1,21 +1,21 @@
-//! Entities, nodes and elements of version 4.1: the same order of numbers in text and in binary.
+//! Entities, nodes and elements of version 4.1: numbers in the same order in text and binary.
 
 use super::contents::Contents;
 use super::element_kind::ElementKind;
 use crate::mesh::MeshError;
 use crate::mesh::read::cursor::Cursor;
 
-/// Physical groups that an entity may be in; a limit lest a small file ask for endless copies of its elements.
+/// Largest number of physical groups of an entity; prevents a small file from creating endless copies of its elements.
 const MAX_GROUPS: usize = 64;
 
-/// `$Entities`: which physical groups each point, curve, surface and volume is in.
+/// Reads `$Entities`: the physical groups of each point, curve, surface and volume.
 pub(super) fn read_entities(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = cursor.size("the number of entities")?;
     }
     for (dimension, count) in (0_u8..).zip(counts) {
-        // A point has a position, the others a box and a list of what bounds them.
+        // A point has a position, the others a bounding box and a list of bounding entities.
         let (coordinates, lists) = if dimension == 0 { (3, 1) } else { (6, 2) };
         let words = 1 + coordinates + lists;
         for _ in 0..cursor.counted(count, words, 4 + 8 * (coordinates + lists), "entities")? {
@@ -32,7 +32,7 @@ pub(super) fn read_entities(cursor: &mut Cursor, contents: &mut Contents) -> Res
                     cursor.error(format!("entity {tag} is in more than {MAX_GROUPS} physical groups"))
                 );
             }
-            // A negative tag only means that the entity is turned round.
+            // A negative tag only means that the entity is reversed.
             let groups = groups.into_iter().map(i32::wrapping_abs).collect();
             contents.groups_of_entity.insert((dimension, tag), groups);
         }
@@ -40,7 +40,7 @@ pub(super) fn read_entities(cursor: &mut Cursor, contents: &mut Contents) -> Res
     Ok(())
 }
 
-/// `$Nodes`: blocks by entity; in each all tags, then all positions.
+/// Reads `$Nodes`: blocks by entity, each with all tags, then all positions.
 pub(super) fn read_nodes(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let [blocks, ..] = read_header(cursor)?;
     for _ in 0..cursor.counted(blocks, 4, 20, "blocks of nodes")? {
@@ -69,7 +69,7 @@ pub(super) fn read_nodes(cursor: &mut Cursor, contents: &mut Contents) -> Result
     Ok(())
 }
 
-/// `$Elements`: blocks by entity and kind.
+/// Reads `$Elements`: blocks by entity and kind.
 pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Result<(), MeshError> {
     let [blocks, ..] = read_header(cursor)?;
     for _ in 0..cursor.counted(blocks, 4, 20, "blocks of elements")? {
@@ -77,7 +77,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
         let offset = cursor.offset();
         let number = cursor.int("the kind of elements")?;
         let kind = ElementKind::of(number)
-            .ok_or_else(|| cursor.error_at(offset, format!("elements of kind {number} are not known")))?;
+            .ok_or_else(|| cursor.error_at(offset, format!("element type {number} is unknown")))?;
         if kind.dimension != dimension {
             return Err(
                 cursor.error_at(offset, format!("a {} on an entity of dimension {dimension}", kind.name))
@@ -100,7 +100,7 @@ pub(super) fn read_elements(cursor: &mut Cursor, contents: &mut Contents) -> Res
     Ok(())
 }
 
-/// Number of blocks, number of items, smallest and largest tag.
+/// Reads the numbers of blocks and items, and the smallest and largest tag.
 fn read_header(cursor: &mut Cursor) -> Result<[u64; 4], MeshError> {
     let mut header = [0; 4];
     for value in &mut header {
@@ -109,7 +109,7 @@ fn read_header(cursor: &mut Cursor) -> Result<[u64; 4], MeshError> {
     Ok(header)
 }
 
-/// Dimension and tag of the entity of a block.
+/// Reads dimension and tag of the entity of a block.
 fn read_entity(cursor: &mut Cursor) -> Result<(u8, i32), MeshError> {
     let offset = cursor.offset();
     let dimension = cursor.int("the dimension of an entity")?;
@@ -118,7 +118,7 @@ fn read_entity(cursor: &mut Cursor) -> Result<(u8, i32), MeshError> {
     Ok((dimension, cursor.int("the tag of an entity")?))
 }
 
-/// A counted list of tags.
+/// Reads a counted list of tags.
 fn read_tags(cursor: &mut Cursor, what: &str) -> Result<Vec<i32>, MeshError> {
     let count = cursor.size(what)?;
     let count = cursor.counted(count, 1, 4, what)?;
