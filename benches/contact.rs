@@ -47,7 +47,7 @@ impl Pressed {
         .generate()?;
         let first = block.nodes.len() as u32;
         let surface = |cells: &Cells| {
-            let faces = skin(cells);
+            let faces = boundary(cells);
             Surface { nodes: boundary_nodes(&faces), faces }
         };
         let surfaces = [surface(&block.cells), surface(&ball.cells.map(|node| node + first))];
