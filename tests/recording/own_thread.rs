@@ -53,10 +53,10 @@ impl Recorder for Slow {
     }
 }
 
-/// Of all nodes of all skins: each must be up to date.
+/// Of all nodes of all boundaries: each must be up to date.
 fn deepest(frame: &Frame) -> f64 {
-    let skins = frame.plan.bodies.iter().flat_map(|body| &body.skin.nodes);
-    skins
+    let boundaries = frame.plan.bodies.iter().flat_map(|body| &body.boundary.nodes);
+    boundaries
         .map(|&node| frame.position(node).z)
         .fold(f64::INFINITY, |a, z| if z < a || z.is_nan() { z } else { a })
 }
@@ -73,7 +73,7 @@ fn a_slow_recorder_misses_nothing() {
     assert_eq!(slow.steps, (0..=outcome.steps).collect::<Vec<_>>());
     assert_eq!(slow.deepest, beside.deepest);
     assert!(slow.finished);
-    // At the field times all nodes are there, not only the skins'.
+    // At the field times all nodes are there, not only the boundaries'.
     let snapshot = memory.snapshots.last().unwrap();
     assert!(
         snapshot.u.iter().all(|u| u.iter().all(|x| x.is_finite()))
