@@ -159,24 +159,34 @@ fn change_mesh(mesh: &mut MeshDocument, factor: f64) -> Option<()> {
     }
 }
 
-/// Fewest elements of a direction that has more than one [-]: one element across a layer bends and shears otherwise than two, which
-/// is no sequence that converges.
+/// Fewest elements of a direction that has more than one, as long as any direction can change [-]: one element across a layer bends
+/// and shears otherwise than two, which is no sequence that converges.
 const FEWEST_ACROSS: f64 = 2.0;
 
 /// Numbers of elements times a factor; halves are rounded up. `None` when nothing would change. Gradings stay: their size fields
 /// are the same for any number ([`crate::mesh::generate::grading`]), so meshes are nested.
 fn change_counts(generator: &mut Generator, factor: f64) -> Option<()> {
-    let mut has_changed = false;
+    let changed = |elements: u32, fewest: f64| {
+        let own = f64::from(elements);
+        (own * factor).round().max(own.min(fewest))
+    };
+    let counts: Vec<u32> = generator.counts_mut().into_iter().map(|count| *count).collect();
+    let does_change = |fewest: &f64| counts.iter().any(|count| !is_equal(changed(*count, *fewest), *count));
+    let fewest = [FEWEST_ACROSS, 1.0].into_iter().find(does_change)?;
     for elements in generator.counts_mut() {
-        let own = f64::from(*elements);
-        let count = (own * factor).round().max(own.min(FEWEST_ACROSS));
+        let count = changed(*elements, fewest);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        // The bound is checked, and the count is positive.
+        // the bound is checked, and it is positive
         let count = (count <= f64::from(u32::MAX)).then_some(count as u32)?;
-        has_changed |= *elements != count;
         *elements = count;
     }
-    has_changed.then_some(())
+    Some(())
+}
+
+/// Whether a whole number is that count.
+#[allow(clippy::float_cmp)] // both are whole
+fn is_equal(count: f64, elements: u32) -> bool {
+    count == f64::from(elements)
 }
 
 #[cfg(test)]
