@@ -87,7 +87,7 @@ fn named(name: &str) -> Result<ParameterDocument, String> {
         "around" => Change::ImpactAround { body: None, limb: None },
         "along" => Change::ImpactAlong { body: None, limb: None },
         "fat" => Change::LayerThickness { layer: Layer::Fat, limb: None },
-        "skin" => Change::LayerThickness { layer: Layer::Boundary, limb: None },
+        "skin" => Change::LayerThickness { layer: Layer::Skin, limb: None },
         "friction" => Change::Friction { between: None },
         pointer if pointer.starts_with('/') => Change::Number { pointer: pointer.into() },
         "over:x" => over_the_skin([1.0, 0.0, 0.0]),

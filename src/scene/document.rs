@@ -158,8 +158,8 @@ pub struct PartDocument {
     #[serde(default, skip_serializing)]
     #[schemars(skip)]
     pub library: Option<String>,
-    /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): beside the law's stress acts 2 η dev d, d the rate of deformation. In explicit
-    /// steps only.
+    /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): adds 2 η dev d to the stress of the law, where d is the rate of
+    /// deformation. Explicit steps only.
     #[serde(default, skip_serializing_if = "is_nothing")]
     pub shear_viscosity_pa_s: f64,
     /// Stress relaxation of a split law. Explicit steps only; a quasi-static run uses the fully relaxed response.

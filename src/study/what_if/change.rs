@@ -55,7 +55,7 @@ impl Change {
                 let limb = limb_of(scene, limb.as_ref())?.1;
                 match layer {
                     Layer::Fat => limb.fat_thickness_m,
-                    Layer::Boundary => limb.skin_thickness_m,
+                    Layer::Skin => limb.skin_thickness_m,
                 }
             }
             Self::Friction { between: None } => scene.contact.friction_of_first_pair(),
@@ -124,7 +124,7 @@ impl Change {
                 if let Some(limb) = limb_mut(&mut scene.bodies[index]) {
                     *match layer {
                         Layer::Fat => &mut limb.fat_thickness_m,
-                        Layer::Boundary => &mut limb.skin_thickness_m,
+                        Layer::Skin => &mut limb.skin_thickness_m,
                     } = value;
                 }
             }

@@ -172,8 +172,8 @@ pub enum Change {
 pub enum Layer {
     /// Subcutaneous fat outside the muscle.
     Fat,
-    /// Boundary outside the fat.
-    Boundary,
+    /// Skin outside the fat.
+    Skin,
 }
 
 /// Probability distribution of a parameter.
