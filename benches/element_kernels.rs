@@ -141,9 +141,9 @@ impl Bench {
         Some(Self { forces: ElementForces::new(&blocks), mesh, blocks, u, history })
     }
 
-    fn sweep(&mut self) {
+    fn evaluate(&mut self) {
         let input = ForceInput { u: &self.u, inverse_step: 1e6, history: &self.history };
-        self.forces.sweep(&Threads::ONE, &self.blocks, black_box(&input));
+        self.forces.evaluate(&Threads::ONE, &self.blocks, black_box(&input));
     }
 }
 
@@ -151,7 +151,7 @@ impl Bench {
 #[divan::bench(args = cases())]
 fn force_sweep(bencher: Bencher, case: Case) {
     let Some(mut bench) = Bench::new(&case) else { return };
-    bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.sweep());
+    bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.evaluate());
 }
 
 /// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a check of the velocities
@@ -160,7 +160,7 @@ fn force_sweep(bencher: Bencher, case: Case) {
 fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
     let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
-    bench.sweep();
+    bench.evaluate();
     let limit = if SLOW { f64::MAX } else { 0.0 };
     let Bench { forces, blocks, u, mesh, .. } = &mut bench;
     bencher
@@ -173,7 +173,7 @@ fn stretch_rate<const SLOW: bool>(bencher: Bencher, counts: [u32; 3]) {
 fn assembly(bencher: Bencher, counts: [u32; 3]) {
     let case = Case { law: Law::MooneyRivlin, formulation: Formulation::MeanDilatation, counts };
     let Some(mut bench) = Bench::new(&case) else { return };
-    bench.sweep();
+    bench.evaluate();
     let assembly = Assembly::new(bench.mesh.nodes.len(), &bench.blocks);
     let mut sums = vec![Vec3::zeros(); bench.mesh.nodes.len()];
     bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| {

@@ -46,7 +46,7 @@ impl Recorder for Spread {
         }
         let plan = frame.plan;
         let input = ForceInput { u: frame.u, inverse_step: 0.0, history: &[] };
-        self.forces.sweep(&Threads::ONE, &plan.blocks, &input);
+        self.forces.evaluate(&Threads::ONE, &plan.blocks, &input);
         let steps: Vec<f64> = plan
             .blocks
             .iter()

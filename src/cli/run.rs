@@ -235,7 +235,7 @@ fn show(bar: &ProgressBar, progress: &Progress) {
     bar.set_message(match progress.phase {
         Phase::Waiting | Phase::Loading => "compiling".to_owned(),
         Phase::EstimatingErrors => "estimating errors".to_owned(),
-        Phase::Settling => "settling".to_owned(),
+        Phase::Settling => "dynamic relaxation".to_owned(),
         Phase::Stepping | Phase::Closing | Phase::Done => {
             format!("t = {:.2} µs, step {}", 1e6 * progress.simulated_time_s, progress.step)
         }

@@ -17,13 +17,13 @@ pub(super) fn element_steps_per_s(parameters: &BlockParameters, evaluated_bytes:
 
 /// Run time on one core [s] if every element is swept in every step, without recording.
 pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64 {
-    let sweep = |block: &ElementBlock| {
+    let evaluate = |block: &ElementBlock| {
         block.elements.len() as f64 / element_steps_per_s(&block.parameters, evaluated_bytes)
     };
     let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().map(move |pair| (contact, pair)));
     let load = StepLoad {
         elements: plan.element_count(),
-        sweep_s: plan.blocks.iter().map(sweep).sum(),
+        forces_s: plan.blocks.iter().map(evaluate).sum(),
         nodes: plan.node_count(),
         slaves: pairs
             // Without folds, the search for self-contact costs almost nothing.

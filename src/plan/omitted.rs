@@ -48,8 +48,8 @@ fn optional(plan: &Plan, scene: &Scene, list: &mut List) {
     list.add(
         plan.skip_inactive_elements,
         Some(Keep::InactiveElements),
-        "quiet elements",
-        "an element that nothing has reached has no force: it is swept from when the front arrives",
+        "inactive elements",
+        "an element that no wave has reached has no force: it is evaluated from the arrival of the front on",
     );
     for pair in &plan.distant_pairs {
         list.add(true, Some(Keep::DistantPairs), format!("contact {}", pair.name), &*pair.why);

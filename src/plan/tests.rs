@@ -141,7 +141,9 @@ fn nothing_is_inactive_under_gravity_or_where_all_moves_from_the_start() {
     let mut document = scene();
     document["gravity_m_per_s2"] = json!([0, 0, -9.81]);
     let plan = compiled(&document);
-    assert!(!plan.skip_inactive_elements && plan.report.kept.iter().any(|k| k.starts_with("quiet elements")));
+    assert!(
+        !plan.skip_inactive_elements && plan.report.kept.iter().any(|k| k.starts_with("inactive elements"))
+    );
     let mut document = scene();
     document["contact"]["pairs"] = json!([]);
     document["bodies"] = json!([document["bodies"][1]]);

@@ -65,7 +65,7 @@ pub struct StepLoad {
     /// Number of elements.
     pub elements: usize,
     /// One evaluation of all internal forces on one core [s].
-    pub sweep_s: f64,
+    pub forces_s: f64,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of slave nodes of all contact pairs.
@@ -75,7 +75,7 @@ pub struct StepLoad {
 impl StepLoad {
     /// Time of an explicit step on one core [s], if every element is active.
     pub fn explicit_step_s(&self) -> f64 {
-        self.sweep_s + 1e-9 * (NODE * self.nodes as f64 + SLAVE_NODE * self.slaves as f64)
+        self.forces_s + 1e-9 * (NODE * self.nodes as f64 + SLAVE_NODE * self.slaves as f64)
     }
 
     /// Time of an implicit step on one core [s]: force evaluations and solutions of every iteration, and a fraction of the
@@ -85,7 +85,7 @@ impl StepLoad {
         let columns = 3.0 * TOUCHED * self.slaves as f64;
         let matrix = 1e-9 * (STIFFNESS * self.elements as f64 + factor.flops / FACTOR_GFLOPS)
             + columns * solution * COLUMN;
-        ITERATIONS * (self.sweep_s + 2.0 * solution) + MATRICES * matrix
+        ITERATIONS * (self.forces_s + 2.0 * solution) + MATRICES * matrix
     }
 }
 

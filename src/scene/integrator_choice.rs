@@ -132,7 +132,7 @@ fn default_step(document: &SceneDocument, shortest_edge: f64) -> f64 {
 fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let elements: usize = bodies.iter().map(|body| body.mesh.cells.len()).sum();
     let evaluated_bytes = elements * BYTES_PER_ELEMENT as usize;
-    let sweep = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
+    let evaluate = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
         let of_entry = |entry: &u32| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
             element_s(
@@ -151,7 +151,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
         .sum();
     StepLoad {
         elements,
-        sweep_s: document.bodies.iter().zip(bodies).map(sweep).sum(),
+        forces_s: document.bodies.iter().zip(bodies).map(evaluate).sum(),
         nodes: bodies.iter().map(|body| body.mesh.nodes.len()).sum(),
         slaves: if touches { (SLAVES * skins as f64) as usize } else { 0 },
     }

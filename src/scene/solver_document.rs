@@ -181,7 +181,7 @@ mod tests {
             assert_eq!(serde_json::to_value(keep).unwrap(), keep.name());
             assert_eq!(Keep::from_name(keep.name()), Some(keep));
         }
-        assert_eq!(Keep::from_name("quiet"), None);
+        assert_eq!(Keep::from_name("inactive"), None);
     }
 
     #[test]

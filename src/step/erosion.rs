@@ -50,7 +50,7 @@ pub(super) fn erode(
     // Internal forces without the eroded elements, and the work by which they differ.
     forces.take_out(erosion);
     let input = state.force_input();
-    forces.sweep(threads, &plan.blocks, &input);
+    forces.evaluate(threads, &plan.blocks, &input);
     forces.add_viscous(threads, &plan.blocks, &input, &state.v);
     for (node, before) in nodes.into_iter().zip(before) {
         ledger.eroded[plan.body_of_node(node)] += 0.5 * h * (before - power(forces, node));

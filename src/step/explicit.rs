@@ -54,7 +54,7 @@ pub(super) struct ExplicitStepper<'p> {
     /// Whether elements at rest have been made inactive.
     has_been_inactive: bool,
     /// Number of elements evaluated last.
-    swept: u64,
+    evaluated: u64,
     strain: Vec<f64>,
     hourglass: Vec<f64>,
     /// Part of it in the branches of Prony series [J].
@@ -100,7 +100,7 @@ impl<'p> ExplicitStepper<'p> {
             forces,
             gone: 0,
             has_been_inactive: false,
-            swept: 0,
+            evaluated: 0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
             branches: vec![0.0; plan.bodies.len()],
@@ -131,7 +131,7 @@ impl Stepper for ExplicitStepper<'_> {
     fn solve(&mut self, state: &State, phase: Phase, longest: f64, _: Ask) -> Result<(), Stop> {
         // Internal forces and critical time step at t_n.
         follow(self.plan, state, &mut self.gone, &mut self.forces, self.contact.as_mut());
-        let (stable, stiffest) = self.sweep(state)?;
+        let (stable, stiffest) = self.evaluate(state)?;
         self.put_to_sleep(state);
         self.place(state, phase);
         loads::eval_forces(self.plan, &state.u, phase.load_time(state.time), &mut self.f_ext);
@@ -226,7 +226,7 @@ impl Stepper for ExplicitStepper<'_> {
         self.forces.swap_history(&mut state.history);
         // No ledger is kept during dynamic relaxation.
         if let Phase::Running = phase {
-            self.extremes.evaluated_elements += self.swept;
+            self.extremes.evaluated_elements += self.evaluated;
             std::mem::swap(&mut self.ledger, &mut state.ledger);
         }
         // Advance the clock and the rigid bodies.
@@ -318,15 +318,15 @@ impl ExplicitStepper<'_> {
 
     /// Evaluates internal forces; returns the critical time step and the element that determines it. Fails if an
     /// element is inverted or a fibre overstretched.
-    fn sweep(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
+    fn evaluate(&mut self, state: &State) -> Result<(f64, Option<u32>), Failure> {
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.branches.fill(0.0);
         self.viscous.fill(0.0);
         let input = state.force_input();
-        self.forces.sweep(&self.threads, &self.plan.blocks, &input);
+        self.forces.evaluate(&self.threads, &self.plan.blocks, &input);
         self.forces.add_viscous(&self.threads, &self.plan.blocks, &input, &state.v);
-        self.swept = self.forces.active_elements(&self.plan.blocks) as u64;
+        self.evaluated = self.forces.active_elements(&self.plan.blocks) as u64;
         let mut stable = (f64::INFINITY, None);
         for (index, block) in self.plan.blocks.iter().enumerate() {
             let totals = self.forces.totals(index);

@@ -85,7 +85,7 @@ fn patch() -> Plan {
 /// Internal forces at displacements, handed over to the masters [N].
 fn forces(plan: &Plan, u: &[Vec3]) -> Vec<Vec3> {
     let mut forces = ElementForces::new(&plan.blocks);
-    forces.sweep(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+    forces.evaluate(&Threads::ONE, &plan.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
     (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect()
 }
 
@@ -313,7 +313,7 @@ fn inactive_elements_and_threads_change_no_bit_of_a_refined_mesh() {
     let lazy = state(&json!({}), 1);
     assert!(lazy.step > 20);
     let busy = state(&json!({"solver": {"keep": ["inactive_elements"]}}), 1);
-    assert!(lazy == busy, "quiet elements");
+    assert!(lazy == busy, "inactive elements");
     assert!(lazy == state(&json!({}), 3), "threads");
 }
 

@@ -51,10 +51,10 @@ fn scene(material: &Value, formulation: &str) -> Value {
 }
 
 /// Internal forces of all nodes [N], strain energy [J].
-fn sweep(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
+fn evaluate(plan: &Plan, u: &[Vec3]) -> (Vec<Vec3>, f64) {
     let mut forces = ElementForces::new(&plan.blocks);
     let input = ForceInput { u, inverse_step: 0.0, history: &[] };
-    forces.sweep(&Threads::ONE, &plan.blocks, &input);
+    forces.evaluate(&Threads::ONE, &plan.blocks, &input);
     let of_nodes = (0..plan.node_count()).map(|node| forces.at_node(&plan.assembly, node)).collect();
     (of_nodes, forces.totals(0).strain)
 }
@@ -81,7 +81,7 @@ fn check(material: &Value, formulation: &str) {
     assert_eq!(points, 27 * 8);
     assert_at_most(worst, 1e-13, "stress at a point, of its size");
 
-    let (forces, strain) = sweep(&plan, &plan.initial_u);
+    let (forces, strain) = evaluate(&plan, &plan.initial_u);
     let scale = forces.iter().map(Vec3::norm).fold(0.0, f64::max);
     let mut inner = 0;
     for (X, f) in plan.X.iter().zip(&forces).filter(|(X, _)| is_inside(X)) {

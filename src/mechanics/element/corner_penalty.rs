@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn no_corner_is_penalised_where_every_point_is_well() {
-        // What the sweep relies on: with J at all points above its gate, no corner of an incompressible element is below θ₀.
+        // What the evaluation relies on: with J at all points above its gate, no corner of an incompressible element is below θ₀.
         let corners = HEX8_CORNERS.map(|c| crate::mechanics::tensor::Vec3::from(c) * 0.5);
         let mut least = f64::INFINITY;
         for seed in 0..20_000 {

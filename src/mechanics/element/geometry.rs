@@ -1,4 +1,4 @@
-//! Reference geometry of one element: volumes, lumped shares of them, and what the stable step needs of its gradients.
+//! Reference geometry of one element: volumes, lumped shares of them, and what the critical time step needs of its gradients.
 
 use super::kind::for_each_element;
 use super::largest_eigenvalue::largest_eigenvalue;

@@ -1,4 +1,4 @@
-//! The largest eigenvalue of a small symmetric matrix: all that the stable step needs of an element's eigenvalues.
+//! The largest eigenvalue of a small symmetric matrix: all that the critical time step needs of an element's eigenvalues.
 //!
 //! Householder's tridiagonal form, then Newton-like steps from above on its pivots. Where `λ` is above all eigenvalues the
 //! pivots of `λ I − T` are positive, and with `S1 = Σ 1/(λ − λ_i)` and `S2 = Σ 1/(λ − λ_i)²` the step `√(m/S2)` has the third

@@ -1,8 +1,8 @@
 //! Quiet elements: what nothing has reached yet is left out, exactly.
 //!
 //! In an explicit step news travels one element. An element whose nodes have u = 0 and v = 0 bit by bit, without load, has
-//! no force, so it need not be swept until one of its nodes moves; the bits are those of a sweep over everything. What is
-//! awake stays awake: a node that has come back to exactly zero is not worth looking for.
+//! no force, so it need not be evaluated until one of its nodes moves; the bits are those of an evaluation over everything. What is
+//! active stays active: a node that has come back to exactly zero is not worth looking for.
 
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
@@ -15,7 +15,7 @@ use std::ops::Range;
 pub struct Activity {
     /// Nodes that have moved.
     moved: Vec<bool>,
-    /// Blocks of nodes that belong to an element that is awake, or have moved.
+    /// Blocks of nodes that belong to an element that is active, or have moved.
     active: Vec<bool>,
     /// Chunks with a node that has just moved.
     dirty: Vec<u32>,
@@ -46,7 +46,7 @@ impl Activity {
     }
 
     /// Puts to sleep what is at rest: nodes with u = 0 and v = 0 bit by bit, and elements without a history whose nodes all
-    /// are. Call after a sweep over everything, so that what sleeps has its sums and extremes.
+    /// are. Call after an evaluation over everything, so that what sleeps has its sums and extremes.
     pub fn fall_asleep(
         &mut self,
         forces: &mut ElementForces,

@@ -10,7 +10,7 @@ use crate::mechanics::tensor::Vec3;
 /// Rows of history of bulk viscosity, where there is any.
 pub(super) const BULK_ROWS: usize = 2;
 
-/// A block of elements, ready to be swept.
+/// A block of elements, ready to be evaluated.
 #[derive(Debug)]
 pub struct ElementBlock {
     /// Index of the body.

@@ -1,4 +1,4 @@
-//! Chunks: a few hundred elements that are swept as one task, with the forces on their nodes.
+//! Chunks: a few hundred elements that are evaluated as one task, with the forces on their nodes.
 //!
 //! A chunk numbers its own nodes and sums the element forces on them itself, batch after batch; each node then adds up its
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
@@ -63,13 +63,13 @@ pub(super) fn cut_chunks<const N: usize>(
     (chunks, chunk_nodes)
 }
 
-/// What a sweep of one chunk writes.
+/// What an evaluation of one chunk writes.
 #[derive(Debug)]
 pub struct ChunkForces {
     /// Block and chunk in the block.
     pub(super) block: u32,
     pub(super) chunk: u32,
-    /// Which batches are swept, a bit each. A batch that sleeps keeps what its last sweep wrote.
+    /// Which batches are evaluated, a bit each. A batch that sleeps keeps what its last evaluation wrote.
     pub(super) awake: u32,
     /// Internal force on each node of the chunk [N].
     pub(super) force: Vec<Vec3>,
@@ -107,7 +107,7 @@ impl ChunkForces {
         self.eroded.get(i).copied().unwrap_or(0)
     }
 
-    /// Whether every batch is swept.
+    /// Whether every batch is evaluated.
     pub(super) fn is_wholly_active(&self) -> bool {
         self.awake == Self::all(self.batches.len())
     }

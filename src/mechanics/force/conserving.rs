@@ -27,13 +27,13 @@ use pulp::{Simd, WithSimd};
 const ROUNDING: f64 = 1e-14;
 
 impl ElementForces {
-    /// Strain energy of each chunk as of the last sweep [J].
+    /// Strain energy of each chunk as of the last evaluation [J].
     pub fn chunk_energies(&self, energies: &mut Vec<f64>) {
         energies.clear();
         energies.extend(self.chunks.iter().map(|chunk| chunk.totals.strain));
     }
 
-    /// Makes the forces of a sweep in the middle between two displacements [m], nodes × 3, conserve; `energies` are those of the
+    /// Makes the forces of an evaluation in the middle between two displacements [m], nodes × 3, conserve; `energies` are those of the
     /// chunks [J] at either end.
     pub fn conserve(
         &mut self,

@@ -2,7 +2,7 @@
 //! the nodes.
 //!
 //! An element is looked at as a whole, by its mean deformation gradient `F̄ = (1/V) ∫ F dV` and its mean volume ratio. An eroded one is
-//! swept as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
+//! evaluated as if nothing had moved it, so that kernels of every law and formulation know nothing of it.
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
@@ -105,7 +105,7 @@ impl ElementForces {
         }
     }
 
-    /// The elements that the last sweep has found beyond what their parts bear, and that are not gone yet, by slot.
+    /// The elements that the last evaluation has found beyond what their parts bear, and that are not gone yet, by slot.
     pub fn find_eroding(&mut self, threads: &Threads, blocks: &[ElementBlock]) -> Vec<Eroding> {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
@@ -134,7 +134,7 @@ impl ElementForces {
     }
 }
 
-/// Looks at the elements of a chunk that are awake and not gone, at the displacements of its last sweep.
+/// Looks at the elements of a chunk that are active and not gone, at the displacements of its last evaluation.
 struct Judge<'a, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,

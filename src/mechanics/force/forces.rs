@@ -1,9 +1,9 @@
-//! The internal forces of all blocks: chunks swept one by one or on several threads, with the same bits.
+//! The internal forces of all blocks: chunks evaluated one by one or on several threads, with the same bits.
 
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
-use super::internal::{ForceInput, GaussPoints, Sweep};
-use super::one_point::{OnePoint, OnePointSweep};
+use super::internal::{Evaluation, ForceInput, GaussPoints};
+use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
 use super::totals::{BatchTotals, BlockTotals};
@@ -12,7 +12,7 @@ use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::material::Law;
 use crate::mechanics::tensor::Vec3;
 
-/// What a sweep over all blocks writes, chunk by chunk.
+/// What an internal force evaluation of all blocks writes, chunk by chunk.
 #[derive(Debug)]
 pub struct ElementForces {
     pub(super) chunks: Vec<ChunkForces>,
@@ -28,19 +28,19 @@ impl ElementForces {
         Self { chunks: blocks.iter().enumerate().flat_map(of_block).collect() }
     }
 
-    /// Sweeps every batch that is awake.
-    pub fn sweep(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &ForceInput) {
+    /// Sweeps every batch that is active.
+    pub fn evaluate(&mut self, threads: &Threads, blocks: &[ElementBlock], input: &ForceInput) {
         threads.for_each(&mut self.chunks, |chunk| {
             let block = &blocks[chunk.block as usize];
             if chunk.awake != 0 {
                 with_elements!(&block.packed, block.parameters.material; elements, law => {
-                    sweep_chunk(law, elements, block, input, chunk);
+                    evaluate_chunk(law, elements, block, input, chunk);
                 });
             }
         });
     }
 
-    /// Energies and extremes of one block after a sweep.
+    /// Energies and extremes of one block after an evaluation.
     pub fn totals(&self, block: usize) -> BlockTotals {
         let first = self.chunks.partition_point(|chunk| (chunk.block as usize) < block);
         let mut sum = BlockTotals::NONE;
@@ -50,7 +50,7 @@ impl ElementForces {
         sum
     }
 
-    /// Stable step [s] of every slot of a block, padding included, as of the last sweep.
+    /// Critical time step [s] of every slot of a block, padding included, as of the last evaluation.
     pub fn stable_steps(&self, block: usize) -> impl Iterator<Item = f64> {
         let chunks = self.chunks.iter().filter(move |chunk| chunk.block as usize == block);
         chunks.flat_map(|chunk| &chunk.batches).flat_map(|batch| batch.stable_step.0)
@@ -75,21 +75,21 @@ impl ElementForces {
         blocks.iter().flat_map(of_block).collect()
     }
 
-    /// Takes the history of the last sweep for that of its beginning: elements that sleep have none.
+    /// Takes the history of the last evaluation for that of its beginning: inactive elements have none.
     pub fn swap_history(&mut self, history: &mut [Vec<Row>]) {
         for (chunk, history) in self.chunks.iter_mut().zip(history) {
             std::mem::swap(&mut chunk.history, history);
         }
     }
 
-    /// Copies the history of the last sweep to as much as there is room for.
+    /// Copies the history of the last evaluation to as much as there is room for.
     pub fn copy_history(&self, history: &mut [Vec<Row>]) {
         for (chunk, history) in self.chunks.iter().zip(history) {
             history.copy_from_slice(&chunk.history);
         }
     }
 
-    /// Number of elements that a sweep covers.
+    /// Number of elements that an evaluation covers.
     pub fn active_elements(&self, blocks: &[ElementBlock]) -> usize {
         let of_chunk = |chunk: &ChunkForces| {
             let block = &blocks[chunk.block as usize];
@@ -117,7 +117,7 @@ impl ElementForces {
     }
 }
 
-/// Of a chunk that is wholly awake.
+/// Of a chunk that is wholly active.
 fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> ChunkForces {
     let batches = block.chunks[chunk].batches.len();
     let nodes = block.nodes_of_chunk(chunk).len();
@@ -139,19 +139,19 @@ fn forces_of_chunk(block_index: usize, block: &ElementBlock, chunk: usize) -> Ch
     }
 }
 
-/// Sweeps the batches of a chunk that are awake: element forces, energies, stable steps.
-fn sweep_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
+/// Sweeps the batches of a chunk that are active: element forces, energies, critical time steps.
+fn evaluate_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
     law: L,
     elements: &Packed<E, N, Q>,
     block: &ElementBlock,
     input: &ForceInput,
     forces: &mut ChunkForces,
 ) where
-    E::OnePoint: OnePointSweep<E, N, Q>,
+    E::OnePoint: OnePointEvaluation<E, N, Q>,
 {
-    macro_rules! sweep {
+    macro_rules! evaluate {
         ($formulation:expr) => {
-            pulp::Arch::new().dispatch(Sweep {
+            pulp::Arch::new().dispatch(Evaluation {
                 law,
                 formulation: $formulation,
                 elements,
@@ -166,10 +166,10 @@ fn sweep_chunk<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize>(
         formulation == Formulation::MeanDilatation && block.parameters.material.volumetric().is_some();
     // Constants stand first, so that no kernel is compiled for an element that has no use for it.
     if const { Formulation::MeanDilatation.is_of(E::KIND) } && has_mean_dilatation {
-        sweep!(GaussPoints::<true>);
+        evaluate!(GaussPoints::<true>);
     } else if const { Formulation::Reduced.is_of(E::KIND) } && formulation == Formulation::Reduced {
-        sweep!(OnePoint);
+        evaluate!(OnePoint);
     } else {
-        sweep!(GaussPoints::<false>);
+        evaluate!(GaussPoints::<false>);
     }
 }

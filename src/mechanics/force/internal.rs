@@ -1,4 +1,4 @@
-//! The force sweep: nodal forces, strain energy, viscous pressure and stable step of a chunk, in SIMD lanes.
+//! The internal force evaluation: nodal forces, strain energy, viscous pressure and critical time step of a chunk, in SIMD lanes.
 
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
@@ -17,7 +17,7 @@ use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Vec3;
 use pulp::{Simd, WithSimd};
 
-/// What a sweep reads of the state.
+/// What an evaluation reads of the state.
 #[derive(Clone, Copy, Debug)]
 pub struct ForceInput<'a> {
     /// Displacement u_n [m], nodes × 3.
@@ -31,7 +31,7 @@ pub struct ForceInput<'a> {
 /// What a formulation does to the elements of a batch that fit into a register.
 pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize>: Copy {
     /// Forces and totals of the elements in the `part`-th register.
-    fn sweep<S: Simd, L: Law>(
+    fn evaluate<S: Simd, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -68,8 +68,8 @@ impl<const N: usize> BatchLanes<N> {
     }
 }
 
-/// The sweep of a chunk: monomorphised for the law, the formulation and the element.
-pub(super) struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+/// The evaluation of a chunk: monomorphised for the law, the formulation and the element.
+pub(super) struct Evaluation<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
     pub formulation: K,
     pub elements: &'a Packed<E, N, Q>,
@@ -79,7 +79,7 @@ pub(super) struct Sweep<'a, L, K, E: InBlocks<N, Q>, const N: usize, const Q: us
 }
 
 impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd
-    for Sweep<'_, L, K, E, N, Q>
+    for Evaluation<'_, L, K, E, N, Q>
 {
     type Output = ();
 
@@ -117,7 +117,7 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
             gather(nodes, &forces.u, &mut lanes.nodal);
             keep_still(forces.eroded_lanes(i), &mut lanes.nodal);
             for part in 0..BATCH / S::F64_LANES {
-                formulation.sweep(&element, simd, part, &mut lanes, &mut forces.batches[i]);
+                formulation.evaluate(&element, simd, part, &mut lanes, &mut forces.batches[i]);
             }
             forces.history[history].copy_from_slice(&lanes.after[..bulk]);
             add(&lanes.nodal, nodes, &mut forces.force);
@@ -145,7 +145,7 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
     for GaussPoints<MEAN>
 {
     #[inline(always)]
-    fn sweep<S: Simd, L: Law>(
+    fn evaluate<S: Simd, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -153,7 +153,7 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
         lanes: &mut BatchLanes<N>,
         totals: &mut BatchTotals,
     ) {
-        element.sweep::<S, MEAN>(simd, part, lanes, totals);
+        element.evaluate::<S, MEAN>(simd, part, lanes, totals);
     }
 }
 
@@ -183,7 +183,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass<'_, L, E, N, Q> {
     #[inline(always)]
-    fn sweep<S: Simd, const MEAN: bool>(
+    fn evaluate<S: Simd, const MEAN: bool>(
         &self,
         simd: S,
         part: usize,

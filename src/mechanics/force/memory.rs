@@ -1,4 +1,4 @@
-//! Forces of Prony series, see [`PronySeries`](crate::mechanics::material::PronySeries): explicit steps, after the sweep, of any split
+//! Forces of Prony series, see [`PronySeries`](crate::mechanics::material::PronySeries): explicit steps, after the evaluation, of any split
 //! law. Eight-point elements remember at each point, one-point elements at their one.
 //!
 //! What is stored in a branch is told by the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any law where
@@ -90,7 +90,7 @@ struct PointMemory<R> {
 }
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, L, E, N, Q> {
-    /// Forces [N], stored energy and stable step of the elements of a register at displacements `u` [m].
+    /// Forces [N], stored energy and critical time step of the elements of a register at displacements `u` [m].
     #[inline(always)]
     fn eval<S: Simd>(
         &mut self,

@@ -1,4 +1,4 @@
-//! The force sweep of one-point elements.
+//! The internal force evaluation of one-point elements.
 
 use super::internal::{BatchLanes, ElementForcePass, ElementKernel};
 use super::packed::InBlocks;
@@ -18,10 +18,10 @@ pub(super) struct OnePoint;
 
 impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementKernel<E, N, Q> for OnePoint
 where
-    E::OnePoint: OnePointSweep<E, N, Q>,
+    E::OnePoint: OnePointEvaluation<E, N, Q>,
 {
     #[inline(always)]
-    fn sweep<S: Simd, L: Law>(
+    fn evaluate<S: Simd, L: Law>(
         self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -30,14 +30,14 @@ where
         totals: &mut BatchTotals,
     ) {
         if let Some(batch) = element.one_point {
-            batch.sweep(element, simd, part, lanes, totals);
+            batch.evaluate(element, simd, part, lanes, totals);
         }
     }
 }
 
-/// What it does to the elements of a batch that fit into a register, see [`ElementKernel::sweep`].
-pub(super) trait OnePointSweep<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
-    fn sweep<S: Simd, L: Law>(
+/// What it does to the elements of a batch that fit into a register, see [`ElementKernel::evaluate`].
+pub(super) trait OnePointEvaluation<E: InBlocks<N, Q>, const N: usize, const Q: usize> {
+    fn evaluate<S: Simd, L: Law>(
         &self,
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
@@ -47,8 +47,8 @@ pub(super) trait OnePointSweep<E: InBlocks<N, Q>, const N: usize, const Q: usize
     );
 }
 
-impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointSweep<E, N, Q> for NoOnePoint {
-    fn sweep<S: Simd, L: Law>(
+impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointEvaluation<E, N, Q> for NoOnePoint {
+    fn evaluate<S: Simd, L: Law>(
         &self,
         _: &ElementForcePass<L, E, N, Q>,
         _: S,
@@ -60,9 +60,9 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointSweep<E, N, Q> f
     }
 }
 
-impl OnePointSweep<Hex8, 8, 8> for ReducedBatch {
+impl OnePointEvaluation<Hex8, 8, 8> for ReducedBatch {
     #[inline(always)]
-    fn sweep<S: Simd, L: Law>(
+    fn evaluate<S: Simd, L: Law>(
         &self,
         element: &ElementForcePass<L, Hex8, 8, 8>,
         simd: S,

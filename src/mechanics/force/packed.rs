@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 /// Constants of a batch of elements, lane by lane: 328 bytes a hexahedron.
 ///
-/// The reference geometry at the points is made again from the corners at every sweep, for a tenth of its arithmetic;
+/// The reference geometry at the points is made again from the corners at every evaluation, for a tenth of its arithmetic;
 /// stored, it would be 640 bytes an element, which a large mesh waits for.
 #[derive(Clone, Debug)]
 pub(super) struct Batch<E, const N: usize, const Q: usize> {

@@ -1,4 +1,4 @@
-//! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the sweep.
+//! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the evaluation.
 
 use super::block::ElementBlock;
 use super::chunk::Chunk;

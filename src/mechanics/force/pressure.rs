@@ -1,4 +1,4 @@
-//! Pressure with bulk viscosity, and the stable step that stress and viscosity leave: what all formulations share.
+//! Pressure with bulk viscosity, and the critical time step that stress and viscosity leave: what all formulations share.
 
 use super::parameters::BlockParameters;
 use crate::mechanics::lanes::Row;

@@ -27,7 +27,7 @@ pub fn stretch_rate(dX: &Vec3, dx: &Vec3, dv: &Vec3) -> f64 {
 
 impl ElementForces {
     /// Largest [`stretch_rate`] of the edges and body diagonals of all elements [1/s], at the
-    /// positions of the last sweep and the velocities `v` [m/s], nodes × 3; 0 when it is certain that a step of `h` [s]
+    /// positions of the last evaluation and the velocities `v` [m/s], nodes × 3; 0 when it is certain that a step of `h` [s]
     /// stretches none by more than `limit` [-]; infinite when a velocity or position is not finite.
     ///
     /// Blind to rotation, and exact for a uniform rate along each of the 16 directions. A chunk is certain to be below the
@@ -251,7 +251,7 @@ mod tests {
             let blocks = [row().1];
             let mut forces = ElementForces::new(&blocks);
             let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
-            forces.sweep(&Threads::ONE, &blocks, &input);
+            forces.evaluate(&Threads::ONE, &blocks, &input);
             // Within the step that a limit of a tenth allows the edge gets to the other side.
             let rate = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, 1.0, 0.0);
             assert!((0.1..4.0).contains(&rate), "{share}: {rate}");
@@ -291,9 +291,9 @@ mod tests {
         for step in 0..40 {
             let v: Vec<Vec3> = v.iter().map(|v| v * (0.2 * f64::from(step))).collect();
             let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
-            forces.sweep(&Threads::ONE, &blocks, &input);
+            forces.evaluate(&Threads::ONE, &blocks, &input);
             let mut exact = ElementForces::new(&blocks);
-            exact.sweep(&Threads::ONE, &blocks, &input);
+            exact.evaluate(&Threads::ONE, &blocks, &input);
             let exact = exact.largest_stretch_rate(&Threads::ONE, &blocks, &v, h, 0.0);
             let found = forces.largest_stretch_rate(&Threads::ONE, &blocks, &v, h, limit);
             assert!(found == exact || (found == 0.0 && exact * h <= limit), "{found} against {exact}");

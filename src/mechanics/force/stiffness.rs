@@ -1,4 +1,4 @@
-//! Tangent stiffness K = ∂f_int/∂u of elements, for implicit steps: the exact derivative of what the force sweep computes.
+//! Tangent stiffness K = ∂f_int/∂u of elements, for implicit steps: the exact derivative of what the internal force evaluation computes.
 //!
 //! At a point, `A = ∂P/∂F` comes from dual numbers through the same law, so there is no second formula. A split law in mean
 //! dilatation, `W = Σ_q w ψ(F_q) + V U(J̄)`, has

@@ -1,5 +1,5 @@
 //! Elements crushed, sheared and folded at random: the force is the gradient of the energy, the tangent that of the force, and the
-//! stable step below that of the true highest frequency.
+//! critical time step below that of the true highest frequency.
 
 use super::{
     Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
@@ -24,8 +24,8 @@ struct Element {
     mass: [f64; 8],
 }
 
-/// Forces on the corners [N], and what else a sweep says.
-struct Swept {
+/// Forces on the corners [N], and what else an evaluation says.
+struct Evaluated {
     force: SVector<f64, 24>,
     strain: f64,
     hourglass: f64,
@@ -60,13 +60,13 @@ impl Element {
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
-    fn sweep(&self, u: &U) -> Swept {
+    fn evaluate(&self, u: &U) -> Evaluated {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);
         let assembly = Assembly::new(8, &self.blocks);
-        Swept {
+        Evaluated {
             force: SVector::from_fn(|i, _| forces.at_node(&assembly, i / 3)[i % 3]),
             strain: totals.strain,
             hourglass: totals.hourglass,
@@ -149,19 +149,23 @@ fn deformed(X: &U, q: f64, random: &mut Random) -> U {
 }
 
 fn check_derivatives(element: &Element, u: &U, random: &mut Random, what: &str) {
-    let (swept, K) = (element.sweep(u), element.stiffness(u));
+    let (evaluated, K) = (element.evaluate(u), element.stiffness(u));
     let along = SVector::<f64, 24>::from_fn(|_, _| random.number());
     let h = 1e-7;
     let side = |sign: f64| {
-        element.sweep(&std::array::from_fn(|a| u[a] + Vec3::from_fn(|i, _| sign * h * along[3 * a + i])))
+        element.evaluate(&std::array::from_fn(|a| u[a] + Vec3::from_fn(|i, _| sign * h * along[3 * a + i])))
     };
     let (low, high) = (side(-1.0), side(1.0));
     let slope = (high.strain - low.strain) / (2.0 * h);
-    let error = (slope - swept.force.dot(&along)).abs();
-    assert!(error < 1e-6 * swept.force.norm() * along.norm(), "{what}: {slope}, J = {}", swept.j + 1.0);
+    let error = (slope - evaluated.force.dot(&along)).abs();
+    assert!(
+        error < 1e-6 * evaluated.force.norm() * along.norm(),
+        "{what}: {slope}, J = {}",
+        evaluated.j + 1.0
+    );
     let slope = (high.force - low.force) / (2.0 * h);
     let error = (slope - K * along).norm() / (K.norm() * along.norm());
-    assert!(error < 1e-5, "{what}: {error}, J = {}", swept.j + 1.0);
+    assert!(error < 1e-5, "{what}: {error}, J = {}", evaluated.j + 1.0);
 }
 
 #[test]
@@ -173,11 +177,12 @@ fn force_and_tangent_are_derivatives_however_an_element_is_folded() {
             let element = Element::new(*X, law, formulation);
             // Folded corners with all points well; and points in reach of the barrier. Nearer to J = 0 differences are no derivatives.
             for (range, q) in [(-0.7..f64::INFINITY, 0.4), (-0.93..-0.82, 0.5)] {
-                let of_penalty = |swept: &Swept| formulation == Formulation::Reduced || swept.hourglass > 0.0;
+                let of_penalty =
+                    |evaluated: &Evaluated| formulation == Formulation::Reduced || evaluated.hourglass > 0.0;
                 let samples: Vec<U> = (0..2000)
                     .map(|_| deformed(X, q, &mut random))
                     .filter(|u| {
-                        Some(element.sweep(u)).is_some_and(|s| range.contains(&s.j) && of_penalty(&s))
+                        Some(element.evaluate(u)).is_some_and(|s| range.contains(&s.j) && of_penalty(&s))
                     })
                     .take(3)
                     .collect();
@@ -200,16 +205,16 @@ fn the_stable_step_is_below_that_of_the_highest_frequency_however_an_element_is_
             let element = Element::new(*X, law, formulation);
             for sample in 0..300 {
                 let u = deformed(X, 0.002 * f64::from(sample), &mut random);
-                let swept = element.sweep(&u);
-                if swept.j <= -0.99 {
+                let evaluated = element.evaluate(&u);
+                if evaluated.j <= -0.99 {
                     continue;
                 }
-                let share = 0.5 * swept.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
+                let share = 0.5 * evaluated.stable_step * element.largest_frequency(&u).max(0.0).sqrt();
                 (largest, sum, count) = (largest.max(share), sum + share, count + 1.0);
                 assert!(
                     share < 1.0 + 1e-9,
                     "{formulation:?}, {law:?}, sample {sample}: h ω/2 = {share}, J = {}",
-                    1.0 + swept.j
+                    1.0 + evaluated.j
                 );
             }
         }
@@ -233,10 +238,15 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
         let components = |x: &U| std::array::from_fn(|i| std::array::from_fn(|a| x[a][i]));
         for sample in 0..20_000 {
             let u = deformed(&X, 0.5 * f64::from(sample) / 20_000.0, &mut random);
-            let swept = element.sweep(&u);
+            let evaluated = element.evaluate(&u);
             let penalty = eval_corner_penalty(&components(&X), &components(&u), [1.0, 0.0]).energy;
-            if swept.j - 40.0 * swept.hourglass / (mu * volume) >= -0.1 {
-                assert!(penalty <= 0.0, "sample {sample}: J = {}, {}", 1.0 + swept.j, swept.hourglass);
+            if evaluated.j - 40.0 * evaluated.hourglass / (mu * volume) >= -0.1 {
+                assert!(
+                    penalty <= 0.0,
+                    "sample {sample}: J = {}, {}",
+                    1.0 + evaluated.j,
+                    evaluated.hourglass
+                );
                 passed_over += 1;
             }
             penalised += u32::from(penalty > 0.0);
@@ -272,7 +282,7 @@ fn history_has_rows_where_something_is_remembered_and_only_there() {
         let mut forces = ElementForces::new(&element.blocks);
         for u in &steps {
             let input = ForceInput { u, inverse_step: 1e3, history: &history };
-            forces.sweep(&Threads::ONE, &element.blocks, &input);
+            forces.evaluate(&Threads::ONE, &element.blocks, &input);
             forces.add_viscous(&Threads::ONE, &element.blocks, &input, &v);
             forces.swap_history(&mut history);
         }

@@ -1,4 +1,4 @@
-//! Energies and extremes of a sweep.
+//! Energies and extremes of an evaluation.
 
 use super::pressure::stable_step;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
@@ -16,7 +16,7 @@ pub struct BatchTotals {
     pub viscous: Row,
     /// Energy stored in the branches of Prony series [J].
     pub branches: Row,
-    /// Largest stable step [s].
+    /// Largest critical time step [s].
     pub stable_step: Row,
     /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk and shear viscosity.
     pub damping: Row,
@@ -27,14 +27,14 @@ pub struct BatchTotals {
 }
 
 impl BatchTotals {
-    /// Stores the stable step and the damping in it of the elements of a register, from ω² [1/s²] and the viscous eigenvalue [1/s].
+    /// Stores the critical time step and the damping in it of the elements of a register, from ω² [1/s²] and the viscous eigenvalue [1/s].
     #[inline(always)]
     pub(super) fn store_step<S: Simd>(&mut self, omega_squared: Lane<S>, viscous: Lane<S>, part: usize) {
         (viscous * 0.5).store(&mut self.damping, part);
         stable_step(omega_squared, viscous).store(&mut self.stable_step, part);
     }
 
-    /// Adds to the ω² [1/s²] and to half of the viscous eigenvalue [1/s] behind the stable step at hand: `(2/h − a)² = ω² + a²`.
+    /// Adds to the ω² [1/s²] and to half of the viscous eigenvalue [1/s] behind the critical time step at hand: `(2/h − a)² = ω² + a²`.
     #[inline(always)]
     pub(super) fn shorten_step<S: Simd>(
         &mut self,
@@ -61,7 +61,7 @@ pub struct BlockTotals {
     pub viscous: f64,
     /// Energy stored in the branches of Prony series [J].
     pub branches: f64,
-    /// Smallest stable step [s] and its slot.
+    /// Smallest critical time step [s] and its slot.
     pub stable_step: (f64, usize),
     /// Smallest J − 1 [-] and its slot.
     pub smallest_j: (f64, usize),

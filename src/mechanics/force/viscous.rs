@@ -1,4 +1,4 @@
-//! Shear viscosity of a part (Kelvin–Voigt): forces of explicit steps, after the sweep, of any law and formulation.
+//! Shear viscosity of a part (Kelvin–Voigt): forces of explicit steps, after the evaluation, of any law and formulation.
 //!
 //! ```text
 //! l = Ḟ F⁻¹        σ_v = η dev(l + lᵀ) = (η/J) dev(s + sᵀ)        s = Ḟ cof Fᵀ = J l        P_v = σ_v cof F
@@ -39,8 +39,8 @@ fn inverse_J<R: Real>(j: R) -> R {
 }
 
 impl ElementForces {
-    /// Adds the forces of viscosity and memory of all blocks that have any, at velocities `v` [m/s], nodes × 3, to what the sweep of the
-    /// same `input` left: forces of their own, see [`ElementForces::viscous_at_node`], history, and a shorter stable step.
+    /// Adds the forces of viscosity and memory of all blocks that have any, at velocities `v` [m/s], nodes × 3, to what the evaluation of the
+    /// same `input` left: forces of their own, see [`ElementForces::viscous_at_node`], history, and a shorter critical time step.
     pub fn add_viscous(
         &mut self,
         threads: &Threads,

@@ -128,7 +128,7 @@ impl Iterate {
             self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
         }
         followers.follow(&mut self.u);
-        self.sweep(step.plan, step.threads, step.state, forces)?;
+        self.evaluate(step.plan, step.threads, step.state, forces)?;
         if step.options.energy_momentum {
             self.conserve(step, forces)?;
         }
@@ -143,7 +143,7 @@ impl Iterate {
         forces.chunk_energies(energies);
         u.clear();
         u.extend(step.state.u.iter().zip(&self.u).map(|(before, after)| (before + after) * 0.5));
-        sweep_at(u, step.plan, step.threads, forces);
+        evaluate_at(u, step.plan, step.threads, forces);
         for (index, block) in step.plan.blocks.iter().enumerate() {
             check_block(step.plan, block, &forces.totals(index), step.state)?;
         }
@@ -168,14 +168,14 @@ impl Iterate {
     }
 
     /// Evaluates forces and energies at u⁺.
-    pub fn sweep(
+    pub fn evaluate(
         &mut self,
         plan: &Plan,
         threads: &Threads,
         state: &State,
         forces: &mut ElementForces,
     ) -> Result<(), Failure> {
-        sweep_at(&self.u, plan, threads, forces);
+        evaluate_at(&self.u, plan, threads, forces);
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
         self.smallest_j = f64::INFINITY;
@@ -337,10 +337,10 @@ impl Iterate {
 }
 
 /// Forces and energies of the elements at u [m].
-fn sweep_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
+fn evaluate_at(u: &[Vec3], plan: &Plan, threads: &Threads, forces: &mut ElementForces) {
     // Static evaluation: no bulk viscosity.
     let input = ForceInput { u, inverse_step: 0.0, history: &[] };
-    forces.sweep(threads, &plan.blocks, &input);
+    forces.evaluate(threads, &plan.blocks, &input);
 }
 
 /// Twice the energy of an impulse [N s, or N m s of a spin] on a node at rest [J].

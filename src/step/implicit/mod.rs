@@ -235,7 +235,7 @@ impl Stepper for ImplicitStepper<'_> {
         self.damping = phase.damping();
         // Forces and energies at t_n.
         self.start.u.copy_from_slice(&state.u);
-        self.start.sweep(self.plan, &self.threads, state, &mut self.forces)?;
+        self.start.evaluate(self.plan, &self.threads, state, &mut self.forces)?;
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
         if self.options.energy_momentum {
             self.forces.chunk_energies(&mut self.energies);

@@ -70,10 +70,10 @@ impl Case {
         Self { X, blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], ends }
     }
 
-    fn swept(&self, u: &[Vec3; 8]) -> ElementForces {
+    fn evaluated(&self, u: &[Vec3; 8]) -> ElementForces {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        forces.evaluate(&Threads::ONE, &self.blocks, &input);
         forces
     }
 
@@ -85,10 +85,10 @@ impl Case {
     fn forces(&self) -> (f64, [Vec3; 8], [Vec3; 8]) {
         let energies = self.ends.map(|u| {
             let mut energies = Vec::new();
-            self.swept(&u).chunk_energies(&mut energies);
+            self.evaluated(&u).chunk_energies(&mut energies);
             energies
         });
-        let mut forces = self.swept(&self.middle());
+        let mut forces = self.evaluated(&self.middle());
         let assembly = Assembly::new(8, &self.blocks);
         let at_nodes = |forces: &ElementForces| std::array::from_fn(|a| forces.at_node(&assembly, a));
         let middle = at_nodes(&forces);

@@ -60,7 +60,7 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     let u = displaced(&X, &stretches);
     let input = ForceInput { u: &u, inverse_step: 0.0, history: &[] };
     let mut forces = ElementForces::new(&blocks);
-    forces.sweep(&Threads::ONE, &blocks, &input);
+    forces.evaluate(&Threads::ONE, &blocks, &input);
     let found = forces.find_eroding(&Threads::ONE, &blocks);
     assert_eq!(found.iter().map(|e| e.element).collect::<Vec<_>>(), [101, 106, 109]);
     let before = forces.totals(0).strain;
@@ -71,7 +71,7 @@ fn an_element_goes_beyond_its_limits_and_leaves_no_force() {
     }
     assert!(erosion.elements() == [101, 106, 109] && erosion.contains(106) && !erosion.contains(102));
     forces.take_out(&erosion);
-    forces.sweep(&Threads::ONE, &blocks, &input);
+    forces.evaluate(&Threads::ONE, &blocks, &input);
     let v = vec![Vec3::new(1.0, 2.0, 3.0); 80];
     forces.add_viscous(&Threads::ONE, &blocks, &input, &v);
     let gone: f64 = found.iter().map(|e| e.energy).sum();
@@ -103,7 +103,7 @@ fn history_of_what_is_gone_is_forgotten() {
     (stretches[3], stretches[9]) = ([2.0; 3], [1.2; 3]);
     let u = displaced(&X, &stretches);
     let mut forces = ElementForces::new(&blocks);
-    forces.sweep(&Threads::ONE, &blocks, &ForceInput { u: &u, inverse_step: 0.0, history: &[] });
+    forces.evaluate(&Threads::ONE, &blocks, &ForceInput { u: &u, inverse_step: 0.0, history: &[] });
     let mut erosion = Erosion::default();
     for element in &forces.find_eroding(&Threads::ONE, &blocks) {
         erosion.add(element, &blocks);

@@ -76,19 +76,19 @@ impl Patch {
         Self { X, blocks, assembly, mass }
     }
 
-    fn swept(&self, u: &[Vec3]) -> ElementForces {
+    fn evaluated(&self, u: &[Vec3]) -> ElementForces {
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
+        forces.evaluate(&Threads::ONE, &self.blocks, &ForceInput { u, inverse_step: 0.0, history: &[] });
         forces
     }
 
     fn force(&self, u: &[Vec3]) -> DVector<f64> {
-        let forces = self.swept(u);
+        let forces = self.evaluated(u);
         DVector::from_fn(3 * u.len(), |i, _| forces.at_node(&self.assembly, i / 3)[i % 3])
     }
 
     fn energy(&self, u: &[Vec3]) -> f64 {
-        self.swept(u).totals(0).strain
+        self.evaluated(u).totals(0).strain
     }
 
     /// Assembled from the tangents of the elements.
@@ -235,7 +235,7 @@ fn the_stable_step_is_below_that_of_the_highest_frequency() {
             let scaled =
                 DMatrix::from_fn(27, 27, |r, c| K[(r, c)] / (patch.mass[r / 3] * patch.mass[c / 3]).sqrt());
             let highest = scaled.symmetric_eigenvalues().max().sqrt();
-            let share = 0.5 * patch.swept(&u).totals(0).stable_step.0 * highest;
+            let share = 0.5 * patch.evaluated(&u).totals(0).stable_step.0 * highest;
             assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}");
         }
     }

@@ -20,7 +20,7 @@ struct Element {
 
 type U = [Vec3; 8];
 
-/// What a sweep says of the element.
+/// What an evaluation says of the element.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     strain: f64,
@@ -49,10 +49,10 @@ impl Element {
     }
 
     /// Forces on the corners [N] and totals.
-    fn sweep(&self, u: &U) -> (U, Seen) {
+    fn evaluate(&self, u: &U) -> (U, Seen) {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let totals = forces.totals(0);
         let assembly = Assembly::new(8, &self.blocks);
         let seen = Seen {
@@ -72,7 +72,7 @@ impl Element {
             let side = |sign: f64| {
                 let mut u = *u;
                 u[c / 3][c % 3] += sign * h;
-                flat(&self.sweep(&u).0)
+                flat(&self.evaluate(&u).0)
             };
             K.set_column(c, &((side(1.0) - side(-1.0)) / (2.0 * h)));
         }
@@ -146,7 +146,7 @@ fn force_is_the_gradient_of_the_energy() {
     for law in laws() {
         let element = Element::new(X, law, Formulation::Reduced);
         let u = displaced(&X, &stretched(), 0.15, 1);
-        let (force, totals) = element.sweep(&u);
+        let (force, totals) = element.evaluate(&u);
         assert!(totals.hourglass > 0.01 * totals.strain, "{law:?}: little to see");
         let scale = force.iter().map(Vec3::norm).fold(0.0, f64::max);
         let h = 1e-8;
@@ -154,7 +154,7 @@ fn force_is_the_gradient_of_the_energy() {
             let energy = |sign: f64| {
                 let mut u = u;
                 u[c / 3][c % 3] += sign * h;
-                element.sweep(&u).1.strain
+                element.evaluate(&u).1.strain
             };
             let slope = (energy(1.0) - energy(-1.0)) / (2.0 * h);
             let f = force[c / 3][c % 3];
@@ -171,7 +171,7 @@ fn turning_and_moving_the_deformed_element_turns_the_forces_and_keeps_the_energi
         let element = Element::new(X, law, Formulation::Reduced);
         let u = displaced(&X, &stretched(), 0.15, 2);
         let turned = std::array::from_fn(|a| R * (X[a] + u[a]) + Vec3::new(0.1, 0.2, -0.3) - X[a]);
-        let ((f, before), (g, after)) = (element.sweep(&u), element.sweep(&turned));
+        let ((f, before), (g, after)) = (element.evaluate(&u), element.evaluate(&turned));
         let scale = f.iter().map(Vec3::norm).fold(0.0, f64::max);
         for (f, g) in f.iter().zip(&g) {
             assert!((R * f - g).norm() < 1e-11 * scale, "{law:?}");
@@ -190,7 +190,7 @@ fn a_linear_field_is_left_alone_by_the_stabilisation() {
     let X = distorted();
     for law in laws() {
         let element = Element::new(X, law, Formulation::Reduced);
-        let (_, totals) = element.sweep(&displaced(&X, &stretched(), 0.0, 0));
+        let (_, totals) = element.evaluate(&displaced(&X, &stretched(), 0.0, 0));
         assert!(totals.hourglass < 1e-25 * totals.strain.max(1.0), "{law:?}: {}", totals.hourglass);
     }
 }
@@ -200,10 +200,10 @@ fn rest_is_zero_bit_by_bit() {
     for law in laws() {
         let element = Element::new(distorted(), law, Formulation::Reduced);
         // Also anywhere else: rigid flight is taken out of u, but not every translation.
-        let (force, totals) = element.sweep(&[Vec3::zeros(); 8]);
+        let (force, totals) = element.evaluate(&[Vec3::zeros(); 8]);
         assert!(force.iter().all(|f| f.iter().all(|c| *c == 0.0)), "{law:?}: {force:?}");
         assert!(totals.strain == 0.0 && totals.hourglass == 0.0 && totals.j == 0.0);
-        let (force, totals) = element.sweep(&[Vec3::new(0.25, -0.5, 3.0); 8]);
+        let (force, totals) = element.evaluate(&[Vec3::new(0.25, -0.5, 3.0); 8]);
         assert!(force.iter().all(|f| f.iter().all(|c| *c == 0.0)), "{law:?}: {force:?}");
         assert!(totals.strain == 0.0);
     }
@@ -236,7 +236,7 @@ fn bending_energy(size: [f64; 3], material: Material, formulation: Formulation) 
     let X = brick(size);
     let amplitude = 1e-6;
     let u = X.map(|X| Vec3::new(amplitude * X.x * X.y, 0.0, 0.0));
-    let totals = Element::new(X, material, formulation).sweep(&u).1;
+    let totals = Element::new(X, material, formulation).evaluate(&u).1;
     totals.strain / (amplitude * amplitude)
 }
 
@@ -265,7 +265,7 @@ fn twist_is_that_of_the_full_element() {
     // u = z (−y, x, 0): shear only, which every formulation takes for what it is.
     let X = brick([1.0, 1.0, 3.0]);
     let u = X.map(|X| Vec3::new(-X.y, X.x, 0.0) * (1e-6 * X.z));
-    let energy = |formulation| Element::new(X, rubber(1e5, 1e7), formulation).sweep(&u).1.strain;
+    let energy = |formulation| Element::new(X, rubber(1e5, 1e7), formulation).evaluate(&u).1.strain;
     assert!((energy(Formulation::Reduced) / energy(Formulation::Full) - 1.0).abs() < 1e-5);
 }
 
@@ -277,7 +277,7 @@ fn a_skew_element_bends_as_the_same_plate_cut_straight() {
         let X = brick([1.0, 0.2, 0.7]).map(|X| Vec3::new(X.x + shear * X.z, X.y, X.z));
         // Curved alike in all directions of the plate, with the deflection −½ (x² + z²) of its mid-surface at the corners.
         let u = X.map(|X| Vec3::new(X.x * X.y, -0.5 * (X.x * X.x + X.z * X.z), X.z * X.y) * 1e-6);
-        Element::new(X, rubber(mu, 1e9), Formulation::Reduced).sweep(&u).1.strain
+        Element::new(X, rubber(mu, 1e9), Formulation::Reduced).evaluate(&u).1.strain
     };
     assert!((energy(0.6) / energy(0.0) - 1.0).abs() < 1e-5, "{} against {}", energy(0.6), energy(0.0));
 }
@@ -292,13 +292,13 @@ fn the_stable_step_is_below_that_of_the_true_highest_frequency() {
             if K > 1e6 {
                 // With the moduli of tissue the stabilisation costs nothing of the step.
                 let other = Element::new(X, rubber(1e5, K), Formulation::MeanDilatation);
-                let [step, usual] = [&element, &other].map(|e| e.sweep(&[Vec3::zeros(); 8]).1.stable_step);
+                let [step, usual] = [&element, &other].map(|e| e.evaluate(&[Vec3::zeros(); 8]).1.stable_step);
                 assert!(step > 0.99 * usual, "{step} s against {usual} s");
             }
             for (i, F) in [Mat3::identity(), stretched(), crushed, pulled].iter().enumerate() {
                 for q in [0.0, 0.1, 0.2] {
                     let u = displaced(&X, F, q, i);
-                    let step = element.sweep(&u).1.stable_step;
+                    let step = element.evaluate(&u).1.stable_step;
                     let mut K_M = element.stiffness(&u);
                     for r in 0..24 {
                         for c in 0..24 {

@@ -1,4 +1,4 @@
-//! Tangents against differences of the force sweep: every law in every formulation.
+//! Tangents against differences of the internal force evaluation: every law in every formulation.
 
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
 use crate::mechanics::force::{
@@ -93,7 +93,7 @@ impl Element {
     fn force(&self, u: &U) -> U {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let assembly = Assembly::new(8, &self.blocks);
         std::array::from_fn(|a| forces.at_node(&assembly, a))
     }

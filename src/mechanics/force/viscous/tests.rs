@@ -1,4 +1,4 @@
-//! One element: what its viscous forces do is the power of the viscous stress at the points, rotation costs nothing, and the stable step
+//! One element: what its viscous forces do is the power of the viscous stress at the points, rotation costs nothing, and the critical time step
 //! stays below that of the true damping matrix.
 
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation};
@@ -53,11 +53,11 @@ impl Element {
         Self { blocks: [ElementBlock::new(0, parameters, 0, &[input]).unwrap()], mass }
     }
 
-    /// Viscous forces [N] and stable step [s].
+    /// Viscous forces [N] and critical time step [s].
     fn forces(&self, u: &U, v: &U) -> (U, f64) {
         let input = ForceInput { u, inverse_step: 0.0, history: &[] };
         let mut forces = ElementForces::new(&self.blocks);
-        forces.sweep(&Threads::ONE, &self.blocks, &input);
+        forces.evaluate(&Threads::ONE, &self.blocks, &input);
         let alone = forces.totals(0).stable_step.0;
         forces.add_viscous(&Threads::ONE, &self.blocks, &input, v);
         let step = forces.totals(0).stable_step.0;
