@@ -252,7 +252,7 @@ fn all_problems_come_at_once_with_field_value_limit_and_remedy() {
     let limb = LimbSegment { bone_offset_m: [0.06, 0.0], ..LimbSegment::default() };
     let problems = limb.problems();
     assert_eq!(problems[0].field, "bone_semi_axis_x_m");
-    assert!(problems[0].limit.contains("leaves by 0.00"), "{}", problems[0]);
+    assert!(problems[0].limit.contains("extends by 0.00"), "{}", problems[0]);
     let limb = LimbSegment { bone_offset_m: [0.0, 0.2], ..LimbSegment::default() };
     assert_eq!(limb.problems()[0].field, "bone_semi_axis_x_m", "a bone wholly outside is found too");
     let limb = LimbSegment { fat_thickness_m: 0.064, ..LimbSegment::default() };

@@ -225,7 +225,7 @@ fn abaqus_errors_name_the_line() {
     assert_eq!(broken("High, S2", "High, S7").0, 35);
     assert_eq!(broken("High, S2", "Hihg, S2"), (35, "there is no element set Hihg".into()));
     assert_eq!(broken("1, 11, 2", "1, 11, 0").0, 31);
-    assert_eq!(broken("odd, 2", "even, 2"), (33, "there is no set even above this line".into()));
+    assert_eq!(broken("odd, 2", "even, 2"), (33, "no set even is defined above this line".into()));
 }
 
 #[test]

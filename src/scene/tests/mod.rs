@@ -267,7 +267,7 @@ fn a_missing_mesh_is_told_of_every_body_that_names_it() {
 
     let Problems(found) = load(document.to_string().as_bytes(), &NoFiles, &Budget::COMMAND_LINE).unwrap_err();
     let missing: Vec<&Problem> = found.iter().filter(|p| p.code == "mesh_not_found").collect();
-    assert!(missing.len() == 2 && missing[0].remedy.contains("beside the scene"), "{found:#?}");
+    assert!(missing.len() == 2 && missing[0].remedy.contains("into the folder of the scene"), "{found:#?}");
 }
 
 #[test]

@@ -141,7 +141,7 @@ pub fn nearest_to(wrong: &str) -> String {
     if near.starts_with("did you mean") || of_family().next().is_none() {
         near
     } else {
-        format!("known of {family} are {}", of_family().collect::<Vec<_>>().join(", "))
+        format!("known names of {family}: {}", of_family().collect::<Vec<_>>().join(", "))
     }
 }
 
