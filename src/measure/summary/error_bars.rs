@@ -36,7 +36,7 @@ impl std::fmt::Display for ErrorBars {
                 let rule = match sizes.len() {
                     1 => "first order assumed, factor of safety 3",
                     _ => {
-                        "a first-order fit to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
+                        "a fit of order 1, ¾ or ½ to all meshes, factor of safety 1.25, widened by its scatter; of the steps first order, factor of safety 3"
                     }
                 };
                 write!(
