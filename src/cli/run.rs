@@ -47,7 +47,7 @@ pub struct RunArgs {
     pub no_error_bars: bool,
     /// Refine the mesh until the error bars of peak force, impulse and energy given to the tissue are at most this,
     /// such as 5%.
-    #[arg(long, value_name = "PERCENT", value_parser = percent, conflicts_with = "no_error_bars")]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true, conflicts_with = "no_error_bars")]
     pub accuracy: Option<f64>,
     /// Time limit of all meshes of `--accuracy` together, such as 30s [default: 60s].
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "no_error_bars")]
@@ -125,10 +125,10 @@ fn ask(args: &RunArgs, document: &mut SceneDocument) {
     }
 }
 
-/// Parses "5%", "5" or "0.5 %" as a fraction.
+/// Parses "5%" or "0.5 %" as a fraction. The sign is required: 0.1 would be read as a fraction by some, as a percentage by others.
 fn percent(text: &str) -> Result<f64, String> {
-    let number: f64 =
-        text.trim_end_matches('%').trim().parse().map_err(|_| format!("{text} is not a number; give 5%"))?;
+    let number = text.strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok());
+    let number = number.ok_or_else(|| format!("{text} is not a percentage; give 5%"))?;
     if number > 0.0 && number <= 100.0 {
         Ok(number / 100.0)
     } else {

@@ -27,7 +27,7 @@ const LEVELS_USED: usize = 2;
 /// Coarsest mesh, in levels below the scene's own.
 const LEVELS_BELOW: i32 = 4;
 /// Order of the run time in 1/h: elements and steps.
-const ORDER_OF_TIME: i32 = 4;
+const ORDER_OF_TIME: f64 = 4.0;
 /// Factor of safety on a predicted time: contact, and steps limited by strain, grow slightly faster.
 const CAUTION: f64 = 1.2;
 
@@ -54,7 +54,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
     let RunRequest { scene, mut sinks, mut also, threads, interrupt, progress } = request;
     let clock =
         Clock { begin: Instant::now(), budget_s: asked.time_budget_s, discards: AtomicBool::new(false) };
-    let (mut best, mut last_s): (Option<RunResult>, Option<f64>) = (None, None);
+    let (mut best, mut last_s): (Option<RunResult>, Option<(f64, f64)>) = (None, None);
     let mut done: Vec<Done> = Vec::new();
     // A finer mesh may be stopped by the time; the first one runs to its end.
     let has_result = AtomicBool::new(false);
@@ -68,13 +68,14 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         // Error bars of this level, and what it and the next are expected to take.
         let started = clock.elapsed_s();
         let bars = meshes.error_bars(&done, &mesh, level);
-        let growth = meshes.ratio.powi(ORDER_OF_TIME) * CAUTION;
-        let expected = last_s.map(|seconds| growth * seconds);
+        let next = meshes.scene_of(level + 1);
+        let growth = next.as_ref().map_or(f64::INFINITY, |next| growth_of_time(&mesh, next));
+        let expected = last_s.map(|(growth, seconds)| growth * seconds);
         let accuracy = AskedAccuracy {
             relative: asked.relative,
             of: asked.of.clone(),
             mesh_factor: meshes.factor(level),
-            next_s: expected.map(|seconds| growth * seconds),
+            next_s: expected.map(|seconds| growth * seconds).filter(|seconds| seconds.is_finite()),
         };
         let is_last =
             accuracy.next_s.is_some_and(|next| clock.is_over_after(next + expected.unwrap_or_default()));
@@ -93,7 +94,7 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             interrupt: &stop,
             progress: &mut tell,
         };
-        let result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
+        let mut result = run_with_error_bars(request, Some(accuracy), |_| bars)?;
         let failure = match &result.outcome.ending {
             Ending::Failed { failure } if must_finish => Some(failure.to_string()),
             _ => None,
@@ -106,27 +107,45 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
             return Ok(best);
         }
 
-        // Whether it is good enough, or the next mesh would take too long.
+        // Whether it is good enough, or there is nothing that a finer mesh would tell.
         let seconds = clock.elapsed_s() - started;
         let is_reached = result.summary.accuracy.as_ref().is_some_and(|accuracy| accuracy.reached);
         let has_stopped = match &result.outcome.ending {
-            Ending::Finished => is_reached,
+            Ending::Finished => is_reached || (level >= 0 && result.summary.values().nothing_touched),
             // A mesh that is too coarse may fail where a finer one does not.
             ending => level >= 0 || is_stop(&ending_name(ending)),
         };
-        if has_stopped || clock.is_over_after(growth * seconds) {
-            return Ok(result);
+        // Whether there is a next mesh, and time for it. Without any error bar it is tried in whatever time is left.
+        let next_s = Some(growth * seconds).filter(|seconds| seconds.is_finite());
+        if let Some(accuracy) = &mut result.summary.accuracy {
+            accuracy.next_mesh_s = next_s;
         }
-        // Continue on the next mesh; a finished level serves later error bars.
-        let Ok(next) = meshes.scene_of(level + 1) else { return Ok(result) };
+        let is_over = clock.is_over_after(if done.is_empty() { 0.0 } else { growth * seconds });
+        let next = match next {
+            Ok(next) if !has_stopped && !is_over => next,
+            Err(why) if !has_stopped => {
+                result
+                    .summary
+                    .warnings
+                    .push(format!("There is no finer mesh to reach the accuracy with: {why}"));
+                return Ok(result);
+            }
+            _ => return Ok(result),
+        };
+        // A finished level serves later error bars.
         if result.outcome.ending == Ending::Finished {
             let run = Cheaper::new(result.summary.values(), Vec::new(), result.outcome.steps);
             done.push(Done { level, scene: mesh, run });
             best = Some(result);
             has_result.store(true, Ordering::Relaxed);
         }
-        (mesh, last_s, level) = (next, Some(seconds), level + 1);
+        (mesh, last_s, level) = (next, Some((growth, seconds)), level + 1);
     }
+}
+
+/// Time of a run on a finer mesh in units of that on a coarser one, by their numbers of elements: h⁻⁴, elements and steps.
+fn growth_of_time(coarse: &Scene, fine: &Scene) -> f64 {
+    (fine.element_count() as f64 / coarse.element_count().max(1) as f64).powf(ORDER_OF_TIME / 3.0) * CAUTION
 }
 
 /// The time that all meshes together may take.

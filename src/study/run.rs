@@ -10,7 +10,8 @@ use super::single::{RunError, RunRequest, RunResult, run_with_error_bars};
 /// If the scene cannot be compiled, which validation should have found. Everything later is part of the outcome.
 pub fn run_scene(request: RunRequest) -> Result<RunResult, RunError> {
     let scene = request.scene;
-    if let Some(asked) = &scene.document.accuracy {
+    let has_mesh = scene.document.bodies.iter().any(|body| body.mesh.is_some());
+    if let Some(asked) = scene.document.accuracy.as_ref().filter(|_| has_mesh) {
         return run_to(request, asked);
     }
     run_with_error_bars(request, None, |r| error_bars(r.scene, &[], r.threads, r.interrupt))
