@@ -94,7 +94,7 @@ pub fn assumed_step_error(own: u64, (few, many): (u64, u64), (value, better): (f
 /// Uncertainty of the last of at least three values on meshes of sizes h, from coarse to fine: `(h, value)`.
 ///
 /// A curve φ₀ + a hᵖ is fitted by least squares with weights 1/h (L. Eça, M. Hoekstra, J. Comput. Phys. 262 (2014) 104–130), with the
-/// order p of [`FITTED_ORDERS`] that leaves the least scatter. Where the scatter is below the mean difference of successive values,
+/// order p of 1, ¾ or ½ that leaves the least scatter. Where the scatter is below the mean difference of successive values,
 /// σ < Δφ, the uncertainty is `1.25 |a hᵖ| + σ + |φ − φ_fit|`; else a factor of 3 replaces 1.25, and σ/Δφ multiplies the sum.
 pub fn fitted_uncertainty(levels: &[(f64, f64)]) -> f64 {
     let Some((finest, value)) = levels.last().copied() else { return f64::INFINITY };

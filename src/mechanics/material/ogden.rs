@@ -22,7 +22,7 @@ pub struct OgdenTerm {
 /// Shear modulus at rest ½ Σ μ_p α_p. FEBio's constants c_p, m_p are α_p = m_p, μ_p = c_p/m_p.
 ///
 /// With L = ln C̄ the sum of powers is tr exp(½ α L), and the stress `Σ μ dev exp(½ α L)` (Kirchhoff, in C's axes) is
-/// expressed by dev C and dev cof C as that of Mooney–Rivlin, see [`super::logarithm`]: coinciding stretches are no
+/// expressed by dev C and dev cof C as that of Mooney–Rivlin, see `logarithm.rs`: coinciding stretches are no
 /// special case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ogden {
