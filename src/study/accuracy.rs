@@ -101,9 +101,11 @@ pub(super) fn run_to(request: RunRequest, asked: &AccuracyDocument) -> Result<Ru
         };
         if let (true, Some(mut best)) = (discards.load(Ordering::Relaxed) || failure.is_some(), best.take()) {
             let factor = meshes.factor(level);
+            let how =
+                failure.map_or_else(|| "exceeded the time".into(), |failure| format!("failed: {failure}"));
             let warning =
-                |failure| format!("The run with {factor:.2} times the numbers of elements failed: {failure}");
-            best.summary.warnings.extend(failure.filter(|_| !discards.load(Ordering::Relaxed)).map(warning));
+                format!("The run with {factor:.2} times the numbers of elements is discarded: it {how}");
+            best.summary.warnings.push(warning);
             return Ok(best);
         }
 
