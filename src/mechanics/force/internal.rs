@@ -197,7 +197,10 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             };
         }
         let zero = Lane::splat(simd, 0.0);
-        let FirstPass { cof_X, w, H, j, mean, smallest } = self.batch.first_pass(simd, part, &lanes.nodal);
+        // By reference: moving the arrays out would copy them.
+        let first_pass = self.batch.first_pass(simd, part, &lanes.nodal);
+        let FirstPass { cof_X, w, H, j, .. } = &first_pass;
+        let (mean, smallest) = (first_pass.mean, first_pass.smallest);
         // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
         let mut a = Aligned([zero; Q]);
         for q in 0..Q {

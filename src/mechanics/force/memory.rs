@@ -102,7 +102,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
     ) {
         let zero = Lane::splat(simd, 0.0);
         let batch = &self.elements.batches[self.batch];
-        let FirstPass { cof_X, w, mut H, .. } = batch.first_pass(simd, part, u);
+        let mut first_pass = batch.first_pass(simd, part, u);
+        let FirstPass { cof_X, w, H, .. } = &mut first_pass;
         let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
             // Of one-point elements the mean gradient.

@@ -289,7 +289,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, 
             };
         }
         let zero = Lane::splat(simd, 0.0);
-        let FirstPass { cof_X, w, H, j, mean, .. } = self.batch.first_pass(simd, part, u);
+        let first_pass = self.batch.first_pass(simd, part, u);
+        let (FirstPass { cof_X, w, H, j, .. }, mean) = (&first_pass, first_pass.mean);
         let local_v = rates.map(|(eta, v)| (*eta, E::local_gradients(&load_corners(simd, v, part))));
         let mut viscous = [Sym([zero; 6]); Q];
         let mut kinematics = [Kinematics::new(&Tensor::diagonal(zero)); Q];

@@ -139,7 +139,9 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L,
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
         let zero = Lane::splat(simd, 0.0);
         let directions = self.directions(simd, part);
-        let FirstPass { cof_X, w, H, mean, smallest, .. } = self.batch.first_pass(simd, part, &self.u);
+        let first_pass = self.batch.first_pass(simd, part, &self.u);
+        let FirstPass { cof_X, w, H, .. } = &first_pass;
+        let (mean, smallest) = (first_pass.mean, first_pass.smallest);
         let inverse_volume = Lane::load(simd, &self.batch.scaled_inverse_volume, part);
         let mean = Dual { value: mean, slope: zero + 1.0 };
         let U = self.law.volumetric();
