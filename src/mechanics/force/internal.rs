@@ -36,32 +36,34 @@ pub(super) trait ElementKernel<E: InBlocks<N, Q>, const N: usize, const Q: usize
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<N>,
+        lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     );
 }
 
 /// The state of a batch, lane by lane.
-pub(super) struct BatchLanes<const N: usize> {
+pub(super) struct BatchLanes<S: Simd, const N: usize, const Q: usize> {
     /// Displacements on entry [m], forces on return [N]: `[component][node]`.
     pub nodal: [[Row; N]; 3],
     /// J̄ − 1 [-] and viscous pressure [Pa] at t_{n−1}; zero without bulk viscosity.
     pub before: [Row; BULK_ROWS],
     /// The same at t_n.
     pub after: [Row; BULK_ROWS],
+    /// Room for the first pass.
+    pub first_pass: FirstPass<Lane<S>, Q>,
 }
 
-impl<const N: usize> BatchLanes<N> {
+impl<S: Simd, const N: usize, const Q: usize> BatchLanes<S, N, Q> {
     /// Stores J̄ − 1 [-] and the viscous pressure [Pa] at t_n.
     #[inline(always)]
-    pub fn store_history<S: Simd>(&mut self, dilatation: Lane<S>, viscous_pressure: Lane<S>, part: usize) {
+    pub fn store_history(&mut self, dilatation: Lane<S>, viscous_pressure: Lane<S>, part: usize) {
         dilatation.store(&mut self.after[0], part);
         viscous_pressure.store(&mut self.after[1], part);
     }
 
     /// What bulk viscosity dissipated in the step to t_n [J], by its mean pressure; the history must be stored.
     #[inline(always)]
-    pub fn dissipated<S: Simd>(&self, simd: S, volume: Lane<S>, part: usize) -> Lane<S> {
+    pub fn dissipated(&self, simd: S, volume: Lane<S>, part: usize) -> Lane<S> {
         let before = [Lane::load(simd, &self.before[0], part), Lane::load(simd, &self.before[1], part)];
         let after = [Lane::load(simd, &self.after[0], part), Lane::load(simd, &self.after[1], part)];
         (after[1] + before[1]) * (before[0] - after[0]) * volume * 0.5
@@ -93,7 +95,8 @@ impl<L: Law, K: ElementKernel<E, N, Q>, E: InBlocks<N, Q>, const N: usize, const
         }
         forces.force.fill(Vec3::zeros());
         let zero = Row([0.0; BATCH]);
-        let mut lanes = BatchLanes { nodal: [[zero; N]; 3], before: [zero; 2], after: [zero; 2] };
+        let first_pass = FirstPass::new(Lane::splat(simd, 0.0));
+        let mut lanes = BatchLanes { nodal: [[zero; N]; 3], before: [zero; 2], after: [zero; 2], first_pass };
         let (rows, bulk) = (block.history_rows(), block.bulk_rows());
         let before = input.history.get(block.chunk_number(forces.chunk as usize));
         for i in 0..forces.batches.len() {
@@ -150,7 +153,7 @@ impl<const MEAN: bool, E: InBlocks<N, Q>, const N: usize, const Q: usize> Elemen
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<N>,
+        lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     ) {
         element.evaluate::<S, MEAN>(simd, part, lanes, totals);
@@ -187,7 +190,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         &self,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<N>,
+        lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
@@ -197,10 +200,10 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             };
         }
         let zero = Lane::splat(simd, 0.0);
+        self.batch.first_pass_to(simd, part, &lanes.nodal, &mut lanes.first_pass);
         // By reference: moving the arrays out would copy them.
-        let first_pass = self.batch.first_pass(simd, part, &lanes.nodal);
-        let FirstPass { cof_X, w, H, j, .. } = &first_pass;
-        let (mean, smallest) = (first_pass.mean, first_pass.smallest);
+        let FirstPass { cof_X, w, H, j, mean, smallest } = &lanes.first_pass;
+        let (mean, smallest) = (*mean, *smallest);
         // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
         let mut a = Aligned([zero; Q]);
         for q in 0..Q {

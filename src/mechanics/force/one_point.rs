@@ -26,7 +26,7 @@ where
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<N>,
+        lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     ) {
         if let Some(batch) = element.one_point {
@@ -42,7 +42,7 @@ pub(super) trait OnePointEvaluation<E: InBlocks<N, Q>, const N: usize, const Q: 
         element: &ElementForcePass<L, E, N, Q>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<N>,
+        lanes: &mut BatchLanes<S, N, Q>,
         totals: &mut BatchTotals,
     );
 }
@@ -53,7 +53,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> OnePointEvaluation<E, N,
         _: &ElementForcePass<L, E, N, Q>,
         _: S,
         _: usize,
-        _: &mut BatchLanes<N>,
+        _: &mut BatchLanes<S, N, Q>,
         _: &mut BatchTotals,
     ) {
         match *self {}
@@ -67,7 +67,7 @@ impl OnePointEvaluation<Hex8, 8, 8> for ReducedBatch {
         element: &ElementForcePass<L, Hex8, 8, 8>,
         simd: S,
         part: usize,
-        lanes: &mut BatchLanes<8>,
+        lanes: &mut BatchLanes<S, 8, 8>,
         totals: &mut BatchTotals,
     ) {
         // A macro, not a closure: that would be compiled without the instruction set of this function.
