@@ -7,6 +7,9 @@ use crate::plan::Plan;
 use crate::step::Frame;
 use std::ops::Range;
 
+/// Fraction of its stress beyond whose loss a point counts as torn [-].
+const TORN: f64 = 0.5;
+
 /// A sum over points, and its maximum over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Largest {
@@ -30,6 +33,10 @@ pub struct Outside {
 }
 
 impl Outside {
+    /// Largest volume so far [m³].
+    pub fn volume(&self) -> f64 {
+        self.volume.largest
+    }
     fn end(&mut self, time: f64) {
         self.volume.end();
         if self.volume.now > 0.0 {
@@ -57,6 +64,10 @@ pub struct PartRange {
     pub stretch: [f64; 2],
     /// Least and largest J so far [-].
     pub jacobian: [f64; 2],
+    /// Volume whose stress has softened.
+    pub softened: Outside,
+    /// Volume that has lost more than half of its stress.
+    pub torn: Outside,
     /// Strain energy beyond the limit of the law, maximum over the field times so far [J].
     pub energy_beyond: Largest,
     /// Whether any of its one-point elements has inverted.
@@ -73,6 +84,10 @@ struct BodyRange {
 }
 
 impl PartRange {
+    /// All its volumes.
+    fn volumes(&mut self) -> [&mut Outside; 4] {
+        [&mut self.left, &mut self.beyond, &mut self.softened, &mut self.torn]
+    }
     /// Largest fraction of the part's volume that was outside.
     pub fn share(&self, outside: &Outside) -> f64 {
         if self.volume > 0.0 { outside.volume.largest / self.volume } else { 0.0 }
@@ -111,6 +126,8 @@ impl LawRanges {
                         volume: 0.0,
                         left: Outside::default(),
                         beyond: Outside::default(),
+                        softened: Outside::default(),
+                        torn: Outside::default(),
                         stretch: [1.0; 2],
                         jacobian: [1.0; 2],
                         energy_beyond: Largest::default(),
@@ -129,7 +146,10 @@ impl LawRanges {
     /// Begins a pass over all points.
     pub fn begin(&mut self) {
         for part in &mut self.parts {
-            (part.left.volume.now, part.beyond.volume.now, part.energy_beyond.now) = (0.0, 0.0, 0.0);
+            for outside in part.volumes() {
+                outside.volume.now = 0.0;
+            }
+            part.energy_beyond.now = 0.0;
         }
         for body in &mut self.bodies {
             (body.all.now, body.beyond.now) = (0.0, 0.0);
@@ -150,6 +170,13 @@ impl LawRanges {
                 part.jacobian = [part.jacobian[0].min(J), part.jacobian[1].max(J)];
                 let energy = points.volume[q][lane] * points.psi[q][lane];
                 body.all.now += energy;
+                let damage = points.damage[q][lane];
+                if damage > 0.0 {
+                    part.softened.volume.now += points.volume[q][lane];
+                }
+                if damage > TORN {
+                    part.torn.volume.now += points.volume[q][lane];
+                }
                 let Validity { fitted, limit } = part.validity;
                 if fitted.excess([least, largest], [J; 2]) > 1.0 {
                     part.left.volume.now += points.volume[q][lane];
@@ -167,7 +194,7 @@ impl LawRanges {
     pub fn look(&mut self, frame: &Frame) {
         self.begin();
         for block in &frame.plan.blocks {
-            let input = PointInput { erosion: frame.erosion, ..PointInput::at_rest(frame.u) };
+            let input = PointInput { v: &[], ..frame.points() };
             block.for_each_moved_batch(input, &mut |slots, points| {
                 self.accumulate(block.first_slot + slots.start..block.first_slot + slots.end, points);
             });
@@ -206,8 +233,9 @@ impl LawRanges {
         self.add_turned_over(frame);
         let time = frame.time;
         for part in &mut self.parts {
-            part.left.end(time);
-            part.beyond.end(time);
+            for outside in part.volumes() {
+                outside.end(time);
+            }
             part.energy_beyond.end();
         }
         for body in &mut self.bodies {

@@ -453,7 +453,7 @@ fn add_blocks<'a>(
             linear_viscosity: globals.viscosity[0],
             quadratic_viscosity: globals.viscosity[1],
             shear_viscosity: part.shear_viscosity_pa_s,
-            prony: part.series(),
+            memory: part.memories(),
             erosion: part.erosion.as_ref().map(ErosionDocument::limits),
         };
         let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);

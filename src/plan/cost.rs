@@ -10,7 +10,7 @@ pub(super) fn element_steps_per_s(parameters: &BlockParameters, evaluated_bytes:
     1.0 / element_s(
         &parameters.material,
         parameters.formulation,
-        [parameters.shear_viscosity > 0.0, !parameters.prony.is_none()],
+        [parameters.shear_viscosity > 0.0, !parameters.memory.is_empty()],
         evaluated_bytes,
     )
 }

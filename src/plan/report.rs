@@ -127,6 +127,8 @@ pub struct BlockReport {
     pub shear_viscosity_pa_s: f64,
     /// Number of terms of the Prony series.
     pub prony_branches: usize,
+    /// Whether its stress softens.
+    pub softens: bool,
     /// Whether elements may be eroded.
     pub erodes: bool,
     /// Smallest initial critical time step of its elements, without safety factor [s].
@@ -277,7 +279,8 @@ fn of_block(
         }
         .into(),
         shear_viscosity_pa_s: p.shear_viscosity,
-        prony_branches: p.prony.branches().len(),
+        prony_branches: p.memory.prony.branches().len(),
+        softens: p.memory.softening.onset.is_finite(),
         erodes: p.erosion.is_some(),
         smallest_stable_step_s,
         element_steps_per_s: cost::element_steps_per_s(p, evaluated_bytes),
@@ -314,6 +317,7 @@ impl BlockReport {
             fibre_families,
             shear_viscosity_pa_s,
             prony_branches,
+            softens,
             erodes,
             ..
         } = self;
@@ -331,8 +335,11 @@ impl BlockReport {
             0 => String::new(),
             n => format!(", Prony series of {n}"),
         };
+        let softening = if *softens { ", softening" } else { "" };
         let eroding = if *erodes { ", with erosion" } else { "" };
-        format!("{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}{eroding}")
+        format!(
+            "{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}{softening}{eroding}"
+        )
     }
 }
 

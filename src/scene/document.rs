@@ -4,7 +4,7 @@ use super::named_materials::{WrittenMaterial, not_null};
 use super::prony_document::PronyDocument;
 use crate::mechanics::contact::Discretisation;
 use crate::mechanics::force;
-use crate::mechanics::material::{Material, PronySeries};
+use crate::mechanics::material::{Material, Memories, Softening};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -165,6 +165,9 @@ pub struct PartDocument {
     /// Stress relaxation of a split law. Explicit steps only; a quasi-static run uses the fully relaxed response.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
+    /// Softening of a split law beyond a strain energy, as of skin that begins to tear. Explicit steps only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softening: Option<SofteningDocument>,
     /// Limits beyond which elements are eroded, as for skin that tears. Explicit steps only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<ErosionDocument>,
@@ -176,8 +179,27 @@ pub struct PartDocument {
     pub fibre_frame: Option<FibreFrameDocument>,
 }
 
+/// Softening of the isochoric stress: beyond the strain energy of the onset the stress is reduced for good, such that tearing a
+/// layer of elements apart consumes the fracture energy per area of the crack, whatever the size of the elements.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SofteningDocument {
+    /// Strain energy per volume at rest where softening begins [J/m³]: the area under the curve of nominal stress against strain, up
+    /// to the ultimate strength.
+    pub onset_j_per_m3: f64,
+    /// Fracture energy: work to tear through an area at rest [J/m²].
+    pub fracture_energy_j_per_m2: f64,
+}
+
+impl SofteningDocument {
+    /// In the form of the force evaluation.
+    pub fn law(self) -> Softening {
+        Softening { onset: self.onset_j_per_m3, fracture_energy: self.fracture_energy_j_per_m2 }
+    }
+}
+
 /// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the
-/// nodes. Both limits apply to the mean over the element.
+/// nodes. The limits apply to the mean over the element.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErosionDocument {
@@ -187,6 +209,9 @@ pub struct ErosionDocument {
     /// Smallest admissible volume, as a fraction of the volume at rest [-].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume_ratio: Option<f64>,
+    /// Largest admissible damage of a part with softening: fraction of the stress that it has lost [-].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damage: Option<f64>,
 }
 
 impl ErosionDocument {
@@ -195,6 +220,7 @@ impl ErosionDocument {
         force::ErosionLimits {
             stretch: self.stretch.unwrap_or(f64::INFINITY),
             volume_ratio: self.volume_ratio.unwrap_or(0.0),
+            damage: self.damage.unwrap_or(1.0),
         }
     }
 }
@@ -205,13 +231,20 @@ impl PartDocument {
         let material = self.material.to_material()?;
         self.prony_series.as_ref().map_or(Some(material), |prony| prony.slow_law(material))
     }
-    /// Its Prony series, or [`PronySeries::NONE`].
-    pub fn series(&self) -> PronySeries {
-        self.prony_series.as_ref().map_or(PronySeries::NONE, PronyDocument::series)
+    /// What its stress remembers.
+    pub fn memories(&self) -> Memories {
+        Memories {
+            prony: self.prony_series.as_ref().map_or(Memories::NONE.prony, PronyDocument::series),
+            softening: self.softening.map_or(Memories::NONE.softening, SofteningDocument::law),
+        }
+    }
+    /// Whether its stress depends on its past.
+    pub fn has_memory(&self) -> bool {
+        self.prony_series.is_some() || self.softening.is_some()
     }
     /// Whether its stress depends on rate or history, bulk viscosity apart.
     pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity_pa_s > 0.0 || self.prony_series.is_some()
+        self.shear_viscosity_pa_s > 0.0 || self.has_memory()
     }
     /// The requested element formulation; by default mean dilatation for split laws and full integration for coupled ones.
     pub fn element(&self, material: &Material) -> force::Formulation {

@@ -138,7 +138,7 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
             element_s(
                 material,
                 part.element(material),
-                [part.shear_viscosity_pa_s > 0.0, part.prony_series.is_some()],
+                [part.shear_viscosity_pa_s > 0.0, part.has_memory()],
                 evaluated_bytes,
             )
         };

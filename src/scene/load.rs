@@ -9,7 +9,7 @@ use super::source::{FolderSource, MeshSource};
 use super::structure;
 use super::summary::BodySummary;
 use super::validate::estimate::{self, Estimate};
-use super::validate::{Findings, check_document, loads, meshes, overlap};
+use super::validate::{Findings, check_document, loads, meshes, overlap, softening};
 use super::{Scene, SceneBody, json, named_materials, schema};
 use crate::blobs::hexadecimal;
 use crate::mechanics::tensor::Vec3;
@@ -315,6 +315,7 @@ fn make_body(
     meshes::check_deformation(index, body, &mesh, out);
     let quality = meshes::check_elements(index, &mesh, out);
     let part_entry = meshes::part_entries(index, body, &mesh, out)?;
+    softening::check_mesh(index, body, &mesh, &part_entry, out);
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
     let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);

@@ -94,9 +94,9 @@ pub struct BodyEnergy {
     pub strain_j: f64,
     /// Part of the strain energy in the stabilisation [J]; 0 in formulations that need none.
     pub hourglass_j: f64,
-    /// Part of the strain energy in the branches of Prony series [J].
+    /// Part of the strain energy in the branches of Prony series [J], less what is lost by softening.
     pub branches_j: f64,
-    /// Energy dissipated by bulk and shear viscosity and by relaxation so far [J].
+    /// Energy dissipated by bulk and shear viscosity, relaxation and softening so far [J].
     pub viscous_j: f64,
     /// Strain energy removed with eroded elements so far [J].
     pub eroded_j: f64,

@@ -53,6 +53,7 @@ mod rigid_spin;
 mod rigid_stack;
 mod rigid_sweep;
 mod shock;
+mod softening;
 mod solid_sphere_breathing;
 mod stability;
 mod two_bars;

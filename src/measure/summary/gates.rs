@@ -9,6 +9,7 @@ use super::laws::{LawRange, beyond_limit, left_laws, numerical_stress};
 use super::numerics::Numerics;
 use super::quantity::GateResult;
 use super::run_state::RunState;
+use super::softening::{SofteningOfPart, softening};
 use super::written::{number, seconds};
 use crate::plan::Plan;
 use crate::step::{Energy, FailureCause};
@@ -193,7 +194,8 @@ pub(super) fn own_warnings(
             100.0 * CONTACT_DISSIPATION_WARNING
         ));
     }
-    // Erosion and laws beyond their range.
+    // Softening, erosion and laws beyond their range.
+    warnings.extend(softening(&measures.laws).iter().map(SofteningOfPart::in_words));
     warnings.extend(erosion(&measures.eroded, plan).iter().map(ErosionOfPart::in_words));
     warnings.extend(left_laws(&measures.laws).iter().filter(|law| law.is_notable()).map(LawRange::in_words));
     if numerics.energy_share_beyond_law <= LAW_LIMIT

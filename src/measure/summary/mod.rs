@@ -15,6 +15,7 @@ mod numerics;
 mod quantity;
 mod results;
 mod run_state;
+mod softening;
 mod table;
 mod words;
 mod written;
@@ -44,6 +45,7 @@ use injury::injury_measures;
 use laws::left_laws;
 use numerics::numerics;
 use serde::Serialize;
+use softening::{SofteningOfPart, softening};
 use words::plain_words;
 
 /// Disclaimer included in every answer.
@@ -79,6 +81,9 @@ pub struct Summary {
     /// Parts whose law was used beyond its fitted range.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
+    /// Parts whose stress softened.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub softening: Vec<SofteningOfPart>,
     /// Parts that lost elements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub erosion: Vec<ErosionOfPart>,
@@ -138,6 +143,7 @@ impl Summary {
         let accuracy = measures.accuracy.as_ref().map(|asked| Accuracy::of(asked, &values));
         let law_ranges = left_laws(&measures.laws);
         let erosion = erosion(&measures.eroded, plan);
+        let softening = softening(&measures.laws);
         let time_s = outcome.map_or(measures.time, |o| o.time_s);
         let results = match withheld {
             None => Shown::Results(values),
@@ -156,6 +162,7 @@ impl Summary {
             results,
             numerics,
             law_ranges,
+            softening,
             erosion,
             gates,
             warnings,

@@ -77,7 +77,7 @@ impl ElementBlock {
     }
 
     /// Rows of history of a batch: with bulk viscosity J̄ − 1 [-] and its pressure [Pa], ≥ 0 in compression; then for each point with a
-    /// memory the symmetric tensors of its Prony series [Pa].
+    /// memory the numbers that it remembers.
     pub fn history_rows(&self) -> usize {
         self.bulk_rows() + self.memory_points() * self.memory_rows()
     }
@@ -94,7 +94,7 @@ impl ElementBlock {
 
     /// Rows of history of a point.
     pub(super) fn memory_rows(&self) -> usize {
-        6 * self.parameters.prony.history_len()
+        self.parameters.memory.history_len()
     }
 
     /// Number of a chunk of this block among those of all blocks.

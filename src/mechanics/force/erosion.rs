@@ -167,7 +167,8 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Judge<'_, E
             }
             for lane in 0..BATCH {
                 let is_beyond = stretch.0[lane] > limits.stretch * limits.stretch - 1.0
-                    || ratio.0[lane] < limits.volume_ratio - 1.0;
+                    || ratio.0[lane] < limits.volume_ratio - 1.0
+                    || chunk.batches[i].damage.0[lane] > limits.damage;
                 chunk.eroding[i] |= u8::from(is_beyond) << lane;
             }
         }

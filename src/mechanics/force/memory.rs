@@ -1,29 +1,30 @@
-//! Forces of Prony series, see [`PronySeries`](crate::mechanics::material::PronySeries): explicit steps, after the evaluation, of any split
-//! law. Eight-point elements remember at each point, one-point elements at their one.
-//!
-//! What is stored in a branch is told by the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any law where
-//! loading is sudden. The rest of the forces' work is dissipated.
+//! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory): explicit steps, after the evaluation, of any split law.
+//! Eight-point elements remember at each point, one-point elements at their one.
+
+mod softening;
+
+pub(super) use softening::Tension;
 
 use super::ForceInput;
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
 use super::packed::{InBlocks, Packed};
+use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
-    BranchStep, Invariants, Kinematics, Law, MAX_BRANCHES, deviator_at, isochoric_stress,
+    ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MemorySteps, isochoric_stress,
 };
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::{Sym, Tensor};
+use crate::mechanics::tensor::Tensor;
 use pulp::{Simd, WithSimd};
+use softening::{Lost, LostAtPoints};
 
-/// |S_iso|² over G² below which the secant is that at rest [-].
-const UNSTRAINED: f64 = 1e-20;
-
-/// The forces of the memory of a chunk, added to its viscous forces; its displacements are gathered.
+/// The forces of the memories of a chunk, whose displacements are gathered: of relaxation added to its viscous forces, of softening
+/// to its internal forces.
 pub(super) struct Memory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     pub law: L,
     pub elements: &'a Packed<E, N, Q>,
@@ -39,11 +40,12 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { law, elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
-        let steps = block.parameters.prony.step(h);
+        let steps = block.parameters.memory.step(h);
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
-        let (mut x, mut forces) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
+        let none = [[Row::default(); N]; 3];
+        let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
             let nodes = &elements.batches[first + i].nodes;
             gather(nodes, &chunk.u, &mut x);
@@ -55,15 +57,27 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
                 block,
                 batch: first + i,
                 steps: &steps,
+                size: sizes(&elements.batches[first + i].volume),
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
             };
             for part in 0..BATCH / S::F64_LANES {
                 batch.eval::<S>(simd, part, &x, &mut forces, &mut chunk.batches[i]);
             }
-            add(&forces, nodes, &mut chunk.viscous);
+            add(&forces.relaxing, nodes, &mut chunk.viscous);
+            if block.parameters.memory.softens() {
+                add(&forces.lost, nodes, &mut chunk.force);
+            }
         }
     }
+}
+
+/// Forces of a batch [N], `[component][node]`.
+struct MemoryForces<const N: usize> {
+    /// Of stress that relaxes.
+    relaxing: [[Row; N]; 3],
+    /// Of stress that is lost by softening; not set without it.
+    lost: [[Row; N]; 3],
 }
 
 /// One batch, one law.
@@ -72,21 +86,51 @@ struct BatchMemory<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     elements: &'a Packed<E, N, Q>,
     block: &'a ElementBlock,
     batch: usize,
-    steps: &'a [BranchStep; MAX_BRANCHES],
+    steps: &'a MemorySteps,
+    /// Edges of cubes of the volumes of the elements [m].
+    size: Row,
     /// History at t_{n−1}, `None` at rest.
     before: Option<&'a [Row]>,
     /// History at t_n.
     after: &'a mut [Row],
 }
 
-/// What the memory of a point has to say.
-struct PointMemory<R> {
-    /// P [Pa].
-    P: Tensor<R>,
-    /// Energy stored in the branches [J/m³].
-    stored: R,
-    /// Upper bound of the norm of its tangent [Pa].
-    stiffness: R,
+/// The history of one point, in lanes.
+struct LaneHistory<'a, S> {
+    simd: S,
+    part: usize,
+    before: Option<&'a [Row]>,
+    after: &'a mut [Row],
+}
+
+impl<S: Simd> History<Lane<S>> for LaneHistory<'_, S> {
+    #[inline(always)]
+    fn before(&self, index: usize) -> Lane<S> {
+        match self.before {
+            Some(before) => Lane::load(self.simd, &before[index], self.part),
+            None => Lane::splat(self.simd, 0.0),
+        }
+    }
+    #[inline(always)]
+    fn set(&mut self, index: usize, value: Lane<S>) {
+        value.store(&mut self.after[index], self.part);
+    }
+}
+
+/// The history of a point at a time of which the stress is asked: it stays as it is.
+pub(super) struct Past<'a, S> {
+    pub simd: S,
+    pub part: usize,
+    pub rows: &'a [Row],
+}
+
+impl<S: Simd> History<Lane<S>> for Past<'_, S> {
+    #[inline(always)]
+    fn before(&self, index: usize) -> Lane<S> {
+        Lane::load(self.simd, &self.rows[index], self.part)
+    }
+    #[inline(always)]
+    fn set(&mut self, _: usize, _: Lane<S>) {}
 }
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, L, E, N, Q> {
@@ -97,26 +141,38 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         simd: S,
         part: usize,
         u: &[[Row; N]; 3],
-        forces: &mut [[Row; N]; 3],
+        forces: &mut MemoryForces<N>,
         totals: &mut BatchTotals,
     ) {
         let zero = Lane::splat(simd, 0.0);
         let batch = &self.elements.batches[self.batch];
         let mut first_pass = batch.first_pass(simd, part, u);
-        let FirstPass { cof_X, w, H, .. } = &mut first_pass;
+        let tension = Tension::new(self.law, self.block, first_pass.mean);
         let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
             // Of one-point elements the mean gradient.
-            H.0[0] = reduced.mean_gradient(simd, part, u);
+            first_pass.H.0[0] = reduced.mean_gradient(simd, part, u);
         }
+        let FirstPass { cof_X, w, H, .. } = &first_pass;
 
         // The law where it is remembered, in a loop whose length the compiler does not know, so that it stands in the program once.
         let mut P = Aligned([Tensor::diagonal(zero); Q]);
+        let mut lost = Aligned([Lost::none(zero); Q]);
         let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
         for q in 0..self.block.memory_points() {
-            let point = self.eval_point::<S>(simd, part, q, &Kinematics::new(&H.0[q]));
-            (P.0[q], density.0[q]) = (point.P, point.stored);
+            let k = Kinematics::new(&H.0[q]);
+            let (elastic, point) = self.eval_point::<S>(simd, part, q, &k, tension.energy(&k));
+            (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
+            lost.0[q] = Lost::new(&elastic, &point, tension.pressure(&k));
+        }
+        if self.block.parameters.memory.softens() {
+            let lost = LostAtPoints {
+                points: &lost.0,
+                is_one_point: reduced.is_some(),
+                has_mean_dilatation: self.block.parameters.formulation == Formulation::MeanDilatation,
+            };
+            batch.soften((simd, part), &first_pass, &lost, &mut forces.lost, totals);
         }
 
         let mut sums = Aligned(E::no_stress(zero));
@@ -126,77 +182,60 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
             E::add_local_stress(&mut sums.0, q, &P.0[of], &cof_X.0[q]);
             stored = w.0[q].mul_add(density.0[of], stored);
         }
-        store_corners(&E::nodal_forces(&sums.0), forces, part);
+        store_corners(&E::nodal_forces(&sums.0), &mut forces.relaxing, part);
         (stored * E::SCALE).store(&mut totals.branches, part);
         totals.shorten_step(simd, Lane::load(simd, &batch.frequency_bound, part) * stiffness, zero, part);
     }
 
     /// One point, whose history it takes on to t_n.
     #[inline(always)]
-    fn eval_point<S: Simd>(
+    fn eval_point<'k, S: Simd>(
         &mut self,
         simd: S,
         part: usize,
         q: usize,
-        k: &Kinematics<Lane<S>>,
-    ) -> PointMemory<Lane<S>> {
-        let zero = Lane::splat(simd, 0.0);
-        let families = self.law.family_count();
-        let fibres = &self.block.fibres[self.batch * families..(self.batch + 1) * families];
-        let (invariants, fibres) = (Invariants::new(k), load_fibres(simd, fibres, part));
-        let point = self.law.eval_with_bounds(k, &invariants, &fibres[..families]);
-        let S_iso = isochoric_stress(k, &point.response);
-
-        // The history takes a step, tensor by tensor.
-        let first = q * self.block.memory_rows();
-        let change = S_iso.plus_scaled(zero.constant(-1.0), &self.load_before(simd, part, first));
-        store_sym(&S_iso, &mut self.after[first..], part);
-        let (mut sum, mut squares, mut total_g) = (Sym([zero; 6]), zero, 0.0);
-        for (b, step) in self.steps[..self.block.parameters.prony.branches().len()].iter().enumerate() {
-            let place = first + 6 * (b + 1);
-            let decayed = self.load_before(simd, part, place).scaled(zero.constant(step.decay));
-            let H = decayed.plus_scaled(zero.constant(step.gain), &change);
-            store_sym(&H, &mut self.after[place..], part);
-            sum = sum.plus_scaled(zero.constant(step.g), &H);
-            squares += H.norm_squared() * step.g;
-            total_g += step.g;
-        }
-
-        // ψ/|S|², at rest 1/(4 G).
-        let G = self.block.parameters.material.moduli_at_rest().0;
-        let square = S_iso.norm_squared();
-        let floor = square.constant(UNSTRAINED * G * G);
-        let secant = (square - floor)
-            .select_positive(point.response.psi / square.max(floor), square.constant(0.25 / G));
-        // δP = δF DEV H + F δ(DEV H): by |H| and the stretches; the law's own tangent by its bound.
-        let ratio = invariants.max_C * invariants.max_C_inverse;
-        let geometric = sum.norm_squared().sqrt() * ratio.scale_add(4.0 / 3.0, 1.0);
-        PointMemory {
-            P: k.F.dot_sym(&deviator_at(k, &sum)),
-            stored: squares * secant,
-            stiffness: point.stiffness_bound * total_g + geometric,
-        }
-    }
-
-    #[inline(always)]
-    fn load_before<S: Simd>(&self, simd: S, part: usize, place: usize) -> Sym<Lane<S>> {
-        self.before.map_or(Sym([Lane::splat(simd, 0.0); 6]), |before| load_sym(simd, &before[place..], part))
+        k: &'k Kinematics<Lane<S>>,
+        tension: Lane<S>,
+    ) -> (ElasticPoint<'k, Lane<S>>, Inelastic<Lane<S>>) {
+        let rows = self.block.memory_rows();
+        let range = q * rows..(q + 1) * rows;
+        let mut history = LaneHistory {
+            simd,
+            part,
+            before: self.before.map(|before| &before[range.clone()]),
+            after: &mut self.after[range],
+        };
+        let fibres = &load_fibres(simd, self.block.fibres_of(self.batch), part)[..self.law.family_count()];
+        let size = Lane::load(simd, &self.size, part);
+        let elastic = elastic_point(self.law, k, fibres, (tension, size));
+        let inelastic = self.block.parameters.memory.update(self.steps, &elastic, &mut history);
+        (elastic, inelastic)
     }
 }
 
-/// A symmetric tensor of history, of the elements of a register.
+/// The elastic response that memories add to, with U in tension [J/m³] and the size of the element [m].
 #[inline(always)]
-pub(super) fn load_sym<S: Simd>(simd: S, rows: &[Row], part: usize) -> Sym<Lane<S>> {
-    let mut tensor = Sym([Lane::splat(simd, 0.0); 6]);
-    for (component, row) in tensor.0.iter_mut().zip(rows) {
-        *component = Lane::load(simd, row, part);
+pub(super) fn elastic_point<'a, L: Law, R: Real>(
+    law: L,
+    k: &'a Kinematics<R>,
+    fibres: &[[R; 3]],
+    (tension, size): (R, R),
+) -> ElasticPoint<'a, R> {
+    let invariants = Invariants::new(k);
+    let point = law.eval_with_bounds(k, &invariants, fibres);
+    ElasticPoint {
+        k,
+        psi: point.response.psi,
+        tension,
+        S_iso: isochoric_stress(k, &point.response),
+        stiffness_bound: point.stiffness_bound,
+        condition: invariants.max_C * invariants.max_C_inverse,
+        size,
+        shear_modulus: law.moduli_at_rest().0,
     }
-    tensor
 }
 
-#[inline(always)]
-fn store_sym<S: Simd>(tensor: &Sym<Lane<S>>, rows: &mut [Row], part: usize) {
-    for (component, row) in tensor.0.iter().zip(rows) {
-        component.store(row, part);
-    }
+/// Edges of cubes of the volumes of a batch [m]; 1 in padding.
+pub(super) fn sizes(volume: &Row) -> Row {
+    Row(volume.0.map(|V| if V > 0.0 { V.cbrt() } else { 1.0 }))
 }

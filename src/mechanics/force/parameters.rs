@@ -1,7 +1,7 @@
 //! What blocks of elements are made from: elements, law, formulation.
 
 use crate::mechanics::element::{ElementKind, ReferenceGeometry};
-use crate::mechanics::material::{Material, PronySeries};
+use crate::mechanics::material::{Material, Memories};
 use crate::mechanics::tensor::{Mat3, Vec3};
 
 /// How the energy of an element is integrated.
@@ -53,8 +53,8 @@ pub struct BlockParameters {
     pub quadratic_viscosity: f64,
     /// Shear viscosity η of the material [Pa s].
     pub shear_viscosity: f64,
-    /// Relaxation of the isochoric stress.
-    pub prony: PronySeries,
+    /// Relaxation and softening of the isochoric stress.
+    pub memory: Memories,
     /// What its elements bear; `None` for ever.
     pub erosion: Option<ErosionLimits>,
 }
@@ -62,7 +62,7 @@ pub struct BlockParameters {
 impl BlockParameters {
     /// Whether stress depends on rate or history, bulk viscosity apart: forces of [`ElementForces::add_viscous`](super::ElementForces::add_viscous).
     pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity > 0.0 || !self.prony.is_none()
+        self.shear_viscosity > 0.0 || !self.memory.is_empty()
     }
     /// Whether compression has a viscous pressure.
     pub fn has_bulk_viscosity(&self) -> bool {
@@ -86,6 +86,8 @@ pub struct ErosionLimits {
     pub stretch: f64,
     /// Least mean volume ratio [-]; 0 without this limit.
     pub volume_ratio: f64,
+    /// Largest mean damage [-]; 1 without this limit.
+    pub damage: f64,
 }
 
 /// One element to put into a block.

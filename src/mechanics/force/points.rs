@@ -4,7 +4,7 @@ use super::block::ElementBlock;
 use super::chunk::Chunk;
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
-use super::memory::load_sym;
+use super::memory::{Past, Tension, elastic_point, sizes};
 use super::packed::{Batch, InBlocks, with_elements};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
@@ -12,7 +12,7 @@ use super::rows::{gather_global, keep_still, load_corners, load_fibres};
 use super::viscous::stress_over_viscosity;
 use crate::mechanics::element::POINTS;
 use crate::mechanics::lanes::{BATCH, Lane, Row};
-use crate::mechanics::material::{Kinematics, Law, PronySeries, deviator_at};
+use crate::mechanics::material::{Inelastic, Kinematics, Law, Memories};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::{Mat3, Sym, Tensor, Vec3};
 use pulp::{Simd, WithSimd};
@@ -37,7 +37,7 @@ pub struct PointBatch {
     /// Cauchy stress σ [Pa], `[point][xx, yy, zz, xy, yz, xz][lane]`, with the element's pressure and the stresses of shear viscosity and relaxation in it,
     /// without bulk viscosity.
     pub cauchy: [[Row; 6]; POINTS],
-    /// Strain energy per reference volume ψ [J/m³].
+    /// Strain energy per reference volume ψ [J/m³], less what is lost by softening.
     pub psi: PointScalar,
     /// Von Mises stress [Pa].
     pub von_mises: PointScalar,
@@ -49,6 +49,8 @@ pub struct PointBatch {
     pub least_principal_strain: PointScalar,
     /// J = det F [-].
     pub jacobian: PointScalar,
+    /// Fraction of the isochoric stress that is lost for good [-]; 0 without softening, or without a history.
+    pub damage: PointScalar,
 }
 
 impl Default for PointBatch {
@@ -65,6 +67,7 @@ impl Default for PointBatch {
             principal_strain: zero,
             least_principal_strain: zero,
             jacobian: zero,
+            damage: zero,
         }
     }
 }
@@ -153,13 +156,17 @@ impl ElementBlock {
         batch * BATCH..((batch + 1) * BATCH).min(self.elements.len())
     }
 
-    /// The relaxing stresses of a batch, where there are any.
-    fn memory_of<'a>(&self, b: usize, history: &'a [Vec<Row>]) -> Option<PointHistory<'a>> {
-        let (prony, rows) = (self.parameters.prony, self.history_rows());
-        let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !prony.is_none())?;
+    /// The memories of a batch, where there are any.
+    fn memory_of<'a>(&self, b: usize, history: &'a [Vec<Row>]) -> Option<BatchHistory<'a>> {
+        let (memory, rows) = (self.parameters.memory, self.history_rows());
+        let of_chunk = history.get(self.chunk_number(b / Chunk::BATCHES)).filter(|_| !memory.is_empty())?;
         let first = b % Chunk::BATCHES * rows;
-        let of_point = if self.memory_points() > 1 { self.memory_rows() } else { 0 };
-        Some(PointHistory { prony, rows: &of_chunk[first + self.bulk_rows()..first + rows], of_point })
+        Some(BatchHistory {
+            memory,
+            rows: &of_chunk[first + self.bulk_rows()..first + rows],
+            of_point: if self.memory_points() > 1 { self.memory_rows() } else { 0 },
+            size: with_elements!(&self.packed, elements => sizes(&elements.batches[b].volume)),
+        })
     }
 
     /// All points of one batch, for those who keep no buffer.
@@ -176,7 +183,7 @@ impl ElementBlock {
         with_elements!(&self.packed, elements => pulp::Arch::new().dispatch(Points {
             element: PointLaw {
                 law: self.parameters.material,
-                formulation: self.parameters.formulation,
+                block: self,
                 batch: &elements.batches[b],
                 reduced: elements.one_point.get(b),
                 fibres: self.fibres_of(b),
@@ -202,37 +209,42 @@ impl PointBatch {
     }
 }
 
-/// Relaxing stresses of a batch: its series and history.
-struct PointHistory<'a> {
-    prony: PronySeries,
+/// Memories of a batch, and its history.
+struct BatchHistory<'a> {
+    memory: Memories,
     rows: &'a [Row],
     /// Rows of a point, 0 where all points share those of the first.
     of_point: usize,
+    /// Edges of cubes of the volumes of the elements [m].
+    size: Row,
 }
 
-impl PointHistory<'_> {
-    /// What they add to the second Piola–Kirchhoff stress of a point, before its deviator is taken [Pa].
+impl BatchHistory<'_> {
+    /// What they add to the response of a point.
     #[inline(always)]
-    fn stress<S: Simd>(&self, simd: S, part: usize, q: usize) -> Sym<Lane<S>> {
-        let zero = Lane::splat(simd, 0.0);
-        let mut sum = Sym([zero; 6]);
-        for (b, branch) in self.prony.branches().iter().enumerate() {
-            let H = load_sym(simd, &self.rows[q * self.of_point + 6 * (b + 1)..], part);
-            sum = sum.plus_scaled(zero.constant(branch.relative_modulus), &H);
-        }
-        sum
+    fn inelastic<S: Simd, L: Law>(
+        &self,
+        simd: S,
+        (part, q): (usize, usize),
+        law: L,
+        (k, fibres): (&Kinematics<Lane<S>>, &[[Lane<S>; 3]]),
+        tension: Lane<S>,
+    ) -> Inelastic<Lane<S>> {
+        let elastic = elastic_point(law, k, fibres, (tension, Lane::load(simd, &self.size, part)));
+        let mut past = Past { simd, part, rows: &self.rows[q * self.of_point..] };
+        self.memory.update(&self.memory.step(0.0), &elastic, &mut past)
     }
 }
 
 /// One batch, one law.
 struct PointLaw<'a, L, E: InBlocks<N, Q>, const N: usize, const Q: usize> {
     law: L,
-    formulation: Formulation,
+    block: &'a ElementBlock,
     batch: &'a Batch<E, N, Q>,
     /// Of one-point elements.
     reduced: Option<&'a E::OnePoint>,
     fibres: &'a [[Row; 3]],
-    memory: Option<PointHistory<'a>>,
+    memory: Option<BatchHistory<'a>>,
 }
 
 /// One batch at one time.
@@ -254,6 +266,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Poi
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         self.to.count = Q;
+        self.to.damage = [Row::default(); POINTS];
         self.to.volume[Q..].fill(Row::default());
         let u = self.gather(self.u);
         let rates = self.viscosity.map(|(eta, v)| (eta, self.gather(v)));
@@ -313,7 +326,8 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, 
         for q in 0..Q {
             let k = &kinematics[q];
             let response = self.law.eval(k, &fibres[..self.fibres.len()]);
-            let j = if self.formulation == Formulation::MeanDilatation { mean } else { k.j };
+            let j = if self.block.parameters.formulation == Formulation::MeanDilatation { mean } else { k.j };
+            let mut psi = response.psi;
             let (energy, pressure) = match self.law.volumetric() {
                 Some(U) => (U.energy(j), U.pressure(j)),
                 None => (zero, zero),
@@ -321,7 +335,14 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, 
             // σ = P Fᵀ / J
             let mut P = response.first_piola(k, pressure);
             if let Some(memory) = &self.memory {
-                P = P.plus_dot_sym(&k.F, &deviator_at(k, &memory.stress(simd, part, q)));
+                let fibres = &fibres[..self.fibres.len()];
+                let tension = Tension::new(self.law, self.block, mean);
+                let inelastic = memory.inelastic(simd, (part, q), self.law, (k, fibres), tension.energy(k));
+                let damage = inelastic.damage;
+                P = P.plus_dot_sym(&k.F, &inelastic.S);
+                P = P.plus_scaled(-damage, &response.first_piola(k, tension.pressure(k)));
+                psi = damage.mul_add(-(psi + tension.energy(k)), psi);
+                inelastic.damage.store(&mut points.damage[q], part);
             }
             let sigma = P.dot_transposed(&k.F);
             let mut cauchy = Sym([zero; 6]);
@@ -339,7 +360,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> PointLaw<'_, L, 
             for (s, to) in cauchy.0.iter().zip(&mut points.cauchy[q]) {
                 s.store(to, part);
             }
-            (response.psi + energy).store(&mut points.psi[q], part);
+            (psi + energy).store(&mut points.psi[q], part);
             cauchy.von_mises().store(&mut points.von_mises[q], part);
             cauchy.pressure().store(&mut points.pressure[q], part);
             (k.C_minus_I.largest_principal() * 0.5).store(&mut points.principal_strain[q], part);

@@ -210,7 +210,7 @@ mod tests {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
-            prony: crate::mechanics::material::PronySeries::NONE,
+            memory: crate::mechanics::material::Memories::NONE,
             erosion: None,
         };
         (x, ElementBlock::new(0, parameters, 0, &inputs).unwrap())

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry, eval_corner_penalty};
 use crate::mechanics::material::{
-    Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm,
+    Branch, CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories,
     MooneyRivlin, NeoHookean, PronySeries, Volumetric,
 };
 use crate::mechanics::tensor::{Mat3, Vec3};
@@ -42,7 +42,7 @@ fn parameters(material: Material, formulation: Formulation) -> BlockParameters {
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
         shear_viscosity: 0.0,
-        prony: PronySeries::NONE,
+        memory: Memories::NONE,
         erosion: None,
     }
 }
@@ -259,10 +259,10 @@ fn no_corner_of_a_one_point_element_is_folded_before_it_is_looked_for() {
 fn history_has_rows_where_something_is_remembered_and_only_there() {
     let elastic = parameters(laws()[0], Formulation::MeanDilatation);
     let branches = [1e-3, 2e-3].map(|relaxation_time| Branch { relative_modulus: 0.5, relaxation_time });
-    let prony = PronySeries::new(&branches).unwrap();
+    let memory = Memories { prony: PronySeries::new(&branches).unwrap(), ..Memories::NONE };
     let bulk = BlockParameters { linear_viscosity: 0.06, ..elastic };
-    let relaxing = BlockParameters { prony, ..elastic };
-    let both = BlockParameters { prony, ..bulk };
+    let relaxing = BlockParameters { memory, ..elastic };
+    let both = BlockParameters { memory, ..bulk };
     let one_point = BlockParameters { formulation: Formulation::Reduced, ..both };
     let of_point = 6 * 3;
     let expected = [0, 2, 8 * of_point, 2 + 8 * of_point, 2 + of_point];

@@ -12,10 +12,12 @@ pub struct BatchTotals {
     pub strain: Row,
     /// What of it is the stabilisation's [J]; 0 in formulations that need none.
     pub hourglass: Row,
-    /// Energy that bulk viscosity dissipated in the last step [J].
+    /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: Row,
     /// Energy stored in the branches of Prony series [J].
     pub branches: Row,
+    /// Mean damage of a material that softens [-].
+    pub damage: Row,
     /// Largest critical time step [s].
     pub stable_step: Row,
     /// What damping takes from it: half of the largest viscous eigenvalue [1/s]; of bulk and shear viscosity.
@@ -57,7 +59,7 @@ pub struct BlockTotals {
     pub strain: f64,
     /// What of it is the stabilisation's [J].
     pub hourglass: f64,
-    /// Energy that bulk viscosity dissipated in the last step [J].
+    /// Energy that bulk viscosity and damage dissipated in the last step [J].
     pub viscous: f64,
     /// Energy stored in the branches of Prony series [J].
     pub branches: f64,

@@ -61,7 +61,7 @@ impl ElementForces {
             if block.parameters.shear_viscosity > 0.0 {
                 with_elements!(&block.packed, elements => pulp::Arch::new().dispatch(Viscous { elements, block, chunk }));
             }
-            if !block.parameters.prony.is_none() {
+            if !block.parameters.memory.is_empty() {
                 let law = block.parameters.material;
                 with_elements!(&block.packed, elements => {
                     pulp::Arch::new().dispatch(Memory { law, elements, block, input, chunk });

@@ -6,6 +6,7 @@
 
 mod balzani;
 mod blatz_ko;
+mod damage;
 mod element_time;
 mod ellipticity;
 mod exponential;
@@ -18,6 +19,7 @@ mod isochoric;
 mod kinematics;
 mod law;
 mod logarithm;
+mod memory;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
@@ -32,6 +34,7 @@ mod volumetric;
 mod weiss;
 mod yeoh;
 
+pub use damage::{RESIDUAL, Softening};
 pub use element_time::ElementTime;
 pub use ellipticity::least_acoustic_eigenvalue;
 pub use exponential::FIBRE_EXPONENT_LIMIT;
@@ -41,9 +44,10 @@ pub use fung::OrthotropicModuli;
 pub use holzapfel_gasser_ogden::MatrixForm;
 pub use kinematics::{Invariants, Kinematics, bound_largest, volume_change};
 pub use law::{BoundedResponse, Law, Response, TotalResponse};
+pub use memory::{ElasticPoint, History, Inelastic, Memories, Memory, MemorySteps};
 pub use ogden::{MAX_OGDEN_TERMS, OgdenTerm};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
-pub use prony::{Branch, BranchStep, MAX_BRANCHES, PronySeries, deviator_at, isochoric_stress};
+pub use prony::{Branch, MAX_BRANCHES, PronySeries, isochoric_stress};
 pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
 pub use validity::{Deformations, Validity};

@@ -11,13 +11,19 @@
 //! ```text
 //! H_i⁺ = e^(−h/τ_i) H_i + (1 − e^(−h/τ_i)) τ_i/h (S_iso⁺ − S_iso)
 //! ```
+//!
+//! What is stored in a branch is told by the secant of the law: `g ψ |H|²/|S_iso|²`, exact for small strains, and for any
+//! law where loading is sudden. The rest of the forces' work is dissipated.
 
+use super::memory::{ElasticPoint, History, Inelastic, Memory};
 use super::{Kinematics, Response};
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Sym;
 
 /// Largest number of branches of a series.
 pub const MAX_BRANCHES: usize = 6;
+/// |S_iso|² over G² below which the secant is that at rest [-].
+const UNSTRAINED: f64 = 1e-20;
 
 /// One term of a series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,10 +53,6 @@ pub struct BranchStep {
 }
 
 impl PronySeries {
-    /// A material without memory.
-    pub const NONE: Self =
-        Self { branches: [Branch { relative_modulus: 0.0, relaxation_time: 0.0 }; MAX_BRANCHES], count: 0 };
-
     /// A series, `None` if it has more than [`MAX_BRANCHES`].
     pub fn new(branches: &[Branch]) -> Option<Self> {
         let mut series = Self { count: branches.len(), ..Self::NONE };
@@ -63,23 +65,24 @@ impl PronySeries {
         &self.branches[..self.count]
     }
 
-    /// Whether it has no branch.
-    pub fn is_none(&self) -> bool {
-        self.count == 0
-    }
-
     /// Sum of the relative moduli [-]: the instantaneous stress is 1 + Σg times that of slow loading.
     pub fn sum(&self) -> f64 {
         self.branches().iter().map(|b| b.relative_modulus).sum()
     }
+}
 
-    /// Number of symmetric history tensors at a point: S_iso, and H of each branch.
-    pub fn history_len(&self) -> usize {
-        if self.is_none() { 0 } else { 1 + self.count }
+impl Memory for PronySeries {
+    type Step = [BranchStep; MAX_BRANCHES];
+    const NONE: Self =
+        Self { branches: [Branch { relative_modulus: 0.0, relaxation_time: 0.0 }; MAX_BRANCHES], count: 0 };
+
+    /// S_iso, and H of each branch.
+    fn history_len(&self) -> usize {
+        if self.count == 0 { 0 } else { 6 * (1 + self.count) }
     }
 
-    /// Coefficients of a step of `h` [s]; `h = 0`, at the start of a run, stands for a fully relaxed state.
-    pub fn step(&self, h: f64) -> [BranchStep; MAX_BRANCHES] {
+    /// Coefficients of a step; `h = 0`, at the start of a run, stands for a fully relaxed state.
+    fn step(&self, h: f64) -> [BranchStep; MAX_BRANCHES] {
         let mut steps = [BranchStep::default(); MAX_BRANCHES];
         for (step, b) in steps.iter_mut().zip(self.branches()) {
             let x = h / b.relaxation_time;
@@ -87,6 +90,42 @@ impl PronySeries {
             *step = BranchStep { g: b.relative_modulus, decay: (-x).exp(), gain };
         }
         steps
+    }
+
+    #[inline(always)]
+    fn update<R: Real>(
+        &self,
+        steps: &[BranchStep; MAX_BRANCHES],
+        elastic: &ElasticPoint<R>,
+        history: &mut impl History<R>,
+        to: &mut Inelastic<R>,
+    ) {
+        let (S_iso, zero) = (&elastic.S_iso, elastic.psi.zero());
+        let one = zero.constant(1.0);
+        let change = S_iso.plus_scaled(-one, &history.tensor_before(0, zero));
+        history.set_tensor(0, S_iso);
+        let (mut sum, mut squares, mut total_g) = (Sym([zero; 6]), zero, 0.0);
+        for (b, step) in steps[..self.count].iter().enumerate() {
+            let place = 6 * (b + 1);
+            let decayed = history.tensor_before(place, zero).scaled(zero.constant(step.decay));
+            let H = decayed.plus_scaled(zero.constant(step.gain), &change);
+            history.set_tensor(place, &H);
+            sum = sum.plus_scaled(zero.constant(step.g), &H);
+            squares += H.norm_squared() * step.g;
+            total_g += step.g;
+        }
+
+        // ψ/|S|², at rest 1/(4 G).
+        let G = elastic.shear_modulus;
+        let square = S_iso.norm_squared();
+        let floor = square.constant(UNSTRAINED * G * G);
+        let secant =
+            (square - floor).select_positive(elastic.psi / square.max(floor), square.constant(0.25 / G));
+        to.stored += squares * secant;
+        to.S = to.S.plus_scaled(one, &deviator_at(elastic.k, &sum));
+        // δP = δF DEV H + F δ(DEV H): by |H| and the stretches; the law's own tangent by its bound.
+        let geometric = sum.norm_squared().sqrt() * elastic.condition.scale_add(4.0 / 3.0, 1.0);
+        to.stiffness += elastic.stiffness_bound * total_g + geometric;
     }
 }
 
@@ -153,6 +192,6 @@ mod tests {
     #[test]
     fn too_many_branches_are_refused() {
         assert!(PronySeries::new(&[Branch::default(); MAX_BRANCHES + 1]).is_none());
-        assert!(PronySeries::new(&[]).unwrap().is_none());
+        assert!(PronySeries::new(&[]).unwrap().branches().is_empty());
     }
 }

@@ -50,7 +50,7 @@ fn cubes(n: u32) -> (Vec<Vec3>, Vec<[u32; 8]>, ElementBlock) {
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
         shear_viscosity: 0.0,
-        prony: crate::mechanics::material::PronySeries::NONE,
+        memory: crate::mechanics::material::Memories::NONE,
         erosion: None,
     };
     (X, hexes, ElementBlock::new(0, parameters, 0, &inputs).unwrap())

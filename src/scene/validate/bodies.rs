@@ -1,6 +1,6 @@
 //! Checks of the parts of a body that need the document alone: density, material, element, fibre frame, placement.
 
-use super::{Findings, prony};
+use super::{Findings, prony, softening};
 use crate::scene::document::{
     BodyDocument, ErosionDocument, FibreFrameDocument, Formulation, PartDocument, PlacementDocument,
 };
@@ -16,6 +16,8 @@ const MOST_VISCOSITY: f64 = 1e4;
 /// Admissible limits of erosion, which an element at rest satisfies [-].
 const STRETCHES: [f64; 2] = [1.001, 1e3];
 const VOLUME_RATIOS: [f64; 2] = [1e-3, 0.999];
+/// Admissible limits of damage [-]; a thousandth of the stress always remains.
+const DAMAGES: [f64; 2] = [0.01, 0.998];
 
 /// Checks body number `index`.
 pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
@@ -48,10 +50,11 @@ pub fn check(index: usize, body: &BodyDocument, out: &mut Findings) {
 }
 
 /// Limits of erosion must be satisfied at rest.
-fn check_erosion(erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) {
-    out.require(erosion.stretch.is_some() || erosion.volume_ratio.is_some(), || {
+fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) {
+    let has_limit = [erosion.stretch, erosion.volume_ratio, erosion.damage].iter().any(Option::is_some);
+    out.require(has_limit, || {
         Problem::error("erosion_without_limit", here, "no limit says when an element is eroded")
-            .limit("a stretch, a volume_ratio, or both")
+            .limit("a stretch, a volume_ratio or a damage")
             .remedy("skin tears at a stretch of 1.5 to 2.5; omit the entry where nothing tears")
     });
     let remedy = "1 is no stretch at all; skin tears at 1.5 to 2.5";
@@ -61,6 +64,22 @@ fn check_erosion(erosion: &ErosionDocument, here: &Pointer, out: &mut Findings) 
     if let Some(ratio) = erosion.volume_ratio {
         let remedy = "1 is the volume at rest; 0.2 erodes elements crushed to a fifth of it";
         out.between(&here.key("volume_ratio"), "the volume ratio", ratio, VOLUME_RATIOS, remedy);
+    }
+    if let Some(damage) = erosion.damage {
+        let here = here.key("damage");
+        out.between(
+            &here,
+            "the damage",
+            damage,
+            DAMAGES,
+            "0.99 erodes elements that have lost 99 % of their stress",
+        );
+        out.require(part.softening.is_some(), || {
+            Problem::error("damage_without_softening", &here, "stress of this part is never lost")
+                .value(damage)
+                .limit("a part with softening")
+                .remedy("give the part \"softening\", or another limit")
+        });
     }
 }
 
@@ -79,8 +98,11 @@ fn check_part(part: &PartDocument, here: &Pointer, out: &mut Findings) {
     if let Some(series) = &part.prony_series {
         prony::check(part, series, &here.key("prony_series"), out);
     }
+    if let Some(softening) = &part.softening {
+        softening::check(part, softening, &here.key("softening"), out);
+    }
     if let Some(erosion) = &part.erosion {
-        check_erosion(erosion, &here.key("erosion"), out);
+        check_erosion(part, erosion, &here.key("erosion"), out);
     }
     part.material.check(&here.key("material"), out);
     let coupled = !part.material.is_split();

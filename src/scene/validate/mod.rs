@@ -18,6 +18,7 @@ pub mod prony;
 pub mod refinement;
 pub mod rigid;
 pub mod rigid_on_mesh;
+pub mod softening;
 pub mod solver;
 pub mod timing;
 

@@ -61,6 +61,15 @@ fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings)
                 .limit("no series in implicit runs")
                 .remedy("step explicitly, or omit the series")
             });
+            out.require(part.softening.is_none(), || {
+                Problem::error(
+                    "softening_without_explicit_steps",
+                    &here.key("softening"),
+                    "only explicit steps support softening",
+                )
+                .limit("no softening in implicit and quasi-static runs")
+                .remedy("step explicitly, or omit the softening")
+            });
             out.require(part.erosion.is_none(), || {
                 Problem::error(
                     "erosion_without_explicit_steps",

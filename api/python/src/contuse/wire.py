@@ -185,6 +185,12 @@ class Summary:
         return ranges
 
     @property
+    def softening(self) -> list[dict[str, Any]]:
+        """Parts that exceeded their strength: the softened and the torn volume, and since when."""
+        parts: list[dict[str, Any]] = self.body.get("softening", [])
+        return parts
+
+    @property
     def erosion(self) -> list[dict[str, Any]]:
         """Parts that lost elements: how many, their volume and mass, and since when."""
         parts: list[dict[str, Any]] = self.body.get("erosion", [])

@@ -49,7 +49,7 @@ impl Case {
             linear_viscosity: 0.0,
             quadratic_viscosity: 0.0,
             shear_viscosity: 0.0,
-            prony: crate::mechanics::material::PronySeries::NONE,
+            memory: crate::mechanics::material::Memories::NONE,
             erosion: None,
         };
         let input = BlockInput {

@@ -3,11 +3,11 @@
 use super::super::{BlockInput, BlockParameters, ForceInput, Formulation, PointInput};
 use super::*;
 use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
-use crate::mechanics::material::{Material, NeoHookean, PronySeries, Volumetric};
+use crate::mechanics::material::{Material, Memories, NeoHookean, Volumetric};
 use crate::mechanics::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
 
-const LIMITS: ErosionLimits = ErosionLimits { stretch: 1.5, volume_ratio: 0.4 };
+const LIMITS: ErosionLimits = ErosionLimits { stretch: 1.5, volume_ratio: 0.4, damage: 1.0 };
 
 /// Ten elements of their own, distorted, more than a batch of them.
 fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
@@ -34,7 +34,7 @@ fn block() -> (Vec<Vec3>, [ElementBlock; 1]) {
         linear_viscosity: 0.06,
         quadratic_viscosity: 1.2,
         shear_viscosity: 3.0,
-        prony: PronySeries::NONE,
+        memory: Memories::NONE,
         erosion: Some(LIMITS),
     };
     let inputs: Vec<BlockInput> = (0..10).map(input).collect();

@@ -5,7 +5,7 @@ use crate::mechanics::force::{
     Assembly, BlockError, BlockInput, BlockParameters, ElementBlock, ElementForces, ForceInput, Formulation,
     StiffnessBatch, Threads, corner_pair, stretch_rate,
 };
-use crate::mechanics::material::{CoupledNeoHookean, Material, MooneyRivlin, PronySeries, Volumetric};
+use crate::mechanics::material::{CoupledNeoHookean, Material, Memories, MooneyRivlin, Volumetric};
 use crate::mechanics::tensor::{Mat3, Tensor, Vec3};
 use nalgebra::{DMatrix, DVector, Rotation3};
 
@@ -26,7 +26,7 @@ fn parameters(material: Material) -> BlockParameters {
         linear_viscosity: 0.0,
         quadratic_viscosity: 0.0,
         shear_viscosity: 0.0,
-        prony: PronySeries::NONE,
+        memory: Memories::NONE,
         erosion: None,
     }
 }

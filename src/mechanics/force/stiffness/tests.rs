@@ -81,7 +81,7 @@ impl Element {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
-            prony: crate::mechanics::material::PronySeries::NONE,
+            memory: crate::mechanics::material::Memories::NONE,
             erosion: None,
         };
         let geometry = ReferenceGeometry::new(ElementKind::Hex8, &X);

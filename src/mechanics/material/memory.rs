@@ -1,0 +1,185 @@
+//! Stress with a memory: what the past of a point adds to the isochoric stress of a law.
+//!
+//! A memory is one file with an `impl Memory`, and a line in the list below. The numbers that a point remembers are rows of
+//! the history in the state; materials without memory have none.
+
+use super::{Kinematics, damage, prony};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::Sym;
+
+/// Elastic response at a point, to which memories add.
+#[derive(Clone, Copy, Debug)]
+pub struct ElasticPoint<'a, R> {
+    /// Deformation.
+    pub k: &'a Kinematics<R>,
+    /// Strain energy without U(J) [J/m³].
+    pub psi: R,
+    /// U(J) where J > 1 [J/m³], else 0: at the J of the formulation; 0 for materials that do not soften.
+    pub tension: R,
+    /// Second Piola–Kirchhoff stress without the pressure U′ [Pa], [`super::isochoric_stress`].
+    pub S_iso: Sym<R>,
+    /// Upper bound of the largest eigenvalue of ∂²ψ/∂F² [Pa].
+    pub stiffness_bound: R,
+    /// Largest eigenvalue of C times that of C⁻¹ [-].
+    pub condition: R,
+    /// Edge of a cube of the volume of the element [m].
+    pub size: R,
+    /// Shear modulus of the law at rest [Pa].
+    pub shear_modulus: f64,
+}
+
+/// What the memories so far make of the elastic response: with S_iso and its energy times 1 − d, and with a further stress.
+#[derive(Clone, Copy, Debug)]
+pub struct Inelastic<R> {
+    /// Further second Piola–Kirchhoff stress, which relaxes [Pa].
+    pub S: Sym<R>,
+    /// Energy stored with it [J/m³].
+    pub stored: R,
+    /// Upper bound of the norm of its tangent [Pa].
+    pub stiffness: R,
+    /// Damage d: fraction of the isochoric stress, and of the pressure in tension, that is lost for good [-].
+    pub damage: R,
+    /// Energy that damage dissipated in the step [J/m³].
+    pub dissipated: R,
+}
+
+/// The numbers that a point remembers.
+pub trait History<R> {
+    /// A number at t_{n−1}; 0 at the start of a run.
+    fn before(&self, index: usize) -> R;
+    /// Sets the number at t_n.
+    fn set(&mut self, index: usize, value: R);
+
+    /// Six numbers as a symmetric tensor at t_{n−1}.
+    #[inline(always)]
+    fn tensor_before(&self, first: usize, zero: R) -> Sym<R>
+    where
+        R: Real,
+    {
+        let mut tensor = Sym([zero; 6]);
+        for (i, component) in tensor.0.iter_mut().enumerate() {
+            *component = self.before(first + i);
+        }
+        tensor
+    }
+    /// Sets six numbers to a symmetric tensor at t_n.
+    #[inline(always)]
+    fn set_tensor(&mut self, first: usize, tensor: &Sym<R>)
+    where
+        R: Real,
+    {
+        for (i, component) in tensor.0.iter().enumerate() {
+            self.set(first + i, *component);
+        }
+    }
+}
+
+/// A memory of the isochoric stress of any split law.
+pub trait Memory: Copy + std::fmt::Debug + PartialEq + Send + Sync + 'static {
+    /// What its step needs of the step size, the same at all points.
+    type Step: Copy + std::fmt::Debug;
+    /// A material without this memory.
+    const NONE: Self;
+
+    /// Numbers that a point remembers; 0 without this memory.
+    fn history_len(&self) -> usize;
+    /// Coefficients of a step of `h` [s]. With `h = 0` and the history of a time, [`Memory::update`] adds what the point has then.
+    fn step(&self, h: f64) -> Self::Step;
+    /// Takes the history over a step and adds to `to`, which has what the memories before this one add.
+    fn update<R: Real>(
+        &self,
+        step: &Self::Step,
+        elastic: &ElasticPoint<R>,
+        history: &mut impl History<R>,
+        to: &mut Inelastic<R>,
+    );
+}
+
+/// The history of one of several memories: its numbers begin at `first`.
+struct Part<'a, H> {
+    history: &'a mut H,
+    first: usize,
+}
+
+impl<R, H: History<R>> History<R> for Part<'_, H> {
+    #[inline(always)]
+    fn before(&self, index: usize) -> R {
+        self.history.before(self.first + index)
+    }
+    #[inline(always)]
+    fn set(&mut self, index: usize, value: R) {
+        self.history.set(self.first + index, value);
+    }
+}
+
+/// Generates from the list of memories the type [`Memories`] that has one of each.
+macro_rules! memories {
+    ($($(#[$doc:meta])* $name:ident: $file:ident::$Memory:ident,)*) => {
+        /// The memories of a material, each [`Memory::NONE`] where it has not that one; applied in this order.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Memories {
+            $($(#[$doc])* pub $name: $file::$Memory,)*
+        }
+
+        /// [`Memory::Step`] of each.
+        #[derive(Clone, Copy, Debug)]
+        pub struct MemorySteps {
+            $($name: <$file::$Memory as Memory>::Step,)*
+        }
+
+        impl Memories {
+            /// A material without memory.
+            pub const NONE: Self = Self { $($name: <$file::$Memory as Memory>::NONE,)* };
+
+            /// Numbers that a point remembers.
+            pub fn history_len(&self) -> usize {
+                [$(self.$name.history_len(),)*].iter().sum()
+            }
+            /// Coefficients of a step of `h` [s].
+            pub fn step(&self, h: f64) -> MemorySteps {
+                MemorySteps { $($name: self.$name.step(h),)* }
+            }
+            /// Takes the history of a point over a step; what the memories add to the elastic response.
+            #[inline(always)]
+            pub fn update<R: Real>(
+                &self,
+                steps: &MemorySteps,
+                elastic: &ElasticPoint<R>,
+                history: &mut impl History<R>,
+            ) -> Inelastic<R> {
+                let zero = elastic.psi.zero();
+                let mut to =
+                    Inelastic { S: Sym([zero; 6]), stored: zero, stiffness: zero, damage: zero, dissipated: zero };
+                let mut first = 0;
+                $(
+                    let count = self.$name.history_len();
+                    if count > 0 {
+                        self.$name.update(&steps.$name, elastic, &mut Part { history, first }, &mut to);
+                        first += count;
+                    }
+                )*
+                let _ = first;
+                to
+            }
+        }
+    };
+}
+
+// A new memory is a file in this folder and a line here.
+memories! {
+    /// Relaxation.
+    prony: prony::PronySeries,
+    /// Softening.
+    softening: damage::Softening,
+}
+
+impl Memories {
+    /// Whether stress can be lost for good.
+    pub fn softens(&self) -> bool {
+        self.softening.history_len() > 0
+    }
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.history_len() == 0
+    }
+}
