@@ -3,8 +3,8 @@
 //! `cargo bench --bench contact`. The step of 0.3 µs moves nodes by less than the neighbourhood of a face, so the
 //! closest faces decide; at 3 µs times of impact are needed.
 
-use contuse::mechanics::contact::detection::Detector;
-use contuse::mechanics::contact::gauss_seidel::{Options, Workspace, solve};
+use contuse::mechanics::contact::detection::detector::Detector;
+use contuse::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve};
 use contuse::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::generate::block::Block;

@@ -1,10 +1,10 @@
 //! Saved frictional contact problems, solved by every solver: errors measured anew, references, agreement, bad input.
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // tests may panic; exactly is what is meant
 
-use contuse::mechanics::contact::delassus::Delassus;
-use contuse::mechanics::contact::local::natural_map;
-use contuse::mechanics::contact::problem::{ContactProblem, ProblemError};
-use contuse::mechanics::contact::solvers::{
+use contuse::mechanics::contact::solution::delassus::Delassus;
+use contuse::mechanics::contact::solution::local::natural_map;
+use contuse::mechanics::contact::solution::problem::{ContactProblem, ProblemError};
+use contuse::mechanics::contact::solution::solvers::{
     MatrixFree, Method, Options, SolveReport, solve, solve_frictionless, solve_matrix_free,
 };
 use contuse::record::{NamedContactProblem, contact_problem_document, read_contact_problem};

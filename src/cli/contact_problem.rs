@@ -3,8 +3,8 @@
 use super::performance_profile::{Timing, profile_picture};
 use super::picture::{picture_path, write_by_name};
 use super::{CliError, Exit};
-use crate::mechanics::contact::problem::ContactProblem;
-use crate::mechanics::contact::solvers::{LARGEST_OF_FREE, Method, Options, SolveReport, solve};
+use crate::mechanics::contact::solution::problem::ContactProblem;
+use crate::mechanics::contact::solution::solvers::{LARGEST_OF_FREE, Method, Options, SolveReport, solve};
 use crate::record::{NamedContactProblem, read_contact_problem};
 use crate::scene::Problems;
 use crate::study::process_cpu_s;

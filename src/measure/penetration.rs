@@ -7,8 +7,8 @@
 //! nodes show up in the volume. A node is inside its own body if the boundary surface winds around the place just
 //! outside of it ([`nodes_inside`]).
 
-use crate::mechanics::contact::closest_point::Patch;
-use crate::mechanics::contact::winding::nodes_inside;
+use crate::mechanics::contact::detection::closest_point::Patch;
+use crate::mechanics::contact::detection::winding::nodes_inside;
 use crate::mechanics::contact::{Master, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, Shape, triangulated};

@@ -2,7 +2,7 @@
 
 use super::distant::{BodyMotion, DistantPair, Other, cannot_meet};
 use super::{ContactPlan, PlanBody};
-use crate::mechanics::contact::slave_choice::{Slave, choose_slave};
+use crate::mechanics::contact::detection::slave_choice::{Slave, choose_slave};
 use crate::mechanics::contact::{ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::tensor::Vec3;
 use crate::scene::document::{

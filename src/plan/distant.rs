@@ -15,9 +15,9 @@
 //! the broad phase already does that with distant surfaces, at the same cost.
 
 use super::PlanBody;
-use crate::mechanics::contact::closest_point::Patch;
-use crate::mechanics::contact::detection::reach;
-use crate::mechanics::contact::rigid_detection;
+use crate::mechanics::contact::detection::closest_point::Patch;
+use crate::mechanics::contact::detection::detector::reach;
+use crate::mechanics::contact::detection::rigid_detection;
 use crate::mechanics::rigid::RigidBody;
 use crate::mechanics::tensor::Vec3;
 

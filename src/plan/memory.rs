@@ -1,7 +1,7 @@
 //! Approximate memory of a run by component, from the counts and the sizes of the stored types.
 
 use super::{Integrator, Plan};
-use crate::mechanics::contact::compliance::MOST_NODES;
+use crate::mechanics::contact::solution::compliance::MOST_NODES;
 use crate::mechanics::contact::stencil::Stencil;
 use crate::mechanics::contact::{Master, Reaction, Surface};
 use crate::mechanics::force::ElementBlock;

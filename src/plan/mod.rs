@@ -36,8 +36,8 @@ pub use rigid::{RigidPlan, RigidReport};
 pub use stable_step::{ElementsWithin, StableStepReport};
 pub use statics::{Statics, Unheld};
 
-use crate::mechanics::contact::rigid_detection::MOST_POINTS;
-use crate::mechanics::contact::solvers::Method;
+use crate::mechanics::contact::detection::rigid_detection::MOST_POINTS;
+use crate::mechanics::contact::solution::solvers::Method;
 use crate::mechanics::contact::{ContactPair, Discretisation, Master, Surface};
 use crate::mechanics::force::{ElementBlock, ElementForces, Erosion};
 use crate::mechanics::lanes::Row;

@@ -8,7 +8,7 @@ use super::rigid::RigidReport;
 use super::stable_step::{StableStepReport, StableSteps};
 use super::{Integrator, Plan, SystemSize, cost};
 use crate::mechanics::contact::Master;
-use crate::mechanics::contact::solvers::Method;
+use crate::mechanics::contact::solution::solvers::Method;
 use crate::mechanics::force::{ElementBlock, Formulation};
 use crate::scene::document::Keep;
 use crate::scene::{IntegratorChoice, Scene};

@@ -2,7 +2,7 @@
 
 use super::PlanBody;
 use super::parts::Parts;
-use crate::mechanics::contact::closest_point::Patch;
+use crate::mechanics::contact::detection::closest_point::Patch;
 use crate::mechanics::tensor::Vec3;
 use nalgebra::{Matrix6, Vector6};
 

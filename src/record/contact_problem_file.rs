@@ -3,8 +3,8 @@
 //! `W.format` is `dense` (row-major `v`), `coo` (`i`, `j` from 0, `v`) or `sym-upper-b64` (`b64`: URL-safe base64 of the
 //! little-endian upper triangle, row by row, `dtype` `f8` or `f4`). Three rows (n, t1, t2) a contact.
 
-use crate::mechanics::contact::delassus::{Block, Delassus};
-use crate::mechanics::contact::problem::{ContactProblem, LARGEST};
+use crate::mechanics::contact::solution::delassus::{Block, Delassus};
+use crate::mechanics::contact::solution::problem::{ContactProblem, LARGEST};
 use crate::scene::problem::Pointer;
 use crate::scene::{Problem, Problems};
 use base64::Engine as _;

@@ -4,7 +4,7 @@
 //! scene with μ = ∞ in a pair is omitted, since JSON has no such number. Dynamic relaxation has no frames.
 
 use super::contact_problem_file::{NamedContactProblem, contact_problem_document};
-use crate::mechanics::contact::step_problem::step_problem;
+use crate::mechanics::contact::solution::step_problem::step_problem;
 use crate::mechanics::contact::{ContactLaw, RigidSides};
 use crate::mechanics::rigid::Pose;
 use crate::plan::Plan;

@@ -1,10 +1,6 @@
 //! The scene document: the user's input, with the unit in every field name. Every struct refuses unknown fields.
 
-use super::named_materials::{WrittenMaterial, not_null};
-use super::prony_document::PronyDocument;
 use crate::mechanics::contact::Discretisation;
-use crate::mechanics::force;
-use crate::mechanics::material::{Material, Memories, Softening};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +12,9 @@ pub use super::measures_document::{ForceFilter, MeasuresDocument, PersonDocument
 pub use super::mesh_document::{
     Generator, LayerDocument, LimbSegmentDocument, MeshDocument, MeshFileDocument, PlacementDocument,
     RotationDocument,
+};
+pub use super::part_document::{
+    ErosionDocument, FibreFrameDocument, Formulation, PartDocument, SofteningDocument,
 };
 pub use super::refinement_document::{Around, RefinementDocument};
 pub use super::rigid_document::{RigidDocument, ShapeDocument};
@@ -139,157 +138,6 @@ pub struct SetDocument {
     pub min_m: [f64; 3],
     /// Highest corner of the box [m].
     pub max_m: [f64; 3],
-}
-
-/// Material and element of one part of the mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PartDocument {
-    /// Name of the part in the mesh; `*` stands for every part without an entry of its own.
-    pub part: String,
-    /// Density at rest [kg/m³]; a set of the library brings its own.
-    #[schemars(with = "Option<f64>", transform = not_null)]
-    pub density_kg_per_m3: f64,
-    /// The constitutive law, or a set of the library: `{"library": "muscle/zhai_2019_ogden"}`. What the part or the material say beside
-    /// the name replaces what the set has.
-    #[schemars(with = "WrittenMaterial")]
-    pub material: MaterialDocument,
-    /// Name of the set of the library that the material is from; not written, as its numbers are.
-    #[serde(default, skip_serializing)]
-    #[schemars(skip)]
-    pub library: Option<String>,
-    /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): adds 2 η dev d to the stress of the law, where d is the rate of
-    /// deformation. Explicit steps only.
-    #[serde(default, skip_serializing_if = "is_nothing")]
-    pub shear_viscosity_pa_s: f64,
-    /// Stress relaxation of a split law. Explicit steps only; a quasi-static run uses the fully relaxed response.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub prony_series: Option<PronyDocument>,
-    /// Softening of a split law beyond a strain energy, as of skin that begins to tear. Explicit steps only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub softening: Option<SofteningDocument>,
-    /// Limits beyond which elements are eroded, as for skin that tears. Explicit steps only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub erosion: Option<ErosionDocument>,
-    /// Element formulation; by default `mean_dilatation` for split laws and `full` for coupled ones.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub formulation: Option<Formulation>,
-    /// Material axes of the part; by default those of the mesh, otherwise x, y, z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fibre_frame: Option<FibreFrameDocument>,
-}
-
-/// Softening of the isochoric stress: beyond the strain energy of the onset the stress is reduced for good, such that tearing a
-/// layer of elements apart consumes the fracture energy per area of the crack, whatever the size of the elements.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SofteningDocument {
-    /// Strain energy per volume at rest where softening begins [J/m³]: the area under the curve of nominal stress against strain, up
-    /// to the ultimate strength.
-    pub onset_j_per_m3: f64,
-    /// Fracture energy: work to tear through an area at rest [J/m²].
-    pub fracture_energy_j_per_m2: f64,
-}
-
-impl SofteningDocument {
-    /// In the form of the force evaluation.
-    pub fn law(self) -> Softening {
-        Softening { onset: self.onset_j_per_m3, fracture_energy: self.fracture_energy_j_per_m2 }
-    }
-}
-
-/// Erosion of a part: an element beyond a limit loses its stress and its strain energy for good; its mass stays with the
-/// nodes. The limits apply to the mean over the element.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ErosionDocument {
-    /// Largest admissible principal stretch [-].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub stretch: Option<f64>,
-    /// Smallest admissible volume, as a fraction of the volume at rest [-].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub volume_ratio: Option<f64>,
-    /// Largest admissible damage of a part with softening: fraction of the stress that it has lost [-].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub damage: Option<f64>,
-}
-
-impl ErosionDocument {
-    /// The limits in the form of the force evaluation; a limit that is not set is infinite, or zero.
-    pub fn limits(&self) -> force::ErosionLimits {
-        force::ErosionLimits {
-            stretch: self.stretch.unwrap_or(f64::INFINITY),
-            volume_ratio: self.volume_ratio.unwrap_or(0.0),
-            damage: self.damage.unwrap_or(1.0),
-        }
-    }
-}
-
-impl PartDocument {
-    /// The law under slow loading; `None` where its parameters are inadmissible.
-    pub fn law(&self) -> Option<Material> {
-        let material = self.material.to_material()?;
-        self.prony_series.as_ref().map_or(Some(material), |prony| prony.slow_law(material))
-    }
-    /// What its stress remembers.
-    pub fn memories(&self) -> Memories {
-        Memories {
-            prony: self.prony_series.as_ref().map_or(Memories::NONE.prony, PronyDocument::series),
-            softening: self.softening.map_or(Memories::NONE.softening, SofteningDocument::law),
-        }
-    }
-    /// Whether its stress depends on its past.
-    pub fn has_memory(&self) -> bool {
-        self.prony_series.is_some() || self.softening.is_some()
-    }
-    /// Whether its stress depends on rate or history, bulk viscosity apart.
-    pub fn is_viscous(&self) -> bool {
-        self.shear_viscosity_pa_s > 0.0 || self.has_memory()
-    }
-    /// The requested element formulation; by default mean dilatation for split laws and full integration for coupled ones.
-    pub fn element(&self, material: &Material) -> force::Formulation {
-        match self.formulation {
-            Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
-            Some(Formulation::Reduced) => force::Formulation::Reduced,
-            None if material.volumetric().is_some() => force::Formulation::MeanDilatation,
-            Some(Formulation::Full) | None => force::Formulation::Full,
-        }
-    }
-}
-
-/// Element formulation of an eight-node hexahedron.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Formulation {
-    /// 2×2×2 points for the isochoric part, one mean dilatation and one pressure per element.
-    MeanDilatation,
-    /// All terms at 2×2×2 points.
-    Full,
-    /// One point, with a physical hourglass stabilisation whose energy the ledger reports.
-    Reduced,
-}
-
-/// Material axes of a part.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum FibreFrameDocument {
-    /// The axes stored in the mesh (limb segments have them; an error where there are none).
-    // With braces: serde lets unknown fields pass in a tagged unit variant.
-    Mesh {},
-    /// One frame for the whole part: e1 along `axis`, e2 the part of `plane` normal to it.
-    Constant {
-        /// Direction of e1; any length.
-        axis: [f64; 3],
-        /// A direction in the plane of e1 and e2.
-        plane: [f64; 3],
-    },
-    /// Around an axis: e1 along it, e2 circumferential, e3 radial.
-    Cylindrical {
-        /// A point on the axis [m].
-        origin_m: [f64; 3],
-        /// Direction of the axis.
-        axis: [f64; 3],
-    },
 }
 
 /// A node set with zero displacement along some axes.

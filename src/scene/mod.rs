@@ -33,6 +33,7 @@ pub mod mesh_document;
 mod misfit;
 mod motion;
 pub mod named_materials;
+pub mod part_document;
 pub mod problem;
 pub mod prony_document;
 pub mod recipe;

@@ -1,6 +1,6 @@
 //! Solver settings besides the physics, among them the features that a plan keeps although they are not needed.
 
-use crate::mechanics::contact::solvers::Method;
+use crate::mechanics::contact::solution::solvers::Method;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

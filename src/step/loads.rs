@@ -1,6 +1,6 @@
 //! The loads of a step: external nodal forces, their stiffness, and prescribed displacements.
 
-use crate::mechanics::contact::compliance::add_impulse;
+use crate::mechanics::contact::solution::compliance::add_impulse;
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::face_load::{corner_areas, symmetric_stiffness};
 use crate::mechanics::sparse::{SymmetricMatrix, Unknowns};

@@ -5,7 +5,7 @@
 //! What is measured is how wrong the stress is beside the contact, and how fast that fades: the error stays of one size in the
 //! layer of elements beside the contact, whose volume falls with their size.
 //!
-//! A mortar discretisation passes: see `mechanics/contact/mortar.rs`, where curved meshes are tested too.
+//! A mortar discretisation passes: see `mechanics/contact/detection/mortar.rs`, where curved meshes are tested too.
 
 use crate::rig::{assert_at_most, assert_close, assert_within, order, plan, run};
 use serde_json::json;

@@ -1,8 +1,8 @@
 //! Coulomb's cone: its projection, and saved one-contact problems of other codes.
 
 use crate::record::assert_at_most;
-use contuse::mechanics::contact::local::{Local, LocalOperator, natural_map, proj_coulomb_cone};
-use contuse::mechanics::contact::slip::solve_contact;
+use contuse::mechanics::contact::solution::local::{Local, LocalOperator, natural_map, proj_coulomb_cone};
+use contuse::mechanics::contact::solution::slip::solve_contact;
 use serde_json::Value;
 
 /// W, q, μ of a saved problem with one contact, and the file.

@@ -1,7 +1,7 @@
 //! Rigid bodies that are smaller than the faces they meet: between the nodes, where only faces and edges can hold them.
 
 use crate::rig::{assert_at_most, plan, run};
-use contuse::mechanics::contact::closest_point::{Feature, Patch};
+use contuse::mechanics::contact::detection::closest_point::{Feature, Patch};
 use contuse::mechanics::rigid::triangulated;
 use contuse::mechanics::tensor::Vec3;
 use contuse::plan::Plan;

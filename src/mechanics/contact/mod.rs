@@ -1,43 +1,13 @@
-//! Frictional contact by the bi-potential method: detection, local frames, exact local solve, Gauss–Seidel.
+//! Frictional contact by the bi-potential method.
 //!
-//! The data are a list of [`Surface`]s and [`ContactPair`]s (constant), a [`detection::Detector`] that finds the
-//! [`Contact`]s of a step, and [`gauss_seidel::solve`], which changes the nodal velocities so that the law holds at
-//! the end of the step.
-//!
-//! Independently of steps, a [`problem::ContactProblem`] is `W`, `q` and `μ` alone, and [`solvers::solve`] finds its
-//! reactions.
+//! The data are a list of [`Surface`]s and [`ContactPair`]s (constant). [`detection`] finds the [`Contact`]s of a step: nodes with
+//! signed weights ([`stencil`]), a frame and a gap, whatever the geometry. [`solution`] knows these alone and changes the nodal
+//! velocities so that the law holds at the end of the step; [`projection`] removes the penetration that linearisation left.
 
-mod boundary;
-mod broad_phase;
-pub mod closest_point;
-pub mod compliance;
-mod contact_row;
-pub mod delassus;
 pub mod detection;
-mod edges;
-pub mod finder;
-pub mod gauss_seidel;
-pub mod generalised_jacobian;
-pub mod guard;
-pub mod initial_overlap;
-pub mod local;
-mod mortar;
-mod narrow_phase;
-pub mod problem;
 pub mod projection;
-pub mod rigid_detection;
-mod rigid_faces;
-mod rigid_manifold;
-pub mod rigid_projection;
-mod segments;
-mod self_contact;
-pub mod slave_choice;
-pub mod slip;
-pub mod solvers;
+pub mod solution;
 pub mod stencil;
-pub mod step_problem;
-pub mod time_of_impact;
-pub mod winding;
 
 use super::rigid::{Pose, RigidBody};
 use super::tensor::Vec3;

@@ -2,9 +2,9 @@
 
 use super::Findings;
 use super::rigid_on_mesh::is_inside;
-use crate::mechanics::contact::detection::Detector;
-use crate::mechanics::contact::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
-use crate::mechanics::contact::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::detection::detector::Detector;
+use crate::mechanics::contact::detection::initial_overlap::{Overlap, TOLERANCE, initial_overlaps};
+use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
 use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Master, Surface};
 use crate::mechanics::rigid::{Pose, RigidBody};
 use crate::mechanics::tensor::Vec3;

@@ -2,11 +2,11 @@
 
 use super::iterate::Step;
 use super::system::System;
-use crate::mechanics::contact::compliance::{are_many, closing_velocity};
-use crate::mechanics::contact::delassus::Delassus;
-use crate::mechanics::contact::local::Local;
-use crate::mechanics::contact::problem::{ContactProblem, ProblemError};
-use crate::mechanics::contact::solvers::{self, MatrixFree, Method, Options, SolveReport};
+use crate::mechanics::contact::solution::compliance::{are_many, closing_velocity};
+use crate::mechanics::contact::solution::delassus::Delassus;
+use crate::mechanics::contact::solution::local::Local;
+use crate::mechanics::contact::solution::problem::{ContactProblem, ProblemError};
+use crate::mechanics::contact::solution::solvers::{self, MatrixFree, Method, Options, SolveReport};
 use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use crate::step::contact::{ContactStep, no_problem};

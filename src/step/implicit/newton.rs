@@ -9,8 +9,8 @@
 use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
 use super::system::System;
-use crate::mechanics::contact::compliance::add_impulse;
-use crate::mechanics::contact::finder::VALLEY;
+use crate::mechanics::contact::detection::finder::VALLEY;
+use crate::mechanics::contact::solution::compliance::add_impulse;
 use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
 use crate::mechanics::force::ElementForces;
 use crate::mechanics::sparse::SparseError;

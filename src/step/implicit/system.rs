@@ -4,8 +4,10 @@
 //!
 //! K is the stiffness of the elements and the symmetric part of that of the pressures.
 
-use crate::mechanics::contact::compliance::{MOST_NODES, NodeCompliance, add_impulse, relative_velocity};
-use crate::mechanics::contact::delassus::Block;
+use crate::mechanics::contact::solution::compliance::{
+    MOST_NODES, NodeCompliance, add_impulse, relative_velocity,
+};
+use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::StiffnessBatch;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};

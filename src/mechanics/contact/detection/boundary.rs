@@ -1,0 +1,178 @@
+//! Topology of a surface (neighbours across edges, faces around nodes, sizes) and its normals.
+
+use super::closest_point::Patch;
+use crate::mechanics::contact::Surface;
+use crate::mechanics::tensor::Vec3;
+
+/// No face across the edge: it is on the border of an open surface.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A surface with the topology that detection needs. Constant over a run.
+#[derive(Clone, Debug)]
+pub(in crate::mechanics::contact) struct Boundary {
+    /// Global numbers of the nodes, sorted.
+    pub nodes: Vec<u32>,
+    /// Corner nodes of each face.
+    pub faces: Vec<[u32; 4]>,
+    /// Square root of each face's area at the start [m]: the length that tolerances refer to.
+    pub sizes: Vec<f64>,
+    /// The largest of `sizes` [m].
+    pub largest_size: f64,
+    /// Whether every edge has a face on either side, so that there is an inside.
+    pub is_closed: bool,
+    /// The face across each edge, or `NONE`.
+    pub neighbours: Vec<[u32; 4]>,
+    /// Faces around node i of `nodes`: `around[starts[i]..starts[i + 1]]`, ascending.
+    starts: Vec<u32>,
+    around: Vec<u32>,
+    /// Index in `nodes` of a global node number, offset by the least; `NONE` where there is none.
+    places: Vec<u32>,
+    least: u32,
+}
+
+impl Boundary {
+    /// `x` [m]: positions of all nodes at the start of the run.
+    pub fn new(surface: &Surface, x: &[Vec3]) -> Self {
+        let nodes = surface.nodes.clone();
+        let least = nodes.iter().copied().min().unwrap_or(0);
+        let most = nodes.iter().copied().max().unwrap_or(0);
+        let mut places = vec![NONE; (most - least) as usize + 1];
+        for (i, &node) in nodes.iter().enumerate() {
+            places[(node - least) as usize] = i as u32;
+        }
+        let sizes: Vec<f64> = surface.faces.iter().map(|f| Patch::new(f, x).area().sqrt()).collect();
+        let neighbours = neighbours(&surface.faces);
+        let has_all = |(face, across): (&[u32; 4], &[u32; 4])| !across[..corner_count(face)].contains(&NONE);
+        let mut boundary = Self {
+            is_closed: surface.faces.iter().zip(&neighbours).all(has_all),
+            neighbours,
+            faces: surface.faces.clone(),
+            largest_size: sizes.iter().copied().fold(0.0, f64::max),
+            sizes,
+            starts: Vec::new(),
+            around: Vec::new(),
+            nodes,
+            places,
+            least,
+        };
+        boundary.gather_faces_around_nodes();
+        boundary
+    }
+
+    fn gather_faces_around_nodes(&mut self) {
+        let mut incident = Vec::new();
+        for (i, face) in self.faces.iter().enumerate() {
+            for &node in &face[..corner_count(face)] {
+                if let Some(place) = self.place(node) {
+                    incident.push((place as u32, i as u32));
+                }
+            }
+        }
+        incident.sort_unstable();
+        self.starts = vec![0; self.nodes.len() + 1];
+        for &(place, _) in &incident {
+            self.starts[place as usize + 1] += 1;
+        }
+        for i in 0..self.nodes.len() {
+            self.starts[i + 1] += self.starts[i];
+        }
+        self.around = incident.into_iter().map(|(_, face)| face).collect();
+    }
+
+    /// Index in `nodes` of a global node number.
+    fn place(&self, node: u32) -> Option<usize> {
+        let i = node.checked_sub(self.least)? as usize;
+        self.places.get(i).filter(|&&place| place != NONE).map(|&place| place as usize)
+    }
+
+    /// Faces around a node (global number), ascending; none if it is not on this surface.
+    pub fn faces_around(&self, node: u32) -> &[u32] {
+        self.place(node).map_or(&[], |i| &self.around[self.starts[i] as usize..self.starts[i + 1] as usize])
+    }
+
+    /// Mean size of the faces [m].
+    pub fn mean_size(&self) -> f64 {
+        self.sizes.iter().sum::<f64>() / self.sizes.len().max(1) as f64
+    }
+
+    /// Length of the shortest edge at a node, over the faces around it [m]; infinite without faces.
+    pub fn shortest_edge_at(&self, node: u32, x: &[Vec3]) -> f64 {
+        let of_face = |face: &u32| {
+            let face = &self.faces[*face as usize];
+            let n = corner_count(face);
+            let k = face[..n].iter().position(|&f| f == node)?;
+            let to = |k: usize| (x[face[k % n] as usize] - x[node as usize]).norm();
+            Some(to(k + 1).min(to(k + n - 1)))
+        };
+        self.faces_around(node).iter().filter_map(of_face).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Unit normal of the surface at a node: mean normal of its faces, weighted with the areas of their corners; zero
+    /// where there are no faces.
+    pub fn node_normal(&self, node: u32, x: &[Vec3]) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for &face in self.faces_around(node) {
+            let face = &self.faces[face as usize];
+            let n = corner_count(face);
+            if let Some(k) = face[..n].iter().position(|&f| f == node) {
+                let at = |k: usize| x[face[k % n] as usize];
+                sum += (at(k + 1) - at(k)).cross(&(at(k + n - 1) - at(k)));
+            }
+        }
+        sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+    }
+
+    /// Pseudo-normal at a node: the normals of its faces weighted with their angles; its sign relative to an offset
+    /// distinguishes inside from outside also at a node (Bærentzen & Aanæs 2005). Not normalised.
+    pub fn vertex_normal(&self, node: u32, x: &[Vec3]) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for &face in self.faces_around(node) {
+            let face = &self.faces[face as usize];
+            let patch = Patch::new(face, x);
+            if let Some(k) = face[..patch.corner_count()].iter().position(|&f| f == node) {
+                let (next, previous) = patch.edges_at(k);
+                let cross = next.cross(&previous);
+                let sine = cross.norm();
+                if sine > 0.0 {
+                    sum += cross * (sine.atan2(next.dot(&previous)) / sine);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Whether a face around the node has an edge without neighbour there.
+    pub fn on_border(&self, node: u32) -> bool {
+        self.faces_around(node).iter().any(|&f| {
+            let (face, neighbours) = (&self.faces[f as usize], &self.neighbours[f as usize]);
+            let n = corner_count(face);
+            (0..n).any(|k| neighbours[k] == NONE && (face[k] == node || face[(k + 1) % n] == node))
+        })
+    }
+}
+
+/// Number of corners: 3 for a face that repeats its last node, else 4.
+pub(super) fn corner_count(face: &[u32; 4]) -> usize {
+    if face[2] == face[3] { 3 } else { 4 }
+}
+
+/// The face across each edge. Edges of more than two faces count as border.
+fn neighbours(faces: &[[u32; 4]]) -> Vec<[u32; 4]> {
+    let mut edges = Vec::new();
+    for (i, face) in faces.iter().enumerate() {
+        let n = corner_count(face);
+        for k in 0..n {
+            let (a, b) = (face[k], face[(k + 1) % n]);
+            edges.push((a.min(b), a.max(b), i, k));
+        }
+    }
+    edges.sort_unstable();
+    let mut neighbours = vec![[NONE; 4]; faces.len()];
+    for run in edges.chunk_by(|e, f| (e.0, e.1) == (f.0, f.1)) {
+        if let [(_, _, i, k), (_, _, j, l)] = *run {
+            neighbours[i][k] = j as u32;
+            neighbours[j][l] = i as u32;
+        }
+    }
+    neighbours
+}

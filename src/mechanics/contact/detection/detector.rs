@@ -1,0 +1,363 @@
+//! Contact detection: the list of [`Contact`]s that may close within a step, from the positions at both of its ends.
+//!
+//! The rules, for each slave node and each master:
+//! - *One face per node and master surface*, except in a valley of another surface, all of whose sides hold the node
+//!   ([`Kind::Side`]): held by the closest side alone, it would slide into the other, and pushing it out again would
+//!   do work in every step. The exception applies neither to averaged contacts nor to those found by the first time
+//!   of impact.
+//! - A node near a face ([`NEAR`] of the face's size outside, [`DEPTH`] of it inside) is held by the closest face
+//!   that is opposed to the slave, in the geometry at the start of the step. A node deeper inside a closed surface is
+//!   held by the closest of all faces, which determines its side; in self-contact, and behind an open surface, it is
+//!   no contact.
+//! - In self-contact a node is deeper than [`BAND`] behind a face only if the surface winds around the place just
+//!   outside the node ([`super::winding`]), so that it lies in another part of the body. Otherwise the face is the
+//!   far side of the node's own part, which a crushed body does not touch.
+//! - Where node and face move by more than [`NEAR`] relative to each other, the first time of impact decides
+//!   ([`super::time_of_impact`]): face, normal and weights are those of that time, and the gap is that at the start
+//!   along that normal. So no node tunnels, whatever the speed.
+//! - Self-contact never pairs a node with faces around it, with their neighbours unless folded onto it, or with the
+//!   far side of its own wall at the start of the run, and only with faces opposed to the node's own normal.
+//! - Here slave nodes meet master faces only; master nodes in slave faces, and edges, are in [`super::guard`].
+//!
+//! The result depends on the positions alone, never on the age of the list of the broad phase.
+
+use super::boundary::Boundary;
+pub use super::broad_phase::reach;
+use super::broad_phase::{Candidates, FaceTree, Motion};
+use super::finder::{Finder, local_frame};
+use super::mortar::Averager;
+pub use super::narrow_phase::{BAND, DEPTH, NEAR};
+use super::self_contact::{Exclusions, OwnMotion};
+use super::time_of_impact::Search;
+use crate::mechanics::contact::{Contact, ContactPair, Discretisation, Master, Surface};
+use crate::mechanics::tensor::Vec3;
+use thiserror::Error;
+
+/// Number of steps of the present motion for which a list is made, within the bounds below.
+const STEPS_PER_LIST: f64 = 12.0;
+/// Bounds of the slack of a list, as fractions of the mean face size.
+const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
+/// Slack of the list of a surface against itself, as a fraction of its mean face size. The nearest relevant faces are
+/// one face away, so hardly any is listed, and hardly any is checked while the surface moves by less relative to
+/// itself.
+const OWN_SLACK: f64 = 1.0;
+
+/// Reasons for which detection fails.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum DetectionError {
+    /// A position is NaN or infinite.
+    #[error("the position of a node on surface {surface} is not finite")]
+    NotFinite {
+        /// Index of the surface.
+        surface: usize,
+    },
+    /// The pose of a rigid body is NaN or infinite.
+    #[error("the place of rigid body {body} is not finite")]
+    BodyNotFinite {
+        /// Index of the body.
+        body: usize,
+    },
+}
+
+/// Statistics of one detection, for telemetry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DetectionReport {
+    /// The list of the broad phase was rebuilt.
+    pub rebuilt: bool,
+    /// Contacts found by their time of impact.
+    pub impacts: usize,
+}
+
+/// Finds contacts; stores the topology of the surfaces and a list of candidates.
+#[derive(Clone, Debug)]
+pub struct Detector {
+    boundaries: Vec<Boundary>,
+    pairs: Vec<PairState>,
+    /// Positions of each surface's nodes when the lists were made.
+    snapshots: Vec<Vec<Vec3>>,
+    /// Displacement of each surface in the present step.
+    moved: Vec<Moved>,
+    /// Slack of lists of self-contact, as a fraction of the mean face size.
+    own_slack: f64,
+    search: Search,
+}
+
+/// A pair, with the data that detection stores for it.
+#[derive(Clone, Debug)]
+pub(super) struct PairState {
+    /// Index of the slave's surface.
+    pub slave: usize,
+    /// The obstacle that the slave must not enter.
+    pub side: Side,
+    /// Slave nodes and master faces that may meet.
+    pub candidates: Candidates,
+    /// Averages the contacts, in mortar contact.
+    pub averager: Option<Averager>,
+    /// Motion of the surface relative to itself, in self-contact.
+    pub own: Option<OwnMotion>,
+}
+
+/// A master, prepared for detection.
+#[derive(Clone, Debug)]
+pub(super) enum Side {
+    /// With the faces that a surface excludes against itself.
+    Surface {
+        master: usize,
+        tree: FaceTree,
+        exclusions: Option<Exclusions>,
+    },
+    Plane {
+        point: Vec3,
+        frame: [Vec3; 3],
+        size: f64,
+    },
+}
+
+/// Largest displacements of the nodes of a surface.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moved {
+    /// Since the lists were made, to either end of the step [m].
+    pub since_list: f64,
+    /// Within the step [m].
+    pub in_step: f64,
+}
+
+impl Detector {
+    /// Topology and sizes at the positions `x` [m] of all nodes *at the start of the run* (also for a restart). Pairs
+    /// with a rigid side are left to [`super::rigid_detection`].
+    pub fn new(surfaces: &[Surface], pairs: &[ContactPair], x: &[Vec3]) -> Self {
+        let boundaries: Vec<Boundary> = surfaces.iter().map(|s| Boundary::new(s, x)).collect();
+        let pairs: Vec<PairState> = pairs.iter().filter_map(|p| PairState::new(p, &boundaries, x)).collect();
+        let moved = vec![Moved::default(); boundaries.len()];
+        Self {
+            boundaries,
+            pairs,
+            snapshots: Vec::new(),
+            moved,
+            own_slack: OWN_SLACK,
+            search: Search::default(),
+        }
+    }
+
+    /// Checks for self-contact in every step, even where nothing can have come near since the last one.
+    #[must_use]
+    pub fn that_always_looks_at_itself(mut self) -> Self {
+        self.own_slack = 0.0;
+        self
+    }
+
+    /// Uses the given discretisation for the contacts of two meshes.
+    #[must_use]
+    pub fn with(mut self, discretisation: Discretisation) -> Self {
+        for pair in &mut self.pairs {
+            let is_averaged = discretisation == Discretisation::Mortar
+                && pair.side.master().is_some_and(|master| master != pair.slave);
+            pair.averager = is_averaged.then(|| Averager::new(&self.boundaries[pair.slave]));
+        }
+        self
+    }
+
+    /// Fills `contacts` (cleared first), sorted by (pair, slave, face).
+    ///
+    /// `x` [m] are the absolute positions of all nodes at the start of the step, `x_end` [m] those at its end in the
+    /// absence of contact, `drifts` [m/s] the difference of flight velocities of each pair, slave less master, copied
+    /// into the contacts.
+    ///
+    /// # Errors
+    /// [`DetectionError::NotFinite`]; `contacts` is empty then.
+    pub fn detect(
+        &mut self,
+        x: &[Vec3],
+        x_end: &[Vec3],
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<DetectionReport, DetectionError> {
+        contacts.clear();
+        let motion = Motion { x, x_end };
+        let mut report = DetectionReport { rebuilt: self.update_lists(&motion)?, impacts: 0 };
+        let Self { boundaries, pairs, snapshots, moved, search, .. } = self;
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            let first = contacts.len();
+            let master_moved = match &pair.own {
+                Some(own) => Moved { since_list: own.since_list, in_step: own.in_step },
+                None => pair.side.master().map_or(Moved::default(), |master| moved[master]),
+            };
+            let finder = Finder { pair, index: i as u32, boundaries, motion, master_moved, drift: drifts[i] };
+            report.impacts += finder.find(&snapshots[pair.slave], search, contacts);
+            if let (Some(averager), Some(master)) = (&mut pair.averager, pair.side.master()) {
+                averager.average(&boundaries[pair.slave], &boundaries[master], x, &mut contacts[first..]);
+            }
+        }
+        Ok(report)
+    }
+
+    /// Rebuilds lists that no longer cover this step; returns whether any was.
+    fn update_lists(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
+        let mut rebuilt = self.update_lists_of_others(motion)?;
+        let Self { boundaries, pairs, own_slack, .. } = self;
+        for pair in pairs.iter_mut().filter(|pair| pair.own.is_some()) {
+            let slave = pair.slave;
+            let updated =
+                pair.update_own_list(boundaries, motion, *own_slack * boundaries[slave].mean_size());
+            rebuilt |= updated.ok_or(DetectionError::NotFinite { surface: slave })?;
+        }
+        Ok(rebuilt)
+    }
+
+    /// Updates the lists of pairs of two surfaces, or of a surface and a plane: all or none.
+    fn update_lists_of_others(&mut self, motion: &Motion) -> Result<bool, DetectionError> {
+        if !self.snapshots.is_empty() {
+            self.measure_motion(motion)?;
+            let covered = self.pairs.iter().filter(|pair| pair.own.is_none()).all(|pair| {
+                let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].since_list);
+                pair.candidates.cover(self.moved[pair.slave].since_list, of_master)
+            });
+            if covered {
+                return Ok(false);
+            }
+        }
+        self.snapshots.resize_with(self.boundaries.len(), Vec::new);
+        for (boundary, snapshot) in self.boundaries.iter().zip(&mut self.snapshots) {
+            snapshot.clear();
+            snapshot.extend(boundary.nodes.iter().map(|&n| motion.x[n as usize]));
+        }
+        self.measure_motion(motion)?;
+        for pair in self.pairs.iter_mut().filter(|pair| pair.own.is_none()) {
+            let of_master = pair.side.master().map_or(0.0, |master| self.moved[master].in_step);
+            pair.rebuild(&self.boundaries, motion, self.moved[pair.slave].in_step + of_master);
+        }
+        Ok(true)
+    }
+
+    fn measure_motion(&mut self, motion: &Motion) -> Result<(), DetectionError> {
+        for (surface, boundary) in self.boundaries.iter().enumerate() {
+            // Surfaces that may meet only themselves are measured by their relative motion instead.
+            let mut of_it =
+                self.pairs.iter().filter(|p| p.slave == surface || p.side.master() == Some(surface));
+            if of_it.clone().next().is_some() && of_it.all(|pair| pair.own.is_some()) {
+                continue;
+            }
+            let (mut since_list, mut in_step): (f64, f64) = (0.0, 0.0);
+            let mut check = 0.0;
+            for (&node, old) in boundary.nodes.iter().zip(&self.snapshots[surface]) {
+                let (x, x_end) = (motion.x[node as usize], motion.x_end[node as usize]);
+                let start = (x - old).norm_squared();
+                let end = (x_end - old).norm_squared();
+                let step = (x_end - x).norm_squared();
+                // Plain comparisons drop a NaN, which shows in the sum.
+                since_list = if start > since_list { start } else { since_list };
+                since_list = if end > since_list { end } else { since_list };
+                in_step = if step > in_step { step } else { in_step };
+                check += start + step;
+            }
+            if !check.is_finite() {
+                return Err(DetectionError::NotFinite { surface });
+            }
+            self.moved[surface] = Moved { since_list: since_list.sqrt(), in_step: in_step.sqrt() };
+        }
+        Ok(())
+    }
+
+    /// Topology of a surface.
+    pub(super) fn boundary(&self, surface: usize) -> &Boundary {
+        &self.boundaries[surface]
+    }
+
+    /// The slave's surface of a pair.
+    pub(in crate::mechanics::contact) fn slave_boundary(&self, pair: usize) -> &Boundary {
+        &self.boundaries[self.pairs[pair].slave]
+    }
+
+    /// The master's surface of a pair, `None` for a plane.
+    pub(in crate::mechanics::contact) fn master_boundary(&self, pair: usize) -> Option<&Boundary> {
+        self.pairs[pair].side.master().map(|master| &self.boundaries[master])
+    }
+
+    /// Point and normal of a pair's plane with the size [m] that tolerances refer to, `None` for a surface.
+    pub(in crate::mechanics::contact) fn plane(&self, pair: usize) -> Option<(Vec3, Vec3, f64)> {
+        match self.pairs[pair].side {
+            Side::Plane { point, frame, size } => Some((point, frame[0], size)),
+            Side::Surface { .. } => None,
+        }
+    }
+
+    /// Slave surface of each pair, and its master surface unless that is a plane.
+    pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
+        self.pairs.iter().map(|p| (p.slave, p.side.master()))
+    }
+}
+
+impl Side {
+    /// Index of the master's surface, `None` for a plane.
+    fn master(&self) -> Option<usize> {
+        match self {
+            Self::Surface { master, .. } => Some(*master),
+            Self::Plane { .. } => None,
+        }
+    }
+}
+
+impl PairState {
+    /// State of a pair at the start; `None` for a rigid master.
+    fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3]) -> Option<Self> {
+        let side = match pair.master {
+            Master::Rigid(_) => return None,
+            Master::Surface(master) => Side::Surface {
+                master,
+                tree: FaceTree::new(&boundaries[master], x),
+                exclusions: (master == pair.slave).then(|| Exclusions::new(x)),
+            },
+            Master::Plane { point, normal } => Side::Plane {
+                point,
+                frame: local_frame(&normal, &Vec3::zeros()),
+                size: boundaries[pair.slave].mean_size(),
+            },
+        };
+        let candidates = Candidates::with_capacity(boundaries[pair.slave].nodes.len());
+        let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
+        Some(Self { slave: pair.slave, side, candidates, averager: None, own })
+    }
+
+    /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
+    /// returns whether it did. `None` if a position is not finite.
+    fn update_own_list(&mut self, boundaries: &[Boundary], motion: &Motion, slack: f64) -> Option<bool> {
+        let (boundary, own) = (&boundaries[self.slave], self.own.as_mut()?);
+        if own.has_started() {
+            if !own.measure(boundary, motion) {
+                return None;
+            }
+            if self.candidates.cover(own.since_list, 0.0) {
+                return Some(false);
+            }
+        }
+        own.restart(boundary, motion);
+        if !own.measure(boundary, motion) {
+            return None;
+        }
+        if let Side::Surface { tree, exclusions: Some(exclusions), .. } = &mut self.side {
+            let excluded = |node, face| exclusions.contain(boundary, node, face);
+            self.candidates.rebuild(boundary, boundary, tree, motion, slack, excluded);
+        }
+        Some(true)
+    }
+
+    /// `in_step` [m]: upper bound of the relative motion of the two sides in this step.
+    fn rebuild(&mut self, boundaries: &[Boundary], motion: &Motion, in_step: f64) {
+        let slave = &boundaries[self.slave];
+        let slack =
+            |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
+        match &mut self.side {
+            Side::Surface { master, tree, .. } => {
+                let master = &boundaries[*master];
+                let slack = slack(master.mean_size());
+                self.candidates.rebuild(slave, master, tree, motion, slack, |_, _| false);
+            }
+            Side::Plane { point, frame, size } => {
+                self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,134 @@
+//! Penetrations that slave nodes against master faces miss: master nodes in slave faces, and crossing edges.
+//!
+//! - *A master node* may lie inside the slave by [`ALLOWED`] of a face and no deeper. Where the slave's nodes are
+//!   close together they keep it out by themselves, and this constrains nothing; between nodes that are far apart, or
+//!   at a corner of the master, it is what holds.
+//! - *Two edges*, one of each surface and at least one of them sharp, are held against each other between their ends.
+//!
+//! Both are found as slave nodes are, where they move far by their time of impact: nothing tunnels.
+
+use super::detector::{DetectionError, Detector};
+use super::edges::{BENT, EdgeFinder};
+use super::finder::local_frame;
+use crate::mechanics::contact::stencil::Stencil;
+use crate::mechanics::contact::{ALLOWED, Contact, ContactPair, Discretisation, Kind, Master, Surface};
+use crate::mechanics::tensor::Vec3;
+
+/// Shape function of a node above which a place on a face coincides with that node.
+const AT_NODE: f64 = 0.999;
+
+/// Finds the contacts of master nodes and of edges.
+pub struct Guard {
+    /// Detector of the pairs with slave and master exchanged.
+    reversed: Detector,
+    /// Number of each of its pairs in the original list.
+    pairs: Vec<u32>,
+    edges: EdgeFinder,
+    still: Vec<Vec3>,
+    found: Vec<Contact>,
+}
+
+impl Guard {
+    /// For the `pairs` of two different meshes, for none with [`Discretisation::NodeToSurface`]; `x` [m] are the
+    /// positions of all nodes at the start of the run.
+    pub fn new(
+        surfaces: &[Surface],
+        pairs: &[ContactPair],
+        discretisation: Discretisation,
+        x: &[Vec3],
+    ) -> Self {
+        let pairs = if discretisation == Discretisation::NodeToSurface { &[] } else { pairs };
+        // Mortar contact controls the mean over a smooth face, not single edges.
+        let bent = if discretisation == Discretisation::Mortar { f64::INFINITY } else { BENT };
+        let exchanged = |(index, pair): (usize, &ContactPair)| match pair.master {
+            Master::Surface(master) if master != pair.slave => Some((
+                index as u32,
+                ContactPair { slave: master, master: Master::Surface(pair.slave), ..pair.clone() },
+            )),
+            _ => None,
+        };
+        let (numbers, reversed): (Vec<u32>, Vec<ContactPair>) =
+            pairs.iter().enumerate().filter_map(exchanged).unzip();
+        let most = reversed.iter().map(|pair| surfaces[pair.slave].nodes.len()).sum();
+        let reversed_detector = Detector::new(surfaces, &reversed, x);
+        Self {
+            edges: EdgeFinder::new(&reversed_detector, pairs, x, bent),
+            reversed: reversed_detector,
+            still: vec![Vec3::zeros(); numbers.len()],
+            found: Vec::with_capacity(most),
+            pairs: numbers,
+        }
+    }
+
+    /// Appends the contacts to those of the slave nodes and sorts them by (pair, slave, face); arguments as for
+    /// [`Detector::detect`].
+    ///
+    /// # Errors
+    /// [`DetectionError::NotFinite`].
+    pub fn detect(
+        &mut self,
+        x: &[Vec3],
+        x_end: &[Vec3],
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<(), DetectionError> {
+        if self.pairs.is_empty() {
+            return Ok(());
+        }
+        let before = contacts.len();
+        // Master nodes that close against slave faces, to the allowed depth.
+        let is_held = |pair: u32, slave: u32, contacts: &[Contact]| {
+            contacts[..before].binary_search_by_key(&(pair, slave), |c| (c.pair, c.slave)).is_ok()
+        };
+        self.reversed.detect(x, x_end, &self.still, &mut self.found)?;
+        for found in self.found.iter().filter(|found| found.kind != Kind::Side) {
+            let pair = self.pairs[found.pair as usize];
+            let face_size = self
+                .reversed
+                .master_boundary(found.pair as usize)
+                .map(|boundary| boundary.sizes[found.face as usize]);
+            let gap = found.gap + ALLOWED * face_size.unwrap_or(0.0);
+            let change = |(node, w): (u32, f64)| (x_end[node as usize] - x[node as usize]) * w;
+            let closing = found.frame[0].dot(&found.stencil.each().map(change).sum::<Vec3>());
+            if gap.min(gap + closing) > 0.0 {
+                continue;
+            }
+            // A slave node with a contact of its own makes this one redundant.
+            let new = exchanged_contact(found, pair, gap, &drifts[pair as usize]);
+            contacts.extend(new.filter(|new| !(is_at_node(found) && is_held(pair, new.slave, contacts))));
+        }
+        // Edges against edges.
+        self.edges.detect(&self.reversed, (x, x_end), drifts, contacts);
+        if contacts.len() > before {
+            contacts.sort_unstable_by_key(|c| (c.pair, c.slave, c.face, c.stencil.nodes().last().copied()));
+        }
+        Ok(())
+    }
+}
+
+/// Whether the place on the slave's face is one of its nodes.
+fn is_at_node(found: &Contact) -> bool {
+    found.stencil.master().any(|(_, w)| -w > AT_NODE)
+}
+
+/// The contact in terms of the original pair: the nodes of the face are its slave side. `None` for a face without
+/// weights.
+fn exchanged_contact(found: &Contact, pair: u32, gap: f64, drift: &Vec3) -> Option<Contact> {
+    let of_face = || found.stencil.master().map(|(node, w)| (node, -w));
+    let heaviest = of_face().fold((0, 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
+    Some(Contact {
+        pair,
+        kind: Kind::Guard,
+        slave: heaviest.0,
+        face: found.face,
+        stencil: Stencil::new(of_face(), [(found.slave, 1.0)])?,
+        frame: local_frame(&-found.frame[0], &found.frame[1]),
+        gap,
+        point: found.point,
+        drift: *drift,
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)] // tests may panic
+mod tests;

@@ -1,0 +1,23 @@
+//! Detection: from surfaces and their motion to the candidate contacts of a step. It knows no law and no reaction.
+//!
+//! [`detector`] and [`guard`] find nodes against faces, edges against edges and averages over faces (mortar);
+//! [`rigid_detection`] rigid shapes against nodes and against each other.
+
+mod boundary;
+mod broad_phase;
+pub mod closest_point;
+pub mod detector;
+mod edges;
+pub mod finder;
+pub mod guard;
+pub mod initial_overlap;
+mod mortar;
+pub mod narrow_phase;
+pub mod rigid_detection;
+pub mod rigid_faces;
+mod rigid_manifold;
+mod segments;
+mod self_contact;
+pub mod slave_choice;
+pub mod time_of_impact;
+pub mod winding;

@@ -1,0 +1,415 @@
+//! Contact detection for rigid bodies: against meshes, planes, and each other.
+//!
+//! - *Mesh nodes against a shape*: by the signed distance of the shape, in its axes, where a node moves by `s₀ → s₁`.
+//!   Within [`NEAR`] of a face's size the normal is that at the start. A node that moves farther than that within the
+//!   step is followed along its path, by steps of its distance, which cannot jump over the surface; the normal is
+//!   that at the place of impact. So nothing tunnels, whatever the speed.
+//! - *A shape against a plane*: the few points that may be lowest ([`crate::mechanics::rigid::Shape::feet`]).
+//! - *Two shapes*: the points of parry's contact manifold, four or more where faces lie on each other; where they
+//!   move or turn far relative to each other, at the time of their first impact, found in the same way as that of
+//!   nodes.
+//! - *Faces of a mesh between their nodes*, which a shape may enter by a small fraction of their size
+//!   (`rigid_faces.rs`).
+//!
+//! The result depends on the positions alone, never on earlier steps.
+
+use super::boundary::Boundary;
+use super::closest_point::Patch;
+use super::detector::{DetectionError, NEAR};
+use super::finder::local_frame;
+use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
+use super::rigid_faces::{allowed, touches_of};
+use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};
+use super::time_of_impact::first_meeting;
+use crate::mechanics::contact::stencil::Stencil;
+use crate::mechanics::contact::{Contact, ContactPair, Kind, Master, Surface};
+use crate::mechanics::rigid::{Pose, RigidBody, Shape};
+use crate::mechanics::tensor::Vec3;
+use parry3d_f64::shape::SharedShape;
+
+pub use super::rigid_manifold::MOST_POINTS;
+
+/// Distance from the surface at which a node has met it, as a fraction of the search distance.
+const MET: f64 = 1e-9;
+/// The same for two shapes, whose distance is found by iteration.
+const MET_SHAPES: f64 = 1e-3;
+
+/// Largest distance from a shape or plane at which a contact is formed, for a length of a shape or face [m].
+pub fn reach(size: f64) -> f64 {
+    NEAR * size
+}
+
+/// Positions and poses at both ends of a step in the absence of contact.
+#[derive(Clone, Copy)]
+pub struct RigidMotion<'a> {
+    /// Positions of the nodes at the start [m].
+    pub x: &'a [Vec3],
+    /// Positions of the nodes at the end [m].
+    pub x_end: &'a [Vec3],
+    /// Poses of the rigid bodies at the start.
+    pub poses: &'a [Pose],
+    /// Poses of the rigid bodies at the end.
+    pub poses_end: &'a [Pose],
+}
+
+/// One side of a pair.
+#[derive(Clone, Debug)]
+enum Side {
+    Mesh(MeshSide),
+    Body(usize),
+    /// A point, and n, t1, t2.
+    Plane(Vec3, [Vec3; 3]),
+}
+
+/// The boundary surface of a mesh.
+#[derive(Clone, Debug)]
+struct MeshSide {
+    boundary: Boundary,
+    /// Mean size of the faces at rest [m].
+    size: f64,
+    /// Edges of each face that are checked with it: each edge of the mesh once.
+    owns: Vec<[bool; 4]>,
+}
+
+/// Finds the contacts of the pairs with a rigid side.
+pub struct RigidDetector {
+    bodies: Vec<RigidBody>,
+    shapes: Vec<SharedShape>,
+    /// Number of the pair, slave and master.
+    pairs: Vec<(u32, Side, Side)>,
+    manifolds: ManifoldFinder,
+    touches: Vec<Touch>,
+    /// Faces near the body of the present pair.
+    near: Vec<u32>,
+}
+
+impl RigidDetector {
+    /// For the `pairs` from number `first` on, which have a rigid side; `x` [m] are the positions of all nodes at the
+    /// start of the run.
+    pub fn new(
+        surfaces: &[Surface],
+        (pairs, first): (&[ContactPair], usize),
+        bodies: &[RigidBody],
+        x: &[Vec3],
+    ) -> Self {
+        let slave = |pair: &ContactPair| {
+            let surface = &surfaces[pair.slave];
+            let body = bodies.iter().position(|body| surface.nodes == [body.centre]);
+            body.map_or_else(|| Side::Mesh(MeshSide::new(surface, x)), Side::Body)
+        };
+        let of_pair = |(index, pair): (usize, &ContactPair)| {
+            let master = match pair.master {
+                Master::Rigid(body) => Side::Body(body),
+                Master::Plane { point, normal } => Side::Plane(point, local_frame(&normal, &Vec3::zeros())),
+                Master::Surface(_) => return None,
+            };
+            Some((index as u32, slave(pair), master))
+        };
+        let faces = surfaces.iter().map(|surface| surface.faces.len()).max().unwrap_or(0);
+        Self {
+            near: Vec::with_capacity(faces),
+            bodies: bodies.to_vec(),
+            shapes: bodies.iter().map(|body| parry_shape(&body.shape)).collect(),
+            pairs: pairs.iter().enumerate().skip(first).filter_map(of_pair).collect(),
+            manifolds: ManifoldFinder::default(),
+            touches: Vec::with_capacity(MOST_POINTS),
+        }
+    }
+
+    /// All rigid bodies, by index.
+    pub fn bodies(&self) -> &[RigidBody] {
+        &self.bodies
+    }
+
+    /// Length that corrections of a pair's contacts are small against [m]: the mean size of the faces of a mesh at
+    /// rest, and no more than the smallest thickness of a rigid body.
+    pub fn length(&self, pair: u32) -> f64 {
+        let of_side = |side: &Side| match side {
+            Side::Mesh(mesh) => mesh.size,
+            Side::Body(body) => self.bodies[*body].shape.size(),
+            Side::Plane(..) => f64::INFINITY,
+        };
+        let found = self.pairs.iter().find(|(index, ..)| *index == pair);
+        found.map_or(0.0, |(_, slave, master)| of_side(slave).min(of_side(master)))
+    }
+
+    /// Appends the contacts to `contacts`, by pair, those of nodes before those of faces; `drifts` as for deformable
+    /// pairs.
+    ///
+    /// # Errors
+    /// [`DetectionError::BodyNotFinite`] where the pose of a body is not finite; nothing is appended then.
+    pub fn detect(
+        &mut self,
+        motion: &RigidMotion,
+        drifts: &[Vec3],
+        contacts: &mut Vec<Contact>,
+    ) -> Result<(), DetectionError> {
+        if let Some(body) = motion.poses.iter().chain(motion.poses_end).position(|pose| !pose.is_finite()) {
+            return Err(DetectionError::BodyNotFinite { body: body % self.bodies.len() });
+        }
+        let Self { bodies, shapes, pairs, manifolds, touches, near: near_faces } = self;
+        for (index, slave, master) in pairs.iter() {
+            let finder = Finder { pair: *index, drift: drifts[*index as usize], bodies, motion };
+            match (slave, master) {
+                (Side::Mesh(MeshSide { boundary, size, owns }), Side::Body(body)) => {
+                    let near = reach(*size);
+                    let nodes = boundary.nodes.iter();
+                    contacts.extend(nodes.filter_map(|&node| finder.node_on_body(node, near, *body)));
+                    near_faces.clear();
+                    for (index, owns) in owns.iter().enumerate() {
+                        if finder.face_on_body((boundary, index), *owns, *body, contacts) {
+                            near_faces.push(index as u32);
+                        }
+                    }
+                    finder.corners_in_creases(boundary, near_faces, *body, contacts);
+                }
+                (Side::Body(body), Side::Plane(point, frame)) => {
+                    finder.body_on_plane(*body, point, frame, contacts);
+                }
+                (Side::Body(a), Side::Body(b)) => {
+                    finder.body_on_body([*a, *b], shapes, manifolds, touches, contacts);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Finds the contacts of one pair in one step.
+struct Finder<'a> {
+    pair: u32,
+    drift: Vec3,
+    bodies: &'a [RigidBody],
+    motion: &'a RigidMotion<'a>,
+}
+
+impl Finder<'_> {
+    fn node_on_body(&self, node: u32, near: f64, body: usize) -> Option<Contact> {
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        let (x, x_end) = (self.motion.x[node as usize], self.motion.x_end[node as usize]);
+        let shape = &self.bodies[body].shape;
+        // Most nodes are far away during the whole step.
+        let (from, to) = (x - start.centre, x_end - end.centre);
+        if from.norm() - (to - from).norm() > shape.outer_radius() + near {
+            return None;
+        }
+        let (s, s_end) = (start.local(&x), end.local(&x_end));
+        let (gap, normal) = shape.eval_distance(&s);
+        let way = s_end - s;
+        let length = way.norm();
+        if gap > 0.0
+            && length > near
+            && let Some(share) = first_meeting(|t| shape.eval_distance(&(s + way * t)).0, length, MET * near)
+        {
+            let met = s + way * share;
+            let (left, normal) = shape.eval_distance(&met);
+            let then = start.orientation.slerp(&end.orientation, share);
+            let point = start.centre + then * met;
+            let gap = left - normal.dot(&way) * share;
+            return Some(self.contact(node, Some(body), &(then * normal), gap, point));
+        }
+        (gap <= near).then(|| self.contact(node, Some(body), &(start.orientation * normal), gap, x))
+    }
+
+    /// Contacts of a face between its nodes, and on the edges checked with it; returns whether the face is near the
+    /// body.
+    fn face_on_body(
+        &self,
+        (boundary, index): (&Boundary, usize),
+        owns: [bool; 4],
+        body: usize,
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
+        let (face, size) = (&boundary.faces[index], boundary.sizes[index]);
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        let shape = &self.bodies[body].shape;
+        // Most faces are far away during the whole step.
+        let from = face.map(|node| self.motion.x[node as usize] - start.centre);
+        let to = face.map(|node| self.motion.x_end[node as usize] - end.centre);
+        let middle = (from[0] + from[2]) * 0.5;
+        let around = from.iter().map(|x| (x - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let moved =
+            from.iter().zip(&to).map(|(x, x_end)| (x_end - x).norm_squared()).fold(0.0, f64::max).sqrt();
+        if middle.norm() - around - moved > shape.outer_radius() {
+            return false;
+        }
+        // Both ends of the step in the axes of the body.
+        let patch = |pose: &Pose, x: [Vec3; 4]| Patch {
+            corners: x.map(|x| pose.orientation.inverse_transform_vector(&x)),
+            triangle: face[2] == face[3],
+        };
+        touches_of(shape, size, [&patch(start, from), &patch(end, to)], owns, |touch| {
+            let then = start.orientation.slerp(&end.orientation, touch.share);
+            let place = (touch.weights, start.place(&touch.point));
+            contacts.extend(self.fixed((index as u32, face), place, &(then * touch.normal), touch.gap, body));
+        });
+        true
+    }
+
+    /// Corners of the body inside the mesh whose closest point, at the start of the step, is on an edge or a node: in
+    /// a crease, where the adjacent faces rise, so that the corner projects onto none of them.
+    fn corners_in_creases(
+        &self,
+        boundary: &Boundary,
+        faces: &[u32],
+        body: usize,
+        contacts: &mut Vec<Contact>,
+    ) {
+        let shape @ Shape::Box { .. } = &self.bodies[body].shape else { return };
+        for corner in shape.feet(&Vec3::zeros()).points() {
+            let place = self.motion.poses[body].place(corner);
+            let mut nearest: Option<Proximity> = None;
+            for &face in faces {
+                let limit = nearest.map_or(reach(boundary.largest_size), |p| p.distance);
+                let corners = boundary.faces[face as usize].map(|node| self.motion.x[node as usize]);
+                if is_outside_box(&corners, &place, limit) {
+                    continue;
+                }
+                let found = eval_proximity_within(boundary, face, &place, self.motion.x, limit);
+                nearest = found.filter(|p| nearest.is_none_or(|n| p.distance < n.distance)).or(nearest);
+            }
+            if let Some(p) = nearest.filter(|p| p.beyond && p.gap < 0.0) {
+                let face = &boundary.faces[p.face as usize];
+                let gap = p.gap + allowed(shape, boundary.sizes[p.face as usize]);
+                let on_face = (p.weights, place - p.normal * p.gap);
+                contacts.extend(self.fixed((p.face, face), on_face, &-p.normal, gap, body));
+            }
+        }
+    }
+
+    /// The contact of a point of a face, given by its shape functions and position [m].
+    fn fixed(
+        &self,
+        (index, face): (u32, &[u32; 4]),
+        (weights, point): ([f64; 4], Vec3),
+        normal: &Vec3,
+        gap: f64,
+        body: usize,
+    ) -> Option<Contact> {
+        let of_face = || face.iter().copied().zip(weights);
+        let heaviest =
+            of_face().fold((face[0], 0.0), |best, (node, w)| if w > best.1 { (node, w) } else { best });
+        let stencil = Stencil::new(of_face(), [(self.bodies[body].centre, 1.0)])?;
+        let contact = self.contact(heaviest.0, Some(body), normal, gap, point);
+        Some(Contact { kind: Kind::Fixed, face: index, stencil, ..contact })
+    }
+
+    fn body_on_plane(&self, body: usize, point: &Vec3, frame: &[Vec3; 3], contacts: &mut Vec<Contact>) {
+        let RigidBody { shape, centre, .. } = &self.bodies[body];
+        let feet = |pose: &Pose| shape.feet(&pose.orientation.inverse_transform_vector(&-frame[0]));
+        let (start, end) = (&self.motion.poses[body], &self.motion.poses_end[body]);
+        for (foot, foot_end) in feet(start).points().iter().zip(feet(end).points()) {
+            let place = start.place(foot);
+            let height = |x: &Vec3| frame[0].dot(&(x - point));
+            let gap = height(&place);
+            if gap.min(height(&end.place(foot_end))) <= reach(shape.size()) {
+                let contact = self.contact(*centre, None, &frame[0], gap, place);
+                contacts.push(Contact { frame: *frame, ..contact });
+            }
+        }
+    }
+
+    fn body_on_body(
+        &self,
+        bodies: [usize; 2],
+        shapes: &[SharedShape],
+        manifolds: &mut ManifoldFinder,
+        touches: &mut Vec<Touch>,
+        contacts: &mut Vec<Contact>,
+    ) {
+        // Bounds of the distance and of the relative motion.
+        let [a, b] = bodies.map(|body| &self.bodies[body]);
+        let [a_start, b_start] = bodies.map(|body| self.motion.poses[body]);
+        let [a_end, b_end] = bodies.map(|body| self.motion.poses_end[body]);
+        let [a_step, b_step] = [a_end.centre - a_start.centre, b_end.centre - b_start.centre];
+        let near = reach(a.shape.size().min(b.shape.size()));
+        let [a_turn, b_turn] = [rotation(&a_start, &a_end), rotation(&b_start, &b_end)];
+        let [a_radius, b_radius] = [a.shape.outer_radius(), b.shape.outer_radius()];
+        let moved = (a_step - b_step).norm() + a_turn.norm() * a_radius + b_turn.norm() * b_radius;
+        let apart = (a_start.centre - b_start.centre).norm() - a_radius - b_radius;
+        if apart > near + moved {
+            return;
+        }
+        let [a_shape, b_shape] = bodies.map(|body| &shapes[body]);
+        touches.clear();
+        // Poses at a fraction of the step.
+        let then = |start: &Pose, end: &Pose, share: f64| Pose {
+            centre: start.centre.lerp(&end.centre, share),
+            orientation: start.orientation.slerp(&end.orientation, share),
+        };
+        let distance = |share: f64| {
+            shape_distance(
+                (a_shape, &then(&a_start, &a_end, share)),
+                (b_shape, &then(&b_start, &b_end, share)),
+            )
+        };
+        // Slow bodies: the points that may close within the step, at the start. Fast ones: those of the first impact.
+        if moved <= near {
+            manifolds.find((a_shape, &a_start), (b_shape, &b_start), near, |touch| touches.push(touch));
+        } else if let Some(share) = first_meeting(distance, moved, MET_SHAPES * near) {
+            let (a_then, b_then) = (then(&a_start, &a_end, share), then(&b_start, &b_end, share));
+            manifolds.find((a_shape, &a_then), (b_shape, &b_then), near, |touch| {
+                // The gap at the start that closes to that of the impact, and the moment arm on the slave at the impact.
+                let way =
+                    |step: &Vec3, turn: &Vec3, then: &Pose| step + turn.cross(&(touch.point - then.centre));
+                let closed = way(&a_step, &a_turn, &a_then) - way(&b_step, &b_turn, &b_then);
+                let gap = touch.gap - touch.normal.dot(&closed) * share;
+                let point = touch.point + (a_start.centre - a_then.centre);
+                touches.push(Touch { point, gap, ..touch });
+            });
+        }
+        contacts.extend(
+            touches
+                .iter()
+                .map(|touch| self.contact(a.centre, Some(bodies[1]), &touch.normal, touch.gap, touch.point)),
+        );
+    }
+
+    /// A contact of the slave's node (the centre of a rigid slave) with a rigid body or a plane.
+    fn contact(&self, slave: u32, master: Option<usize>, normal: &Vec3, gap: f64, point: Vec3) -> Contact {
+        let centre = master.map_or(slave, |body| self.bodies[body].centre);
+        let weight = if master.is_some() { 1.0 } else { 0.0 };
+        Contact {
+            pair: self.pair,
+            kind: Kind::Node,
+            slave,
+            face: u32::MAX,
+            stencil: Stencil::node_on_face(slave, &[centre; 4], &[weight, 0.0, 0.0, 0.0]),
+            frame: local_frame(normal, &Vec3::zeros()),
+            gap,
+            point,
+            drift: self.drift,
+        }
+    }
+}
+
+/// The rotation from one pose to another, axis times angle [rad].
+fn rotation(start: &Pose, end: &Pose) -> Vec3 {
+    (end.orientation * start.orientation.inverse()).scaled_axis()
+}
+
+impl MeshSide {
+    /// At the positions `x` [m].
+    fn new(surface: &Surface, x: &[Vec3]) -> Self {
+        let mut owns = vec![[false; 4]; surface.faces.len()];
+        let edge = |(face, k): (usize, usize)| {
+            let corners = &surface.faces[face];
+            let count = if corners[2] == corners[3] { 3 } else { 4 };
+            let (a, b) = (corners[k % count], corners[(k + 1) % count]);
+            ([a.min(b), a.max(b)], face, k)
+        };
+        let places = (0..surface.faces.len()).flat_map(|face| (0..4).map(move |k| (face, k)));
+        let mut edges: Vec<([u32; 2], usize, usize)> = places.map(edge).collect();
+        edges.sort_unstable();
+        edges.dedup_by_key(|edge| edge.0);
+        for (_, face, k) in edges {
+            owns[face][k] = true;
+        }
+        let boundary = Boundary::new(surface, x);
+        Self { size: boundary.mean_size(), boundary, owns }
+    }
+}
+
+#[cfg(test)]
+mod tests;

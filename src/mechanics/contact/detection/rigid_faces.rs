@@ -1,0 +1,337 @@
+//! Faces of a mesh against a rigid body, between their nodes, which have contacts of their own
+//! ([`super::rigid_detection`]).
+//!
+//! A shape may penetrate a face by [`ALLOWED`] of the face's size at rest and no deeper: where nodes are close
+//! together they keep it out by themselves, and this constrains nothing. Two flat-sided bodies touch with a corner in
+//! a face, a face on a corner, or two edges; faces of a mesh also warp:
+//!
+//! - *Feet* of the shape (its corners, the ends of its axis, its centre: [`Shape::feet`]) in a face, along the normal
+//!   of the face, hence to the side of the mesh, at any depth.
+//! - *Edges* of the face between their ends, where the distance to the shape is least: the distance to a convex shape
+//!   is convex along a straight edge. It is measured to a *core*, smaller than the shape by twice the allowed depth,
+//!   so that the normal is unique at edges and corners of the shape, too. Where the shape lies flat on an edge both
+//!   ends of that stretch are held.
+//! - Corners of a box below an *edge or node* of the mesh where adjacent faces rise are left to the detection over
+//!   the whole surface.
+//! - The *bulge* of a warped face, where its inside is nearer to the core than its edges.
+//!
+//! A face that moves far within a step is followed along its path by steps of its distance, as nodes are: nothing
+//! tunnels.
+
+use super::closest_point::{Feature, Patch};
+use super::detector::NEAR;
+use super::time_of_impact::first_meeting;
+use crate::mechanics::rigid::Shape;
+use crate::mechanics::tensor::Vec3;
+
+/// Allowed depth of a shape in a face, as a fraction of the face's size at rest.
+pub(in crate::mechanics::contact) const ALLOWED: f64 = 0.0025;
+/// Upper bound of the allowed depth, as a fraction of the shape's thickness.
+const MOST: f64 = 0.05;
+/// Depth beyond which a foot is not in the face, as a fraction of the face's size.
+const DEEPEST: f64 = 0.5;
+/// Distance at which a face has met the shape, as a fraction of the allowed depth.
+const MET: f64 = 1e-3;
+/// Distance up to which a place is examined, as a multiple of the motion of the face.
+const REACH: f64 = 2.0;
+/// Growth of the distance along an edge below which it lies flat on the shape.
+const FLAT: f64 = 1e-3;
+/// Distance, as a fraction of the edge, below which the ends of such a stretch coincide, and a place coincides with a
+/// node.
+const MERGED: f64 = 1e-2;
+/// Bisections of an edge.
+const HALVINGS: usize = 30;
+/// Largest difference of shape functions between a bulge and a foot that is above it.
+const BESIDE: f64 = 0.1;
+/// Search directions on a face, in steps.
+const AROUND: [[f64; 2]; 8] =
+    [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
+
+/// Where a face comes too close to a body, in the axes of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FaceTouch {
+    /// Fraction of the step at which the face is taken: 0, or that of the impact.
+    pub share: f64,
+    /// Shape functions of the place on the face.
+    pub weights: [f64; 4],
+    /// Unit normal out of the body.
+    pub normal: Vec3,
+    /// Gap at the start of the step along the normal [m].
+    pub gap: f64,
+    /// Position on the face at the start of the step, or at that fraction where it moves far [m].
+    pub point: Vec3,
+}
+
+/// Allowed depth of a shape in a face of a size at rest [m].
+pub(super) fn allowed(shape: &Shape, size: f64) -> f64 {
+    (ALLOWED * size).min(MOST * shape.size())
+}
+
+/// Calls `take` with the places at which a face of a size at rest [m] comes too close to a shape while it moves from
+/// `start` to `end`, both in the axes of the body [m]; only on the edges that it `owns`, so that each edge of the
+/// mesh is examined once.
+pub(super) fn touches_of(
+    shape: &Shape,
+    size: f64,
+    [start, end]: [&Patch; 2],
+    owns: [bool; 4],
+    mut take: impl FnMut(FaceTouch),
+) {
+    let moved = start.corners.iter().zip(&end.corners).map(|(p, q)| (q - p).norm()).fold(0.0, f64::max);
+    let reach = REACH * moved;
+    // The distance to a convex shape is convex: nowhere on the face is it below its tangent plane.
+    let middle = start.point(&[0.25; 4]);
+    let (distance, normal) = shape.eval_distance(&middle);
+    let lowest =
+        start.corners.iter().map(|c| distance + normal.dot(&(c - middle))).fold(f64::INFINITY, f64::min);
+    let obstacle = Obstacle { owns, ..Obstacle::new(shape, size) };
+    if lowest + obstacle.allowed > reach {
+        return;
+    }
+    let left = obstacle.distance(start, reach);
+    if left > reach {
+        return;
+    }
+    // The face at the start, or at its first impact if it is far and moves far.
+    let between = |share: f64| Patch {
+        corners: std::array::from_fn(|k| start.corners[k].lerp(&end.corners[k], share)),
+        triangle: start.triangle,
+    };
+    let met = MET * obstacle.allowed;
+    let near = NEAR * size;
+    let share = if left > met && moved > near {
+        match first_meeting(|share| obstacle.distance(&between(share), moved), moved, met) {
+            Some(share) => share,
+            None => return,
+        }
+    } else {
+        0.0
+    };
+    // Normals are accurate only near the shape.
+    obstacle.for_each_place(&between(share), reach.min(near), |place| {
+        let Place { weights, normal, gap, point, .. } = place;
+        if place.holds && gap <= reach.min(near) {
+            let place = start.point(&weights);
+            let way = end.point(&weights) - place;
+            // At the start both sides have the same moment arm about any axis: angular momentum is conserved.
+            let point = if moved <= near { place } else { point };
+            take(FaceTouch { share, weights, normal, gap: gap - normal.dot(&way) * share, point });
+        }
+    });
+}
+
+/// A shape as an obstacle to a face of some size.
+struct Obstacle {
+    /// Allowed depth in the face [m].
+    allowed: f64,
+    /// The core, and the distance [m] that the face keeps from it.
+    core: (Shape, f64),
+    /// The shape whose feet stand on the face, and their distance [m].
+    feet: (Shape, f64),
+    deepest: f64,
+    /// Edges of the face that are checked: each edge of the mesh belongs to one face.
+    owns: [bool; 4],
+}
+
+/// A place of a face near the shape.
+struct Place {
+    weights: [f64; 4],
+    point: Vec3,
+    normal: Vec3,
+    /// Distance plus the allowed depth [m].
+    gap: f64,
+    /// Whether this place holds: it is no node, and the shape is in front of the face.
+    holds: bool,
+}
+
+impl Obstacle {
+    fn new(shape: &Shape, size: f64) -> Self {
+        let allowed = allowed(shape, size);
+        let less = 2.0 * allowed;
+        let flat = |core: Shape| ((core, allowed), (*shape, 0.0));
+        let round = |axis: Shape, radius: f64| ((axis, radius - allowed), (axis, radius));
+        let (core, feet) = match *shape {
+            Shape::Ball { radius } => round(Shape::Ball { radius: 0.0 }, radius),
+            Shape::Capsule { radius, half_length } => {
+                round(Shape::Capsule { radius: 0.0, half_length }, radius)
+            }
+            Shape::Box { half } => flat(Shape::Box { half: half.add_scalar(-less) }),
+            Shape::Cylinder { radius, half_length } => {
+                flat(Shape::Cylinder { radius: radius - less, half_length: half_length - less })
+            }
+        };
+        Self { allowed, core, feet, deepest: DEEPEST * size, owns: [true; 4] }
+    }
+
+    /// Distance of the face, nodes included, if at most `reach` [m].
+    fn distance(&self, face: &Patch, reach: f64) -> f64 {
+        let mut least = f64::INFINITY;
+        self.for_each_place(face, reach, |place| least = least.min(place.gap));
+        least
+    }
+
+    fn for_each_place(&self, face: &Patch, reach: f64, mut take: impl FnMut(Place)) {
+        let mut lowest: Option<(f64, [f64; 4])> = None;
+        self.for_each_foot(face, reach, &mut |place| {
+            if lowest.is_none_or(|(gap, _)| place.gap < gap) {
+                lowest = Some((place.gap, place.weights));
+            }
+            take(place);
+        });
+        for k in 0..face.corner_count() {
+            self.for_each_end(face, k, reach, &mut take);
+        }
+        self.for_the_bulge(face, lowest.map(|(_, weights)| weights), reach, &mut take);
+    }
+
+    /// Feet above or in the face.
+    fn for_each_foot(&self, face: &Patch, reach: f64, take: &mut impl FnMut(Place)) {
+        // Skip feet that are far from the face.
+        let middle = [0.25; 4];
+        let (centre, upwards) = (face.point(&middle), face.normal(&middle));
+        let around = face.corners.iter().map(|c| (c - centre).norm()).fold(0.0, f64::max);
+        let (shape, radius) = &self.feet;
+        for foot in shape.feet(&-upwards).points() {
+            if (foot - centre).norm() > around + radius + reach {
+                continue;
+            }
+            let on_face = face.closest(foot);
+            let normal = face.normal(&on_face.weights);
+            let height = normal.dot(&(foot - on_face.point));
+            let aside = (foot - on_face.point - normal * height).norm();
+            let is_over = match on_face.feature {
+                Feature::Interior => true,
+                // Exactly over an edge, as in scenes with perfect symmetry.
+                Feature::Edge(k) => self.owns[k] && aside <= MET * self.allowed,
+                Feature::Corner(_) => false,
+            };
+            if !is_over {
+                continue;
+            }
+            // The centre of a body behind the face is there, too.
+            let is_in_front = height >= 0.0 || (height > -self.deepest && normal.dot(&on_face.point) < 0.0);
+            let height = if is_in_front { height } else { -height };
+            take(Place {
+                weights: on_face.weights,
+                point: on_face.point,
+                normal: -normal,
+                gap: height - radius + self.allowed,
+                holds: is_in_front,
+            });
+        }
+    }
+
+    /// The place inside a warped face that is nearest to the core: between straight edges that pass a corner or a
+    /// rim, a face bulges into the shape; `foot`: position of the lowest foot.
+    fn for_the_bulge(&self, face: &Patch, foot: Option<[f64; 4]>, reach: f64, take: &mut impl FnMut(Place)) {
+        let [a, b, c, d] = face.corners;
+        let (core, round) = &self.core;
+        let warp = 0.25 * (a - b + c - d).norm();
+        let (distance, _) = core.eval_distance(&face.point(&[0.25; 4]));
+        let around = face.corners.iter().map(|x| (x - face.point(&[0.25; 4])).norm()).fold(0.0, f64::max);
+        // A ball touches at its foot.
+        let is_ball = matches!(core, Shape::Ball { .. });
+        if is_ball || face.triangle || warp <= self.allowed || distance - around - round > reach {
+            return;
+        }
+        let [xi, eta] = nearest_inside(core, face, MET * self.allowed);
+        let weights = face.weights(xi, eta);
+        let is_inside = |share: f64| (MERGED..=1.0 - MERGED).contains(&share);
+        let is_under_foot = foot.is_some_and(|foot| (0..4).all(|k| (foot[k] - weights[k]).abs() < BESIDE));
+        if is_inside(xi) && is_inside(eta) && !is_under_foot {
+            self.keep_out(face, weights, true, take);
+        }
+    }
+
+    /// The ends of the stretch of edge k that is nearest to the core.
+    fn for_each_end(&self, face: &Patch, k: usize, reach: f64, take: &mut impl FnMut(Place)) {
+        let next = (k + 1) % face.corner_count();
+        let (from, way) = (face.corners[k], face.corners[next] - face.corners[k]);
+        let (core, round) = &self.core;
+        let (distance, normal) = core.eval_distance(&(from + way * 0.5));
+        if distance - 0.5 * normal.dot(&way).abs() - round > reach {
+            return;
+        }
+        let (first, last) = nearest_stretch(core, &from, &way);
+        let ends = if last - first > MERGED {
+            [Some(first), Some(last)]
+        } else {
+            [Some(middle_of((first, last))), None]
+        };
+        for share in ends.into_iter().flatten() {
+            let mut weights = [0.0; 4];
+            (weights[k], weights[next]) = (1.0 - share, share);
+            let is_node = !(MERGED..=1.0 - MERGED).contains(&share);
+            self.keep_out(face, weights, self.owns[k] && !is_node, take);
+        }
+    }
+
+    /// Passes a place of the face to `take`, with its distance from the core.
+    fn keep_out(&self, face: &Patch, weights: [f64; 4], holds: bool, take: &mut impl FnMut(Place)) {
+        let (core, round) = &self.core;
+        let point = face.point(&weights);
+        let (distance, outwards) = core.eval_distance(&point);
+        // Inside the core only the side of the mesh determines the normal.
+        let normal = if distance > MET * self.allowed { outwards } else { -face.normal(&weights) };
+        take(Place {
+            weights,
+            point,
+            normal,
+            gap: distance - round,
+            holds: holds && normal != Vec3::zeros(),
+        });
+    }
+}
+
+/// The place of a quadrilateral, as its two coordinates from 0 to 1, from which no step in eight directions leads
+/// nearer to a shape by more than `tolerance` [m]: in steps of a quarter down to [`MERGED`]. Inside the shape the
+/// distance has kinks, at which a descent along fewer directions would stall.
+fn nearest_inside(core: &Shape, face: &Patch, tolerance: f64) -> [f64; 2] {
+    let distance = |[xi, eta]: [f64; 2]| core.eval_distance(&face.point(&face.weights(xi, eta))).0;
+    let (mut at, mut step) = ([0.5; 2], 0.25);
+    let mut least = distance(at);
+    while step > MERGED {
+        let around = AROUND.map(|[x, y]| [at[0] + step * x, at[1] + step * y].map(|s| s.clamp(0.0, 1.0)));
+        let next = around.map(|at| (distance(at), at)).into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        match next {
+            Some((nearer, there)) if nearer < least - tolerance => (least, at) = (nearer, there),
+            _ => step *= 0.5,
+        }
+    }
+    at
+}
+
+fn middle_of((first, last): (f64, f64)) -> f64 {
+    0.5 * (first + last)
+}
+
+/// The stretch of a line, as fractions of `way`, between the end of the decrease and the start of the increase of the
+/// distance to a convex shape.
+fn nearest_stretch(core: &Shape, from: &Vec3, way: &Vec3) -> (f64, f64) {
+    // The core of a ball is its centre.
+    if matches!(core, Shape::Ball { .. }) {
+        let share = (-from.dot(way) / way.norm_squared()).clamp(0.0, 1.0);
+        return (share, share);
+    }
+    let length = way.norm();
+    let grows = |share: f64| core.eval_distance(&(from + way * share)).1.dot(way);
+    let first_above = |slope: f64| {
+        if grows(0.0) > slope {
+            return 0.0;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if grows(middle) > slope {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    };
+    (first_above(-FLAT * length), first_above(FLAT * length))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+//! Removes negative gaps of rigid bodies that remain after linearisation: by translation and rotation, outside the
+//! velocities, with a limit.
+//!
+//! All contacts at the new positions at once: the smallest displacement d, in the norm of the masses, after which no
+//! gap is negative,
+//!
+//! ```text
+//! min ½ dᵀ M d   with   g + C d ≥ 0
+//! ```
+//!
+//! That is the frictionless law of [`crate::mechanics::contact::solution::gauss_seidel`] with gaps in the place of velocities, so its solver is
+//! used: corners of one face do not lift each other in turn, and open gaps are unaffected.
+
+use super::meshes::{CAP, MovableNodes, SLOW, TOLERANCE};
+use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
+use crate::mechanics::contact::detection::rigid_faces::ALLOWED;
+use crate::mechanics::contact::solution::gauss_seidel::{Options, Workspace, solve_with_rigid};
+use crate::mechanics::contact::{Contact, ContactLaw, Kind, Reaction, RigidSides};
+use crate::mechanics::rigid::{Pose, rotated};
+use crate::mechanics::tensor::Vec3;
+
+/// A correction need not be exact: the next step removes the remainder.
+const OPTIONS: Options = Options { tolerance: 1e-6, max_sweeps: 200, acceptable: 0.0 };
+
+/// Buffers of the projection, kept from step to step.
+pub struct RigidProjection {
+    contacts: Vec<Contact>,
+    laws: Vec<ContactLaw>,
+    still: Vec<Vec3>,
+    /// Displacement of each node [m], and rotation of each spin node [rad]; zero between calls.
+    d: Vec<Vec3>,
+    reactions: Vec<Reaction>,
+    workspace: Workspace,
+}
+
+impl RigidProjection {
+    /// For so many nodes and pairs, and at most so many contacts.
+    pub fn new(nodes: usize, pairs: usize, contacts: usize) -> Self {
+        Self {
+            contacts: Vec::with_capacity(contacts),
+            laws: vec![ContactLaw::Frictionless; pairs],
+            still: vec![Vec3::zeros(); pairs],
+            d: vec![Vec3::zeros(); nodes],
+            reactions: Vec::with_capacity(contacts),
+            workspace: Workspace::with_capacity(0, contacts, pairs),
+        }
+    }
+
+    /// Separates what overlaps at the positions `x` [m] and `poses` by translation and rotation. `of_pairs`: the
+    /// rigid bodies of each pair; `nodes`: mobility of the nodes of meshes; `share`: fraction of [`CAP`] that may be
+    /// removed [-]. Appends each node's displacement (node, Δx [m]) to `moved`.
+    pub fn project(
+        &mut self,
+        detector: &mut RigidDetector,
+        of_pairs: &[[Option<u32>; 2]],
+        (nodes, share): (MovableNodes, f64),
+        x: &mut [Vec3],
+        poses: &mut [Pose],
+        moved: &mut Vec<(u32, Vec3)>,
+    ) {
+        self.contacts.clear();
+        let motion = RigidMotion { x, x_end: x, poses, poses_end: poses };
+        // Positions that are not finite are reported by the next step.
+        if detector.detect(&motion, &self.still, &mut self.contacts).is_err() {
+            return;
+        }
+        for contact in &mut self.contacts {
+            // The step has rejected stencils with too many nodes.
+            if let Some(stencil) = contact.stencil.without(nodes.followers) {
+                contact.stencil = stencil;
+            }
+        }
+        // Between nodes a face may keep what linearisation leaves, up to twice the allowed depth.
+        for contact in self.contacts.iter_mut().filter(|contact| contact.kind == Kind::Fixed) {
+            contact.gap += ALLOWED * detector.length(contact.pair);
+        }
+        let bodies = detector.bodies();
+        let size = |contact: &Contact| {
+            let sides = of_pairs[contact.pair as usize].iter().flatten();
+            sides.map(|body| bodies[*body as usize].shape.size()).fold(f64::INFINITY, f64::min)
+        };
+        if self.contacts.iter().all(|contact| contact.gap >= -TOLERANCE * size(contact)) {
+            return;
+        }
+        // Gaps, limited by the cap, take the place of velocities.
+        for contact in &mut self.contacts {
+            let cap = if contact.kind == Kind::Fixed { SLOW * CAP } else { CAP };
+            let gap = contact.gap.max(-share * cap * detector.length(contact.pair));
+            contact.drift = contact.frame[0] * gap;
+            contact.gap = 0.0;
+        }
+        let rigid = RigidSides { of_pairs, bodies, poses };
+        let Self { contacts, laws, d, reactions, workspace, .. } = self;
+        solve_with_rigid(contacts, laws, &rigid, nodes.inverse_mass, 1.0, d, reactions, &OPTIONS, workspace);
+        // Apply the displacements and rotations.
+        for contact in &self.contacts {
+            for &node in contact.stencil.nodes() {
+                let step = std::mem::replace(&mut self.d[node as usize], Vec3::zeros());
+                if step != Vec3::zeros() {
+                    nodes.shift((node, step), x, moved);
+                }
+            }
+        }
+        for (pose, body) in poses.iter_mut().zip(bodies) {
+            let turn = std::mem::replace(&mut self.d[body.spin as usize], Vec3::zeros());
+            pose.orientation = rotated(&pose.orientation, &turn, 1.0);
+            pose.centre = x[body.centre as usize];
+        }
+    }
+}

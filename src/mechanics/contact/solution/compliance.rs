@@ -1,0 +1,208 @@
+//! Velocities of the contact nodes due to a unit impulse at each of them: the Delassus operator of bodies whose nodes
+//! are coupled by a factored matrix.
+//!
+//! With S the matrix of an implicit step and E the columns of the identity at the nodes that contacts touch, `G = Eᵀ
+//! S⁻¹ E` serves every set of contacts between those nodes, however their frames and weights change: `W = C G Cᵀ`. So
+//! G is computed only when S changes or new nodes are added, not in every iteration. A rigid side of a contact is
+//! represented by the two nodes of its body, centre and spin.
+
+use super::contact_row::MomentArms;
+use super::delassus::Block;
+use super::local::Local;
+use crate::mechanics::contact::{Contact, RigidSides};
+use crate::mechanics::sparse::{Cholesky, Unknowns};
+use crate::mechanics::tensor::{Mat3, Vec3};
+
+/// Number of contact nodes beyond which W is not formed: G of so many takes 160 MB.
+pub const MOST_NODES: usize = 1500;
+/// Number of contacts whose diagonal blocks of W are computed together.
+const CONTACTS_AT_A_TIME: usize = 32;
+
+/// G [1/kg], rows and columns 3 i + axis of the nodes; zero along fixed axes.
+#[derive(Clone, Debug, Default)]
+pub struct NodeCompliance {
+    /// Global node numbers, ascending.
+    nodes: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl NodeCompliance {
+    /// Global numbers of its nodes, ascending.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Whether it contains all nodes of the contacts.
+    pub fn covers(&self, contacts: &[Contact], rigid: &RigidSides) -> bool {
+        let is_here = |share: Share| self.nodes.binary_search(&share.node()).is_ok();
+        contacts.iter().all(|contact| shares(contact, rigid).all(is_here))
+    }
+
+    /// Its nodes together with those of the contacts, ascending.
+    pub fn nodes_with(&self, contacts: &[Contact], rigid: &RigidSides) -> Vec<u32> {
+        let mut nodes = self.nodes.clone();
+        for contact in contacts {
+            nodes.extend(shares(contact, rigid).map(Share::node));
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// Solves for the columns of `nodes` (ascending, each once). The bits depend on the list as a whole.
+    pub fn solve(&mut self, nodes: Vec<u32>, unknowns: &Unknowns, factor: &mut Cholesky) {
+        let n = 3 * nodes.len();
+        self.nodes = nodes;
+        // Free axes: number of the unknown, and row of G.
+        let (mut free, mut places) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for (i, node) in self.nodes.iter().enumerate() {
+            for axis in 0..3 {
+                if let Some(unknown) = unknowns.of(*node as usize, axis) {
+                    free.push(unknown);
+                    places.push(3 * i + axis);
+                }
+            }
+        }
+        let mut block = vec![0.0; free.len() * free.len()];
+        factor.inverse_block(&free, &mut block);
+        self.values.clear();
+        self.values.resize(n * n, 0.0);
+        for (row, place) in places.iter().enumerate() {
+            for (column, other) in places.iter().enumerate() {
+                self.values[place * n + other] = block[row * free.len() + column];
+            }
+        }
+    }
+
+    /// W = C G Cᵀ of contacts between its nodes, row by row, `unknowns` rows each: (n, t1, t2), or n alone; symmetric
+    /// to the last bit.
+    pub fn delassus(&self, contacts: &[Contact], rigid: &RigidSides, unknowns: usize) -> Vec<f64> {
+        let (n, rows) = (3 * self.nodes.len(), unknowns * contacts.len());
+        let places: Vec<Vec<(usize, Share)>> =
+            contacts.iter().map(|contact| self.places(contact, rigid)).collect();
+        let mut W = vec![0.0; rows * rows];
+        let mut on = vec![0.0; n];
+        for (c, contact) in contacts.iter().enumerate() {
+            for (i, direction) in contact.frame[..unknowns].iter().enumerate() {
+                // One row of C G.
+                on.fill(0.0);
+                for (place, share) in &places[c] {
+                    let pull = share.pull(direction);
+                    for axis in 0..3 {
+                        let factor = pull[axis];
+                        let G = &self.values[(3 * place + axis) * n..][..n];
+                        for (on, G) in on.iter_mut().zip(G) {
+                            *on += factor * G;
+                        }
+                    }
+                }
+                // Its products with the columns of Cᵀ, up to the diagonal; the rest by symmetry.
+                for d in 0..=c {
+                    let mut sum = Vec3::zeros();
+                    for (place, share) in &places[d] {
+                        sum +=
+                            share.velocity(&Vec3::new(on[3 * place], on[3 * place + 1], on[3 * place + 2]));
+                    }
+                    for (j, direction) in contacts[d].frame[..unknowns].iter().enumerate() {
+                        let (row, column) = (unknowns * c + i, unknowns * d + j);
+                        if column <= row {
+                            W[row * rows + column] = direction.dot(&sum);
+                            W[column * rows + row] = direction.dot(&sum);
+                        }
+                    }
+                }
+            }
+        }
+        W
+    }
+
+    /// The diagonal blocks of W, computed for a few contacts at a time to save memory.
+    pub fn own_blocks(
+        contacts: &[Contact],
+        rigid: &RigidSides,
+        unknowns: &Unknowns,
+        factor: &mut Cholesky,
+    ) -> Vec<Block> {
+        let mut blocks = Vec::with_capacity(contacts.len());
+        let mut few = Self::default();
+        for chunk in contacts.chunks(CONTACTS_AT_A_TIME) {
+            few.solve(Self::default().nodes_with(chunk, rigid), unknowns, factor);
+            let (W, rows) = (few.delassus(chunk, rigid, 3), 3 * chunk.len());
+            let own = |c: usize, i: usize| std::array::from_fn(|j| W[(3 * c + i) * rows + 3 * c + j]);
+            blocks.extend((0..chunk.len()).map(|c| std::array::from_fn(|i| own(c, i))));
+        }
+        blocks
+    }
+
+    /// Rows of G and coefficients of the nodes of a contact.
+    fn places(&self, contact: &Contact, rigid: &RigidSides) -> Vec<(usize, Share)> {
+        let find = |share: Share| Some((self.nodes.binary_search(&share.node()).ok()?, share));
+        shares(contact, rigid).filter_map(find).collect()
+    }
+}
+
+/// Whether contacts have too many nodes for W to be formed.
+pub fn are_many(contacts: &[Contact], rigid: &RigidSides) -> bool {
+    NodeCompliance::default().nodes_with(contacts, rigid).len() > MOST_NODES
+}
+
+/// Contribution of a node to the velocity of a contact.
+#[derive(Clone, Copy, Debug)]
+enum Share {
+    /// Translation with a signed weight.
+    Moved(u32, f64),
+    /// Rotation about a moment arm: the spin of a rigid body.
+    Turned(u32, Mat3),
+}
+
+impl Share {
+    fn node(self) -> u32 {
+        match self {
+            Self::Moved(node, _) | Self::Turned(node, _) => node,
+        }
+    }
+    /// Contribution of the velocity of the node [m/s or rad/s] to that of the contact.
+    fn velocity(self, v: &Vec3) -> Vec3 {
+        match self {
+            Self::Moved(_, weight) => v * weight,
+            Self::Turned(_, J) => J * v,
+        }
+    }
+    /// Impulse on the node due to an impulse on the contact in space.
+    fn pull(self, impulse: &Vec3) -> Vec3 {
+        match self {
+            Self::Moved(_, weight) => impulse * weight,
+            Self::Turned(_, J) => J.tr_mul(impulse),
+        }
+    }
+}
+
+/// Coefficients of all nodes of a contact.
+fn shares<'a>(contact: &'a Contact, rigid: &RigidSides) -> impl Iterator<Item = Share> + use<'a> {
+    let moved = contact.stencil.each().map(|(node, weight)| Share::Moved(node, weight));
+    let moment_arms = MomentArms::new(contact, rigid.of_pair(contact.pair), rigid);
+    moved.chain(moment_arms.into_each().map(|(spin, J)| Share::Turned(spin, J)))
+}
+
+/// Velocity that enters the contact law: `C v + drift + max(gap, 0)/h n`, in the local frame [m/s], with nodal
+/// velocities `v` relative to the flight of the bodies and the step `h` [s].
+pub fn closing_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], h: f64) -> Local {
+    let [n, t1, t2] = relative_velocity(contact, rigid, v, contact.drift);
+    [n + contact.gap.max(0.0) / h, t1, t2]
+}
+
+/// `C v + drift` of a contact in its local frame [m/s], with nodal velocities `v` and `drift` in space.
+pub fn relative_velocity(contact: &Contact, rigid: &RigidSides, v: &[Vec3], drift: Vec3) -> Local {
+    let each = shares(contact, rigid).map(|share| share.velocity(&v[share.node() as usize]));
+    let relative = each.fold(drift, |sum, velocity| sum + velocity);
+    contact.frame.map(|direction| direction.dot(&relative))
+}
+
+/// Adds Cᵀ p, for the impulse `p` [N s] of a contact (n, t1, t2), to its nodes.
+pub fn add_impulse(contact: &Contact, rigid: &RigidSides, p: Local, to: &mut [Vec3]) {
+    let [n, t1, t2] = &contact.frame;
+    let in_space = n * p[0] + t1 * p[1] + t2 * p[2];
+    for share in shares(contact, rigid) {
+        to[share.node() as usize] += share.pull(&in_space);
+    }
+}

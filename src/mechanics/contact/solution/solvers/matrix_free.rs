@@ -1,0 +1,131 @@
+//! Matrix-free solution of problems with too many contacts for W to fit into memory: projected gradient with
+//! momentum, which needs only products with W.
+
+use super::fixed_point::{At, Iterate, MAX_STEPS};
+use super::{LARGEST_OF_FREE, Limits, Method, Options, SolveReport, accelerated_gradient};
+use crate::mechanics::contact::solution::delassus::Block;
+use crate::mechanics::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
+
+/// As [`super::super::problem::ContactProblem`], with W given only by its diagonal blocks and its products; μ finite.
+pub struct MatrixFree<'a> {
+    /// `W r`: r (3 nc) in, the product (3 nc) out.
+    pub product: &'a mut dyn FnMut(&[f64], &mut [f64]),
+    /// Diagonal blocks `W_cc`, nc.
+    pub diagonal: &'a [Block],
+    /// The free relative velocities q, 3 nc.
+    pub q: &'a [f64],
+    /// Coefficients of friction μ [-], nc.
+    pub mu: &'a [f64],
+}
+
+/// As [`super::solve`], by [`Method::AcceleratedGradient`].
+///
+/// # Errors
+/// [`ProblemError`] where lengths do not match, numbers are not valid, or a μ is not finite.
+pub fn solve_matrix_free(
+    problem: &mut MatrixFree,
+    r: &mut [f64],
+    options: &Options,
+) -> Result<SolveReport, ProblemError> {
+    problem.check(r)?;
+    // Solve in dimensionless numbers.
+    let d = mean_diagonals(problem.diagonal.iter().copied());
+    let root: Vec<f64> = d.iter().map(|d| d.sqrt()).collect();
+    let limits = Limits {
+        tolerance: options.tolerance,
+        iterations: options.max_iterations.unwrap_or(MAX_STEPS),
+        interrupt: options.interrupt,
+    };
+    let mut scaled = Scaled::new(problem, &root, r);
+    let ending = accelerated_gradient::solve(&mut scaled, &limits);
+    // Errors of the solution in the units of the problem.
+    for (i, (r, scaled)) in r.iter_mut().zip(&scaled.r).enumerate() {
+        *r = scaled / root[i / 3];
+    }
+    let mut u = vec![0.0; r.len()];
+    (problem.product)(r, &mut u);
+    for (u, q) in u.iter_mut().zip(problem.q) {
+        *u += q;
+    }
+    let errors = Errors::new(&d, (problem.q, problem.mu), r, &u);
+    Ok(SolveReport {
+        solver: Method::AcceleratedGradient,
+        iterations: ending.iterations,
+        error_scaled: errors.scaled,
+        error_plain: errors.plain,
+        error_of_free: errors.of_free,
+        converged: errors.scaled <= options.tolerance && errors.of_free <= LARGEST_OF_FREE,
+        failed_contacts: 0,
+    })
+}
+
+impl MatrixFree<'_> {
+    fn check(&self, r: &[f64]) -> Result<(), ProblemError> {
+        let contacts = self.diagonal.len();
+        let lengths = [
+            ("q", 3 * contacts, self.q.len()),
+            ("mu", contacts, self.mu.len()),
+            ("r", 3 * contacts, r.len()),
+        ];
+        for (array, expected, given) in lengths {
+            if given != expected {
+                return Err(ProblemError::Length { array, expected, given });
+            }
+        }
+        let own: Vec<f64> = self.diagonal.iter().flatten().flatten().copied().collect();
+        for (array, numbers, rows) in [("q", self.q, 1), ("W", &own, 3), ("r", r, 1)] {
+            if let Some(index) = numbers.iter().position(|x| !x.is_finite()) {
+                return Err(ProblemError::NotFinite { array, index: index / rows });
+            }
+        }
+        match self.mu.iter().position(|mu| !(*mu >= 0.0 && mu.is_finite())) {
+            Some(contact) => Err(ProblemError::Friction { contact, mu: self.mu[contact] }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The problem in dimensionless numbers, as in `scaled.rs`.
+struct Scaled<'p, 'a> {
+    problem: &'p mut MatrixFree<'a>,
+    root: &'p [f64],
+    q: Vec<f64>,
+    q_size: f64,
+    r: Vec<f64>,
+    u: Vec<f64>,
+}
+
+impl<'p, 'a> Scaled<'p, 'a> {
+    fn new(problem: &'p mut MatrixFree<'a>, root: &'p [f64], r: &[f64]) -> Self {
+        let q: Vec<f64> = problem.q.iter().enumerate().map(|(i, q)| q / root[i / 3]).collect();
+        let q_size = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let start: Vec<f64> = r.iter().enumerate().map(|(i, r)| r * root[i / 3]).collect();
+        let mut scaled = Self { problem, root, q_size, r: Vec::new(), u: Vec::new(), q };
+        scaled.set_reactions(&start);
+        scaled
+    }
+}
+
+impl Iterate for Scaled<'_, '_> {
+    fn at(&self) -> At<'_> {
+        At { mu: self.problem.mu, r: &self.r, u: &self.u, q_size: self.q_size }
+    }
+
+    fn set_reactions(&mut self, r: &[f64]) {
+        self.r = r.to_vec();
+        self.u = self.product(r);
+        for (u, q) in self.u.iter_mut().zip(&self.q) {
+            *u += q;
+        }
+    }
+
+    fn product(&mut self, x: &[f64]) -> Vec<f64> {
+        let given: Vec<f64> = x.iter().enumerate().map(|(i, x)| x / self.root[i / 3]).collect();
+        let mut y = vec![0.0; x.len()];
+        (self.problem.product)(&given, &mut y);
+        for (i, y) in y.iter_mut().enumerate() {
+            *y /= self.root[i / 3];
+        }
+        y
+    }
+}

@@ -1,0 +1,95 @@
+//! The list of memories, and what a material has of them.
+
+use super::memory::{ElasticPoint, History, Inelastic, Memory};
+use super::{damage, prony};
+use crate::mechanics::real::Real;
+use crate::mechanics::tensor::Sym;
+
+/// The history of one of several memories: its numbers begin at `first`.
+struct Part<'a, H> {
+    history: &'a mut H,
+    first: usize,
+}
+
+impl<R, H: History<R>> History<R> for Part<'_, H> {
+    #[inline(always)]
+    fn before(&self, index: usize) -> R {
+        self.history.before(self.first + index)
+    }
+    #[inline(always)]
+    fn set(&mut self, index: usize, value: R) {
+        self.history.set(self.first + index, value);
+    }
+}
+
+/// Generates from the list of memories the type [`Memories`] that has one of each.
+macro_rules! memories {
+    ($($(#[$doc:meta])* $name:ident: $file:ident::$Memory:ident,)*) => {
+        /// The memories of a material, each [`Memory::NONE`] where it has not that one; applied in this order.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct Memories {
+            $($(#[$doc])* pub $name: $file::$Memory,)*
+        }
+
+        /// [`Memory::Step`] of each.
+        #[derive(Clone, Copy, Debug)]
+        pub struct MemorySteps {
+            $($name: <$file::$Memory as Memory>::Step,)*
+        }
+
+        impl Memories {
+            /// A material without memory.
+            pub const NONE: Self = Self { $($name: <$file::$Memory as Memory>::NONE,)* };
+
+            /// Numbers that a point remembers.
+            pub fn history_len(&self) -> usize {
+                [$(self.$name.history_len(),)*].iter().sum()
+            }
+            /// Coefficients of a step of `h` [s].
+            pub fn step(&self, h: f64) -> MemorySteps {
+                MemorySteps { $($name: self.$name.step(h),)* }
+            }
+            /// Takes the history of a point over a step; what the memories add to the elastic response.
+            #[inline(always)]
+            pub fn update<R: Real>(
+                &self,
+                steps: &MemorySteps,
+                elastic: &ElasticPoint<R>,
+                history: &mut impl History<R>,
+            ) -> Inelastic<R> {
+                let zero = elastic.psi.zero();
+                let mut to =
+                    Inelastic { S: Sym([zero; 6]), stored: zero, stiffness: zero, damage: zero, dissipated: zero };
+                let mut first = 0;
+                $(
+                    let count = self.$name.history_len();
+                    if count > 0 {
+                        self.$name.update(&steps.$name, elastic, &mut Part { history, first }, &mut to);
+                        first += count;
+                    }
+                )*
+                let _ = first;
+                to
+            }
+        }
+    };
+}
+
+// A new memory is a file in this folder and a line here.
+memories! {
+    /// Relaxation.
+    prony: prony::PronySeries,
+    /// Softening.
+    softening: damage::Softening,
+}
+
+impl Memories {
+    /// Whether stress can be lost for good.
+    pub fn softens(&self) -> bool {
+        self.softening.history_len() > 0
+    }
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.history_len() == 0
+    }
+}
