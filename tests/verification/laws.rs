@@ -18,6 +18,8 @@ fn laws() -> Vec<Value> {
                "straight_stretch": 1.06, "fibres": fibres, "i4": "isochoric"}),
         json!({"law": "fung_orthotropic", "c_pa": 1e5, "young_pa": [4e5, 3e5, 2e5], "shear_pa": [1e5, 8e4, 1.2e5],
                "poisson": [0.3, 0.2, 0.1]}),
+        json!({"law": "peng_guo_moran", "c10_pa": 5e4, "c2_pa": 1e5, "c3_pa": 1e5, "gamma_pa": 3e5, "beta": 20.0, "shear_stretch": 1.05,
+            "fibres": fibres}),
         json!({"law": "balzani", "c1_pa": 5e4, "alpha1_pa": 2e5, "alpha2": 2.5, "fibres": fibres}),
     ];
     for law in &mut laws {

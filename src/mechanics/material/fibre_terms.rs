@@ -137,6 +137,14 @@ impl<R: Real> FibreTerms<R> {
         self.bound += self.invariant.bound(k, inv, strain, &energy);
     }
 
+    /// Adds another term: its energy, S and stiffness bound; of full invariants.
+    #[inline(always)]
+    pub fn add_term(&mut self, (psi, S, bound): (R, Sym<R>, R)) {
+        self.psi += psi;
+        self.S = self.S.plus_scaled(psi.constant(1.0), &S);
+        self.bound += bound;
+    }
+
     /// The complete response, with the stress of the matrix (which includes −⅓ tr(C S)/J I for isochoric invariants).
     #[inline(always)]
     pub fn response(self, k: &Kinematics<R>, mut matrix: Sym<R>, exponent: R) -> BoundedResponse<R> {

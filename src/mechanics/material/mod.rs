@@ -25,6 +25,7 @@ mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
 mod paths;
+mod peng_guo_moran;
 mod prony;
 mod stability;
 mod tangent;
@@ -49,6 +50,7 @@ pub use memories::{Memories, MemorySteps};
 pub use memory::{ElasticPoint, History, Inelastic, Memory};
 pub use ogden::{MAX_OGDEN_TERMS, OgdenTerm};
 pub use paths::{MaterialError, Path, PathPoint, PointStress, eval_path, eval_point};
+pub use peng_guo_moran::FibreShear;
 pub use prony::{Branch, MAX_BRANCHES, PronySeries, isochoric_stress};
 pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
@@ -128,6 +130,7 @@ laws! { $:
         weiss::Weiss,
         fung::FungOrthotropic,
         balzani::Balzani,
+        peng_guo_moran::PengGuoMoran,
     ]
 }
 

@@ -12,6 +12,7 @@ pub mod library;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
+mod peng_guo_moran;
 mod volumetric;
 mod weiss;
 mod yeoh;
@@ -83,6 +84,7 @@ laws! {
     "fung_orthotropic": fung::FungOrthotropicDocument as FungOrthotropic,
     "blatz_ko": blatz_ko::BlatzKoDocument as BlatzKo,
     "balzani": balzani::BalzaniDocument as Balzani,
+    "peng_guo_moran": peng_guo_moran::PengGuoMoranDocument as PengGuoMoran,
 }
 
 impl MaterialDocument {

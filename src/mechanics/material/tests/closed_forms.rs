@@ -191,3 +191,40 @@ fn fung_is_its_exponential_of_the_isochoric_strain() {
     let unstable = OrthotropicModuli { young: [1.0; 3], shear: [1.0; 3], poisson: [0.6; 3] };
     assert!(FungOrthotropic::new(1.0, &unstable, U).is_none());
 }
+
+#[test]
+fn peng_guo_moran_resists_shear_of_fibres_against_the_matrix() {
+    let shear = FibreShear { gamma: 6.0, beta: 12.0, stretch: 1.1 };
+    let f = |stretch: f64| 6.0 / (1.0 + (-12.0 * (stretch - 1.1)).exp());
+    let energy = |a: [f64; 3], F: &Mat3| {
+        let families = FibreFamilies::new(&[a]).unwrap();
+        let law = PengGuoMoran {
+            c10: 2.0,
+            fibre: [1.5, 0.7],
+            shear,
+            families,
+            volumetric: Volumetric::LnSquared(0.0),
+        };
+        let response = Material::from(law).eval_total(&gradient(F), &[a]);
+        response.psi
+            - Material::from(NeoHookean { c10: 2.0, volumetric: law.volumetric })
+                .eval_total(&gradient(F), &[])
+                .psi
+    };
+    let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    for gamma in [1e-3, 0.2, 0.9] {
+        // x += γ y: a fibre along x is turned against its normal plane, unstretched; one along y is stretched, too.
+        let F = Mat3::new(1.0, gamma, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+        let (g2, g4) = (gamma * gamma, f64::powi(gamma, 4));
+        let across = f(1.0) * g4;
+        let along = 1.5 * g4 + 0.7 * g4 * g4 + f((1.0 + g2).sqrt()) * g4;
+        // ψ of the matrix, 2 γ², is subtracted.
+        for (found, exact) in [(energy(x, &F), across), (energy(y, &F), along)] {
+            assert!((found - exact).abs() < 1e-12 * exact + 1e-15 * g2, "{gamma}: {found} {exact}");
+        }
+    }
+    // Stretched along and across, a fibre stays normal to its plane.
+    let F = Mat3::from_diagonal(&[1.3, 0.8, 1.1].into());
+    assert!((energy(x, &F) - (1.5 * 0.69_f64.powi(2) + 0.7 * 0.69_f64.powi(4))).abs() < 1e-12);
+    assert!(energy(y, &F).abs() < 1e-13);
+}

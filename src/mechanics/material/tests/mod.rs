@@ -37,6 +37,7 @@ pub(super) fn all_laws(K: f64) -> Vec<Material> {
         weiss(I4Form::Full, volumetric[1]),
         weiss(I4Form::Isochoric, volumetric[2]),
     ]);
+    laws.push(peng_guo_moran(volumetric[2]));
     laws.extend([BlatzKo { mu: 4.0 }.into(), fung(volumetric[0]), balzani(2.6, volumetric[1])]);
     for i4 in [I4Form::Full, I4Form::Isochoric] {
         for matrix in [MatrixForm::Isochoric, MatrixForm::Coupled] {
@@ -75,6 +76,13 @@ pub(super) fn weiss(i4: I4Form, volumetric: Volumetric) -> Material {
 pub(super) fn balzani(alpha2: f64, volumetric: Volumetric) -> Material {
     Balzani { c1: 3.0, alpha1: 4.0, alpha2, families: FibreFamilies::new(&FIBRES).unwrap(), volumetric }
         .into()
+}
+
+/// A tissue with fibres that resist shear against the matrix when stretched.
+pub(super) fn peng_guo_moran(volumetric: Volumetric) -> Material {
+    let shear = FibreShear { gamma: 6.0, beta: 12.0, stretch: 1.1 };
+    let families = FibreFamilies::new(&FIBRES).unwrap();
+    PengGuoMoran { c10: 2.0, fibre: [1.5, 0.7], shear, families, volumetric }.into()
 }
 
 /// An orthotropic tissue with three Young's moduli.
