@@ -13,7 +13,8 @@ pub mod schema;
 #[cfg(feature = "service")]
 pub mod serve;
 pub mod study;
-pub mod study_coverage;
+mod study_bulk_modulus;
+mod study_coverage;
 pub mod study_error;
 pub mod study_stability;
 pub mod validate;

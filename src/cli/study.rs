@@ -21,6 +21,8 @@ pub enum StudyCommand {
     Error(super::study_error::ErrorArgs),
     /// Stability on stiff and extreme cases: a matrix of small impacts, each of which finishes or is diagnosed.
     Stability(super::study_stability::StabilityArgs),
+    /// Bulk modulus: what a lower one than that of water changes, and saves, on one mesh.
+    BulkModulus(super::study_bulk_modulus::BulkModulusArgs),
     /// Coverage of the error bars: scenes with exact solutions over meshes, speeds, steps and integrators.
     Coverage(super::study_coverage::CoverageArgs),
 }
@@ -52,6 +54,7 @@ pub fn study(command: &StudyCommand, out: &mut dyn Write) -> Result<Exit, CliErr
     match command {
         StudyCommand::LeaveOut(args) => leave_out(args, out),
         StudyCommand::Stability(args) => super::study_stability::stability(args, out),
+        StudyCommand::BulkModulus(args) => super::study_bulk_modulus::bulk_modulus(args, out),
         StudyCommand::Coverage(args) => super::study_coverage::coverage(args, out),
         StudyCommand::Error(args) => super::study_error::error(args, out),
     }

@@ -1,6 +1,7 @@
 //! Studies: from a single run of a scene to many.
 
 mod accuracy;
+pub mod bulk_modulus;
 pub mod coverage;
 pub mod error;
 mod error_bars;

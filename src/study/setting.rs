@@ -23,6 +23,9 @@ pub struct Setting {
     /// Element formulation of every part; `None` for that of the document.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formulation: Option<Formulation>,
+    /// Factor on the bulk modulus of every split law.
+    #[serde(skip_serializing_if = "is_one")]
+    pub bulk_factor: f64,
     /// Divisor of the safety factor of the time step.
     pub step_divisor: f64,
     /// Implicit steps of this length [s]; `None` for the document's own time integration.
@@ -46,6 +49,7 @@ impl Setting {
         mesh_factor: 1.0,
         on_facets: false,
         formulation: None,
+        bulk_factor: 1.0,
         step_divisor: 1.0,
         implicit_step_s: None,
         contact_tolerance: None,
@@ -74,6 +78,7 @@ impl Setting {
             }
             for part in &mut body.parts {
                 part.formulation = self.formulation.or(part.formulation);
+                part.material.scale_bulk_modulus(self.bulk_factor);
             }
         }
         if let Some(step_s) = self.implicit_step_s {
@@ -120,6 +125,7 @@ impl Setting {
             (!is_one(&self.mesh_factor)).then(|| format!("numbers of elements × {:.2}", self.mesh_factor)),
             self.on_facets.then(|| "on the facets".to_owned()),
             self.formulation_name().map(str::to_owned),
+            (!is_one(&self.bulk_factor)).then(|| format!("bulk moduli × {}", self.bulk_factor)),
             (self.step_divisor > 1.0).then(|| format!("step / {}", self.step_divisor)),
             self.implicit_step_s.map(implicit_steps),
             self.contact_tolerance.map(|tolerance| format!("contact to {tolerance:.0e}")),

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const ALLOWED: [(&str, &str, &str); 6] = [
     (
         "src/cli",
-        "materials mod plan study study_coverage study_error study_stability validate what_if what_if_table",
+        "materials mod plan study study_bulk_modulus study_coverage study_error study_stability validate what_if what_if_table",
         "mod.rs lists the subcommands, which return its errors; not yet untangled",
     ),
     ("src/mechanics/contact/detection", "detector finder mortar segments", "not yet untangled"),

@@ -73,6 +73,10 @@ impl LawDocument for BalzaniDocument {
         self.alpha1_pa *= factor;
     }
 
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
+
     fn family_count(&self) -> usize {
         self.fibres.count()
     }

@@ -46,6 +46,10 @@ impl LawDocument for DemirayDocument {
     fn scale_stiffness(&mut self, factor: f64) {
         self.mu_pa *= factor;
     }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
 }
 
 /// ψ = C1 (exp[C2 (Ī1 − 3)] − 1) − C1 C2/2 (Ī2 − 3) + U(J)
@@ -85,6 +89,10 @@ impl LawDocument for VerondaWestmannDocument {
 
     fn scale_stiffness(&mut self, factor: f64) {
         self.c1_pa *= factor;
+    }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
     }
 }
 

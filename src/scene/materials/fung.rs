@@ -83,6 +83,10 @@ impl LawDocument for FungOrthotropicDocument {
         }
     }
 
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
+
     /// The three material axes.
     fn family_count(&self) -> usize {
         3

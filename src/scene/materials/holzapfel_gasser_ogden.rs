@@ -97,6 +97,10 @@ impl LawDocument for HolzapfelGasserOgdenDocument {
         self.k1_pa *= factor;
     }
 
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
+
     fn is_split(&self) -> bool {
         self.matrix == MatrixDocument::Isochoric
     }

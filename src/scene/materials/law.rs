@@ -15,6 +15,8 @@ pub trait LawDocument {
     fn valid_to(&self) -> Option<ValidityDocument>;
     /// Multiplies every stiffness except the volumetric one.
     fn scale_stiffness(&mut self, factor: f64);
+    /// Multiplies the bulk modulus of a split law; a coupled law has none of its own.
+    fn scale_bulk_modulus(&mut self, _factor: f64) {}
     /// Whether all dependence on J alone is in U(J), so that an element may average it.
     fn is_split(&self) -> bool {
         true

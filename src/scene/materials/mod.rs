@@ -99,6 +99,11 @@ impl MaterialDocument {
         self.law_mut().scale_stiffness(factor);
     }
 
+    /// Multiplies the bulk modulus of a split law.
+    pub fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.law_mut().scale_bulk_modulus(factor);
+    }
+
     /// The law; `None` when it has too many fibre directions, or one without a direction.
     pub fn to_material(&self) -> Option<Material> {
         self.law().to_material()

@@ -46,6 +46,10 @@ impl LawDocument for MooneyRivlinDocument {
         self.c10_pa *= factor;
         self.c01_pa *= factor;
     }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
 }
 
 /// Uniaxial stress of the incompressible solid is P = 2 (1 − λ⁻³)(C10 λ + C01), which changes sign at λ = −C01/C10: a

@@ -42,6 +42,10 @@ impl LawDocument for NeoHookeanDocument {
     fn scale_stiffness(&mut self, factor: f64) {
         self.c10_pa *= factor;
     }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
 }
 
 /// ψ = μ/2 (I1 − 3) − μ ln J + λ/2 (ln J)²

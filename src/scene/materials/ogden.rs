@@ -122,4 +122,8 @@ impl LawDocument for OgdenDocument {
             OgdenTerms::Febio(terms) => terms.iter_mut().for_each(|term| term.c_pa *= factor),
         }
     }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
 }

@@ -79,6 +79,10 @@ impl LawDocument for WeissDocument {
         }
     }
 
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
+
     fn family_count(&self) -> usize {
         self.fibres.count()
     }

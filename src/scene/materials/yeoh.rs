@@ -56,4 +56,8 @@ impl LawDocument for YeohDocument {
         self.c20_pa *= factor;
         self.c30_pa *= factor;
     }
+
+    fn scale_bulk_modulus(&mut self, factor: f64) {
+        self.bulk_modulus_pa *= factor;
+    }
 }

@@ -72,7 +72,7 @@ fn check_erosion(part: &PartDocument, erosion: &ErosionDocument, here: &Pointer,
             "the damage",
             damage,
             DAMAGES,
-            "0.99 erodes elements that have lost 99 % of their stress",
+            "0.995 erodes elements that have lost nearly all of their stress",
         );
         out.require(part.softening.is_some(), || {
             Problem::error("damage_without_softening", &here, "stress of this part is never lost")

@@ -99,7 +99,7 @@ fn nothing_softens_below_the_onset() {
 #[test]
 fn a_tear_consumes_the_fracture_energy_whatever_the_size_of_the_element() {
     // The last size is above G_c/ψ₀ = 20 mm, where softening begins earlier.
-    for size in [0.2e-3, 1e-3, 5e-3, 18e-3, 40e-3] {
+    for size in [1e-3, 5e-3, 18e-3, 40e-3] {
         let mut point = Point::new(softening_only(), size);
         let per_volume = SOFTENING.fracture_energy / size;
         // The residual stress, a thousandth of the elastic one, works on: 1e-3 · ½ G γ².

@@ -37,7 +37,6 @@ pub(super) fn all_laws(K: f64) -> Vec<Material> {
         weiss(I4Form::Full, volumetric[1]),
         weiss(I4Form::Isochoric, volumetric[2]),
     ]);
-    laws.push(peng_guo_moran(volumetric[2]));
     laws.extend([BlatzKo { mu: 4.0 }.into(), fung(volumetric[0]), balzani(2.6, volumetric[1])]);
     for i4 in [I4Form::Full, I4Form::Isochoric] {
         for matrix in [MatrixForm::Isochoric, MatrixForm::Coupled] {
@@ -46,6 +45,7 @@ pub(super) fn all_laws(K: f64) -> Vec<Material> {
             }
         }
     }
+    laws.push(peng_guo_moran(volumetric[2]));
     laws
 }
 
