@@ -92,3 +92,24 @@ fn breaks_of_named_materials_are_reported_where_they_are() {
     let found = problems(&named(json!({"part": "*", "material": {"library": "fat/naseri_2018_ogdn"}})));
     assert!(found[0].remedy.contains("did you mean \"fat/naseri_2018_ogden\""), "{found:#?}");
 }
+
+/// Warnings of a stiff volume, where two bodies are of the same set.
+fn stiff_volumes(material: &Value, integrator: &Value) -> Vec<Problem> {
+    let mut scene = named(json!({"part": "*", "material": material}));
+    set(&mut scene, "/bodies/0/parts/0", json!({"part": "*", "material": material}));
+    set(&mut scene, "/integrator", integrator.clone());
+    problems(&scene).into_iter().filter(|problem| problem.code == "stiff_volume").collect()
+}
+
+#[test]
+fn a_stiff_volume_is_warned_of_once_and_only_if_steps_are_shorter_than_usual() {
+    let explicit = json!({"kind": "explicit"});
+    let softest = json!({"library": "fat/naseri_2018_ogden"});
+    assert_eq!(stiff_volumes(&softest, &explicit), [], "the library's own 50 MPa");
+    let water = json!({"library": "fat/naseri_2018_ogden", "bulk_modulus_pa": 2.2e9});
+    let found = stiff_volumes(&water, &explicit);
+    let [problem] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!(problem.pointer, "/bodies/0/parts/0/material/bulk_modulus_pa");
+    assert!(problem.remedy.contains("6.6 times as long"), "{problem}");
+    assert_eq!(stiff_volumes(&water, &json!({"kind": "implicit", "step_s": 1e-6})), []);
+}
