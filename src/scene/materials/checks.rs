@@ -57,7 +57,7 @@ pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Fi
             )
             .value(format!("{} to {}", limit[0], limit[1]))
             .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
-            .remedy("widen the limit, or omit it")
+            .remedy("widen the limit; omitted, it is that of the library's set, or contains the range")
         });
     }
 }
