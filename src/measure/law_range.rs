@@ -177,7 +177,7 @@ impl LawRanges {
                 if damage > TORN {
                     part.torn.volume.now += points.volume[q][lane];
                 }
-                let Validity { fitted, limit } = part.validity;
+                let Validity { fitted, limit, .. } = part.validity;
                 if fitted.excess([least, largest], [J; 2]) > 1.0 {
                     part.left.volume.now += points.volume[q][lane];
                 }

@@ -6,94 +6,9 @@
 
 use super::cells::{Cell, Cells};
 use super::refine::{Split, edges_and_faces};
+use super::refinement_region::{MOST_HALVINGS, Region};
 use super::surface::{boundary, boundary_nodes};
 use super::{CellKind, Mesh};
-use crate::mechanics::element::HEX8_CORNERS;
-use crate::mechanics::tensor::Vec3;
-
-/// Relative tolerance for edges of exactly the required length [-].
-const ROUNDING: f64 = 1e-9;
-
-/// Largest number of levels: from a metre to less than a micrometre.
-const MOST_HALVINGS: u8 = 20;
-
-/// A place at which elements are to be small.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Position [m].
-    pub point: Vec3,
-    /// Outward unit normal of the nearest boundary surface; zero where elements are to be small along all directions.
-    pub normal: Vec3,
-}
-
-impl Place {
-    /// Points [m] with the normal of the mesh's boundary at the nearest node.
-    pub fn on_all(mesh: &Mesh, points: &[Vec3]) -> Vec<Self> {
-        let faces = mesh.hanging.boundary(boundary(&mesh.cells));
-        let nodes = boundary_nodes(&faces);
-        let mut normals = vec![Vec3::zeros(); mesh.nodes.len()];
-        for face in &faces {
-            let [a, b, c, d] = face.map(|node| mesh.nodes[node as usize]);
-            let area = (c - a).cross(&(d - b));
-            for node in face {
-                normals[*node as usize] += area;
-            }
-        }
-        let on = |point: &Vec3| {
-            let far = |node: &u32| (mesh.nodes[*node as usize] - point).norm_squared();
-            let nearest = nodes.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-            let normal = nearest.and_then(|node| normals[*node as usize].try_normalize(0.0));
-            Self { point: *point, normal: normal.unwrap_or_else(Vec3::zeros) }
-        };
-        points.iter().map(on).collect()
-    }
-}
-
-/// A region with a required element size.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Region {
-    /// Elements near any of these are refined.
-    pub places: Vec<Place>,
-    /// Largest distance between a place and the bounding box of an element (along x, y, z) [m].
-    pub within: f64,
-    /// Largest edge length along the surface [m]: in the two natural directions that are least aligned with the normal.
-    pub size: f64,
-}
-
-impl Region {
-    /// Whether an element with these corners [m] is to be split.
-    fn splits(&self, corners: &[Vec3; 8]) -> bool {
-        let most = self.size * (1.0 + ROUNDING);
-        if longest_along_surface(corners, &Vec3::zeros()) <= most {
-            return false;
-        }
-        let low = corners.iter().fold(corners[0], |low, x| low.inf(x));
-        let high = corners.iter().fold(corners[0], |high, x| high.sup(x));
-        let within = self.within + ROUNDING * (high - low).norm();
-        let distance = |place: &Place| (place.point - place.point.sup(&low).inf(&high)).norm();
-        let near = self.places.iter().map(|place| (distance(place), place));
-        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(distance, _)| *distance <= within);
-        nearest.is_some_and(|(_, place)| longest_along_surface(corners, &place.normal) > most)
-    }
-}
-
-/// Longest edge of an element [m] in the two natural directions least aligned with a normal; in all three if it is zero.
-fn longest_along_surface(corners: &[Vec3; 8], normal: &Vec3) -> f64 {
-    let (mut longest, mut mean) = ([0.0_f64; 3], [Vec3::zeros(); 3]);
-    for &[a, b] in CellKind::Hex8.table().edges {
-        // The two corners differ in one natural coordinate.
-        let axis = (0..3).find(|&k| HEX8_CORNERS[a][k] * HEX8_CORNERS[b][k] < 0.0).unwrap_or(0);
-        let edge = (corners[b] - corners[a]) * HEX8_CORNERS[b][axis];
-        longest[axis] = longest[axis].max(edge.norm());
-        mean[axis] += edge;
-    }
-    if *normal != Vec3::zeros() {
-        let along = mean.map(|edge| edge.normalize().dot(normal).abs());
-        let through = (0..3).max_by(|&a, &b| along[a].total_cmp(&along[b])).unwrap_or(0);
-        longest[through] = 0.0;
-    }
-    longest.into_iter().fold(0.0, f64::max)
-}
 
 /// Refinement would exceed the allowed number of elements; nothing of that size has been allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -230,9 +145,11 @@ mod tests {
     use super::super::generate::limb_segment::LimbSegment;
     use super::super::quality::quality;
     use super::super::refine::refined;
+    use super::super::refinement_region::Place;
     use super::super::surface::enclosed_volume_m3;
     use super::*;
     use crate::mechanics::followers::Followers;
+    use crate::mechanics::tensor::Vec3;
     use std::collections::BTreeMap;
 
     fn block() -> Mesh {

@@ -16,6 +16,8 @@ pub mod names;
 pub mod quality;
 pub mod read;
 pub mod refine;
+pub mod refinement_estimate;
+pub mod refinement_region;
 pub mod surface;
 pub mod triangulated_surface;
 pub mod walk;

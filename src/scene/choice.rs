@@ -48,6 +48,15 @@ impl Choice {
             _ => None,
         }
     }
+    /// Member of `found` that makes the choice, if one does.
+    pub(super) fn maker(&self, found: &Value) -> Option<&str> {
+        match self {
+            Self::Tag(tag, _) if self.is_made_by(found) => Some(tag),
+            Self::Member(name) if self.is_made_by(found) => Some(name),
+            Self::Nested(choices) => choices.iter().find_map(|choice| choice.maker(found)),
+            _ => None,
+        }
+    }
     /// What to write to make the choice.
     pub(super) fn words(&self) -> Vec<String> {
         match self {

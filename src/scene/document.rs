@@ -398,6 +398,11 @@ impl SceneDocument {
         self.bodies.iter().enumerate().filter(meets_itself).map(|(index, _)| index)
     }
 
+    /// Whether any body has a mesh; rigid bodies have none.
+    pub fn has_mesh(&self) -> bool {
+        self.bodies.iter().any(|body| body.mesh.is_some())
+    }
+
     /// Whether a mesh comes from a file.
     pub fn has_mesh_file(&self) -> bool {
         self.bodies.iter().any(|body| matches!(body.mesh, Some(MeshDocument::File(_))))

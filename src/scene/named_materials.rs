@@ -1,7 +1,7 @@
 //! Parts whose material is a name of the library: the set's numbers are put in their place, before the document is read.
 //!
 //! `{"library": "muscle/zhai_2019_ogden"}` becomes the law of that set, with the bulk modulus, the form of U(J) and the range that stand
-//! beside the name; density, Prony series and shear viscosity become the part's unless it has its own.
+//! beside the name; density, Prony series and shear viscosity become the part's unless it has its own, or null in their place.
 
 use super::materials::library::{MaterialSet, find, unknown};
 use super::materials::{MaterialDocument, VolumetricDocument};
@@ -11,6 +11,9 @@ use super::validity_document::ValidityDocument;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
+
+/// Member of a part with its shear viscosity.
+const VISCOSITY: &str = "shear_viscosity_pa_s";
 
 /// A law with its parameters, or a set of the library.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,7 +37,7 @@ pub struct LibraryMaterial {
     /// Form of U(J).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volumetric: Option<VolumetricDocument>,
-    /// How far the law may be believed.
+    /// How far the law may be believed; ranges that are not given stay those of the set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_to: Option<ValidityDocument>,
 }
@@ -86,6 +89,10 @@ fn resolve_part(part: &mut Map<String, Value>, here: &Pointer, checked: &mut Che
         }
         Some(Found::Law) | None => require_density(part, here, checked),
     }
+    // Null leaves the viscosity of a set out.
+    if part.get(VISCOSITY).is_some_and(Value::is_null) {
+        part.remove(VISCOSITY);
+    }
 }
 
 /// What a material was.
@@ -110,10 +117,25 @@ fn resolve_material(material: &mut Value, here: &Pointer, checked: &mut Checked)
     };
     let mut law = written(&set.material);
     if let Value::Object(law) = &mut law {
-        law.extend(std::mem::take(beside).into_iter().filter(|(_, value)| !value.is_null()));
+        replace_members(law, std::mem::take(beside));
     }
     *material = law;
     Found::Set(set)
+}
+
+/// Puts what stands beside the name in the place of the set's own. Of the range only what is given is replaced; null removes a
+/// part of it.
+fn replace_members(law: &mut Map<String, Value>, beside: Map<String, Value>) {
+    for (name, value) in beside.into_iter().filter(|(_, value)| !value.is_null()) {
+        if name == "valid_to"
+            && let (Some(Value::Object(own)), Value::Object(given)) = (law.get_mut(&name), &value)
+        {
+            own.extend(given.clone());
+            own.retain(|_, range| !range.is_null());
+        } else {
+            law.insert(name, value);
+        }
+    }
 }
 
 /// What the part does not say itself.
@@ -123,7 +145,7 @@ fn add_defaults(part: &mut Map<String, Value>, set: &MaterialSet) {
         part.entry("prony_series").or_insert_with(|| written(prony));
     }
     if let Some(viscosity) = set.shear_viscosity_pa_s {
-        part.entry("shear_viscosity_pa_s").or_insert_with(|| viscosity.into());
+        part.entry(VISCOSITY).or_insert_with(|| viscosity.into());
     }
     part.insert("library".into(), set.name.clone().into());
 }
@@ -134,8 +156,13 @@ fn require_density(part: &mut Map<String, Value>, here: &Pointer, checked: &mut 
     if part.contains_key(NAME) {
         return;
     }
+    // Whether the material is a set, which brings a density, is not known where it is both.
+    let material = here.key("material");
+    let is_both =
+        |problem: &Problem| problem.code == "several_variants" && problem.pointer == material.as_str();
+    let is_both = checked.problems.iter().any(is_both);
     let here = here.key(NAME);
-    if !checked.touches_placeholder(here.as_str()) {
+    if !is_both && !checked.touches_placeholder(here.as_str()) {
         checked.problems.push(
             Problem::error("missing_field", &here, format!("{NAME:?} is missing"))
                 .limit("present (number)")

@@ -5,7 +5,9 @@ use super::problem::{Pointer, Problem, suggest};
 use super::validate::Findings;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
-use crate::mesh::local_refinement::{Place, Region, refined_in};
+use crate::mesh::local_refinement::refined_in;
+use crate::mesh::refinement_estimate::least_elements;
+use crate::mesh::refinement_region::{Place, Region};
 use crate::mesh::surface::boundary;
 use crate::mesh::triangulated_surface::TriangulatedSurface;
 
@@ -28,15 +30,25 @@ impl Meshes<'_> {
             asked.iter().enumerate().map(|(i, asked)| self.region(index, mesh, asked, &here.index(i), out));
         let regions: Option<Vec<Region>> = regions.collect::<Vec<_>>().into_iter().collect();
         let regions = regions.filter(|regions| !regions.is_empty())?;
+        for (i, (region, asked)) in regions.iter().zip(asked).enumerate() {
+            out.require(region.splits_any(mesh), || without_effect(mesh, region, asked, &here.index(i)));
+        }
         let before = mesh.cells.len() as u64;
-        let refined = refined_in(mesh, &regions, before.saturating_add(spare));
+        let most = before.saturating_add(spare);
         let too_many = |elements: u64| {
-            Problem::error("budget_elements", &here, format!("this mesh has {elements} elements or more"))
+            let message = format!("the locally refined mesh has an estimated {elements} elements or more");
+            Problem::error("budget_elements", &here, message)
                 .value(elements)
                 .limit(format!("at most {spare} more than the {before} of the given mesh"))
                 .remedy("give a larger `size_m`, or a smaller `within_m`")
         };
-        refined.map_err(|error| out.push(too_many(error.elements))).ok()
+        // Splitting up to the limit takes long: what exceeds it by far is refused before.
+        let least = least_elements(mesh, &regions, most);
+        if least > most {
+            out.push(too_many(least));
+            return None;
+        }
+        refined_in(mesh, &regions, most).map_err(|error| out.push(too_many(error.elements))).ok()
     }
 
     fn region(
@@ -134,6 +146,31 @@ pub fn centre_of_volume(body: &BodyDocument, mesh: &Mesh) -> Vec3 {
         moment += corners.iter().sum::<Vec3>() * (of_element / corners.len() as f64);
     }
     moment / volume
+}
+
+/// A region that splits no element: either there are none, or they are small enough.
+fn without_effect(mesh: &Mesh, region: &Region, asked: &RefinementDocument, here: &Pointer) -> Problem {
+    let problem =
+        |key: &str, message: String| Problem::warning("refinement_without_effect", &here.key(key), message);
+    let Some([least, most]) = region.sizes_in(mesh) else {
+        let distance = region.distance(mesh);
+        let message = format!(
+            "no element is split: none is within {} m of the place, the nearest is {distance:.4e} m away",
+            asked.within_m
+        );
+        return problem("within_m", message)
+            .value(asked.within_m)
+            .limit(format!("at least {distance:.4e} m, the distance of the nearest element"))
+            .remedy("give a larger `within_m`, or a place on the body; coordinates are those of the placed mesh, in metres");
+    };
+    let message = format!(
+        "no element is split: those within {} m of the place have edges along the surface of {least:.4e} to {most:.4e} m already",
+        asked.within_m
+    );
+    problem("size_m", message)
+        .value(asked.size_m)
+        .limit(format!("less than {most:.4e} m, the largest size there (the smallest is {least:.4e} m)"))
+        .remedy(format!("give a `size_m` of {:.4e} or less, or remove the refinement", 0.5 * most))
 }
 
 fn unknown_set(mesh: &Mesh, name: &str, here: &Pointer) -> Problem {

@@ -9,6 +9,7 @@ use super::misfit::misfits;
 use super::problem::{Pointer, Problem, suggest};
 use super::validate::Findings;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 
 /// Outcome of the check.
 #[derive(Debug)]
@@ -151,6 +152,11 @@ impl Walk<'_> {
     /// the options when none is selected.
     fn compare_variants(&mut self, found: &Value, at: &Pointer, schema: &Value, variants: &[Value]) {
         let choices = choices(variants, self.root);
+        let makers: BTreeSet<&str> = choices.iter().filter_map(|choice| choice.maker(found)).collect();
+        if makers.len() > 1 {
+            self.tell(several_variants(found, at, &makers));
+            return self.mend(at, Some(schema));
+        }
         let chosen = only(&choices, |c| c.is_made_by(found))
             .or_else(|| only(&choices, |c| c.tag().is_some() && c.is_made_by(found)))
             .or_else(|| only(&choices, |c| c.has_type_of(found)));
@@ -225,6 +231,16 @@ impl Walk<'_> {
         }
         placeholders.push(pointer.as_str().to_owned());
     }
+}
+
+/// A value whose members select more than one variant.
+fn several_variants(found: &Value, at: &Pointer, makers: &BTreeSet<&str>) -> Problem {
+    let names: Vec<String> = makers.iter().map(|name| format!("{name:?}")).collect();
+    let message = format!("{} are alternatives, and more than one is given", names.join(" and "));
+    Problem::error("several_variants", at, message)
+        .value(found.clone())
+        .limit(format!("one of {}", names.join(", ")))
+        .remedy(format!("choose one of {}, and remove what belongs to the other", names.join(" and ")))
 }
 
 fn description(schema: &Value) -> Option<String> {

@@ -1,6 +1,6 @@
 //! Range of validity of a law, in a scene document.
 
-use crate::mechanics::material::{Deformations, Material, Validity};
+use crate::mechanics::material::{Deformations, Given, Material, Validity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -46,6 +46,7 @@ impl ValidityDocument {
             stretch: self.limit_stretch.unwrap_or_else(|| wider(own.limit.stretch, fitted.stretch)),
             jacobian: self.limit_jacobian.unwrap_or_else(|| wider(own.limit.jacobian, fitted.jacobian)),
         };
-        Validity { fitted, limit }
+        let given = Given { stretch: self.stretch.is_some(), jacobian: self.jacobian.is_some() };
+        Validity { fitted, given, limit }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::setting::Setting;
 use super::single::{ending_name, is_stop};
-use super::variant::Variants;
+use super::variant::{NotRun, Variants};
 use crate::measure::depth_profile::DepthProfile;
 use crate::measure::{Cheaper, CheaperRuns, ErrorBars, Level, REFINEMENT};
 use crate::scene::document::{ErrorBarsDocument, MeshDocument, SceneDocument};
@@ -27,6 +27,9 @@ pub(super) fn error_bars(
     let document = &scene.document;
     if document.solver.error_bars == ErrorBarsDocument::None {
         return ErrorBars::NotAsked;
+    }
+    if !document.has_mesh() {
+        return ErrorBars::Unknown(NotRun::NoMesh.to_string());
     }
     if document.has_mesh_file() {
         return ErrorBars::Unknown(

@@ -64,9 +64,7 @@ impl Setting {
         // The study compares the runs themselves.
         document.solver.error_bars = ErrorBarsDocument::None;
         document.accuracy = None;
-        if (self.mesh_level != 0 || !is_one(&self.mesh_factor))
-            && document.bodies.iter().all(|body| body.mesh.is_none())
-        {
+        if (self.mesh_level != 0 || !is_one(&self.mesh_factor)) && !document.has_mesh() {
             return None;
         }
         for body in &mut document.bodies {

@@ -26,8 +26,11 @@ pub(super) struct Variants<'a> {
 /// Why a setting was not run.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum NotRun {
-    /// The mesh cannot be coarsened that far, or there is none.
-    #[error("the mesh cannot be coarsened that far, or there is none")]
+    /// All bodies are rigid.
+    #[error("there is no mesh whose error could be estimated")]
+    NoMesh,
+    /// The mesh cannot be coarsened that far.
+    #[error("the mesh cannot be coarsened that far")]
     NoSuchMesh,
     /// Splitting on the facets makes no difference.
     #[error("no generator of the scene has a curved surface")]
@@ -67,7 +70,8 @@ impl Variants<'_> {
         longest: Option<f64>,
         like: Option<&Scene>,
     ) -> Result<Scene, NotRun> {
-        let mut document = setting.apply(self.document).ok_or(NotRun::NoSuchMesh)?;
+        let without = if self.document.has_mesh() { NotRun::NoSuchMesh } else { NotRun::NoMesh };
+        let mut document = setting.apply(self.document).ok_or(without)?;
         if let Some(longest) = longest {
             document.integrator.limit_step(longest);
         }

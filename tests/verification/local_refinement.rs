@@ -4,7 +4,7 @@ use crate::rig::{MeshInMemory, assert_close, loaded, small_ball_on_block};
 use contuse::mechanics::tensor::Vec3;
 use contuse::mesh::Mesh;
 use contuse::plan::compile;
-use contuse::scene::{Budget, load};
+use contuse::scene::{Budget, Problem, load};
 use serde_json::{Value, json};
 
 fn scene(refinement: &Value) -> Value {
@@ -99,4 +99,36 @@ fn what_cannot_be_refined_is_refused_with_a_reason() {
     assert_eq!(codes(&mortar, line), ["refinement_with_mortar"]);
     let small = Budget { elements: 2000, ..Budget::COMMAND_LINE };
     assert_eq!(codes(&one(json!("impact"), 0.05, 0.001), &small), ["budget_elements"]);
+}
+
+#[test]
+fn elements_far_too_small_are_refused_with_their_estimated_number() {
+    let tiny = scene(&json!([{"around": "impact", "within_m": 0.01, "size_m": 1e-5}]));
+    let bytes = serde_json::to_vec(&tiny).unwrap();
+    let problems = load(&bytes, &MeshInMemory(None), &Budget::COMMAND_LINE).unwrap_err();
+    let problem = problems.first_error().unwrap();
+    assert_eq!((&*problem.code, &*problem.pointer), ("budget_elements", "/bodies/1/refinement"));
+    // Splitting level by level would be refused with at most eight times the budget.
+    let estimated = problem.value.as_u64().unwrap();
+    assert!(estimated > 8 * Budget::COMMAND_LINE.elements, "{problem}");
+    assert!(problem.message.contains(&estimated.to_string()), "{problem}");
+}
+
+#[test]
+fn a_refinement_that_splits_nothing_is_warned_of() {
+    let warned = |around: Value, within: f64, size: f64| {
+        let loaded = loaded(&scene(&json!([{"around": around, "within_m": within, "size_m": size}])), None);
+        let is_it = |problem: &&Problem| problem.code == "refinement_without_effect";
+        loaded.warnings.iter().filter(is_it).cloned().collect::<Vec<_>>()
+    };
+    let large = warned(json!("impact"), 0.008, 0.01);
+    let [problem] = &large[..] else { panic!("{large:?}") };
+    assert_eq!(problem.pointer, "/bodies/1/refinement/0/size_m");
+    assert!(problem.limit.contains("smallest is 1.0000e-2 m"), "{problem}");
+    assert!(problem.remedy.contains("5.0000e-3"), "{problem}");
+    let beside = warned(json!({"point_m": [0, 0, 0.08]}), 0.01, 0.003);
+    let [problem] = &beside[..] else { panic!("{beside:?}") };
+    assert_eq!(problem.pointer, "/bodies/1/refinement/0/within_m");
+    assert!(problem.limit.contains("3.0000e-2 m") && !problem.remedy.is_empty(), "{problem}");
+    assert!(warned(json!("impact"), 0.008, 0.003).is_empty());
 }

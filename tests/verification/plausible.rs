@@ -66,6 +66,21 @@ fn a_number_whose_error_nobody_knows_is_no_plain_one() {
 }
 
 #[test]
+fn rigid_bodies_have_no_mesh_whose_error_could_be_estimated() {
+    let scene = json!({
+        "name": "rigid ball on a plane", "end_time_s": 0.01,
+        "bodies": [{
+            "name": "ball", "role": "projectile", "velocity_m_per_s": [0, 0, -1],
+            "rigid": {"shape": {"kind": "ball", "radius_m": 0.01}, "center_m": [0, 0, 0.012], "mass_kg": 0.03}
+        }],
+        "planes": [{"name": "ground", "point_m": [0, 0, 0], "normal": [0, 0, 1]}],
+        "integrator": {"kind": "explicit", "max_step_s": 1e-4}
+    });
+    let reason = summary(&scene, None).error_bars;
+    assert_eq!(reason, "not estimated: there is no mesh whose error could be estimated");
+}
+
+#[test]
 fn a_law_that_was_left_is_told_and_beyond_its_limit_nothing_is_shown() {
     let with_range = |valid_to: Value| {
         let mut scene = ball_on_gel([0.0, 0.0, -5.0], 1e-3);

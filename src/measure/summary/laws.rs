@@ -3,6 +3,7 @@
 use super::super::law_range::{LawRanges, PartRange};
 use super::super::stress_depth::StressDepth;
 use super::written::{number, seconds};
+use crate::mechanics::material::Given;
 use serde::Serialize;
 
 /// Fraction of a part's volume outside the fitted range above which it is reported [-].
@@ -29,6 +30,9 @@ pub struct LawRange {
     pub outside_since_s: f64,
     /// Largest fraction of the part's volume beyond the limit of the law [-].
     pub share_beyond_limit: f64,
+    /// Which ranges the scene or the set of its library gives; the others are those usual for the law.
+    #[serde(skip)]
+    pub given: Given,
 }
 
 /// All parts whose law was used beyond its fitted range, in the order of the plan.
@@ -44,26 +48,33 @@ pub(super) fn left_laws(ranges: &LawRanges) -> Vec<LawRange> {
             share_outside: part.share(&part.left),
             outside_since_s: part.left.since?,
             share_beyond_limit: part.share(&part.beyond),
+            given: part.validity.given,
         })
     };
     ranges.parts.iter().filter_map(of).collect()
 }
 
 impl LawRange {
-    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, from 40 µs on: …".
+    /// "The law of fat (thigh) was used beyond its fitted range in 3.2 % of its volume, from 40 µs on: …"; ranges that are usual
+    /// for the law are not called fitted.
     pub fn in_words(&self) -> String {
         let between = |[from, to]: [f64; 2]| format!("{} to {}", number(from), number(to));
+        let range = |range, is_given: bool| {
+            let what = if is_given { "fitted to" } else { "the law's usual range is" };
+            format!("{what} {}", between(range))
+        };
+        let is_fitted = self.given.stretch || self.given.jacobian;
         format!(
-            "The law of {} ({}) was used beyond its fitted range in {} % of its volume, from {} on: stretches {} (fitted to {}), J {} \
-             (fitted to {}).",
+            "The law of {} ({}) was used beyond its {} range in {} % of its volume, from {} on: stretches {} ({}), J {} ({}).",
             self.part,
             self.body,
+            if is_fitted { "fitted" } else { "usual" },
             number(100.0 * self.share_outside),
             seconds(self.outside_since_s),
             between(self.stretch),
-            between(self.fitted_stretch),
+            range(self.fitted_stretch, self.given.stretch),
             between(self.jacobian),
-            between(self.fitted_jacobian)
+            range(self.fitted_jacobian, self.given.jacobian)
         )
     }
 
@@ -114,4 +125,40 @@ pub(super) fn numerical_stress(stress: &StressDepth) -> impl Iterator<Item = Str
             number(1e3 * reach)
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_that_nobody_gave_are_not_called_fitted() {
+        let words = |stretch: bool, jacobian: bool| {
+            let law = LawRange {
+                body: "thigh".into(),
+                part: "fat".into(),
+                stretch: [0.5, 1.7],
+                fitted_stretch: [0.6, 1.5],
+                jacobian: [0.8, 1.0],
+                fitted_jacobian: [0.9, 1.1],
+                share_outside: 0.5,
+                outside_since_s: 1e-5,
+                share_beyond_limit: 0.0,
+                given: Given { stretch, jacobian },
+            };
+            law.in_words()
+        };
+        let usual = words(false, false);
+        assert!(usual.contains("fat (thigh) was used beyond its usual range"), "{usual}");
+        assert!(
+            usual.contains("the law's usual range is 0.6000 to 1.500") && !usual.contains("fitted"),
+            "{usual}"
+        );
+        let given = words(true, false);
+        assert!(
+            given.contains("beyond its fitted range") && given.contains("(fitted to 0.6000 to 1.500)"),
+            "{given}"
+        );
+        assert!(given.contains("(the law's usual range is 0.9000 to 1.100)"), "{given}");
+    }
 }

@@ -78,7 +78,7 @@ pub struct Summary {
     pub injury_measures: Vec<InjuryMeasure>,
     /// Quality of the computation.
     pub numerics: Numerics,
-    /// Parts whose law was used beyond its fitted range.
+    /// Parts whose law was used beyond the range that it was fitted to, or usually is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub law_ranges: Vec<LawRange>,
     /// Parts whose stress softened.

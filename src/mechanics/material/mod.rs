@@ -54,7 +54,7 @@ pub use peng_guo_moran::FibreShear;
 pub use prony::{Branch, MAX_BRANCHES, PronySeries, isochoric_stress};
 pub use stability::{Instability, first_instability};
 pub use tangent::{assemble_law_tangent, assemble_tangent, tangent_along};
-pub use validity::{Deformations, Validity};
+pub use validity::{Deformations, Given, Validity};
 pub use volumetric::Volumetric;
 pub use weiss::{MOST_TOE_EXPONENT, MOST_TOE_STRETCH, StraighteningFibres};
 

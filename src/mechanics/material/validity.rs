@@ -22,11 +22,22 @@ impl Deformations {
 /// Least stretch or J that is distinguished from zero [-].
 const VANISHING: f64 = 1e-9;
 
+/// Whether ranges were given for the parameters of a law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Given {
+    /// That of the principal stretches.
+    pub stretch: bool,
+    /// That of the volume ratio.
+    pub jacobian: bool,
+}
+
 /// Range of validity of a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
     /// Deformations that its parameters are fitted to.
     pub fitted: Deformations,
+    /// Which of these were given for the parameters; the others are usual for the law.
+    pub given: Given,
     /// Deformations beyond which its results are meaningless.
     pub limit: Deformations,
 }
@@ -45,7 +56,7 @@ pub(super) const TISSUE: Deformations = Deformations { stretch: [0.6, 1.5], jaco
 impl Validity {
     /// Range of a law fitted to these, unless a scene specifies another.
     pub(super) fn fitted_to(fitted: Deformations) -> Self {
-        Self { fitted, limit: LIMIT }
+        Self { fitted, given: Given::default(), limit: LIMIT }
     }
 }
 

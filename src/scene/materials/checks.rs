@@ -27,6 +27,12 @@ const ZERO_POISSON: f64 = 2.0 / 3.0;
 /// K/G above which the bulk modulus alone determines the explicit step.
 const STIFF_RATIO: f64 = 1e4;
 
+/// Bulk modulus [Pa] that the library assumes for tissue that its sources call nearly incompressible.
+const NEARLY_INCOMPRESSIBLE: f64 = 5e7;
+
+/// Bulk modulus [Pa] up to which steps are as long as is usual for tissue, however soft it is in shear.
+const STIFF_BULK: f64 = 2.0 * NEARLY_INCOMPRESSIBLE;
+
 /// Ranges must contain the state at rest, and limits the range to which the law was fitted.
 pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Findings) {
     for (name, range) in valid_to.given() {
@@ -51,7 +57,7 @@ pub(super) fn validity(valid_to: &ValidityDocument, here: &Pointer, out: &mut Fi
             )
             .value(format!("{} to {}", limit[0], limit[1]))
             .limit(format!("from at most {} to at least {}", inner[0], inner[1]))
-            .remedy("widen the limit, or omit it")
+            .remedy("widen the limit; omitted, it is that of the library's set, or contains the range")
         });
     }
 }
@@ -167,14 +173,18 @@ pub(super) fn ratio(K: f64, G: f64, place: &Pointer, out: &mut Findings) {
             .limit(format!("at least two thirds of the shear modulus of {G:.4e} Pa"))
             .remedy("give the bulk modulus in Pa (water has 2.2e9); soft tissue is nearly incompressible")
     });
-    out.require(K / G <= STIFF_RATIO, || {
+    // Tissue of a few kPa exceeds the ratio with any usual bulk modulus: what counts is whether the step is shorter than usual.
+    out.require(K / G <= STIFF_RATIO || K <= STIFF_BULK, || {
+        let longer = (K / NEARLY_INCOMPRESSIBLE).sqrt();
         Problem::warning(
             "stiff_volume",
             place,
-            "the bulk modulus alone determines the explicit time step, which is very small",
+            format!("the bulk modulus alone (K/G = {:.1e}) determines the explicit time step, which is very small", K / G),
         )
-        .value(K / G)
-        .limit(format!("K/G <= {STIFF_RATIO:e}"))
-        .remedy("a bulk modulus of 100 to 1000 G is nearly incompressible and allows a larger step")
+        .value(K)
+        .limit(format!("K <= {STIFF_BULK:e} Pa, or K/G <= {STIFF_RATIO:e}"))
+        .remedy(format!(
+            "{NEARLY_INCOMPRESSIBLE:e} Pa, as in the library, is nearly incompressible and allows steps {longer:.1} times as long"
+        ))
     });
 }

@@ -52,6 +52,41 @@ fn what_stands_beside_the_name_replaces_the_sets_own() {
 }
 
 #[test]
+fn ranges_beside_the_name_leave_the_sets_others_as_they_are() {
+    let skin = |valid_to: Value| {
+        let material = json!({"library": "skin/manschot_1986_across", "valid_to": valid_to});
+        part(&load_value(&named(json!({"part": "*", "material": material}))).unwrap()).material.valid_to()
+    };
+    let narrow = skin(json!({"stretch": [0.95, 1.1]}));
+    assert_eq!((narrow.stretch, narrow.limit_stretch), (Some([0.95, 1.1]), Some([0.7, 1.19])));
+    let wide = skin(json!({"limit_stretch": [0.6, 1.3]}));
+    assert_eq!((wide.stretch, wide.limit_stretch), (Some([0.94, 1.13]), Some([0.6, 1.3])));
+    assert_eq!(skin(json!({"limit_stretch": null})).limit_stretch, None);
+}
+
+#[test]
+fn null_leaves_the_viscosity_of_a_set_out() {
+    let viscosity = |beside: Value| {
+        let mut document = json!({"part": "*", "material": {"library": "muscle/kang_2007_voigt_100hz"}});
+        document.as_object_mut().unwrap().extend(beside.as_object().unwrap().clone());
+        part(&load_value(&named(document)).unwrap()).shear_viscosity_pa_s
+    };
+    let own = viscosity(json!({}));
+    let none = viscosity(json!({"shear_viscosity_pa_s": null}));
+    assert_eq!((own, none), (4.5, 0.0));
+}
+
+#[test]
+fn a_law_and_a_name_are_one_error() {
+    let both =
+        json!({"library": "fat/thigh_mre", "law": "neo_hookean", "c10_pa": 1e3, "bulk_modulus_pa": 5e7});
+    let found = problems(&named(json!({"part": "*", "material": both})));
+    let [problem] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!((&*problem.code, &problem.pointer), ("several_variants", &format!("{LAW}/material")));
+    assert!(problem.remedy.starts_with("choose one of \"law\" and \"library\""), "{problem}");
+}
+
+#[test]
 fn breaks_of_named_materials_are_reported_where_they_are() {
     let at = |place: &str| format!("{LAW}{place}");
     for (part, place, code) in [
@@ -91,4 +126,25 @@ fn breaks_of_named_materials_are_reported_where_they_are() {
     }
     let found = problems(&named(json!({"part": "*", "material": {"library": "fat/naseri_2018_ogdn"}})));
     assert!(found[0].remedy.contains("did you mean \"fat/naseri_2018_ogden\""), "{found:#?}");
+}
+
+/// Warnings of a stiff volume, where two bodies are of the same set.
+fn stiff_volumes(material: &Value, integrator: &Value) -> Vec<Problem> {
+    let mut scene = named(json!({"part": "*", "material": material}));
+    set(&mut scene, "/bodies/0/parts/0", json!({"part": "*", "material": material}));
+    set(&mut scene, "/integrator", integrator.clone());
+    problems(&scene).into_iter().filter(|problem| problem.code == "stiff_volume").collect()
+}
+
+#[test]
+fn a_stiff_volume_is_warned_of_once_and_only_if_steps_are_shorter_than_usual() {
+    let explicit = json!({"kind": "explicit"});
+    let softest = json!({"library": "fat/naseri_2018_ogden"});
+    assert_eq!(stiff_volumes(&softest, &explicit), [], "the library's own 50 MPa");
+    let water = json!({"library": "fat/naseri_2018_ogden", "bulk_modulus_pa": 2.2e9});
+    let found = stiff_volumes(&water, &explicit);
+    let [problem] = &found[..] else { panic!("{found:#?}") };
+    assert_eq!(problem.pointer, "/bodies/0/parts/0/material/bulk_modulus_pa");
+    assert!(problem.remedy.contains("6.6 times as long"), "{problem}");
+    assert_eq!(stiff_volumes(&water, &json!({"kind": "implicit", "step_s": 1e-6})), []);
 }

@@ -25,7 +25,9 @@ pub mod timing;
 pub use findings::Findings;
 
 use super::budget::Budget;
-use super::document::SceneDocument;
+use super::document::{MaterialDocument, SceneDocument};
+use super::problem::Pointer;
+use std::collections::BTreeSet;
 
 /// Checks that need the document alone.
 pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
@@ -38,6 +40,7 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
         }
         motion::check(i, body, &mut out);
     }
+    stiff_volumes_that_matter(document, &mut out);
     contact::check(document, &mut out);
     timing::check(document, budget, &mut out);
     loads::check(document, &mut out);
@@ -46,4 +49,28 @@ pub fn check_document(document: &SceneDocument, budget: &Budget) -> Findings {
     measures::check(document, &mut out);
     refinement::check(document, &mut out);
     out
+}
+
+/// Reduces the warnings of a stiff volume to one for each material, that of its first part; none where no explicit steps are taken.
+fn stiff_volumes_that_matter(document: &SceneDocument, out: &mut Findings) {
+    const CODE: &str = "stiff_volume";
+    let place_of = |pointer: &str| pointer.rsplit_once('/').map_or("", |(place, _)| place).to_owned();
+    let stiff: BTreeSet<String> = out
+        .0
+        .iter()
+        .filter(|problem| problem.code == CODE)
+        .map(|problem| place_of(&problem.pointer))
+        .collect();
+    let (mut known, mut kept) = (Vec::<&MaterialDocument>::new(), BTreeSet::new());
+    for (i, body) in document.bodies.iter().enumerate().filter(|_| !document.integrator.is_implicit()) {
+        let parts = Pointer::root().key("bodies").index(i).key("parts");
+        for (k, part) in body.parts.iter().enumerate() {
+            let place = parts.index(k).key("material");
+            if stiff.contains(place.as_str()) && !known.contains(&&part.material) {
+                known.push(&part.material);
+                kept.insert(place.as_str().to_owned());
+            }
+        }
+    }
+    out.0.retain(|problem| problem.code != CODE || kept.contains(&place_of(&problem.pointer)));
 }

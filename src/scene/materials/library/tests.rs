@@ -85,6 +85,16 @@ fn laws_of_the_library_pass_the_checks_of_scenes() {
 }
 
 #[test]
+fn the_bulk_modulus_that_the_library_assumes_is_not_stiff() {
+    for set in sets() {
+        let mut found = Findings::default();
+        set.material.check(&Pointer::root(), &mut found);
+        let is_stiff = found.0.iter().any(|problem| problem.code == "stiff_volume");
+        assert!(!is_stiff || set.law().unwrap().moduli_at_rest().1 > 1e8, "{}: {:#?}", set.name, found.0);
+    }
+}
+
+#[test]
 fn shear_moduli_at_rest_are_those_of_the_sources() {
     for set in sets() {
         let law = set.law().unwrap();
