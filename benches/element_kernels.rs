@@ -120,7 +120,7 @@ impl Bench {
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
             shear_viscosity: 0.0,
-            prony: contuse::mechanics::material::PronySeries::NONE,
+            memory: contuse::mechanics::material::Memories::NONE,
             erosion: None,
         };
         // The block of elements.

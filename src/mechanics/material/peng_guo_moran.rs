@@ -149,7 +149,7 @@ impl Law for PengGuoMoran {
     }
 
     fn without_idle_fibres(self) -> Self {
-        let idle = self.fibre == [0.0; 2] && self.shear.gamma == 0.0;
+        let idle = [self.fibre[0], self.fibre[1], self.shear.gamma].iter().all(|&c| c == 0.0);
         if idle { Self { families: FibreFamilies::NONE, ..self } } else { self }
     }
 

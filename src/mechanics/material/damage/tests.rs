@@ -1,4 +1,5 @@
 //! Energy of a tear, irreversibility, and softening together with relaxation, along paths at one point.
+#![allow(clippy::float_cmp)] // exactly is what is meant
 
 use super::*;
 use crate::mechanics::material::{
