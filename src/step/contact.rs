@@ -1,10 +1,10 @@
 //! Contact in a step: detection, the bi-potential law on the end-of-step gap, projection.
 
 use super::failure::FailureCause;
-use super::integrator::Phase;
-use super::ledger::stuck;
+use super::phase::Phase;
 use super::place::drift;
 use super::rigid::RigidStep;
+use super::state::SHIFTS;
 use crate::mechanics::contact::detection::detector::Detector;
 use crate::mechanics::contact::detection::guard::Guard;
 use crate::mechanics::contact::detection::rigid_detection::{RigidDetector, RigidMotion};
@@ -15,7 +15,7 @@ use crate::mechanics::contact::solution::problem::ProblemError;
 use crate::mechanics::contact::solution::solvers::{self, LARGEST_OF_FREE, Method, SolveReport};
 use crate::mechanics::contact::solution::step_problem::{solve_step, take_off};
 use crate::mechanics::contact::stencil::MOST_NODES;
-use crate::mechanics::contact::{Contact, ContactLaw, Reaction, RigidSides, Surface};
+use crate::mechanics::contact::{Contact, ContactLaw, ContactPair, Reaction, RigidSides, Surface};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::rigid::{Pose, RigidBody, rotated};
 use crate::mechanics::tensor::Vec3;
@@ -31,9 +31,6 @@ const FEW: usize = 100;
 /// Sweeps over so few contacts before Newton's method takes over, and its maximum number of iterations.
 const FEW_SWEEPS: usize = 200;
 const NEWTON_STEPS: usize = 60;
-
-/// Capacity for projection shifts per contact: slave and master nodes in a few passes.
-pub(super) const SHIFTS: usize = 8;
 
 /// Detector and work arrays of the contact solve; derived from the plan and the positions, so not part of the state.
 pub(super) struct ContactStep<'p> {
@@ -362,4 +359,9 @@ impl<'p> ContactStep<'p> {
         }
         &self.moved
     }
+}
+
+/// Contact laws during dynamic relaxation: full stick.
+fn stuck(pairs: &[ContactPair]) -> Vec<ContactLaw> {
+    vec![ContactLaw::Coulomb(f64::INFINITY); pairs.len()]
 }

@@ -12,18 +12,21 @@
 //! formula.
 
 use super::contact::ContactStep;
+use super::energy::Energy;
 use super::erosion::{erode, follow};
 use super::failure::{
     Failure, FailureCause, Stop, check_block, fastest_stretched, lost_ellipticity, place_element,
 };
-use super::integrator::{Extremes, Phase, Stepper};
-use super::ledger::{Energy, Half, Ledger, StepWork};
+use super::interrupt::Ask;
+use super::ledger::Ledger;
 use super::loads;
 use super::motion::Motion;
+use super::phase::Phase;
 use super::place::place_skins;
 use super::rigid::{LARGEST_TURN, RigidStep};
-use super::run::Ask;
 use super::state::State;
+use super::step_work::{Half, StepWork};
+use super::stepper::{Extremes, Stepper};
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
 use crate::mechanics::lanes::Row;

@@ -1,6 +1,6 @@
 //! Diagnosis of a failed run: cause, place, time, and remedy.
 
-use super::run::Interrupt;
+use super::interrupt::Interrupt;
 use super::state::State;
 use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
 use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};

@@ -1,7 +1,7 @@
 //! Input of the recorders, and the outcome of a run.
 
+use super::energy::Energy;
 use super::failure::Failure;
-use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Erosion, PointInput};
 use crate::mechanics::lanes::Row;

@@ -1,7 +1,7 @@
 //! Frames that outlive their step, for a recorder on another thread: copies into reusable memory.
 
+use super::energy::Energy;
 use super::frame::Frame;
-use super::ledger::Energy;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::Erosion;
 use crate::mechanics::lanes::Row;

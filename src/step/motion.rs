@@ -1,6 +1,6 @@
 //! Kinetic energy and momenta of each body, summed over its nodes.
 
-use super::ledger::StepWork;
+use super::step_work::StepWork;
 use crate::mechanics::force::{Activity, Threads};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
@@ -12,7 +12,7 @@ const NODES: u32 = 32 * Activity::NODES as u32;
 /// Sums over nodes, in the frame of their body's flight.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MotionSums {
-    /// `Σ m v₋·v₊ + ¼ (h₊ − h₋) f_int·(v₋ + v₊)` [kg m²/s²]: twice the kinetic energy of [`super::ledger`].
+    /// `Σ m v₋·v₊ + ¼ (h₊ − h₋) f_int·(v₋ + v₊)` [kg m²/s²]: twice the kinetic energy of `balance.rs`.
     pub kinetic: f64,
     /// `Σ m ½(v₋ + v₊)` [kg m/s].
     pub momentum: Vec3,

@@ -1,6 +1,6 @@
 //! Positions of the contact surfaces.
 
-use super::integrator::Phase;
+use super::phase::Phase;
 use super::state::State;
 use crate::mechanics::contact::Surface;
 use crate::mechanics::tensor::Vec3;

@@ -1,7 +1,7 @@
 //! Rigid bodies in a step: free rotation, poses, and their contribution to the ledger.
 
 use super::failure::{Failure, FailureCause};
-use super::integrator::Phase;
+use super::phase::Phase;
 use super::state::State;
 use crate::mechanics::contact::{Contact, RigidSides};
 use crate::mechanics::rigid::{Pose, RigidBody, Rotation, rotated, turn_freely};

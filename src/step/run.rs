@@ -1,10 +1,13 @@
 //! The time loop of a run.
 
+use super::energy::Energy;
 use super::failure::{Failure, FailureCause, Stop};
 use super::frame::{Ending, Frame, LOOKS, Outcome, Recorder, RecorderError};
-use super::integrator::{Phase, Stepper, preloader, stepper};
-use super::ledger::Energy;
+use super::integrator::{preloader, stepper};
+use super::interrupt::{Ask, Interrupt};
+use super::phase::Phase;
 use super::state::State;
+use super::stepper::Stepper;
 use crate::mechanics::force::Threads;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Integrator, Plan, Settle};
@@ -16,28 +19,6 @@ const RELEASING: f64 = 1.0 / 3.0;
 /// Fraction of the energy scale above which numerical dissipation raises a warning, by contact or by the time
 /// integrator.
 const NOTABLE_LOSS: f64 = 0.02;
-
-/// Why a run is requested to stop before its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interrupt {
-    /// Cancelled by the user.
-    Cancel,
-    /// The wall-clock budget ran out.
-    Deadline,
-    /// The budget of steps is spent.
-    Steps {
-        /// Largest admissible number of steps.
-        most: u64,
-    },
-    /// The budget of recorded bytes is spent.
-    RecordingBytes {
-        /// Largest admissible number of recorded bytes.
-        most: u64,
-    },
-}
-
-/// Callback that tells whether to stop.
-pub type Ask<'a> = &'a (dyn Fn() -> Option<Interrupt> + Sync);
 
 /// How to run a plan.
 pub struct RunOptions<'a> {

@@ -1,6 +1,5 @@
 //! All that changes from step to step, and nothing else.
 
-use super::contact::SHIFTS;
 use super::ledger::Ledger;
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{ElementForces, Erosion, ForceInput};
@@ -9,6 +8,9 @@ use crate::mechanics::rigid::Rotation;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::Plan;
 use std::sync::Arc;
+
+/// Capacity for projection shifts per contact: slave and master nodes in a few passes.
+pub(super) const SHIFTS: usize = 8;
 
 /// The state at time t_n. A restart or a replay is a clone of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,8 +11,8 @@ use crate::mechanics::contact::{Contact, Reaction, RigidSides};
 use crate::mechanics::tensor::Vec3;
 use crate::step::contact::{ContactStep, no_problem};
 use crate::step::failure::FailureCause;
-use crate::step::integrator::Phase;
-use crate::step::run::Ask;
+use crate::step::interrupt::Ask;
+use crate::step::phase::Phase;
 
 /// Normal compliance below this fraction of the trace: no motion along n is possible.
 const IMMOVABLE: f64 = 1e-12;

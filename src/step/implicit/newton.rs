@@ -18,10 +18,10 @@ use crate::mechanics::tensor::Vec3;
 use crate::plan::Prescribed;
 use crate::step::contact::ContactStep;
 use crate::step::failure::{Failure, FailureCause, Stop};
-use crate::step::integrator::Phase;
+use crate::step::interrupt::Ask;
 use crate::step::loads;
+use crate::step::phase::Phase;
 use crate::step::rigid::RigidStep;
-use crate::step::run::Ask;
 
 /// Maximum number of iterations per step.
 const MOST_ITERATIONS: u32 = 30;

@@ -1,0 +1,23 @@
+//! Requests to end a run early.
+
+/// Why a run is requested to stop before its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interrupt {
+    /// Cancelled by the user.
+    Cancel,
+    /// The wall-clock budget ran out.
+    Deadline,
+    /// The budget of steps is spent.
+    Steps {
+        /// Largest admissible number of steps.
+        most: u64,
+    },
+    /// The budget of recorded bytes is spent.
+    RecordingBytes {
+        /// Largest admissible number of recorded bytes.
+        most: u64,
+    },
+}
+
+/// Callback that tells whether to stop.
+pub type Ask<'a> = &'a (dyn Fn() -> Option<Interrupt> + Sync);
