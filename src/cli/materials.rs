@@ -1,7 +1,8 @@
 //! `contuse materials`: the named sets of the library, with their sources.
 
+use super::json::write_json;
 use super::plan::write_table;
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::mechanics::material::Validity;
 use crate::scene::materials::library::{MaterialSet, find, sets, unknown};
 use crate::scene::problem::Pointer;

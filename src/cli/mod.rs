@@ -2,6 +2,7 @@
 
 pub mod contact_problem;
 mod exit;
+mod json;
 pub mod keep;
 pub mod material;
 pub mod materials;
@@ -29,7 +30,6 @@ mod plot;
 pub use exit::{CliError, Exit};
 
 use clap::{Parser, Subcommand};
-use serde::Serialize;
 use std::io::Write;
 
 /// Simulates blunt impact on soft tissue.
@@ -117,10 +117,4 @@ pub fn dispatch(cli: Cli, out: &mut dyn Write) -> Result<Exit, CliError> {
         #[cfg(feature = "service")]
         Command::Health(args) => serve::health(&args),
     }
-}
-
-/// Writes a value as readable JSON, with a final line break.
-fn write_json(value: &impl Serialize, out: &mut dyn Write) -> Result<(), CliError> {
-    let text = serde_json::to_string_pretty(value).map_err(|error| CliError::Other(Box::new(error)))?;
-    Ok(writeln!(out, "{text}")?)
 }

@@ -1,7 +1,8 @@
 //! `contuse plan`: the plan of a scene, what was omitted and why, and the expected cost.
 
+use super::json::write_json;
 use super::keep::KeepArgs;
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::plan::{PlanReport, compile};
 use crate::scene::{Budget, Scene, load_file};
 use clap::Args;

@@ -1,9 +1,10 @@
 //! `contuse study`: studies that run a scene many times.
 
+use super::json::write_json;
 use super::keep::KeepArgs;
 use super::plan::{bytes, duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::scene::document::Keep;
 use crate::step::Interrupt;
 use crate::study::{Difference, LeaveOutRequest, LeaveOutRow, LeaveOutStudy, study_leave_out};

@@ -1,8 +1,9 @@
 //! `contuse study bulk-modulus`: what a lower bulk modulus changes, and saves.
 
+use super::json::write_json;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;
 use crate::study::bulk_modulus::{BulkRequest, BulkStudy, FACTORS, study_bulk_modulus};

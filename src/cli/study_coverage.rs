@@ -1,7 +1,8 @@
 //! `contuse study coverage`: coverage of the error bars.
 
+use super::json::write_json;
 use super::run::watch_for_ctrl_c;
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::step::Interrupt;
 use crate::study::coverage::{CoverageStudy, Number, cases, study_coverage};
 use clap::Args;

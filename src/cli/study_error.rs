@@ -1,9 +1,10 @@
 //! `contuse study error`: error against run time of one scene.
 
+use super::json::write_json;
 use super::picture::PictureArgs;
 use super::plan::{duration, write_table};
 use super::run::{available_threads, read_scene, watch_for_ctrl_c};
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::scene::document::{ContactSolver, Formulation};
 use crate::scene::{Budget, FolderSource};
 use crate::step::Interrupt;

@@ -1,8 +1,9 @@
 //! `contuse study stability`: the matrix of stiff and extreme cases, or that of ordinary impacts.
 
+use super::json::write_json;
 use super::picture::PictureArgs;
 use super::run::{available_threads, watch_for_ctrl_c};
-use super::{CliError, Exit, write_json};
+use super::{CliError, Exit};
 use crate::step::Interrupt;
 use crate::study::stability::{
     Cell, StabilityStudy, Stepping, Verdict, cases, ordinary_impacts, picture, study_stability,

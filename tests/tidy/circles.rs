@@ -6,28 +6,6 @@
 use super::{Source, expect_none, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Circles that there may be, each with its reason: a folder and files in it. A circle must lie within one of them.
-const ALLOWED: [(&str, &str, &str); 5] = [
-    (
-        "src/cli",
-        "materials mod plan study study_bulk_modulus study_coverage study_error study_stability validate what_if what_if_table",
-        "mod.rs lists the subcommands, which return its errors; not yet untangled",
-    ),
-    ("src/mechanics/contact/detection", "detector finder mortar segments", "not yet untangled"),
-    (
-        "src/mechanics/contact/solution/solvers",
-        "accelerated_gradient de_saxce extragradient fixed_point frictionless hybrid interior_point mod newton nsgs \
-         proximal uzawa",
-        "mod.rs calls the solver of a name and has what all share; not yet untangled",
-    ),
-    (
-        "src/service/http",
-        "edge events exports extract jobs meshes mod openapi pages recording studies what_if",
-        "mod.rs lists the routes, which use its state; not yet untangled",
-    ),
-    ("src/service/jobs", "simulator study_job what_if_job", "not yet untangled"),
-];
-
 type ModulePath = Vec<String>;
 
 /// What a file names.
@@ -181,17 +159,7 @@ fn circles(sources: &[Source]) -> BTreeSet<BTreeSet<String>> {
 #[test]
 fn files_do_not_use_each_other_in_circles() {
     let found = circles(&sources(&["src"]));
-    let files = |(folder, names, _): &(&str, &str, &str)| -> BTreeSet<String> {
-        names.split_whitespace().map(|name| format!("{folder}/{name}.rs")).collect()
-    };
-    let allowed: Vec<BTreeSet<String>> = ALLOWED.iter().map(files).collect();
-    let is_allowed = |circle: &&BTreeSet<String>| allowed.iter().any(|a| circle.is_subset(a));
-    let new = found.iter().filter(|circle| !is_allowed(circle));
-    let untangled = allowed.iter().filter(|a| !found.iter().any(|circle| circle.is_subset(a)));
-    let violations: Vec<String> = new
-        .map(|circle| format!("a circle: {circle:?}"))
-        .chain(untangled.map(|a| format!("no circle any more, take it from the list: {a:?}")))
-        .collect();
+    let violations: Vec<String> = found.iter().map(|circle| format!("a circle: {circle:?}")).collect();
     expect_none("move what two files share to where both may use it", &violations);
 }
 

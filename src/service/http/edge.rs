@@ -1,6 +1,6 @@
 //! Middleware around every request: access control, metrics, common headers, and panics as error responses.
 
-use super::App;
+use super::app::App;
 use super::problem::Problem;
 use super::recording::REPR_DIGEST;
 use super::wire::NOTICE;

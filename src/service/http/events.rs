@@ -3,7 +3,7 @@
 //! Events are read from the store, not from memory: an interrupted stream resumes after `Last-Event-ID`, even in
 //! another process. The channel only tells when to query the store again.
 
-use super::App;
+use super::app::App;
 use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
 use crate::service::jobs::store::EventRow;

@@ -1,6 +1,6 @@
 //! Exports from a job's recording: a report, tables, a bundle for clinical systems.
 
-use super::App;
+use super::app::App;
 use super::extract::{JobPath, Owner};
 use super::problem::{Problem, ProblemBody};
 use crate::report::{ReadError, RecordedRun, csv, fhir, html};

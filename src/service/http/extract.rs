@@ -1,6 +1,6 @@
 //! Extractors of request data. Those of axum answer errors in plain text; these answer problem documents.
 
-use super::App;
+use super::app::App;
 use super::problem::Problem;
 use crate::service::jobs::JobId;
 use crate::service::jobs::engine::JsonDocument;

@@ -1,6 +1,6 @@
 //! `/v1/jobs`: submit, validate, list, get, cancel, delete.
 
-use super::App;
+use super::app::App;
 use super::extract::{JobPath, JsonBody, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::wire::{Job, JobList, SceneBody, Validation};

@@ -1,6 +1,6 @@
 //! `/v1/meshes`: upload or get a mesh.
 
-use super::App;
+use super::app::App;
 use super::extract::{Owner, Parameters, declared_length, media_type};
 use super::problem::{Problem, ProblemBody};
 use crate::blobs::{BlobDigest, Draft};

@@ -1,44 +1,12 @@
 //! The API contract: OpenAPI 3.1, generated from the handlers and therefore consistent with them.
 
-use super::routes;
-use crate::scene::scene_schema;
+use super::calls::calls;
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
 use std::sync::LazyLock;
-use utoipa::OpenApi;
-use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
-
-/// General information of the document.
-#[derive(OpenApi)]
-#[openapi(
-    info(
-        title = "Contuse",
-        description = "What a blunt impact does to soft tissue: submit a scene, follow the run, download the recording.\n\n\
-            Research use only: not a medical device, not a diagnosis.",
-    ),
-    servers((url = "/")),
-    security((), ("bearer" = [])),
-    modifiers(&Bearer),
-    tags(
-        (name = "jobs", description = "Scenes that wait, run and end"),
-        (name = "studies", description = "Many runs of one scene: error against run time, stability"),
-        (name = "meshes", description = "Meshes that scenes can name"),
-        (name = "materials", description = "Named sets of material parameters that scenes can use"),
-        (name = "service", description = "The service itself"),
-    )
-)]
-pub struct Contract;
-
-/// Bearer tokens, if the service requires them.
-struct Bearer;
-
-impl utoipa::Modify for Bearer {
-    fn modify(&self, openapi: &mut utoipa::openapi::OpenApi) {
-        let scheme = SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer));
-        openapi.components.get_or_insert_default().add_security_scheme("bearer", scheme);
-    }
-}
 
 static TEXT: LazyLock<String> = LazyLock::new(|| {
-    let (_, document) = routes().split_for_parts();
+    let (_, document) = calls().split_for_parts();
     // Formatted, with a final newline, since it is under version control.
     document.to_pretty_json().unwrap_or_default() + "\n"
 });
@@ -48,9 +16,7 @@ pub fn text() -> &'static str {
     &TEXT
 }
 
-static SCENE_SCHEMA: LazyLock<String> = LazyLock::new(|| format!("{:#}\n", scene_schema()));
-
-/// The JSON Schema of a scene document as text.
-pub fn scene_schema_text() -> &'static str {
-    &SCENE_SCHEMA
+/// The document as a page.
+pub async fn page() -> Response {
+    ([(header::CONTENT_TYPE, "application/json")], text()).into_response()
 }

@@ -1,13 +1,16 @@
 //! Pages about the service itself: liveness, readiness, metrics, API documents.
 
+use super::app::App;
 use super::extract::Owner;
 use super::problem::{Problem, ProblemBody};
-use super::{App, openapi};
+use crate::scene::scene_schema as schema_of_scenes;
 use crate::service::jobs::queue::Queue;
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
+
+static SCENE_SCHEMA: LazyLock<String> = LazyLock::new(|| format!("{:#}\n", schema_of_scenes()));
 
 /// Check that the process is alive.
 #[utoipa::path(get, path = "/healthz", tag = "service", operation_id = "healthz",
@@ -44,14 +47,9 @@ pub async fn metrics(State(app): State<Arc<App>>, _: Owner) -> Result<Response, 
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
 }
 
-/// Get this document.
-pub async fn openapi_json() -> Response {
-    ([(header::CONTENT_TYPE, "application/json")], openapi::text()).into_response()
-}
-
 /// Get the JSON Schema of a scene document.
 #[utoipa::path(get, path = "/scene.schema.json", tag = "service", operation_id = "scene_schema",
     responses((status = 200, description = "JSON Schema, draft 2020-12", body = serde_json::Value, content_type = "application/schema+json")))]
 pub async fn scene_schema() -> Response {
-    ([(header::CONTENT_TYPE, "application/schema+json")], openapi::scene_schema_text()).into_response()
+    ([(header::CONTENT_TYPE, "application/schema+json")], SCENE_SCHEMA.as_str()).into_response()
 }

@@ -1,6 +1,6 @@
 //! `/v1/jobs/{id}/recording`: the MCAP file, in full or in part.
 
-use super::App;
+use super::app::App;
 use super::extract::{JobPath, Owner, Parameters};
 use super::problem::{Problem, ProblemBody};
 use super::range::{Wanted, wanted};

@@ -1,6 +1,6 @@
 //! `/v1/studies`: many runs of one scene as one job.
 
-use super::App;
+use super::app::App;
 use super::extract::{JsonBody, Owner};
 use super::jobs::{SubmitAnswer, SubmitHeaders, accept};
 use super::problem::Problem;

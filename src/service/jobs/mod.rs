@@ -15,6 +15,7 @@ mod error;
 pub mod failures;
 mod kind;
 pub mod queue;
+mod scene_loader;
 pub mod simulator;
 pub mod snapshots;
 mod spending;

@@ -2,7 +2,7 @@
 
 use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
-use super::simulator::{Simulator, checked};
+use super::scene_loader::{SceneLoader, checked};
 use super::study_entries::{Entries, too_many};
 use super::{Phase, Progress};
 use crate::scene::document::{ContactSolver, Formulation};
@@ -113,12 +113,12 @@ impl StudyDocument {
 
 /// Validates a study; problems of its scene are located in the whole document.
 pub(super) fn check(
-    simulator: &Simulator,
+    scenes: &SceneLoader,
     document: &JsonDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Problems> {
     match StudyDocument::read(document.parsed.value.clone()).map_err(Problem::alone)? {
-        StudyDocument::Error(study) => check_error(simulator, study, meshes),
+        StudyDocument::Error(study) => check_error(scenes, study, meshes),
         StudyDocument::Stability(study) => problems_of_ratios(&study.implicit).then(Ok(CheckedScene {
             name: "stability".into(),
             content_hash: document.digest(),
@@ -154,7 +154,7 @@ fn problems_of_steps(steps_s: &[f64], scene: &Value) -> Vec<Problem> {
 }
 
 fn check_error(
-    simulator: &Simulator,
+    scenes: &SceneLoader,
     study: ErrorStudyDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Problems> {
@@ -168,10 +168,10 @@ fn check_error(
     let unknown = study.exact.keys().filter(|name| Quantity::from_name(name).is_none());
     let unknown = unknown.map(|name| no_quantity(name));
     let problems = Problems(long.chain(bad_steps).chain(bad_levels).chain(unknown).collect());
-    let loaded = simulator.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
+    let loaded = scenes.load(&study.scene.into(), meshes).map_err(|found| found.under(&scene_place()));
     let loaded = problems.then(loaded)?;
     let checked = checked(&loaded);
-    Ok(simulator.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
+    Ok(scenes.keep(CheckedScene { name: format!("error of {}", checked.name), ..checked }, loaded))
 }
 
 /// Location of the scene in the document of a study or a question.
@@ -197,7 +197,7 @@ fn no_quantity(name: &str) -> Problem {
 
 /// Runs a validated study.
 pub(super) fn run(
-    simulator: &Simulator,
+    scenes: &SceneLoader,
     document: Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, Failure> {
@@ -222,14 +222,14 @@ pub(super) fn run(
                 combined: study.combined,
             };
             let scene = || Ok(study.scene.into());
-            let document = simulator.scene_of(order.content_hash, order.meshes, scene)?.scene.document;
+            let document = scenes.scene_of(order.content_hash, order.meshes, scene)?.scene.document;
             let exact = study.exact.iter();
             let exact =
                 exact.filter_map(|(name, value)| Some((Quantity::from_name(name)?, *value))).collect();
             let study = study_error(&mut ErrorRequest {
                 document: &document,
                 source: order.meshes,
-                budget: simulator.budget(),
+                budget: scenes.budget(),
                 ladder: &ladder.settings(),
                 exact: &exact,
                 threads: order.threads,

@@ -2,7 +2,7 @@
 
 use super::engine::{CheckedScene, JsonDocument, RunOrder, RunReport};
 use super::failures::{internal, invalid_scene, nothing_finished, out_of_time};
-use super::simulator::Simulator;
+use super::scene_loader::SceneLoader;
 use super::store::Event;
 use super::study_job::scene_place;
 use super::{Phase, Progress};
@@ -38,23 +38,23 @@ impl SharedResults {
 
 /// Validates a question; problems of its scene are located in the whole document.
 pub(super) fn check(
-    simulator: &Simulator,
+    scenes: &SceneLoader,
     document: &JsonDocument,
     meshes: &MeshShelf,
 ) -> Result<CheckedScene, Problems> {
     let question = read(&document.parsed.value).map_err(Problem::alone)?;
     let scene = scene_of(&question).map_err(Problem::alone)?;
-    let base = simulator.load(&scene, meshes).map_err(|problems| problems.under(&scene_place()))?;
+    let base = scenes.load(&scene, meshes).map_err(|problems| problems.under(&scene_place()))?;
     let runs = count(&question);
-    let too_long = Problems(simulator.too_long(&base, runs, "/sample/count").into_iter().collect());
-    too_long.then(check_question(&question, &base, meshes, simulator.budget()).map_err(Problems))?;
+    let too_long = Problems(scenes.too_long(&base, runs, "/sample/count").into_iter().collect());
+    too_long.then(check_question(&question, &base, meshes, scenes.budget()).map_err(Problems))?;
     let checked = CheckedScene {
         name: format!("what if: {}", base.scene.document.name),
         content_hash: document.digest(),
         end_time_s: base.scene.document.end_time_s,
         warnings: base.warnings.clone(),
     };
-    Ok(simulator.keep(checked, base))
+    Ok(scenes.keep(checked, base))
 }
 
 /// Reads the question from a document, or locates its errors.
@@ -73,14 +73,14 @@ fn scene_of(question: &WhatIfDocument) -> Result<Parsed, Problem> {
 
 /// Answers a validated question.
 pub(super) fn run(
-    simulator: &Simulator,
+    scenes: &SceneLoader,
+    results: &SharedResults,
     document: &Value,
     order: &mut RunOrder<'_>,
 ) -> Result<RunReport, Failure> {
     let refused = |problem: Problem| invalid_scene(&problem.alone());
     let question = &read(document).map_err(refused)?;
-    let base =
-        simulator.scene_of(order.content_hash, order.meshes, || scene_of(question).map_err(refused))?;
+    let base = scenes.scene_of(order.content_hash, order.meshes, || scene_of(question).map_err(refused))?;
     let expected = count(question);
     let mut reached = Progress { expected_steps: Some(expected), ..Progress::beginning(Phase::Stepping) };
     (order.progress)(reached);
@@ -89,9 +89,9 @@ pub(super) fn run(
         question,
         base: &base,
         source: order.meshes,
-        budget: simulator.budget(),
-        threads: simulator.what_if_threads(),
-        cache: simulator.results().of(order.blobs),
+        budget: scenes.budget(),
+        threads: scenes.what_if_threads(),
+        cache: results.of(order.blobs),
         shares_plans: true,
         interrupt: &|| order.control.interrupt(),
         tell: &mut |partial| {

@@ -22,21 +22,17 @@
 //! The result depends on the positions alone, never on the age of the list of the broad phase.
 
 use super::boundary::Boundary;
+use super::broad_phase::Motion;
 pub use super::broad_phase::reach;
-use super::broad_phase::{Candidates, FaceTree, Motion};
-use super::finder::{Finder, local_frame};
+use super::finder::Finder;
 use super::mortar::Averager;
 pub use super::narrow_phase::{BAND, DEPTH, NEAR};
-use super::self_contact::{Exclusions, OwnMotion};
+use super::pair::{Moved, PairState, Side};
 use super::time_of_impact::Search;
-use crate::mechanics::contact::{Contact, ContactPair, Discretisation, Master, Surface};
+use crate::mechanics::contact::{Contact, ContactPair, Discretisation, Surface};
 use crate::mechanics::tensor::Vec3;
 use thiserror::Error;
 
-/// Number of steps of the present motion for which a list is made, within the bounds below.
-const STEPS_PER_LIST: f64 = 12.0;
-/// Bounds of the slack of a list, as fractions of the mean face size.
-const SLACK_BOUNDS: (f64, f64) = (0.25, 1.0);
 /// Slack of the list of a surface against itself, as a fraction of its mean face size. The nearest relevant faces are
 /// one face away, so hardly any is listed, and hardly any is checked while the surface moves by less relative to
 /// itself.
@@ -80,46 +76,6 @@ pub struct Detector {
     /// Slack of lists of self-contact, as a fraction of the mean face size.
     own_slack: f64,
     search: Search,
-}
-
-/// A pair, with the data that detection stores for it.
-#[derive(Clone, Debug)]
-pub(super) struct PairState {
-    /// Index of the slave's surface.
-    pub slave: usize,
-    /// The obstacle that the slave must not enter.
-    pub side: Side,
-    /// Slave nodes and master faces that may meet.
-    pub candidates: Candidates,
-    /// Averages the contacts, in mortar contact.
-    pub averager: Option<Averager>,
-    /// Motion of the surface relative to itself, in self-contact.
-    pub own: Option<OwnMotion>,
-}
-
-/// A master, prepared for detection.
-#[derive(Clone, Debug)]
-pub(super) enum Side {
-    /// With the faces that a surface excludes against itself.
-    Surface {
-        master: usize,
-        tree: FaceTree,
-        exclusions: Option<Exclusions>,
-    },
-    Plane {
-        point: Vec3,
-        frame: [Vec3; 3],
-        size: f64,
-    },
-}
-
-/// Largest displacements of the nodes of a surface.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Moved {
-    /// Since the lists were made, to either end of the step [m].
-    pub since_list: f64,
-    /// Within the step [m].
-    pub in_step: f64,
 }
 
 impl Detector {
@@ -284,78 +240,6 @@ impl Detector {
     /// Slave surface of each pair, and its master surface unless that is a plane.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Option<usize>)> {
         self.pairs.iter().map(|p| (p.slave, p.side.master()))
-    }
-}
-
-impl Side {
-    /// Index of the master's surface, `None` for a plane.
-    fn master(&self) -> Option<usize> {
-        match self {
-            Self::Surface { master, .. } => Some(*master),
-            Self::Plane { .. } => None,
-        }
-    }
-}
-
-impl PairState {
-    /// State of a pair at the start; `None` for a rigid master.
-    fn new(pair: &ContactPair, boundaries: &[Boundary], x: &[Vec3]) -> Option<Self> {
-        let side = match pair.master {
-            Master::Rigid(_) => return None,
-            Master::Surface(master) => Side::Surface {
-                master,
-                tree: FaceTree::new(&boundaries[master], x),
-                exclusions: (master == pair.slave).then(|| Exclusions::new(x)),
-            },
-            Master::Plane { point, normal } => Side::Plane {
-                point,
-                frame: local_frame(&normal, &Vec3::zeros()),
-                size: boundaries[pair.slave].mean_size(),
-            },
-        };
-        let candidates = Candidates::with_capacity(boundaries[pair.slave].nodes.len());
-        let own = (side.master() == Some(pair.slave)).then(OwnMotion::default);
-        Some(Self { slave: pair.slave, side, candidates, averager: None, own })
-    }
-
-    /// For a surface against itself: rebuilds the list with the given `slack` [m] if it does not cover this step, and
-    /// returns whether it did. `None` if a position is not finite.
-    fn update_own_list(&mut self, boundaries: &[Boundary], motion: &Motion, slack: f64) -> Option<bool> {
-        let (boundary, own) = (&boundaries[self.slave], self.own.as_mut()?);
-        if own.has_started() {
-            if !own.measure(boundary, motion) {
-                return None;
-            }
-            if self.candidates.cover(own.since_list, 0.0) {
-                return Some(false);
-            }
-        }
-        own.restart(boundary, motion);
-        if !own.measure(boundary, motion) {
-            return None;
-        }
-        if let Side::Surface { tree, exclusions: Some(exclusions), .. } = &mut self.side {
-            let excluded = |node, face| exclusions.contain(boundary, node, face);
-            self.candidates.rebuild(boundary, boundary, tree, motion, slack, excluded);
-        }
-        Some(true)
-    }
-
-    /// `in_step` [m]: upper bound of the relative motion of the two sides in this step.
-    fn rebuild(&mut self, boundaries: &[Boundary], motion: &Motion, in_step: f64) {
-        let slave = &boundaries[self.slave];
-        let slack =
-            |size: f64| (STEPS_PER_LIST * in_step).clamp(SLACK_BOUNDS.0 * size, SLACK_BOUNDS.1 * size);
-        match &mut self.side {
-            Side::Surface { master, tree, .. } => {
-                let master = &boundaries[*master];
-                let slack = slack(master.mean_size());
-                self.candidates.rebuild(slave, master, tree, motion, slack, |_, _| false);
-            }
-            Side::Plane { point, frame, size } => {
-                self.candidates.rebuild_plane(slave, point, &frame[0], reach(*size), motion, slack(*size));
-            }
-        }
     }
 }
 

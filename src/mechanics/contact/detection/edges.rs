@@ -16,7 +16,7 @@
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
 use super::detector::Detector;
-use super::finder::local_frame;
+use super::frame::local_frame;
 use super::narrow_phase::NEAR;
 use super::time_of_impact::Search;
 use crate::mechanics::contact::ALLOWED;

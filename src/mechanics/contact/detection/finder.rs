@@ -3,8 +3,9 @@
 use super::boundary::Boundary;
 use super::broad_phase::{Candidate, FaceTree, Motion};
 use super::closest_point::Patch;
-use super::detector::{Moved, PairState, Side};
+use super::frame::local_frame;
 use super::narrow_phase::{BAND, NEAR, OPPOSED, Proximity, choose_face, eval_proximity, eval_within};
+use super::pair::{Moved, PairState, Side};
 use super::self_contact::is_beside;
 use super::time_of_impact::{Impact, Search};
 use super::winding::winding_number;
@@ -302,17 +303,4 @@ impl Finder<'_> {
         let (pair, drift) = (self.index, self.drift);
         Contact { pair, kind: Kind::Node, slave, face, stencil, frame, gap, point, drift }
     }
-}
-
-/// Right-handed orthonormal (n, t1, t2), t1 as close to `along` as possible; arbitrary if that is parallel to the
-/// normal or zero.
-pub(super) fn local_frame(normal: &Vec3, along: &Vec3) -> [Vec3; 3] {
-    let flat = |v: &Vec3| v - normal * normal.dot(v);
-    let mut t1 = flat(along);
-    if t1.norm_squared() <= 1e-12 * along.norm_squared() {
-        let axis = Vec3::ith(normal.iamin(), 1.0);
-        t1 = flat(&axis);
-    }
-    let t1 = t1.normalize();
-    [*normal, t1, normal.cross(&t1)]
 }

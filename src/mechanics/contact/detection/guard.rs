@@ -9,7 +9,7 @@
 
 use super::detector::{DetectionError, Detector};
 use super::edges::{BENT, EdgeFinder};
-use super::finder::local_frame;
+use super::frame::local_frame;
 use crate::mechanics::contact::stencil::Stencil;
 use crate::mechanics::contact::{ALLOWED, Contact, ContactPair, Discretisation, Kind, Master, Surface};
 use crate::mechanics::tensor::Vec3;

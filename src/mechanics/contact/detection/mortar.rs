@@ -22,7 +22,7 @@
 
 use super::boundary::{Boundary, NONE, corner_count};
 use super::closest_point::Patch;
-use super::finder::local_frame;
+use super::frame::local_frame;
 use super::narrow_phase::NEAR;
 use super::segments::{OPPOSED, for_each_segment_point};
 use crate::mechanics::contact::stencil::Stencil;

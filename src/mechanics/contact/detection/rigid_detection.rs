@@ -16,7 +16,7 @@
 use super::boundary::Boundary;
 use super::closest_point::Patch;
 use super::detector::{DetectionError, NEAR};
-use super::finder::local_frame;
+use super::frame::local_frame;
 use super::narrow_phase::{Proximity, eval_proximity_within, is_outside_box};
 use super::rigid_faces::{allowed, touches_of};
 use super::rigid_manifold::{ManifoldFinder, Touch, parry_shape, shape_distance};

@@ -4,7 +4,7 @@
 
 use super::boundary::{Boundary, NONE};
 use super::closest_point::Patch;
-use super::finder::local_frame;
+use super::frame::local_frame;
 use crate::mechanics::tensor::Vec3;
 
 /// Largest number of master faces visited for a slave face.

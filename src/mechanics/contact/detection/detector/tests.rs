@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::mechanics::contact::ContactLaw;
+use crate::mechanics::contact::Master;
 use crate::mechanics::contact::stencil::weighted;
 
 mod self_contact;

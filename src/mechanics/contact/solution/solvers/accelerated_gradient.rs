@@ -2,7 +2,7 @@
 //! contact Mazhar et al. 2015), on the De Saxcé form.
 
 use super::fixed_point::{Iterate, iterate};
-use super::{Ending, Limits};
+use super::options::{Ending, Limits};
 
 /// State carried from step to step.
 struct Momentum {

@@ -3,8 +3,8 @@
 //! Robust and slow: ρ is the inverse of the largest eigenvalue of W.
 
 use super::fixed_point::{Iterate, iterate};
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits};
 
 /// Iterations until the error is within the tolerance; requires finite μ, else does nothing.
 pub(super) fn solve(scaled: &mut Scaled, limits: &Limits) -> Ending {

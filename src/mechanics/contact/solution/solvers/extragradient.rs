@@ -2,8 +2,8 @@
 //! from the current reactions, with the velocities of a predictor step.
 
 use super::fixed_point::{Iterate, iterate};
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits};
 
 /// Largest difference of the velocities of the prediction, as a fraction of what ρ allows.
 const AGREEMENT: f64 = 0.9;

@@ -1,8 +1,8 @@
 //! Common part of the first-order methods: steps with finite μ until the error is small. They need only products with
 //! W.
 
+use super::options::{Ending, Limits};
 use super::scaled::{Scaled, scaled_error};
-use super::{Ending, Limits};
 use crate::mechanics::contact::solution::local::proj_coulomb_cone;
 use crate::mechanics::contact::solution::problem::local;
 

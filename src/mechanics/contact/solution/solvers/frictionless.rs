@@ -5,8 +5,9 @@
 //! finish the rest.
 
 use super::linear_system::LinearSystem;
+use super::method::Method;
+use super::options::{Ending, LARGEST_OF_FREE, Limits, Options, SolveReport};
 use super::scaled::Scaled;
-use super::{Ending, LARGEST_OF_FREE, Limits, Method, Options, SolveReport};
 use crate::mechanics::contact::solution::local;
 use crate::mechanics::contact::solution::problem::ProblemError;
 

@@ -4,8 +4,10 @@
 //! that remain are degenerate: more careful steps, interior points, then proximal points. The budgets are numbers of
 //! iterations, so that the sequence does not depend on the machine.
 
+use super::method::Method;
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits, Method, interior_point, newton, nsgs, proximal};
+use super::{interior_point, newton, nsgs, proximal};
 
 /// The solvers in their order, with the largest number of iterations of each.
 const STAGES: [(Stage, usize); 6] = [

@@ -16,9 +16,9 @@
 //! A frictionless contact (μ = 0) has the half line alone.
 
 use super::linear_system::{Factors, LinearSystem};
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
 use super::second_order_cone::{Scaling, longest_step, product, quotient};
-use super::{Ending, Limits};
 use crate::mechanics::contact::solution::delassus::{Block, times};
 use crate::mechanics::contact::solution::local::Local;
 use crate::mechanics::contact::solution::problem::local;

@@ -1,8 +1,10 @@
 //! Matrix-free solution of problems with too many contacts for W to fit into memory: projected gradient with
 //! momentum, which needs only products with W.
 
+use super::accelerated_gradient;
 use super::fixed_point::{At, Iterate, MAX_STEPS};
-use super::{LARGEST_OF_FREE, Limits, Method, Options, SolveReport, accelerated_gradient};
+use super::method::Method;
+use super::options::{LARGEST_OF_FREE, Limits, Options, SolveReport};
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::solution::problem::{Errors, ProblemError, mean_diagonals};
 

@@ -6,8 +6,8 @@
 //! gives the least change of reactions that are not determined.
 
 use super::linear_system::LinearSystem;
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits};
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::solution::generalised_jacobian::{Linearised, linearise_alart_curnier};
 use crate::mechanics::contact::solution::local::Local;

@@ -2,8 +2,8 @@
 //! Jourdan, Alart & Jean 1998).
 
 use super::local_newton;
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits};
 use crate::mechanics::contact::solution::delassus::times;
 use crate::mechanics::contact::solution::problem::local;
 

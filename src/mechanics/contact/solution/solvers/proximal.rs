@@ -4,8 +4,9 @@
 //! α falls while the inner problems are solved and rises where they are not. The error of `r_{k+1}` in the original
 //! problem is α times its change.
 
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits, newton, nsgs};
+use super::{newton, nsgs};
 
 /// Default limit of outer iterations.
 pub(super) const MAX_STEPS: usize = 600;

@@ -4,8 +4,8 @@
 //! Each contact has its own ρ, the inverse of the largest eigenvalue of its diagonal block of W.
 
 use super::fixed_point::iterate;
+use super::options::{Ending, Limits};
 use super::scaled::Scaled;
-use super::{Ending, Limits};
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::solution::local::proj_coulomb_cone;
 use crate::mechanics::contact::solution::problem::local;

@@ -1,0 +1,19 @@
+//! What all handlers share.
+
+use super::judges::Judges;
+use crate::service::config::ServiceConfig;
+use crate::service::jobs::queue::Queue;
+use crate::service::metrics::Metrics;
+use std::sync::Arc;
+
+/// Shared state of the handlers.
+pub struct App {
+    /// Queue that stores, starts and stops jobs.
+    pub queue: Arc<Queue>,
+    /// Limits and access tokens of the service.
+    pub config: Arc<ServiceConfig>,
+    /// Counters served to Prometheus.
+    pub metrics: Arc<Metrics>,
+    /// Threads for the validation of scenes and meshes.
+    pub judges: Judges,
+}
