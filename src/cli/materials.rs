@@ -12,7 +12,7 @@ use std::io::{self, Write};
 /// Arguments of `contuse materials`.
 #[derive(Args, Debug)]
 pub struct MaterialsArgs {
-    /// Name of one set, to see all of it.
+    /// Name of one set, to see all of it, or of a family, to list it: muscle.
     pub name: Option<String>,
     /// Answer as JSON.
     #[arg(long)]
@@ -22,22 +22,26 @@ pub struct MaterialsArgs {
 /// Lists the sets, or shows one.
 ///
 /// # Errors
-/// When there is no set of that name.
+/// When there is no set or family of that name.
 pub fn materials(args: &MaterialsArgs, out: &mut dyn Write) -> Result<Exit, CliError> {
-    match (&args.name, args.json) {
-        (None, true) => write_json(&sets(), out)?,
-        (None, false) => write_list(out)?,
-        (Some(name), json) => {
-            let set = find(name).ok_or_else(|| unknown(name, &Pointer::root()).alone())?;
-            if json { write_json(set, out)? } else { write_set(set, out)? }
+    let name = args.name.as_deref();
+    let listed: Vec<&MaterialSet> =
+        sets().iter().filter(|set| name.is_none_or(|family| set.family() == family)).collect();
+    match (name.and_then(find), name) {
+        (Some(set), _) if args.json => write_json(set, out)?,
+        (Some(set), _) => write_set(set, out)?,
+        (None, Some(name)) if listed.is_empty() => {
+            return Err(unknown(name, &Pointer::root()).alone().into());
         }
+        (None, _) if args.json => write_json(&listed, out)?,
+        (None, _) => write_list(&listed, out)?,
     }
     Ok(Exit::Success)
 }
 
-fn write_list(out: &mut dyn Write) -> io::Result<()> {
+fn write_list(listed: &[&MaterialSet], out: &mut dyn Write) -> io::Result<()> {
     let header = ["name", "law", "G slow", "G sudden", "viscosity", "Prony", "stretches", "source"];
-    let rows: Vec<[String; 8]> = sets().iter().map(row).collect();
+    let rows: Vec<[String; 8]> = listed.iter().map(|set| row(set)).collect();
     write_table(&header, &rows, out)?;
     writeln!(
         out,

@@ -49,8 +49,8 @@ pub struct RunArgs {
     /// such as 5%.
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true, conflicts_with = "no_error_bars")]
     pub accuracy: Option<f64>,
-    /// Time limit of all meshes of `--accuracy` together, such as 30s [default: 60s].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "no_error_bars")]
+    /// Time limit of all meshes of `--accuracy` together, such as 30s or 2min [default: 60s].
+    #[arg(long, value_name = "TIME", value_parser = seconds, conflicts_with = "no_error_bars")]
     pub within: Option<f64>,
     /// Run the meshes as given, even if the scene requests an accuracy.
     #[arg(long, conflicts_with_all = ["accuracy", "within"])]
@@ -136,11 +136,16 @@ fn percent(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses "30s" or "30" as seconds.
+/// Parses "30s", "30" or "2min" as seconds.
 fn seconds(text: &str) -> Result<f64, String> {
-    let number: f64 =
-        text.trim_end_matches('s').trim().parse().map_err(|_| format!("{text} is not a time; give 30s"))?;
-    if number > 0.0 && number.is_finite() { Ok(number) } else { Err(format!("{text} is not above 0 s")) }
+    let (number, unit) = match (text.strip_suffix("min"), text.strip_suffix('s')) {
+        (Some(minutes), _) => (minutes, 60.0),
+        (None, Some(seconds)) => (seconds, 1.0),
+        (None, None) => (text, 1.0),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| format!("{text} is not a time; give 30s or 2min"))?;
+    let time = number * unit;
+    if time > 0.0 && time.is_finite() { Ok(time) } else { Err(format!("{text} is not above 0 s")) }
 }
 
 /// Time at which to stop.
@@ -296,6 +301,14 @@ mod tests {
     use crate::measure::Results;
     use crate::measure::summary::Headline;
     use crate::step::{ElementPlace, FailureCause};
+
+    #[test]
+    fn times_have_units() {
+        assert_eq!(["30", "30s", "0.5 min", "2min"].map(seconds), [30.0, 30.0, 30.0, 120.0].map(Ok));
+        for wrong in ["", "s", "0s", "-1s", "1h", "infmin", "NaN"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn names_become_file_names() {

@@ -119,6 +119,13 @@ pub fn sets() -> &'static [MaterialSet] {
     &SETS
 }
 
+impl MaterialSet {
+    /// Family of the set, the first part of its name.
+    pub fn family(&self) -> &str {
+        self.name.split('/').next().unwrap_or_default()
+    }
+}
+
 /// The set of a name.
 pub fn find(name: &str) -> Option<&'static MaterialSet> {
     sets().iter().find(|set| set.name == name)
@@ -136,7 +143,7 @@ pub fn unknown(name: &str, here: &Pointer) -> Problem {
 pub fn nearest_to(wrong: &str) -> String {
     let names = || sets().iter().map(|set| set.name.as_str());
     let family = wrong.split_once('/').map_or(wrong, |(family, _)| family);
-    let of_family = || names().filter(|name| name.split('/').next() == Some(family));
+    let of_family = || sets().iter().filter(|set| set.family() == family).map(|set| set.name.as_str());
     let near = suggest(wrong, names());
     if near.starts_with("did you mean") || of_family().next().is_none() {
         near
