@@ -240,12 +240,18 @@ mod tests {
             }) * x;
             let exact = 2.0 * f64::sinh(0.5 * x).powi(2) + odd;
             let (e, defect) = x.exp_m1_and_defect();
-            assert!((defect - exact).abs() <= 8.0 * f64::EPSILON * exact, "x = {x}: {defect} against {exact}");
+            assert!(
+                (defect - exact).abs() <= 8.0 * f64::EPSILON * exact,
+                "x = {x}: {defect} against {exact}"
+            );
             assert!((e - f64::exp_m1(x)).abs() == 0.0);
             // e^−x − 1 + x
             let exact = 2.0 * f64::sinh(0.5 * x).powi(2) - odd;
             let defect = (-x).exp_m1_and_defect().1;
-            assert!((defect - exact).abs() <= 24.0 * f64::EPSILON * exact.max(odd), "x = −{x}: {defect} {exact}");
+            assert!(
+                (defect - exact).abs() <= 24.0 * f64::EPSILON * exact.max(odd),
+                "x = −{x}: {defect} {exact}"
+            );
         }
     }
 

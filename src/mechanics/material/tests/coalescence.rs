@@ -90,7 +90,12 @@ fn values_computed_with_and_without_derivatives_agree() {
         let H = gradient(F);
         let lifted = Tensor(H.0.map(|row| row.map(|value| Dual { value, slope: 0.0 })));
         let (plain, dual) = (law.eval_total(&H, &[]), law.eval_total(&lifted, &[]));
-        assert!((plain.psi - dual.psi.value).abs() <= 2e-13 * plain.psi, "{F}: {} {}", plain.psi, dual.psi.value);
+        assert!(
+            (plain.psi - dual.psi.value).abs() <= 2e-13 * plain.psi,
+            "{F}: {} {}",
+            plain.psi,
+            dual.psi.value
+        );
         let P = Tensor(dual.P.0.map(|row| row.map(|x| x.value)));
         let error = P.plus_scaled(-1.0, &plain.P);
         assert!(error.double_dot(&error) <= 1e-25 * plain.P.double_dot(&plain.P), "{F}");
