@@ -11,8 +11,10 @@ use contuse::mechanics::force::{
 };
 use contuse::mechanics::lanes::Row;
 use contuse::mechanics::material::{
-    CoupledNeoHookean, FibreFamilies, HolzapfelGasserOgden, I4Form, Material, MatrixForm, MooneyRivlin,
-    NeoHookean, Volumetric,
+    Balzani, BlatzKo, Branch, CoupledNeoHookean, Demiray, FibreFamilies, FibreShear, FungOrthotropic,
+    HolzapfelGasserOgden, I4Form, Material, MatrixForm, Memories, MooneyRivlin, NeoHookean, Ogden, OgdenTerm,
+    OrthotropicModuli, PengGuoMoran, PronySeries, Softening, StraighteningFibres, VerondaWestmann,
+    Volumetric, Weiss, Yeoh,
 };
 use contuse::mechanics::tensor::{Mat3, Vec3};
 use contuse::mesh::Mesh;
@@ -34,6 +36,63 @@ enum Law {
     NeoHookean,
     CoupledNeoHookean,
     HolzapfelGasserOgden,
+    BlatzKo,
+    Yeoh,
+    Demiray,
+    VerondaWestmann,
+    Ogden1,
+    Ogden3,
+    Weiss,
+    Fung,
+    Balzani,
+    PengGuoMoran,
+}
+
+impl Law {
+    const ALL: [Self; 14] = [
+        Self::MooneyRivlin,
+        Self::NeoHookean,
+        Self::CoupledNeoHookean,
+        Self::HolzapfelGasserOgden,
+        Self::BlatzKo,
+        Self::Yeoh,
+        Self::Demiray,
+        Self::VerondaWestmann,
+        Self::Ogden1,
+        Self::Ogden3,
+        Self::Weiss,
+        Self::Fung,
+        Self::Balzani,
+        Self::PengGuoMoran,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::MooneyRivlin => "Mooney–Rivlin",
+            Self::NeoHookean => "neo-Hookean",
+            Self::CoupledNeoHookean => "coupled neo-Hookean",
+            Self::HolzapfelGasserOgden => "HGO, two families",
+            Self::BlatzKo => "Blatz–Ko",
+            Self::Yeoh => "Yeoh",
+            Self::Demiray => "Demiray",
+            Self::VerondaWestmann => "Veronda–Westmann",
+            Self::Ogden1 => "Ogden, one term",
+            Self::Ogden3 => "Ogden, three terms",
+            Self::Weiss => "Weiss, two families",
+            Self::Fung => "Fung",
+            Self::Balzani => "Balzani, two families",
+            Self::PengGuoMoran => "Peng–Guo–Moran, two families",
+        }
+    }
+}
+
+/// What stress remembers.
+#[derive(Clone, Copy)]
+enum Memory {
+    Prony,
+    Softening,
+    /// Shear viscosity, which has no history.
+    Viscosity,
 }
 
 /// One row of the table: a law, a formulation, a size.
@@ -46,12 +105,7 @@ struct Case {
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let law = match self.law {
-            Law::MooneyRivlin => "Mooney–Rivlin",
-            Law::NeoHookean => "neo-Hookean",
-            Law::CoupledNeoHookean => "coupled neo-Hookean",
-            Law::HolzapfelGasserOgden => "HGO, two families",
-        };
+        let law = self.law.name();
         let formulation = match self.formulation {
             Formulation::MeanDilatation => "mean dilatation",
             Formulation::Full => "full",
@@ -61,7 +115,7 @@ impl fmt::Display for Case {
     }
 }
 
-/// Every law in the formulations that it supports, in both sizes.
+/// The laws with their own kernels in the formulations that they support, in both sizes.
 fn cases() -> impl Iterator<Item = Case> {
     let kinds = [
         (Law::MooneyRivlin, Formulation::MeanDilatation),
@@ -80,22 +134,78 @@ fn cases() -> impl Iterator<Item = Case> {
     SIZES.into_iter().flat_map(of_size)
 }
 
+/// All laws in one formulation each, in the cache.
+fn laws() -> impl Iterator<Item = Case> {
+    let formulation = |law| match law {
+        Law::CoupledNeoHookean | Law::BlatzKo => Formulation::Full,
+        _ => Formulation::MeanDilatation,
+    };
+    Law::ALL.into_iter().map(move |law| Case { law, formulation: formulation(law), counts: SIZES[0] })
+}
+
 fn material(law: Law) -> Option<Material> {
     let volumetric = Volumetric::LnSquared(1e8);
+    let families = FibreFamilies::new(&[[1.0, 0.5, 0.0], [1.0, -0.5, 0.0]])?;
+    let ogden = |terms: &[(f64, f64)]| {
+        let terms: Vec<_> = terms.iter().map(|(mu, alpha)| OgdenTerm { mu: *mu, alpha: *alpha }).collect();
+        Ogden::new(&terms, volumetric)
+    };
     Some(match law {
-        Law::MooneyRivlin => Material::MooneyRivlin(MooneyRivlin { c10: 5e5, c01: 1e5, volumetric }),
-        Law::NeoHookean => Material::NeoHookean(NeoHookean { c10: 5e5, volumetric }),
-        Law::CoupledNeoHookean => Material::CoupledNeoHookean(CoupledNeoHookean { mu: 1e6, lambda: 1e8 }),
-        Law::HolzapfelGasserOgden => Material::HolzapfelGasserOgden(HolzapfelGasserOgden {
+        Law::MooneyRivlin => MooneyRivlin { c10: 5e5, c01: 1e5, volumetric }.into(),
+        Law::NeoHookean => NeoHookean { c10: 5e5, volumetric }.into(),
+        Law::CoupledNeoHookean => CoupledNeoHookean { mu: 1e6, lambda: 1e8 }.into(),
+        Law::HolzapfelGasserOgden => HolzapfelGasserOgden {
             c: 1e5,
             k1: 1e5,
             k2: 1.0,
             kappa: 0.1,
-            families: FibreFamilies::new(&[[1.0, 0.5, 0.0], [1.0, -0.5, 0.0]])?,
+            families,
             i4: I4Form::Full,
             matrix: MatrixForm::Isochoric,
             volumetric,
-        }),
+        }
+        .into(),
+        Law::BlatzKo => BlatzKo { mu: 1e6 }.into(),
+        Law::Yeoh => Yeoh { c10: 5e5, c20: -1e4, c30: 1e3, volumetric }.into(),
+        Law::Demiray => Demiray { mu: 1e6, b: 1.0, volumetric }.into(),
+        Law::VerondaWestmann => VerondaWestmann { c1: 1e6, c2: 1.0, volumetric }.into(),
+        Law::Ogden1 => ogden(&[(1e5, 9.0)])?.into(),
+        Law::Ogden3 => ogden(&[(6.3e5, 1.3), (1.2e3, 5.0), (-1e4, -2.0)])?.into(),
+        Law::Weiss => Weiss {
+            c10: 5e5,
+            c01: 1e5,
+            fibres: StraighteningFibres::new(1e4, 30.0, 1e7, 1.06),
+            families,
+            i4: I4Form::Full,
+            volumetric,
+        }
+        .into(),
+        Law::Fung => {
+            let moduli = OrthotropicModuli { young: [3e6; 3], shear: [1e6; 3], poisson: [0.45; 3] };
+            FungOrthotropic::new(1e6, &moduli, volumetric)?.into()
+        }
+        Law::Balzani => Balzani { c1: 5e5, alpha1: 1e5, alpha2: 2.5, families, volumetric }.into(),
+        Law::PengGuoMoran => {
+            let shear = FibreShear { gamma: 1e5, beta: 50.0, stretch: 1.05 };
+            PengGuoMoran { c10: 5e5, fibre: [1e5, 1e5], shear, families, volumetric }.into()
+        }
+    })
+}
+
+/// Shear viscosity [Pa s], and relaxation and softening.
+fn memory(of: Option<Memory>) -> Option<(f64, Memories)> {
+    let branch = |(g, tau)| Branch { relative_modulus: g, relaxation_time: tau };
+    Some(match of {
+        None => (0.0, Memories::NONE),
+        Some(Memory::Viscosity) => (10.0, Memories::NONE),
+        Some(Memory::Prony) => {
+            let prony = PronySeries::new(&[(0.6, 1e-3), (0.4, 1e-2)].map(branch))?;
+            (0.0, Memories { prony, ..Memories::NONE })
+        }
+        Some(Memory::Softening) => {
+            let softening = Softening { onset: 1e4, fracture_energy: 100.0 };
+            (0.0, Memories { softening, ..Memories::NONE })
+        }
     })
 }
 
@@ -111,16 +221,21 @@ struct Bench {
 impl Bench {
     /// `None` when the case cannot be built, which its bench reports.
     fn new(case: &Case) -> Option<Self> {
+        Self::with_memory(case, None)
+    }
+
+    fn with_memory(case: &Case, remembered: Option<Memory>) -> Option<Self> {
         let size = Vec3::from(case.counts.map(|n| 1e-3 * f64::from(n)));
         let mesh = Block::uniform(Vec3::zeros(), size, case.counts, "block").generate().ok()?;
+        let (shear_viscosity, memory) = memory(remembered)?;
         let parameters = BlockParameters {
             material: material(case.law)?,
             formulation: case.formulation,
             density: 1000.0,
             linear_viscosity: 0.06,
             quadratic_viscosity: 1.2,
-            shear_viscosity: 0.0,
-            memory: contuse::mechanics::material::Memories::NONE,
+            shear_viscosity,
+            memory,
             erosion: None,
         };
         // The block of elements.
@@ -152,6 +267,43 @@ impl Bench {
 fn force_sweep(bencher: Bencher, case: Case) {
     let Some(mut bench) = Bench::new(&case) else { return };
     bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.evaluate());
+}
+
+/// The same of every law.
+#[divan::bench(args = laws())]
+fn law(bencher: Bencher, case: Case) {
+    let Some(mut bench) = Bench::new(&case) else { return };
+    bencher.counter(ItemsCount::new(bench.mesh.cells.len())).bench_local(|| bench.evaluate());
+}
+
+/// The second pass that relaxation, softening and viscosity add.
+fn second_pass(bencher: Bencher, case: &Case, memory: Memory) {
+    let Some(mut bench) = Bench::with_memory(case, Some(memory)) else { return };
+    bench.evaluate();
+    let Bench { forces, blocks, u, history, mesh } = &mut bench;
+    let v: Vec<Vec3> = u.iter().map(|u| u * 100.0).collect();
+    let input = ForceInput { u, inverse_step: 1e6, history };
+    bencher
+        .counter(ItemsCount::new(mesh.cells.len()))
+        .bench_local(|| forces.add_viscous(&Threads::ONE, blocks, black_box(&input), &v));
+}
+
+/// Relaxation: two branches.
+#[divan::bench(args = laws().filter(|case| case.formulation == Formulation::MeanDilatation))]
+fn relaxation(bencher: Bencher, case: Case) {
+    second_pass(bencher, &case, Memory::Prony);
+}
+
+/// Softening.
+#[divan::bench(args = laws().filter(|case| case.formulation == Formulation::MeanDilatation))]
+fn softening(bencher: Bencher, case: Case) {
+    second_pass(bencher, &case, Memory::Softening);
+}
+
+/// Shear viscosity, of whatever law.
+#[divan::bench(args = laws().take(1))]
+fn viscosity(bencher: Bencher, case: Case) {
+    second_pass(bencher, &case, Memory::Viscosity);
 }
 
 /// The limit of the step by stretch rates: measured at every element (`limit` 0), and where a check of the velocities

@@ -112,6 +112,11 @@ impl<R: Real> Real for Dual<R> {
         Self { value: e, slope: self.slope * (e + 1.0) }
     }
     #[inline(always)]
+    fn exp_m1_and_defect(self) -> (Self, Self) {
+        let (e, defect) = self.value.exp_m1_and_defect();
+        (Self { value: e, slope: self.slope * (e + 1.0) }, Self { value: defect, slope: self.slope * e })
+    }
+    #[inline(always)]
     fn ln_1p(self) -> Self {
         Self { value: self.value.ln_1p(), slope: self.slope / (self.value + 1.0) }
     }

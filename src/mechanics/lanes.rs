@@ -90,9 +90,9 @@ impl<S: Simd> Lane<S> {
         let low = k.mul_add(self.constant(LN_2_LOW), p * s);
         k.mul_add(self.constant(LN_2_HIGH), low)
     }
-    /// (2^k, expm1(r)) with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, the range of f64.
+    /// 2^k, r and (expm1(r) − r)/r with self = k ln 2 + r, |r| ≤ ½ ln 2; self is clamped to ±708, the range of f64.
     #[inline(always)]
-    fn split_exp(self) -> (Self, Self) {
+    fn split_exp(self) -> (Self, Self, Self) {
         let x = self.max(self.constant(-708.0)).min(self.constant(708.0));
         // Adding 1.5 · 2^52 rounds to the nearest integer and leaves it in the low bits.
         let magic = 6_755_399_441_055_744.0;
@@ -104,7 +104,7 @@ impl<S: Simd> Lane<S> {
         for c in &EXP_SERIES[1..] {
             p = p.mul_add(r, self.constant(*c));
         }
-        (t.map_bits(|b| (b << 52).wrapping_add(1023 << 52)), (p * r).mul_add(r, r))
+        (t.map_bits(|b| (b << 52).wrapping_add(1023 << 52)), r, p * r)
     }
 }
 
@@ -159,13 +159,20 @@ impl<S: Simd> Real for Lane<S> {
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        let (scale, p) = self.split_exp();
-        scale.mul_add(p, scale)
+        let (scale, r, p) = self.split_exp();
+        scale.mul_add(p.mul_add(r, r), scale)
     }
     #[inline(always)]
     fn exp_m1(self) -> Self {
-        let (scale, p) = self.split_exp();
-        scale.mul_add(p, scale - 1.0)
+        let (scale, r, p) = self.split_exp();
+        scale.mul_add(p.mul_add(r, r), scale - 1.0)
+    }
+    #[inline(always)]
+    fn exp_m1_and_defect(self) -> (Self, Self) {
+        let (scale, r, p) = self.split_exp();
+        // For k = 0 the defect is r² Σ alone: 2^k r − self and 2^k − 1 are zero.
+        let defect = scale.mul_add(p * r, scale.mul_sub(r, self) + (scale - 1.0));
+        (scale.mul_add(p.mul_add(r, r), scale - 1.0), defect)
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
@@ -259,6 +266,7 @@ mod tests {
     }
     struct Exp;
     struct ExpM1;
+    struct Defect;
     struct Ln1p;
     struct Ln;
     struct InverseCbrt;
@@ -270,6 +278,11 @@ mod tests {
     impl Function for ExpM1 {
         fn eval<R: Real>(&self, x: R) -> R {
             x.exp_m1()
+        }
+    }
+    impl Function for Defect {
+        fn eval<R: Real>(&self, x: R) -> R {
+            x.exp_m1_and_defect().1
         }
     }
     impl Function for Ln1p {
@@ -318,6 +331,9 @@ mod tests {
             arch.dispatch(Compare(&spread, Exp, 3.0));
             arch.dispatch(Compare(&tiny, ExpM1, 3.0));
             arch.dispatch(Compare(&spread, ExpM1, 4.0));
+            // Beyond the series three numbers of order 1 nearly cancel.
+            arch.dispatch(Compare(&tiny, Defect, 4.0));
+            arch.dispatch(Compare(&spread, Defect, 24.0));
             arch.dispatch(Compare(&above_minus_one, Ln1p, 3.0));
             arch.dispatch(Compare(&positive, Ln, 3.0));
             arch.dispatch(Compare(&above_minus_one, InverseCbrt, 4.0));

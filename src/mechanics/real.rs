@@ -40,6 +40,9 @@ pub trait Real:
     /// `exp(self) − 1`, accurate near 0.
     #[must_use]
     fn exp_m1(self) -> Self;
+    /// `exp(self) − 1`, and how much that exceeds `self`, both accurate near 0.
+    #[must_use]
+    fn exp_m1_and_defect(self) -> (Self, Self);
     /// `ln(1 + self)`, accurate near 0.
     #[must_use]
     fn ln_1p(self) -> Self;
@@ -108,6 +111,13 @@ impl Real for f64 {
     #[inline(always)]
     fn exp_m1(self) -> Self {
         f64::exp_m1(self)
+    }
+    #[inline(always)]
+    fn exp_m1_and_defect(self) -> (Self, Self) {
+        let e = f64::exp_m1(self);
+        // x²/2 + x³/6 + … where e − x would lose digits.
+        let series = (2..=14).rev().fold(0.0, |sum, n| (sum + 1.0) * self / f64::from(n)) * self;
+        (e, if f64::abs(self) < 0.35 { series } else { e - self })
     }
     #[inline(always)]
     fn ln_1p(self) -> Self {
@@ -218,6 +228,31 @@ mod tests {
             assert!((ln_1p_defect(x) - plain).abs() <= 1e-14 * plain.max(x.abs()), "x = {x}");
         }
         assert!(ln_1p_defect(0.0) == 0.0);
+    }
+
+    #[test]
+    fn the_defect_of_exp_keeps_relative_accuracy_down_to_rest() {
+        // cosh x − 1 = 2 sinh² ½x and sinh x − x, of which the defect is the sum: no cancellation for x > 0.
+        for x in [1e-100, 1e-20, 1e-9, 3e-5, 0.01, 0.3, 0.349, 0.351, 1.0, 5.0] {
+            let odd: f64 = (1..16).rev().fold(0.0, |sum, n| {
+                let (a, b) = (2.0 * f64::from(n), 2.0 * f64::from(n) + 1.0);
+                (sum + 1.0) * x * x / (a * b)
+            }) * x;
+            let exact = 2.0 * f64::sinh(0.5 * x).powi(2) + odd;
+            let (e, defect) = x.exp_m1_and_defect();
+            assert!(
+                (defect - exact).abs() <= 8.0 * f64::EPSILON * exact,
+                "x = {x}: {defect} against {exact}"
+            );
+            assert!((e - f64::exp_m1(x)).abs() == 0.0);
+            // e^−x − 1 + x
+            let exact = 2.0 * f64::sinh(0.5 * x).powi(2) - odd;
+            let defect = (-x).exp_m1_and_defect().1;
+            assert!(
+                (defect - exact).abs() <= 24.0 * f64::EPSILON * exact.max(odd),
+                "x = −{x}: {defect} {exact}"
+            );
+        }
     }
 
     #[test]

@@ -232,6 +232,8 @@ pub struct Implicit {
     pub theta: f64,
     /// Weight ξ of the end forces [-], ½ … 1.
     pub xi: f64,
+    /// Whether time is real for viscosity and relaxation; else all has relaxed.
+    pub rate_effects: bool,
     /// Whether the mean forces of a step conserve energy and momenta; θ = ξ = ½ then.
     pub energy_momentum: bool,
     /// Largest residual of the momentum, relative to the impulses of the step [-].

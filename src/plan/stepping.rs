@@ -36,16 +36,18 @@ pub(super) fn integrator(document: &IntegratorDocument, parts: &Parts) -> Result
                 statics: None,
                 theta: *theta,
                 xi: xi.unwrap_or(*theta),
+                rate_effects: true,
                 energy_momentum: *energy_momentum,
                 tolerance: *newton_tolerance,
                 systems: SystemSize::new(&unknowns)?,
                 unknowns,
             }))
         }
-        IntegratorDocument::QuasiStatic { step_s, newton_tolerance, smallest_step_s, .. } => {
+        IntegratorDocument::QuasiStatic { step_s, real_time, newton_tolerance, smallest_step_s, .. } => {
             let smallest = smallest_step_s.unwrap_or(SMALLEST_STEP * step_s);
             let steps = [*step_s, smallest];
-            Integrator::Implicit(Box::new(quasi_static(parts, steps, *newton_tolerance)?))
+            let options = quasi_static(parts, steps, *newton_tolerance)?;
+            Integrator::Implicit(Box::new(Implicit { rate_effects: *real_time, ..options }))
         }
     })
 }
@@ -70,6 +72,7 @@ fn quasi_static(
         statics: Some(Statics::new(parts)),
         theta: 1.0,
         xi: 1.0,
+        rate_effects: false,
         energy_momentum: false,
         tolerance,
         systems: SystemSize::new(&unknowns)?,

@@ -408,10 +408,10 @@ impl SceneDocument {
         self.bodies.iter().any(|body| matches!(body.mesh, Some(MeshDocument::File(_))))
     }
 
-    /// Whether a part has properties that only explicit steps support: viscosity, relaxation, erosion.
+    /// Whether a part has properties that only explicit steps support: softening, erosion.
     pub fn needs_explicit_steps(&self) -> bool {
         let parts = self.bodies.iter().flat_map(|body| &body.parts);
-        parts.into_iter().any(|part| part.is_viscous() || part.erosion.is_some())
+        parts.into_iter().any(|part| part.softening.is_some() || part.erosion.is_some())
     }
 
     /// Whether the document keeps a feature that plans omit.

@@ -88,7 +88,7 @@ pub fn choose(
     let least = SteppingEstimate::new(duration, implicit_step, load.implicit_step_s(&FactorSize::default()));
 
     let (implicit, why) = if document.needs_explicit_steps() {
-        (None, "implicit steps support neither shear viscosity nor relaxation nor erosion".to_owned())
+        (None, "implicit steps support neither softening nor erosion".to_owned())
     } else if least.run_time_s >= explicit.run_time_s {
         // Force evaluations alone take longer: no need to analyse the matrix.
         (None, "the force evaluations of implicit steps alone would take longer".to_owned())

@@ -73,6 +73,10 @@ pub enum IntegratorDocument {
     QuasiStatic {
         /// Load step [s]; halved where it does not converge, and increased again.
         step_s: f64,
+        /// Whether time is real for relaxation: Prony series relax over the load steps. By default it only orders the loads, and all
+        /// has relaxed.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        real_time: bool,
         /// Largest residual of the equilibrium, relative to the forces [-].
         #[serde(default = "default_newton_tolerance")]
         newton_tolerance: f64,

@@ -26,11 +26,11 @@ pub struct PartDocument {
     #[schemars(skip)]
     pub library: Option<String>,
     /// Shear viscosity η [Pa s] of the part (Kelvin–Voigt): adds 2 η dev d to the stress of the law, where d is the rate of
-    /// deformation. Explicit steps only. Null leaves that of a set of the library out.
+    /// deformation. Not in quasi-static runs. Null leaves that of a set of the library out.
     #[serde(default, skip_serializing_if = "is_nothing")]
     #[schemars(with = "Option<f64>")]
     pub shear_viscosity_pa_s: f64,
-    /// Stress relaxation of a split law. Explicit steps only; a quasi-static run uses the fully relaxed response.
+    /// Stress relaxation of a split law. A quasi-static run uses the fully relaxed response, unless its time is real.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prony_series: Option<PronyDocument>,
     /// Softening of a split law beyond a strain energy, as of skin that begins to tear. Explicit steps only.

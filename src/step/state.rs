@@ -28,7 +28,7 @@ pub struct State {
     pub orientations: Vec<Rotation>,
     /// Size of the last step [s]; 0 at the start.
     pub last_step: f64,
-    /// History of the elements at t_{n−1}, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
+    /// History of the elements at t_{n−1}, in implicit runs at t_n, chunk by chunk, see [`ElementBlock::history_rows`](crate::mechanics::force::ElementBlock::history_rows).
     pub history: Vec<Vec<Row>>,
     /// Elements eroded so far.
     pub erosion: Arc<Erosion>,
@@ -73,6 +73,10 @@ pub struct Tangent {
     pub number: u64,
     /// Displacement [m], nodes × 3.
     pub u: Vec<Vec3>,
+    /// Velocity [m/s], nodes × 3; empty if nothing depends on time.
+    pub v: Vec<Vec3>,
+    /// History of the elements, chunk by chunk; empty if nothing relaxes.
+    pub history: Vec<Vec<Row>>,
     /// Step size h of the matrix [s].
     pub step: f64,
     /// The pressures on faces [Pa].

@@ -44,6 +44,7 @@ mod pressurised_ball;
 mod quasi_static;
 mod record;
 mod relaxation;
+mod relaxation_references;
 mod rig;
 mod rigid_ball;
 mod rigid_between_nodes;

@@ -1,4 +1,4 @@
-//! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory): explicit steps, after the evaluation, of any split law.
+//! Forces of stresses with a [`Memory`](crate::mechanics::material::Memory), after the evaluation, of any split law.
 //! Eight-point elements remember at each point, one-point elements at their one.
 
 mod softening;
@@ -14,6 +14,7 @@ use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
 use super::rows::{add, gather, keep_still, load_fibres, store_corners};
 use super::totals::BatchTotals;
+use crate::mechanics::dual::Dual;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
     ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MemorySteps, isochoric_stress,
@@ -131,6 +132,17 @@ impl<S: Simd> History<Lane<S>> for Past<'_, S> {
     }
     #[inline(always)]
     fn set(&mut self, _: usize, _: Lane<S>) {}
+}
+
+/// The same without derivative: what is past does not depend on the end of the step.
+impl<S: Simd> History<Dual<Lane<S>>> for Past<'_, S> {
+    #[inline(always)]
+    fn before(&self, index: usize) -> Dual<Lane<S>> {
+        let value = Lane::load(self.simd, &self.rows[index], self.part);
+        Dual { value, slope: value.zero() }
+    }
+    #[inline(always)]
+    fn set(&mut self, _: usize, _: Dual<Lane<S>>) {}
 }
 
 impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, L, E, N, Q> {

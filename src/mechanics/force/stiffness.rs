@@ -94,13 +94,13 @@ where
 
 /// A dual number whose value does not depend on the direction.
 #[inline(always)]
-fn fixed<R: Real>(value: R) -> Dual<R> {
+pub(super) fn fixed<R: Real>(value: R) -> Dual<R> {
     Dual { value, slope: value.zero() }
 }
 
 /// [`fixed`] in every component.
 #[inline(always)]
-fn fixed_tensor<R: Real>(t: &Tensor<R>) -> Tensor<Dual<R>> {
+pub(super) fn fixed_tensor<R: Real>(t: &Tensor<R>) -> Tensor<Dual<R>> {
     let mut out = Tensor([[fixed(t.0[0][0]); 3]; 3]);
     for i in 0..3 {
         for j in 0..3 {
@@ -120,25 +120,29 @@ fn fixed_corners<R: Real, const N: usize>(values: &[[R; N]; 3]) -> [[Dual<R>; N]
     out
 }
 
-impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L, E, N, Q> {
-    /// Fibre directions of the elements of a register, without slope.
-    #[inline(always)]
-    fn directions<S: Simd>(&self, simd: S, part: usize) -> [[Dual<Lane<S>>; 3]; MAX_FAMILIES] {
-        let fibres = load_fibres(simd, self.fibres, part);
-        let mut out = [[fixed(Lane::splat(simd, 0.0)); 3]; MAX_FAMILIES];
-        for (out, a) in out.iter_mut().zip(&fibres) {
-            for i in 0..3 {
-                out[i] = fixed(a[i]);
-            }
+/// Fibre directions of the elements of a register, without slope.
+#[inline(always)]
+pub(super) fn fixed_fibres<S: Simd>(
+    simd: S,
+    rows: &[[Row; 3]],
+    part: usize,
+) -> [[Dual<Lane<S>>; 3]; MAX_FAMILIES] {
+    let fibres = load_fibres(simd, rows, part);
+    let mut out = [[fixed(Lane::splat(simd, 0.0)); 3]; MAX_FAMILIES];
+    for (out, a) in out.iter_mut().zip(&fibres) {
+        for i in 0..3 {
+            out[i] = fixed(a[i]);
         }
-        out
     }
+    out
+}
 
+impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L, E, N, Q> {
     /// From all points.
     #[inline(always)]
     fn eval_points<S: Simd>(&mut self, simd: S, part: usize) {
         let zero = Lane::splat(simd, 0.0);
-        let directions = self.directions(simd, part);
+        let directions = fixed_fibres(simd, self.fibres, part);
         let first_pass = self.batch.first_pass(simd, part, &self.u);
         let FirstPass { cof_X, w, H, .. } = &first_pass;
         let (mean, smallest) = (first_pass.mean, first_pass.smallest);
@@ -233,7 +237,7 @@ impl OnePointStiffness<Hex8, 8, 8> for ReducedBatch {
         let (A, B) = self.gradient_vectors(simd, part);
         let at_point = self.one_point(simd, part, A, B);
         let element = lift(&at_point);
-        let directions = to.directions(simd, part);
+        let directions = fixed_fibres(simd, to.fibres, part);
         let mut u = fixed_corners(&load_corners(simd, &to.u, part));
         for column in 0..24 {
             let (b, j) = (column / 3, column % 3);
@@ -291,7 +295,7 @@ fn tangent_at<R: Real, L: Law>(
 
 /// ∇N of the corners [1/m] at point `q`, `cof` the scaled cofactor of the reference geometry there.
 #[inline(always)]
-fn gradients<E: Element<N, Q>, R: Real, const N: usize, const Q: usize>(
+pub(super) fn gradients<E: Element<N, Q>, R: Real, const N: usize, const Q: usize>(
     q: usize,
     cof: &Tensor<R>,
 ) -> [[R; 3]; N] {
@@ -308,7 +312,7 @@ fn gradients<E: Element<N, Q>, R: Real, const N: usize, const Q: usize>(
 
 /// Adds `w ∇N_a A ∇N_b` to every pair.
 #[inline(always)]
-fn add_pairs<R: Real, const N: usize>(
+pub(super) fn add_pairs<R: Real, const N: usize>(
     sums: &mut [[R; 9]; CORNER_PAIRS],
     A: &[[R; 9]; 9],
     g: &[[R; 3]; N],

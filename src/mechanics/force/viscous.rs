@@ -1,10 +1,10 @@
-//! Shear viscosity of a part (Kelvin–Voigt): forces of explicit steps, after the evaluation, of any law and formulation.
+//! Shear viscosity of a part (Kelvin–Voigt): forces after the evaluation, of any law and formulation.
 //!
 //! ```text
 //! l = Ḟ F⁻¹        σ_v = η dev(l + lᵀ) = (η/J) dev(s + sᵀ)        s = Ḟ cof Fᵀ = J l        P_v = σ_v cof F
 //! ```
 //!
-//! with Ḟ of the half step before t_n. Everything is taken at the points of the element, of one-point hexahedra at 2×2×2 too: their hourglass modes are
+//! with Ḟ of the half step before t_n in explicit steps, and at its end in implicit ones. Everything is taken at the points of the element, of one-point hexahedra at 2×2×2 too: their hourglass modes are
 //! damped like any other motion. There and in crushed elements J may come near zero or below, so that 1/J is capped: the
 //! stress stays objective and dissipates, whatever J.
 
@@ -30,6 +30,14 @@ const LEAST_J: f64 = 0.2;
 pub(super) fn stress_over_viscosity<R: Real>(rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Sym<R> {
     let s = rate.dot_transposed(cof_F);
     Sym(Sym::<R>::INDICES.map(|(a, b)| s.0[a][b] + s.0[b][a])).deviator().scaled(inverse_J(j))
+}
+
+/// First Piola–Kirchhoff stress P_v [Pa] of a viscosity η [Pa s] at the rate Ḟ [1/s] and `j = J − 1`.
+#[inline(always)]
+pub(super) fn viscous_stress<R: Real>(eta: f64, rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Tensor<R> {
+    let zero = j.zero();
+    let sigma = stress_over_viscosity(rate, cof_F, j).scaled(zero.constant(eta));
+    Tensor::from_fn(|a, b| (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum)))
 }
 
 /// 1/J, capped.
@@ -133,11 +141,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
             let rate = self.gradient_at(simd, part, &local_v.0, (q, cof_X));
             let cof_F = first.H.0[q].plus(&identity).cofactor();
 
-            // P_v = σ_v cof F
-            let sigma = stress_over_viscosity(&rate, &cof_F, j).scaled(zero.constant(eta));
-            let P = Tensor::from_fn(|a, b| {
-                (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum))
-            });
+            let P = viscous_stress(eta, &rate, &cof_F, j);
             E::add_local_stress(&mut sums.0, q, &P, cof_X);
 
             // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.

@@ -1,4 +1,4 @@
-//! Functions of the isochoric strain in terms of its logarithm, smooth where principal stretches coincide.
+//! Functions of the isochoric strain in terms of its logarithm, for their derivatives: smooth where principal stretches coincide.
 //!
 //! L = ln C̄ is symmetric and traceless, so L³ = p L + q I with p = ½ tr L², q = det L (Cayley–Hamilton). Its powers
 //! are `a L² + b L + c I` with a, b, c polynomials of p and q: no eigenvectors are needed, and equal eigenvalues are
@@ -7,8 +7,8 @@
 
 use super::Kinematics;
 use super::isochoric::{eval_first_invariant, eval_second_invariant};
+use super::principal_strain::PrincipalStrain;
 use crate::mechanics::real::Real;
-use crate::mechanics::tensor::Sym;
 
 /// exp(kL) − I = a L² + b L + c I.
 #[derive(Clone, Copy)]
@@ -80,8 +80,6 @@ pub(super) struct Logarithm<R> {
     pub p: R,
     /// q = det L [-].
     pub q: R,
-    /// Largest and least eigenvalue [-], without derivatives.
-    pub extremes: [R; 2],
     /// Coefficients of exp(L) − I.
     up: Exponential<R>,
     /// Coefficients of exp(−L) − I.
@@ -91,32 +89,25 @@ pub(super) struct Logarithm<R> {
 }
 
 impl<R: Real> Logarithm<R> {
-    /// Logarithm at a point.
+    /// Logarithm at a point with these principal values.
     ///
-    /// Values come from the largest eigenvalues of C̄ and C̄⁻¹ in closed form, whose derivatives do not exist where
-    /// eigenvalues coincide. Those of p and q do, by a Newton step on `tr exp(±L) = Ī1, Ī2`: `∂ tr exp(±L)/∂p = ±b`,
-    /// `∂ tr exp(±L)/∂q = ±a`.
+    /// Those have no derivatives where they coincide. Those of p and q do, by a Newton step on `tr exp(±L) = Ī1, Ī2`:
+    /// `∂ tr exp(±L)/∂p = ±b`, `∂ tr exp(±L)/∂q = ±a`.
     #[inline(always)]
-    pub fn new(k: &Kinematics<R>) -> Self {
-        let j23 = k.j23_m1() + 1.0;
+    pub fn new(k: &Kinematics<R>, strain: &PrincipalStrain<R>) -> Self {
+        let [most, middle, least] = strain.logs;
+        let mut p = most.mul_sub(most, least * middle);
+        let mut q = most * least * middle;
+        let (up, down) = (Exponential::new(Multiple::UP, p, q), Exponential::new(Multiple::DOWN, p, q));
         let (x1, _) = eval_first_invariant(1.0, k);
         let (x2, _) = eval_second_invariant(1.0, k);
-        let most = log_of_largest(x1, &k.dev_C, j23);
-        let least = -log_of_largest(x2, &k.dev_cof_C, j23 * j23);
-        // The sum of the three is zero.
-        let minus_middle = most + least;
-        let mut p = most.mul_add(most, least * minus_middle);
-        let mut q = -(most * least * minus_middle);
-        if R::HAS_SLOPE {
-            let (up, down) = (Exponential::new(Multiple::UP, p, q), Exponential::new(Multiple::DOWN, p, q));
-            let (dx1, dx2) = (x1 - x1.detached(), x2 - x2.detached());
-            let inverse = p.constant(1.0) / (up.b * down.a - up.a * down.b);
-            p += (down.a * dx1 + up.a * dx2) * inverse;
-            q -= (down.b * dx1 + up.b * dx2) * inverse;
-        }
+        let (dx1, dx2) = (x1 - x1.detached(), x2 - x2.detached());
+        let inverse = p.constant(1.0) / (up.b * down.a - up.a * down.b);
+        p += (down.a * dx1 + up.a * dx2) * inverse;
+        q -= (down.b * dx1 + up.b * dx2) * inverse;
         let (up, down) = (Exponential::new(Multiple::UP, p, q), Exponential::new(Multiple::DOWN, p, q));
         let determinant = up.a * down.b - down.a * up.b;
-        Self { p, q, extremes: [most, least], up, down, determinant }
+        Self { p, q, up, down, determinant }
     }
     /// exp(kL) − I, and its trace.
     #[inline(always)]
@@ -135,10 +126,4 @@ impl<R: Real> Logarithm<R> {
         let second = (b * self.up.a - a * self.up.b) * inverse;
         (first * j23, second * (j23 * j23))
     }
-}
-
-/// ln of the largest eigenvalue of `scale (mean I + s)`, whose trace is `3 + excess`; without derivatives.
-#[inline(always)]
-fn log_of_largest<R: Real>(excess: R, s: &Sym<R>, scale: R) -> R {
-    (excess * (1.0 / 3.0) + s.largest_of_deviator() * scale).ln_1p().detached()
 }

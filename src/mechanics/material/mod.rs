@@ -26,6 +26,7 @@ mod neo_hookean;
 mod ogden;
 mod paths;
 mod peng_guo_moran;
+mod principal_strain;
 mod prony;
 mod stability;
 mod tangent;

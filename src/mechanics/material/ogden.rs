@@ -1,6 +1,7 @@
 //! Ogden rubber: powers of the principal stretches.
 
 use super::logarithm::{Logarithm, Multiple};
+use super::principal_strain::PrincipalStrain;
 use super::validity::NEARLY_INCOMPRESSIBLE;
 use super::{BoundedResponse, Deformations, ElementTime, Invariants, Kinematics, Law, Response, Volumetric};
 use crate::mechanics::real::Real;
@@ -21,9 +22,8 @@ pub struct OgdenTerm {
 ///
 /// Shear modulus at rest ½ Σ μ_p α_p. FEBio's constants c_p, m_p are α_p = m_p, μ_p = c_p/m_p.
 ///
-/// With L = ln C̄ the sum of powers is tr exp(½ α L), and the stress `Σ μ dev exp(½ α L)` (Kirchhoff, in C's axes) is
-/// expressed by dev C and dev cof C as that of Mooney–Rivlin, see `logarithm.rs`: coinciding stretches are no
-/// special case.
+/// The stress `Σ μ dev C̄^(½ α)` (Kirchhoff, in C's axes) is expressed by dev C and dev cof C as that of Mooney–Rivlin, see
+/// `principal_strain.rs`, and for derivatives `logarithm.rs`: coinciding stretches are no special case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ogden {
     terms: [OgdenTerm; MAX_OGDEN_TERMS],
@@ -46,40 +46,94 @@ impl Ogden {
     pub fn terms(&self) -> &[OgdenTerm] {
         &self.terms[..self.count]
     }
+}
 
-    /// Bound [Pa] of the Hessian, from the mean m of `Σ μ λ̄^α`; 2 G at rest.
-    ///
-    /// With τ = Σ μ λ̄^α − m the principal Kirchhoff stresses and n = Σ μ α λ̄^α, the 3×3 block in principal
-    /// stretches is `D (Q diag(n) Q − diag(τ)) D`, D = diag(1/λ), Q the isochoric projector: at most ⟨−τ/λ²⟩ plus the
-    /// lesser of the largest n/λ² and the trace. Rotation modes are means of `(n − τ)/λ²` between two stretches,
-    /// whose terms are largest at one of the ends, and `(τᵢ/λᵢ + τⱼ/λⱼ)/(λᵢ + λⱼ)`.
+/// Sums over the terms at the principal stretches, from the largest on.
+struct Sums<R> {
+    /// ψ [J/m³].
+    psi: R,
+    /// Σ μ λ̄^α [Pa], its differences as [`Power::differences`](super::principal_strain::Power::differences), and its mean m.
+    powers: [R; 3],
+    differences: [R; 2],
+    mean: R,
+    /// Σ μ α λ̄^α [Pa].
+    slopes: [R; 3],
+    /// Σ of the larger of μ (α − 1) λ̄^(α − 2) at the ends [Pa].
+    turning: R,
+}
+
+impl<R: Real> Sums<R> {
     #[inline(always)]
-    fn bound<R: Real>(&self, k: &Kinematics<R>, log: &Logarithm<R>, m: R) -> R {
-        let zero = m.zero();
-        let [most, least] = log.extremes;
-        let logs = [most, -(most + least), least];
-        let y2 = [(-logs[0]).exp(), (-logs[1]).exp(), (-logs[2]).exp()];
-        let (mut tau, mut n, mut turning) = ([-m; 3], [zero; 3], m * y2[2]);
-        for term in self.terms() {
-            let mut power = [zero; 3];
-            for i in 0..3 {
-                power[i] = (logs[i] * (0.5 * term.alpha)).exp() * term.mu;
-                tau[i] += power[i];
-                n[i] += power[i] * term.alpha;
+    fn new(terms: &[OgdenTerm], strain: &PrincipalStrain<R>) -> Self {
+        let zero = strain.logs[0].zero();
+        let y2 = strain.reciprocals();
+        let mut sums = Self {
+            psi: zero,
+            powers: [zero; 3],
+            differences: [zero; 2],
+            mean: zero,
+            slopes: [zero; 3],
+            turning: zero,
+        };
+        for term in terms {
+            let power = strain.power(0.5 * term.alpha);
+            sums.psi += power.excess * (term.mu / term.alpha);
+            sums.mean += power.excess.scale_add(term.mu / 3.0, term.mu);
+            for i in 0..2 {
+                sums.differences[i] += power.differences[i] * term.mu;
             }
-            turning += (power[0] * y2[0] * (term.alpha - 1.0)).max(power[2] * y2[2] * (term.alpha - 1.0));
+            for i in 0..3 {
+                sums.powers[i] += power.of[i] * term.mu;
+                sums.slopes[i] += power.of[i] * (term.mu * term.alpha);
+            }
+            let factor = term.mu * (term.alpha - 1.0);
+            sums.turning += (power.of[0] * y2[0] * factor).max(power.of[2] * y2[2] * factor);
         }
-        let (mut pressed, mut pulled, mut largest, mut trace) = (zero, zero, zero, zero);
-        let sum = n[0].max(zero) + n[1].max(zero) + n[2].max(zero);
-        for i in 0..3 {
-            pressed = pressed.max(-(tau[i] * y2[i]));
-            pulled += (tau[i] * y2[i]).max(zero);
-            largest = largest.max(n[i]);
-            trace += y2[i] * (n[i].max(zero) * (1.0 / 3.0) + sum * (1.0 / 9.0));
-        }
-        let block = (largest * y2[2]).min(trace) + pressed;
-        block.max(turning).max(pulled) * (k.j23_m1() + 1.0)
+        sums
     }
+}
+
+impl Ogden {
+    /// ψ [J/m³], and the factors of dev C and dev cof C in the stress times J [Pa], with their derivatives.
+    #[inline(always)]
+    fn differentiable<R: Real>(&self, k: &Kinematics<R>, strain: &PrincipalStrain<R>) -> (R, (R, R)) {
+        let log = Logarithm::new(k, strain);
+        let zero = k.j.zero();
+        let (mut psi, mut a, mut b) = (zero, zero, zero);
+        for (term, half_power) in self.terms().iter().zip(&self.half_powers) {
+            let (power, trace) = log.exponential(*half_power);
+            psi += trace * (term.mu / term.alpha);
+            a += power.a * term.mu;
+            b += power.b * term.mu;
+        }
+        (psi, log.in_strain(k, a, b))
+    }
+}
+
+/// Bound [Pa] of the Hessian, from the mean m of `Σ μ λ̄^α`; 2 G at rest.
+///
+/// With τ = Σ μ λ̄^α − m the principal Kirchhoff stresses and n = Σ μ α λ̄^α, the 3×3 block in principal
+/// stretches is `D (Q diag(n) Q − diag(τ)) D`, D = diag(1/λ), Q the isochoric projector: at most ⟨−τ/λ²⟩ plus the
+/// lesser of the largest n/λ² and the trace. Rotation modes are means of `(n − τ)/λ²` between two stretches,
+/// whose terms are largest at one of the ends, and `(τᵢ/λᵢ + τⱼ/λⱼ)/(λᵢ + λⱼ)`.
+#[inline(always)]
+fn bound<R: Real>(k: &Kinematics<R>, strain: &PrincipalStrain<R>, sums: &Sums<R>) -> R {
+    let zero = k.j.zero();
+    let m = sums.mean;
+    let y2 = strain.reciprocals();
+    // No closure: that would be compiled without the instruction set of the lanes.
+    let tau = [sums.powers[0] - m, sums.powers[1] - m, sums.powers[2] - m];
+    let (n, turning) = (sums.slopes, m.mul_add(y2[2], sums.turning));
+    let (mut pressed, mut pulled, mut largest, mut trace) = (zero, zero, zero, zero);
+    let sum = n[0].max(zero) + n[1].max(zero) + n[2].max(zero);
+    for i in 0..3 {
+        pressed = pressed.max(-(tau[i] * y2[i]));
+        pulled += (tau[i] * y2[i]).max(zero);
+        largest = largest.max(n[i]);
+        trace += y2[i] * (n[i].max(zero) * (1.0 / 3.0) + sum * (1.0 / 9.0));
+    }
+    let block = (largest * y2[2]).min(trace) + pressed;
+    block.max(turning).max(pulled) * (k.j23_m1() + 1.0)
 }
 
 impl Law for Ogden {
@@ -93,22 +147,18 @@ impl Law for Ogden {
         _inv: &Invariants<R>,
         _fibres: &[[R; 3]],
     ) -> BoundedResponse<R> {
-        let log = Logarithm::new(k);
-        let zero = k.j.zero();
-        let (mut psi, mut a, mut b, mut mean) = (zero, zero, zero, zero);
-        for (term, half_power) in self.terms().iter().zip(&self.half_powers) {
-            let (power, trace) = log.exponential(*half_power);
-            psi += trace * (term.mu / term.alpha);
-            a += power.a * term.mu;
-            b += power.b * term.mu;
-            mean += trace.scale_add(term.mu / 3.0, term.mu);
-        }
-        let (first, second) = log.in_strain(k, a, b);
+        let strain = PrincipalStrain::new(k);
+        let sums = Sums::new(self.terms(), &strain);
+        let (psi, (first, second)) = if R::HAS_SLOPE {
+            self.differentiable(k, &strain)
+        } else {
+            (sums.psi, strain.in_strain(k, sums.differences))
+        };
         let matrix = k.dev_C.scaled(first * k.J_inverse).plus_scaled(second * k.J_inverse, &k.dev_cof_C);
         BoundedResponse {
             response: Response { psi, matrix, fibres: None },
-            stiffness_bound: self.bound(k, &log, mean),
-            fibre_exponent: zero,
+            stiffness_bound: bound(k, &strain, &sums),
+            fibre_exponent: k.j.zero(),
         }
     }
     #[inline(always)]
@@ -121,7 +171,7 @@ impl Law for Ogden {
         (G, self.volumetric.bulk_modulus())
     }
     fn element_time(&self) -> ElementTime {
-        ElementTime::neo_hookean_and(35.0 + 15.0 * self.count as f64)
+        ElementTime::neo_hookean_and(20.0 + 5.0 * self.count as f64)
     }
     fn with_isochoric_scaled(mut self, factor: f64) -> Option<Self> {
         for term in &mut self.terms {

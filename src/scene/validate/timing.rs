@@ -41,57 +41,55 @@ fn check_rigid(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
     });
 }
 
-/// Shear viscosity, relaxation and erosion need explicit steps; a quasi-static run finds the relaxed state.
+/// Softening and erosion need explicit steps; viscosity and relaxation need time, which energy-conserving steps and quasi-static runs
+/// without real time have not.
 fn check_viscosity(document: &SceneDocument, root: &Pointer, out: &mut Findings) {
-    let at_fault = match &document.integrator {
-        IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. } => return,
-        IntegratorDocument::Implicit { .. } => Problem::error,
-        IntegratorDocument::QuasiStatic { .. } => Problem::warning,
-    };
+    let integrator = &document.integrator;
+    if matches!(integrator, IntegratorDocument::Explicit { .. } | IntegratorDocument::Auto { .. }) {
+        return;
+    }
+    let conserves = matches!(integrator, IntegratorDocument::Implicit { energy_momentum: true, .. });
     for (b, body) in document.bodies.iter().enumerate() {
         for (p, part) in body.parts.iter().enumerate() {
             let here = root.key("bodies").index(b).key("parts").index(p);
-            let is_static = matches!(document.integrator, IntegratorDocument::QuasiStatic { .. });
-            out.require(part.prony_series.is_none() || is_static, || {
-                Problem::error(
-                    "relaxation_without_explicit_steps",
-                    &here.key("prony_series"),
-                    "only explicit steps support stress relaxation",
-                )
-                .limit("no series in implicit runs")
-                .remedy("step explicitly, or omit the series")
-            });
             out.require(part.softening.is_none(), || {
-                Problem::error(
-                    "softening_without_explicit_steps",
-                    &here.key("softening"),
-                    "only explicit steps support softening",
-                )
-                .limit("no softening in implicit and quasi-static runs")
-                .remedy("step explicitly, or omit the softening")
+                needs_explicit_steps("softening_without_explicit_steps", &here, "softening")
             });
             out.require(part.erosion.is_none(), || {
-                Problem::error(
-                    "erosion_without_explicit_steps",
-                    &here.key("erosion"),
-                    "only explicit steps support erosion",
-                )
-                .limit("no erosion in implicit and quasi-static runs")
-                .remedy("step explicitly, or omit the erosion")
+                needs_explicit_steps("erosion_without_explicit_steps", &here, "erosion")
+            });
+            out.require(part.prony_series.is_none() || !conserves, || {
+                conserving(&here.key("prony_series"), "relaxation")
             });
             if part.shear_viscosity_pa_s <= 0.0 {
                 continue;
             }
             let place = here.key("shear_viscosity_pa_s");
-            let message = "only explicit steps support shear viscosity";
-            out.push(
-                at_fault("viscosity_without_explicit_steps", &place, message)
-                    .value(part.shear_viscosity_pa_s)
-                    .limit("0 in implicit and quasi-static runs")
-                    .remedy("step explicitly, or omit the viscosity"),
-            );
+            out.require(!conserves, || conserving(&place, "viscosity"));
+            if integrator.is_quasi_static() {
+                let message = "load steps know no velocities: the viscosity has no effect";
+                out.push(
+                    Problem::warning("viscosity_in_load_steps", &place, message)
+                        .value(part.shear_viscosity_pa_s)
+                        .limit("0 in quasi-static runs")
+                        .remedy("take explicit or implicit steps, or omit the viscosity"),
+                );
+            }
         }
     }
+}
+
+fn needs_explicit_steps(code: &'static str, part: &Pointer, what: &str) -> Problem {
+    Problem::error(code, &part.key(what), format!("only explicit steps support {what}"))
+        .limit(format!("no {what} in implicit and quasi-static runs"))
+        .remedy(format!("step explicitly, or omit the {what}"))
+}
+
+fn conserving(place: &Pointer, what: &str) -> Problem {
+    let message = format!("energy-conserving steps do not support {what}");
+    Problem::error("dissipation_in_conserving_steps", place, message)
+        .limit("`energy_momentum` false")
+        .remedy("omit `energy_momentum`: the θ scheme supports it")
 }
 
 fn check_integrator(integrator: &IntegratorDocument, here: &Pointer, out: &mut Findings) {

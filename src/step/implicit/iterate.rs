@@ -1,6 +1,7 @@
 //! A trial end of the step in Newton's iteration: motion, forces, and the residual of the momentum balance.
 
 use crate::mechanics::force::{ElementForces, ForceInput, Threads};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, LoadTime, Plan, Prescribed};
 use crate::step::failure::Failure;
@@ -30,6 +31,10 @@ pub(super) struct Step<'a> {
     pub f_int: &'a [Vec3],
     /// Strain energies of the chunks at the start [J], if energy-conserving forces are used.
     pub energies: &'a [f64],
+    /// Part of them of viscosity and memory; empty if nothing depends on time.
+    pub f_rate: &'a [Vec3],
+    /// History of the elements at the start, chunk by chunk.
+    pub history: &'a [Vec<Row>],
     /// Forces of loads at the start [N].
     pub f_ext: &'a [Vec3],
     /// Load times at the start and at the end.
@@ -78,6 +83,10 @@ pub(super) struct Iterate {
     pub u: Vec<Vec3>,
     /// Internal forces at u⁺ [N].
     pub f_int: Vec<Vec3>,
+    /// Part of them of viscosity and memory; empty if nothing depends on time.
+    pub f_rate: Vec<Vec3>,
+    /// Velocities of load steps, which are none [m/s]; empty in steps with mass, and if nothing depends on time.
+    still: Vec<Vec3>,
     /// Energy-conserving forces; empty if not used.
     conserving: Conserving,
     /// Forces of loads at u⁺ [N].
@@ -90,25 +99,31 @@ pub(super) struct Iterate {
     /// Strain energy of each body, and its part in the stabilisation [J].
     pub strain: Vec<f64>,
     pub hourglass: Vec<f64>,
+    /// Part of it in the branches of Prony series [J]; empty if nothing depends on time.
+    pub branches: Vec<f64>,
     /// Smallest J − 1 [-].
     pub smallest_j: f64,
 }
 
 impl Iterate {
-    pub fn new(plan: &Plan, unknowns: usize) -> Self {
+    pub fn new(plan: &Plan, options: &Implicit) -> Self {
         let nodes = || vec![Vec3::zeros(); plan.node_count()];
+        let depends_on_time = options.rate_effects && plan.is_viscous();
         Self {
             v: nodes(),
             impulse: nodes(),
             u: nodes(),
             f_int: nodes(),
+            f_rate: if depends_on_time { nodes() } else { Vec::new() },
+            still: if depends_on_time && options.statics.is_some() { nodes() } else { Vec::new() },
             conserving: Conserving::default(),
             f_ext: nodes(),
-            lack: vec![0.0; unknowns],
+            lack: vec![0.0; options.unknowns.count()],
             residual: 0.0,
             scale: 0.0,
             strain: vec![0.0; plan.bodies.len()],
             hourglass: vec![0.0; plan.bodies.len()],
+            branches: vec![0.0; if depends_on_time { plan.bodies.len() } else { 0 }],
             smallest_j: f64::INFINITY,
         }
     }
@@ -128,7 +143,7 @@ impl Iterate {
             self.u[node][*axis] = state.u[node][*axis] + self.v[node][*axis] * step.h;
         }
         followers.follow(&mut self.u);
-        self.evaluate(step.plan, step.threads, step.state, forces)?;
+        self.evaluate(step.plan, step.threads, step.state, (step.history, step.h), forces)?;
         if step.options.energy_momentum {
             self.conserve(step, forces)?;
         }
@@ -159,6 +174,15 @@ impl Iterate {
         if step.options.energy_momentum { &self.conserving.u } else { &self.u }
     }
 
+    /// Velocities of which the forces depend [m/s]; empty if nothing depends on time.
+    pub fn velocities(&self) -> &[Vec3] {
+        match (self.f_rate.is_empty(), self.still.is_empty()) {
+            (true, _) => &[],
+            (false, true) => &self.v,
+            (false, false) => &self.still,
+        }
+    }
+
     /// Internal force of the step on a node [N].
     fn internal(&self, step: &Step, node: usize) -> Vec3 {
         if step.options.energy_momentum {
@@ -167,17 +191,24 @@ impl Iterate {
         self.f_int[node] * step.options.xi + step.f_int[node] * (1.0 - step.options.xi)
     }
 
-    /// Evaluates forces and energies at u⁺.
+    /// Evaluates forces and energies at u⁺ and v⁺, a time h [s] after a history; with h = 0 at its own time.
     pub fn evaluate(
         &mut self,
         plan: &Plan,
         threads: &Threads,
         state: &State,
+        (history, h): (&[Vec<Row>], f64),
         forces: &mut ElementForces,
     ) -> Result<(), Failure> {
         evaluate_at(&self.u, plan, threads, forces);
+        if !self.f_rate.is_empty() {
+            let inverse_step = if h > 0.0 { 1.0 / h } else { 0.0 };
+            let input = ForceInput { u: &self.u, inverse_step, history };
+            forces.add_viscous(threads, &plan.blocks, &input, self.velocities());
+        }
         self.strain.fill(0.0);
         self.hourglass.fill(0.0);
+        self.branches.fill(0.0);
         self.smallest_j = f64::INFINITY;
         for (index, block) in plan.blocks.iter().enumerate() {
             let totals = forces.totals(index);
@@ -185,9 +216,17 @@ impl Iterate {
             self.smallest_j = self.smallest_j.min(totals.smallest_j.0);
             self.strain[block.body] += totals.strain;
             self.hourglass[block.body] += totals.hourglass;
+            if let Some(branches) = self.branches.get_mut(block.body) {
+                *branches += totals.branches;
+                self.strain[block.body] += totals.branches;
+            }
         }
         for (node, f) in self.f_int.iter_mut().enumerate() {
             *f = forces.at_node(&plan.assembly, node);
+            if let Some(rate) = self.f_rate.get_mut(node) {
+                *rate = forces.viscous_at_node(&plan.assembly, node);
+                *f += *rate;
+            }
         }
         Ok(())
     }
@@ -253,18 +292,36 @@ impl Iterate {
         }
     }
 
-    /// Energy dissipated by the time integrator in a body in the step [J]: the work of its internal forces on the mean
-    /// velocity minus the change of strain energy.
-    pub fn dissipated(&self, step: &Step, body: usize, strain_before: f64) -> f64 {
+    /// Strain energy of a body without that in the branches of Prony series [J].
+    pub fn elastic(&self, body: usize) -> f64 {
+        self.strain[body] - self.branches.get(body).copied().unwrap_or_default()
+    }
+
+    /// Work of the forces of viscosity and memory on the displacement of the step of a body [J]: by the mean force as in the momentum
+    /// balance, in quasi-static steps by that of both ends.
+    pub fn rate_work(&self, step: &Step, body: usize) -> f64 {
+        let nodes = &step.plan.bodies[body].nodes;
+        let share = if step.options.statics.is_some() { 0.5 } else { step.options.xi };
+        let both = self.f_rate.iter().zip(step.f_rate).enumerate();
+        let of_body = both.take(nodes.end as usize).skip(nodes.start as usize);
+        let work = |(node, (end, start)): (usize, (&Vec3, &Vec3))| {
+            (end * share + start * (1.0 - share)).dot(&(self.u[node] - step.state.u[node]))
+        };
+        of_body.map(work).sum()
+    }
+
+    /// Energy dissipated by the time integrator in a body in the step, and by viscosity and memory [J]: the work of its internal forces on
+    /// the mean velocity minus the change of elastic strain energy.
+    pub fn dissipated(&self, step: &Step, body: usize, elastic_before: f64) -> f64 {
         let nodes = &step.plan.bodies[body].nodes;
         let mut work = 0.0;
         if step.options.statics.is_some() {
-            return self.left_by_load_step(step, body) - (self.strain[body] - strain_before);
+            return self.left_by_load_step(step, body) - (self.elastic(body) - elastic_before);
         }
         for node in nodes.start as usize..nodes.end as usize {
             work += self.internal(step, node).dot(&(self.v[node] + step.state.v[node]));
         }
-        0.5 * step.h * work - (self.strain[body] - strain_before)
+        0.5 * step.h * work - (self.elastic(body) - elastic_before)
     }
     /// Work of the internal forces on prescribed nodes of a body in excess of that on their mean velocity [J]: such
     /// nodes move by `h v⁺`, not by `h ½ (v + v⁺)`, which differs where the prescribed rate jumps. Zero in quasi-static

@@ -10,6 +10,8 @@
 //! linear body without contact the energy decreases by the factor `(1 + (1 − θ)² Ω²)/(1 + θ² Ω²)` per step if ξ = θ, Ω
 //! = ωh: not at all for θ = ½, and for θ > ½ by the *algorithmic* dissipation in the ledger.
 //!
+//! Viscosity and memory act in f, with the history at t_n: that at the end of a step is stored when the step is accepted.
+//!
 //! A step that does not converge is halved, and increased again when steps converge easily.
 //!
 //! In *quasi-static* steps ([`Statics`]) the same iteration finds equilibrium at the end of a load step, with v⁺ the
@@ -44,6 +46,7 @@ use super::step_work::{Half, StepWork};
 use super::stepper::{Extremes, Stepper};
 use crate::mechanics::contact::{Contact, Reaction};
 use crate::mechanics::force::{Activity, ElementForces, Threads};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::sparse::SparseError;
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, Plan};
@@ -71,6 +74,8 @@ pub(super) struct ImplicitStepper<'p> {
     system: System<'p>,
     /// Forces and energies at t_n.
     start: Iterate,
+    /// History of the elements at t_n, chunk by chunk; empty if nothing depends on time.
+    history: Vec<Vec<Row>>,
     /// Strain energies of the chunks at t_n [J], if energy-conserving forces are used.
     energies: Vec<f64>,
     /// Newton iteration for t_{n+1}.
@@ -106,8 +111,8 @@ struct Cuts {
 
 impl<'p> ImplicitStepper<'p> {
     pub fn new(plan: &'p Plan, options: &'p Implicit, threads: Threads) -> Result<Self, SparseError> {
-        let unknowns = options.unknowns.count();
         let forces = ElementForces::new(&plan.blocks);
+        let has_history = options.rate_effects && plan.has_memory();
         Ok(Self {
             plan,
             options,
@@ -116,9 +121,10 @@ impl<'p> ImplicitStepper<'p> {
             activity: Activity::everything(plan.node_count(), &forces),
             forces,
             system: System::new(plan, options)?,
-            start: Iterate::new(plan, unknowns),
+            start: Iterate::new(plan, options),
+            history: if has_history { plan.room_for_history() } else { Vec::new() },
             energies: Vec::new(),
-            newton: Newton::new(Iterate::new(plan, unknowns), unknowns),
+            newton: Newton::new(Iterate::new(plan, options), options.unknowns.count()),
             contact: plan.contact.as_ref().map(|c| ContactStep::new(plan, c)),
             rigid: plan.rigid.as_ref().map(RigidStep::new),
             x: vec![Vec3::zeros(); plan.node_count()],
@@ -138,10 +144,21 @@ impl<'p> ImplicitStepper<'p> {
     /// Attempts one step of size h.
     fn attempt(&mut self, state: &State, phase: Phase, h: f64, interrupt: Ask) -> Result<u32, Stop> {
         let Self { plan, options, threads, damping, start, system, newton, forces, x, contact, .. } = self;
-        let load_times = [state.time, state.time + h].map(|time| phase.load_time(time));
-        let (v, f_int, f_ext, damping) = (&state.v[..], &start.f_int[..], &start.f_ext[..], *damping);
-        let energies = &self.energies[..];
-        let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
+        let step = Step {
+            plan,
+            options,
+            threads,
+            state,
+            v: &state.v,
+            f_int: &start.f_int,
+            energies: &self.energies,
+            f_rate: &start.f_rate,
+            history: &self.history,
+            f_ext: &start.f_ext,
+            load_times: [state.time, state.time + h].map(|time| phase.load_time(time)),
+            h,
+            damping: *damping,
+        };
         let mut touch = Touch { contact: contact.as_mut(), rigid: self.rigid.as_ref(), x, phase, interrupt };
         let iterations = newton.solve(&step, system, &mut touch, forces)?;
         match &mut self.rigid {
@@ -173,7 +190,7 @@ impl<'p> ImplicitStepper<'p> {
             strain: &self.start.strain,
             activity: &self.activity,
             hourglass: &self.start.hourglass,
-            branches: &[],
+            branches: &self.start.branches,
             rigid: self.rigid.as_ref().map(RigidStep::work),
         }
     }
@@ -205,14 +222,29 @@ impl<'p> ImplicitStepper<'p> {
         for (f_ext, (start, end)) in self.f_ext.iter_mut().zip(ends) {
             *f_ext = end * share + start * (1.0 - share);
         }
-        let Self { plan, options, threads, start, damping, step: h, newton, prescribed, .. } = self;
-        let (v, f_int, f_ext) = (&state.v[..], &start.f_int[..], &start.f_ext[..]);
-        let (h, damping, energies) = (*h, *damping, &self.energies[..]);
-        let step = Step { plan, options, threads, state, v, f_int, energies, f_ext, load_times, h, damping };
+        let Self { plan, options, threads, start, newton, prescribed, .. } = self;
+        let step = Step {
+            plan,
+            options,
+            threads,
+            state,
+            v: &state.v,
+            f_int: &start.f_int,
+            energies: &self.energies,
+            f_rate: &start.f_rate,
+            history: &self.history,
+            f_ext: &start.f_ext,
+            load_times,
+            h: self.step,
+            damping: self.damping,
+        };
         newton.end.prescribed_impulses(&step, prescribed);
         for body in 0..ledger.algorithmic.len() {
             let driven = newton.end.driven_work(&step, body);
-            ledger.algorithmic[body] += newton.end.dissipated(&step, body, start.strain[body]) + driven;
+            let by_rate = newton.end.rate_work(&step, body);
+            ledger.viscous[body] += by_rate;
+            let dissipated = newton.end.dissipated(&step, body, start.elastic(body));
+            ledger.algorithmic[body] += dissipated + driven - by_rate;
             ledger.external[body] += driven;
         }
         let work = self.work(state, &self.newton.end.v);
@@ -238,7 +270,10 @@ impl Stepper for ImplicitStepper<'_> {
         self.damping = phase.damping();
         // Forces and energies at t_n.
         self.start.u.copy_from_slice(&state.u);
-        self.start.evaluate(self.plan, &self.threads, state, &mut self.forces)?;
+        self.start.v.copy_from_slice(&state.v);
+        let history = (&state.history[..], 0.0);
+        self.start.evaluate(self.plan, &self.threads, state, history, &mut self.forces)?;
+        self.forces.copy_history(&mut self.history);
         self.extremes.smallest_j = self.extremes.smallest_j.min(self.start.smallest_j);
         if self.options.energy_momentum {
             self.forces.chunk_energies(&mut self.energies);
@@ -300,6 +335,7 @@ impl Stepper for ImplicitStepper<'_> {
         if !state.projected.is_empty() {
             // Counterpart of the subtraction when this time was reached.
             ledger.add_strain_of_projection(&self.start.strain, 1.0);
+            ledger.add_strain_of_projection(&self.start.branches, -1.0);
         }
         // Positions and velocities refer to one time here: all work up to t_n has been counted.
         let mut motion = std::mem::take(&mut self.motion);
@@ -323,6 +359,9 @@ impl Stepper for ImplicitStepper<'_> {
         }
         if let Some(rigid) = &self.rigid {
             rigid.advance(state);
+        }
+        if !self.history.is_empty() {
+            self.forces.swap_history(&mut state.history);
         }
         // Clock and memory of the integrator.
         state.last_step = self.step;
@@ -357,6 +396,7 @@ impl Stepper for ImplicitStepper<'_> {
             self.plan.assembly.followers().follow(&mut state.u);
             if !state.projected.is_empty() {
                 state.ledger.add_strain_of_projection(&self.newton.end.strain, -1.0);
+                state.ledger.add_strain_of_projection(&self.newton.end.branches, 1.0);
             }
         }
     }
@@ -366,6 +406,10 @@ impl Stepper for ImplicitStepper<'_> {
             return (&self.held.contacts, &self.held.reactions);
         }
         self.contacts_of_step()
+    }
+
+    fn history(&self) -> &[Vec<Row>] {
+        &self.history
     }
 
     fn mean_step(&self, _: &State) -> f64 {

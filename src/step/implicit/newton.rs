@@ -8,7 +8,7 @@
 
 use super::contact_law::{closing, solve_contacts};
 use super::iterate::{Iterate, Step, energy};
-use super::system::System;
+use super::system::{Linearisation, System};
 use crate::mechanics::contact::detection::finder::VALLEY;
 use crate::mechanics::contact::solution::compliance::add_impulse;
 use crate::mechanics::contact::{Contact, Kind, Reaction, RigidSides};
@@ -156,10 +156,9 @@ impl Newton {
     /// Evaluates the matrix at the current iterate.
     fn take(&self, step: &Step, system: &mut System) -> Result<(), Failure> {
         let pressures = loads::pressures(step.plan, step.load_times[1]);
-        system
-            .take(self.end.tangent_point(step), step.h, step.damping, pressures)
-            .map(|_| ())
-            .map_err(|e| memory(step, &e))
+        let v = self.end.velocities();
+        let at = Linearisation { u: self.end.tangent_point(step), v, history: step.history, h: step.h };
+        system.take(&at, step.damping, pressures).map(|_| ()).map_err(|e| memory(step, &e))
     }
 
     /// Computes the full-step iterate, with its contact law solved, into `goal`.

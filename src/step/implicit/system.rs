@@ -2,14 +2,15 @@
 //! nodes of the contacts. In quasi-static steps `S = h² (K + α M)`, with α for bodies that are supported by contact
 //! only.
 //!
-//! K is the stiffness of the elements and the symmetric part of that of the pressures.
+//! K is the stiffness of the elements, with the derivatives of their viscous and memory forces, and the symmetric part of that of the pressures.
 
 use crate::mechanics::contact::solution::compliance::{
     MOST_NODES, NodeCompliance, add_impulse, relative_velocity,
 };
 use crate::mechanics::contact::solution::delassus::Block;
 use crate::mechanics::contact::{Contact, RigidSides};
-use crate::mechanics::force::StiffnessBatch;
+use crate::mechanics::force::{EndOfStep, StiffnessBatch};
+use crate::mechanics::lanes::Row;
 use crate::mechanics::sparse::{Cholesky, Definiteness, SparseError, SymmetricMatrix};
 use crate::mechanics::tensor::Vec3;
 use crate::plan::{Implicit, Plan};
@@ -34,6 +35,17 @@ pub(super) struct System<'p> {
     pub tangent: Option<Tangent>,
     /// Number of factorisations so far.
     pub factored: u64,
+}
+
+/// Where S is evaluated.
+pub(super) struct Linearisation<'a> {
+    /// Displacements [m], nodes × 3.
+    pub u: &'a [Vec3],
+    /// Velocities [m/s] and history, of which viscosity and memory depend; empty if nothing depends on time.
+    pub v: &'a [Vec3],
+    pub history: &'a [Vec<Row>],
+    /// Step size [s].
+    pub h: f64,
 }
 
 /// Stored part of W.
@@ -78,7 +90,8 @@ impl<'p> System<'p> {
         if self.tangent.as_ref() == Some(left) {
             return Ok(());
         }
-        self.take(&left.u, left.step, damping, left.pressures.clone())?;
+        let at = Linearisation { u: &left.u, v: &left.v, history: &left.history, h: left.step };
+        self.take(&at, damping, left.pressures.clone())?;
         if let Some(tangent) = &mut self.tangent {
             tangent.number = left.number;
         }
@@ -88,11 +101,10 @@ impl<'p> System<'p> {
         Ok(())
     }
 
-    /// Evaluates S at displacements `u` [m] for a step `h` [s] with mass-proportional damping [1/s] and pressures [Pa].
+    /// Evaluates S with mass-proportional damping [1/s] and pressures [Pa].
     pub fn take(
         &mut self,
-        u: &[Vec3],
-        h: f64,
+        at: &Linearisation,
         damping: f64,
         pressures: Vec<f64>,
     ) -> Result<Definiteness, SparseError> {
@@ -102,7 +114,7 @@ impl<'p> System<'p> {
             0
         };
         for raise in 0..=raises {
-            self.fill(u, h, (damping, 10.0_f64.powi(raise)), &pressures);
+            self.fill(at, (damping, 10.0_f64.powi(raise)), &pressures);
             self.factored += 1;
             if self.factor.factorize(&self.matrix)? == Definiteness::Positive {
                 break;
@@ -111,19 +123,35 @@ impl<'p> System<'p> {
         let number = self.tangent.as_ref().map_or(0, |tangent| tangent.number) + 1;
         self.compliance = NodeCompliance::default();
         self.forget_contacts();
-        self.tangent = Some(Tangent { number, u: u.to_vec(), step: h, pressures, contact_nodes: Vec::new() });
+        self.tangent = Some(Tangent {
+            number,
+            u: at.u.to_vec(),
+            v: at.v.to_vec(),
+            history: at.history.to_vec(),
+            step: at.h,
+            pressures,
+            contact_nodes: Vec::new(),
+        });
         Ok(self.factor.definiteness())
     }
 
     /// Assembles S; `raised` multiplies the regularisation.
-    fn fill(&mut self, u: &[Vec3], h: f64, (damping, raised): (f64, f64), pressures: &[f64]) {
+    fn fill(&mut self, at: &Linearisation, (damping, raised): (f64, f64), pressures: &[f64]) {
+        let Linearisation { u, v, history, h } = *at;
         self.fill_diagonal(h, damping, raised);
         let Self { plan, options, matrix, stiffness, diagonal, .. } = self;
         matrix.set_diagonal(diagonal);
         let factor = options.xi * options.theta * h * h;
+        // Load steps have no velocities.
+        let velocity_slope = options.inertia() / (options.theta * h);
+        let end = EndOfStep { u, v, h, velocity_slope, history };
         for block in &plan.blocks {
+            let depends_on_time = !v.is_empty() && block.parameters.is_viscous();
             for batch in 0..block.batch_count() {
                 block.eval_stiffness(batch, u, stiffness);
+                if depends_on_time {
+                    block.add_rate_stiffness(batch, &end, stiffness);
+                }
                 matrix.add_batch(&options.unknowns, block, batch, stiffness, factor);
             }
         }

@@ -1,6 +1,7 @@
 //! Ogden's law where principal stretches coincide, and close to that.
 
 use super::*;
+use crate::mechanics::dual::Dual;
 use nalgebra::SMatrix;
 
 const U: Volumetric = Volumetric::LnSquared(40.0);
@@ -56,5 +57,47 @@ fn the_tangent_of_any_powers_agrees_with_differences() {
                 (difference - exact).amax() / A.amax()
             );
         }
+    }
+}
+
+#[test]
+fn near_rest_energy_and_stress_keep_their_relative_accuracy() {
+    let terms = [OgdenTerm { mu: 6.0, alpha: 2.0 }, OgdenTerm { mu: -4.0, alpha: -2.0 }];
+    let ogden = Material::from(Ogden::new(&terms, U).unwrap());
+    let mooney = Material::from(MooneyRivlin { c10: 3.0, c01: 2.0, volumetric: U });
+    let mut uniform = Uniform(22);
+    for size in [1e-2, 1e-5, 1e-8, 1e-11, 1e-14, 1e-17, 1e-25, 1e-60] {
+        for gap in [1.0, 1e-6, 1e-12, 0.0] {
+            let strains = Mat3::from_diagonal(&[size, size * (1.0 + gap), -2.0 * size].into());
+            let R = uniform.rotation();
+            let H = R * strains * R.transpose();
+            let H = Tensor(std::array::from_fn(|i| std::array::from_fn(|j| H[(i, j)])));
+            let (found, exact) = (ogden.eval_total(&H, &[]), mooney.eval_total(&H, &[]));
+            assert!((found.psi - exact.psi).abs() <= 1e-13 * exact.psi, "{size} {gap}: {}", found.psi);
+            let error = found.P.plus_scaled(-1.0, &exact.P);
+            let (error, of) = (error.double_dot(&error).sqrt(), exact.P.double_dot(&exact.P).sqrt());
+            assert!(error <= 1e-13 * of, "{size} {gap}: {error} of {of}");
+        }
+    }
+}
+
+#[test]
+fn values_computed_with_and_without_derivatives_agree() {
+    let law = ogden(U);
+    let mut uniform = Uniform(23);
+    let random = (0..100).map(|_| uniform.deformation(0.6)).collect::<Vec<_>>();
+    for F in deformations().iter().chain(&random) {
+        let H = gradient(F);
+        let lifted = Tensor(H.0.map(|row| row.map(|value| Dual { value, slope: 0.0 })));
+        let (plain, dual) = (law.eval_total(&H, &[]), law.eval_total(&lifted, &[]));
+        assert!(
+            (plain.psi - dual.psi.value).abs() <= 2e-13 * plain.psi,
+            "{F}: {} {}",
+            plain.psi,
+            dual.psi.value
+        );
+        let P = Tensor(dual.P.0.map(|row| row.map(|x| x.value)));
+        let error = P.plus_scaled(-1.0, &plain.P);
+        assert!(error.double_dot(&error) <= 1e-25 * plain.P.double_dot(&plain.P), "{F}");
     }
 }
