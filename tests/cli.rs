@@ -35,9 +35,9 @@ fn scenario(name: &str) -> PathBuf {
 #[test]
 fn every_scenario_that_ships_is_valid() {
     let mut count = 0;
-    for folder in std::fs::read_dir(scenario("")).unwrap() {
-        for file in std::fs::read_dir(folder.unwrap().path()).unwrap() {
-            let path = file.unwrap().path();
+    let below = |folder: PathBuf| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    for folder in below(scenario("")).chain(below(scenario("validation"))).filter(|path| path.is_dir()) {
+        for path in below(folder) {
             let name = path.file_name().unwrap().to_str().unwrap();
             if name.starts_with("scene") && path.extension().is_some_and(|e| e == "json") {
                 let output = run(&["validate", path.to_str().unwrap()]);

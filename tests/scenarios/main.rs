@@ -81,11 +81,13 @@ impl Expectation {
     }
 }
 
-/// Folders of the scenarios, in order.
+/// Folders of the scenarios and of those for validation, in order.
 fn folders() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
-    let entries = std::fs::read_dir(root).unwrap().map(|entry| entry.unwrap().path());
-    let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
+    let below = |folder: &Path| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let entries = below(&root).chain(below(&root.join("validation")));
+    let mut folders: Vec<PathBuf> =
+        entries.filter(|path| path.is_dir() && !path.ends_with("validation")).collect();
     folders.sort();
     folders
 }
