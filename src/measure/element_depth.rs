@@ -10,6 +10,8 @@ const ONE_LEVEL: f64 = 0.1;
 
 /// Position of an element in the reference configuration [m].
 pub struct Place<'a> {
+    /// Number of its quadrature points.
+    pub count: usize,
     /// Position of a quadrature point.
     pub point: &'a dyn Fn(usize) -> Vec3,
     /// Positions of the nodes.
@@ -56,7 +58,7 @@ impl ElementDepths {
     pub fn gap_below(&mut self, slot: usize, depth: f64, place: &Place) -> f64 {
         let [top, bottom] = self.edges(slot, place);
         let same_level = depth + ONE_LEVEL * (bottom - top);
-        let below = (0..POINTS).map(|q| self.point(slot, q, place)).filter(|other| *other > same_level);
+        let below = (0..place.count).map(|q| self.point(slot, q, place)).filter(|other| *other > same_level);
         let next = below.fold(f64::INFINITY, f64::min);
         if next.is_finite() { next - depth } else { 2.0 * (bottom - depth).max(0.0) }
     }

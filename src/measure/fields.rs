@@ -1,10 +1,11 @@
 //! Fields at the nodes and elements, projected from the quadrature points.
 
-use crate::mechanics::element::{Hex8, POINTS, shape_at};
+use crate::mechanics::element::{ElementKind, MOST_NODES, POINTS};
 use crate::mechanics::force::{BATCH, PointBatch, PointScalar};
 use crate::mesh::Cells;
 use crate::plan::Plan;
 use crate::scene::document::FieldName;
+use crate::scene::elements::element_of;
 
 /// Nodal and element fields of the whole model at one time. A field that was not requested is empty.
 ///
@@ -26,8 +27,6 @@ pub struct Fields {
     element_volume: Vec<f64>,
     /// All elements, by their global nodes.
     cells: Cells,
-    /// N_a at each quadrature point.
-    shape: [[f64; 8]; POINTS],
 }
 
 impl Fields {
@@ -55,7 +54,6 @@ impl Fields {
             nodal_volume: vec![0.0; if fields.is_nodal() { nodes } else { 0 }],
             element_volume: vec![0.0; fields.element_cauchy.len()],
             cells: plan.bodies.iter().flat_map(|b| b.cells.iter()).collect(),
-            shape: shape_at_points(),
             ..fields
         };
         // Reference volumes are the weights of the averages.
@@ -75,8 +73,9 @@ impl Fields {
         if self.nodal_volume.is_empty() {
             return;
         }
-        for (shape, volume) in self.shape.iter().zip(volume) {
-            for (&node, N) in self.cells.nodes(element as usize).iter().zip(shape) {
+        let Some(kind) = kind_of(&self.cells, element) else { return };
+        for (q, volume) in volume.iter().enumerate().take(kind.point_count()) {
+            for (&node, N) in self.cells.nodes(element as usize).iter().zip(kind.shapes_at(q)) {
                 self.nodal_volume[node as usize] += N * volume;
             }
         }
@@ -105,7 +104,9 @@ impl Fields {
                 }
             }
         }
-        let (cells, shape) = (&self.cells, &self.shape);
+        let cells = &self.cells;
+        // A batch is of one kind.
+        let Some(kind) = elements.first().and_then(|element| kind_of(cells, *element)) else { return };
         for (field, values) in [
             (&mut self.von_mises, &points.von_mises),
             (&mut self.pressure, &points.pressure),
@@ -114,7 +115,7 @@ impl Fields {
             if field.is_empty() {
                 continue;
             }
-            let corners = corner_sums(shape, &points.volume, values);
+            let corners = corner_sums(kind, &points.volume, values);
             for (lane, &element) in elements.iter().enumerate() {
                 for (&node, sums) in cells.nodes(element as usize).iter().zip(&corners) {
                     field[node as usize] += sums[lane];
@@ -136,12 +137,16 @@ impl Fields {
     }
 }
 
-/// Σ_q N_a V_q value_q of each corner: `[corner][lane]`.
-fn corner_sums(shape: &[[f64; 8]; POINTS], volume: &PointScalar, values: &PointScalar) -> [[f64; BATCH]; 8] {
-    let mut sums = [[0.0; BATCH]; 8];
-    for ((shape, volume), values) in shape.iter().zip(volume).zip(values) {
+/// Σ_q N_a V_q value_q of each node of elements of one kind: `[node][lane]`.
+fn corner_sums(
+    kind: ElementKind,
+    volume: &PointScalar,
+    values: &PointScalar,
+) -> [[f64; BATCH]; MOST_NODES] {
+    let mut sums = [[0.0; BATCH]; MOST_NODES];
+    for (q, (volume, values)) in volume.iter().zip(values).enumerate().take(kind.point_count()) {
         let weighted: [f64; BATCH] = std::array::from_fn(|lane| volume[lane] * values[lane]);
-        for (sums, N) in sums.iter_mut().zip(shape) {
+        for (sums, N) in sums.iter_mut().zip(kind.shapes_at(q)) {
             for lane in 0..BATCH {
                 sums[lane] += N * weighted[lane];
             }
@@ -150,9 +155,9 @@ fn corner_sums(shape: &[[f64; 8]; POINTS], volume: &PointScalar, values: &PointS
     sums
 }
 
-/// N_a at each quadrature point.
-fn shape_at_points() -> [[f64; 8]; POINTS] {
-    std::array::from_fn(|q| shape_at(Hex8::point(q)))
+/// The finite element of a cell.
+fn kind_of(cells: &Cells, element: u32) -> Option<ElementKind> {
+    element_of(cells.kind(element as usize))
 }
 
 /// `field[i] /= weight[i]` where the weight is not zero (a node without an element keeps 0).
@@ -168,6 +173,7 @@ fn divide(field: &mut [f64], weight: &[f64]) {
 #[allow(clippy::float_cmp)] // these values are exact
 mod tests {
     use super::*;
+    use crate::mechanics::element::Hex8;
 
     #[test]
     fn averages_are_weighted_by_volume() {
@@ -177,7 +183,6 @@ mod tests {
             nodal_volume: vec![0.0; 12],
             element_volume: vec![0.0; 2],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
-            shape: shape_at_points(),
             ..Fields::default()
         };
         let mut points = PointBatch::default();
@@ -205,7 +210,6 @@ mod tests {
             von_mises: vec![0.0; 12],
             nodal_volume: vec![0.0; 12],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]].into(),
-            shape: shape_at_points(),
             ..Fields::default()
         };
         let mut points = PointBatch::default();
@@ -227,7 +231,6 @@ mod tests {
             pressure: vec![0.0; 8],
             nodal_volume: vec![0.0; 8],
             cells: vec![[0, 1, 2, 3, 4, 5, 6, 7]].into(),
-            shape: shape_at_points(),
             ..Fields::default()
         };
         let mut points = PointBatch::default();

@@ -224,7 +224,7 @@ impl StressDepth {
             return;
         }
         for (lane, slot) in slots.enumerate() {
-            let place = Place { point: &|q| position(lane, q), nodes: &|| nodes(lane) };
+            let place = Place { count: points.count, point: &|q| position(lane, q), nodes: &|| nodes(lane) };
             for q in 0..points.count {
                 let [stress, strain, psi, volume] =
                     [&points.von_mises, &points.principal_strain, &points.psi, &points.volume]

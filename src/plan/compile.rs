@@ -1,8 +1,9 @@
 //! Scene → plan: element blocks, masses, contact pairs, loads, integrator.
 
 use super::asked::{field_times, measures};
+use super::blocks::{Globals, add_blocks, reference_geometry};
 use super::contact::compile_contact;
-use super::contact_mass::{ContactMass, inertia_lost, lumped_mass};
+use super::contact_mass::{inertia_lost, lumped_mass};
 use super::distant::BodyMotion;
 use super::loads::Loads;
 use super::parts::{CompileError, Parts};
@@ -11,14 +12,12 @@ use super::stable_step::StableSteps;
 use super::stepping::{bulk_viscosities, integrator, preload};
 use super::{Holder, Implicit, Integrator, Plan, PlanBody, Settle};
 use crate::mechanics::contact::Surface;
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
 use crate::mechanics::followers::{Followers, Masters};
-use crate::mechanics::force::{Assembly, BlockInput, BlockParameters, ElementBlock, ElementForces};
+use crate::mechanics::force::{Assembly, ElementForces};
 use crate::mechanics::material::Validity;
-use crate::mechanics::tensor::{Mat3, Vec3};
-use crate::mesh::{Cells, Mesh, surface};
-use crate::scene::document::{Axis, BodyDocument, ErosionDocument, ErrorBarsDocument, Keep, SceneDocument};
-use crate::scene::elements::without_element;
+use crate::mechanics::tensor::Vec3;
+use crate::mesh::{Cells, surface};
+use crate::scene::document::{Axis, BodyDocument, ErrorBarsDocument, Keep, SceneDocument};
 use crate::scene::{Scene, SceneBody};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -222,16 +221,15 @@ fn add_body(
     body: &SceneBody,
 ) -> Result<(), CompileError> {
     let mesh = &body.mesh;
-    let hexes = hexahedra(document, mesh)?;
     let (first_node, first_element) =
         (parts.X.len() as u32, parts.bodies.last().map_or(0, |b| b.elements.end));
-    let geometry = reference_geometry(scene, document, (mesh, hexes))?;
+    let geometry = reference_geometry(scene, document, mesh)?;
 
     let mut mass = lumped_mass(document, body, |element| geometry[element].corner_volume.clone());
     if let Some(node) = mass.iter().position(|m| !(*m > 0.0)) {
         return Err(CompileError::MasslessNode { body: document.name.clone(), node });
     }
-    let inertia_lost = inertia_lost(scene, document, (body, hexes), &mass);
+    let inertia_lost = inertia_lost(scene, document, body, &mass);
     let ties = mesh.hanging.ties();
     let followers = Followers::new(mesh.nodes.len(), &ties)
         .map_err(|error| CompileError::Followers { body: document.name.clone(), error })?;
@@ -246,8 +244,7 @@ fn add_body(
     let keeps_idle_fibres = scene.keeps(Keep::IdleFibres);
     let globals =
         Globals { first_node, first_element, body: parts.bodies.len(), viscosity, keeps_idle_fibres };
-    let elements = hexes.iter().zip(geometry);
-    add_blocks(&mut parts.blocks, &globals, document, body, elements)?;
+    add_blocks(&mut parts.blocks, &globals, document, body, geometry)?;
 
     // Boundary surface, with global node numbers.
     let global = |face: &[u32; 4]| face.map(|node| node + first_node);
@@ -349,33 +346,6 @@ fn rigid_velocities(document: &BodyDocument, orientation: crate::mechanics::rigi
     [Vec3::zeros(), orientation.inverse_transform_vector(&Vec3::from(document.spin_rad_per_s))]
 }
 
-/// The elements of a mesh, which must all be eight-node hexahedra.
-fn hexahedra<'a>(document: &BodyDocument, mesh: &'a Mesh) -> Result<&'a [[u32; 8]], CompileError> {
-    mesh.cells.hexes().ok_or_else(|| CompileError::NoElement {
-        body: document.name.clone(),
-        reason: without_element(mesh).unwrap_or_default(),
-    })
-}
-
-fn reference_geometry(
-    scene: &SceneDocument,
-    document: &BodyDocument,
-    (mesh, hexes): (&Mesh, &[[u32; 8]]),
-) -> Result<Vec<ReferenceGeometry>, CompileError> {
-    let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
-    let of_element = |(element, hex): (usize, &[u32; 8])| {
-        let corners = hex.map(|node| mesh.nodes[node as usize]);
-        let geometry =
-            ReferenceGeometry::with_mass_at(ElementKind::Hex8, &corners, |volume| mass.moved(hex, volume));
-        if geometry.smallest_jacobian > 0.0 {
-            return Ok(geometry);
-        }
-        let ratio = geometry.smallest_jacobian;
-        Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
-    };
-    hexes.iter().enumerate().map(of_element).collect()
-}
-
 /// 1/m along each axis [1/kg], 0 where a fixed set holds the node.
 fn inverse_masses(document: &BodyDocument, body: &SceneBody, mass: &[f64]) -> Vec<Vec3> {
     let mut inverse: Vec<Vec3> = mass.iter().map(|m| Vec3::repeat(1.0 / m)).collect();
@@ -416,48 +386,4 @@ fn spin_velocities(
     let free = |m: f64| if m > 0.0 { 1.0 } else { 0.0 };
     let velocity = |(x, m): (&Vec3, &Vec3)| spin.cross(&(x - center)).component_mul(&m.map(free));
     placed.iter().zip(inverse_mass).map(velocity).collect()
-}
-
-struct Globals {
-    first_node: u32,
-    first_element: u32,
-    body: usize,
-    viscosity: [f64; 2],
-    keeps_idle_fibres: bool,
-}
-
-/// Adds one block for every entry of `parts` that has elements; these are given in mesh order.
-fn add_blocks<'a>(
-    blocks: &mut Vec<ElementBlock>,
-    globals: &Globals,
-    document: &BodyDocument,
-    body: &SceneBody,
-    elements: impl Iterator<Item = (&'a [u32; 8], ReferenceGeometry)>,
-) -> Result<(), CompileError> {
-    let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len()];
-    for (e, (hex, geometry)) in elements.enumerate() {
-        inputs[body.part_entry[e] as usize].push(BlockInput {
-            element: globals.first_element + e as u32,
-            nodes: hex.map(|node| node + globals.first_node).to_vec(),
-            corners: hex.map(|node| body.mesh.nodes[node as usize]).to_vec(),
-            axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
-            geometry,
-        });
-    }
-    let entries = document.parts.iter().zip(&body.materials).zip(inputs);
-    for ((part, material), inputs) in entries.filter(|(_, inputs)| !inputs.is_empty()) {
-        let parameters = BlockParameters {
-            material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
-            formulation: part.element(material),
-            density: part.density_kg_per_m3,
-            linear_viscosity: globals.viscosity[0],
-            quadratic_viscosity: globals.viscosity[1],
-            shear_viscosity: part.shear_viscosity_pa_s,
-            memory: part.memories(),
-            erosion: part.erosion.as_ref().map(ErosionDocument::limits),
-        };
-        let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
-        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, &inputs)?);
-    }
-    Ok(())
 }

@@ -8,12 +8,13 @@
 //! The moments of inertia decrease, since mass moves inwards; with positive masses nothing can compensate this, as the
 //! boundary is farthest from the centre. The loss is computed for each body and reported as a warning.
 
-use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::element::ReferenceGeometry;
 use crate::mechanics::tensor::Vec3;
 use crate::mesh::Mesh;
 use crate::mesh::surface::{boundary, boundary_nodes};
 use crate::scene::SceneBody;
 use crate::scene::document::{BodyDocument, SceneDocument};
+use crate::scene::elements::element_of;
 
 /// Lumping of a body's mass.
 pub(super) struct ContactMass {
@@ -70,7 +71,7 @@ pub(super) fn lumped_mass(
 pub(super) fn inertia_lost(
     scene: &SceneDocument,
     document: &BodyDocument,
-    (body, hexes): (&SceneBody, &[[u32; 8]]),
+    body: &SceneBody,
     mass: &[f64],
 ) -> f64 {
     if scene.contact.mass_redistribution == 0.0 {
@@ -82,8 +83,9 @@ pub(super) fn inertia_lost(
         nodes().map(|(X, m)| m * (X - center).norm_squared()).sum::<f64>()
     };
     let even = lumped_mass(document, body, |element| {
-        let corners = hexes[element].map(|node| body.mesh.nodes[node as usize]);
-        ReferenceGeometry::new(ElementKind::Hex8, &corners).corner_volume
+        let cell = body.mesh.cells.get(element);
+        let even = |kind| ReferenceGeometry::new(kind, &cell.points(&body.mesh.nodes)).corner_volume;
+        element_of(cell.kind).map_or_else(Vec::new, even)
     });
     1.0 - polar(mass) / polar(&even)
 }
@@ -91,6 +93,7 @@ pub(super) fn inertia_lost(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mechanics::element::ElementKind;
     use crate::mesh::generate::block::Block;
 
     #[test]

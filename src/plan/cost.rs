@@ -2,14 +2,15 @@
 
 use super::{Integrator, Plan};
 use crate::mechanics::contact::Master;
-use crate::mechanics::force::{BlockParameters, ElementBlock};
+use crate::mechanics::force::ElementBlock;
 use crate::scene::cost::{FactorSize, StepLoad, element_s};
 
 /// Element-steps per second and core of a block in a plan whose sweep goes through so many bytes.
-pub(super) fn element_steps_per_s(parameters: &BlockParameters, evaluated_bytes: usize) -> f64 {
+pub(super) fn element_steps_per_s(block: &ElementBlock, evaluated_bytes: usize) -> f64 {
+    let parameters = &block.parameters;
     1.0 / element_s(
         &parameters.material,
-        parameters.formulation,
+        (block.kind, parameters.formulation),
         [parameters.shear_viscosity > 0.0, !parameters.memory.is_empty()],
         evaluated_bytes,
     )
@@ -18,7 +19,7 @@ pub(super) fn element_steps_per_s(parameters: &BlockParameters, evaluated_bytes:
 /// Run time on one core [s] if every element is swept in every step, without recording.
 pub(super) fn run_time_s(plan: &Plan, steps: u64, evaluated_bytes: usize) -> f64 {
     let evaluate = |block: &ElementBlock| {
-        block.elements.len() as f64 / element_steps_per_s(&block.parameters, evaluated_bytes)
+        block.elements.len() as f64 / element_steps_per_s(block, evaluated_bytes)
     };
     let pairs = plan.contact.iter().flat_map(|contact| contact.pairs.iter().map(move |pair| (contact, pair)));
     let load = StepLoad {

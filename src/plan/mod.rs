@@ -1,6 +1,7 @@
 //! The plan: a scene compiled to what it needs. Immutable during the run; features that are not needed are absent.
 
 mod asked;
+mod blocks;
 mod compile;
 mod contact;
 mod contact_mass;

@@ -117,6 +117,8 @@ pub struct BlockReport {
     pub parts: Vec<String>,
     /// Number of elements.
     pub elements: usize,
+    /// Their kind: `hex8`, `wedge6`, `tet10`.
+    pub kind: String,
     /// Name of the constitutive law.
     pub law: String,
     /// Number of fibre families that are evaluated.
@@ -270,6 +272,7 @@ fn of_block(
         body: body.name.clone(),
         parts: parts.into_iter().map(|part| body.parts[part as usize].clone()).collect(),
         elements: block.elements.len(),
+        kind: body.cells.kind((block.elements[0] - body.elements.start) as usize).table().name.into(),
         law: p.material.name().into(),
         fibre_families: p.material.family_count(),
         formulation: match p.formulation {
@@ -283,7 +286,7 @@ fn of_block(
         softens: p.memory.softening.onset.is_finite(),
         erodes: p.erosion.is_some(),
         smallest_stable_step_s,
-        element_steps_per_s: cost::element_steps_per_s(p, evaluated_bytes),
+        element_steps_per_s: cost::element_steps_per_s(block, evaluated_bytes),
     }
 }
 
@@ -312,6 +315,7 @@ impl BlockReport {
         let Self {
             body,
             elements,
+            kind,
             formulation,
             law,
             fibre_families,
@@ -338,7 +342,7 @@ impl BlockReport {
         let softening = if *softens { ", softening" } else { "" };
         let eroding = if *erodes { ", with erosion" } else { "" };
         format!(
-            "{body}: {elements} hex8, {formulation}, {law}{fibres}{viscous}{relaxing}{softening}{eroding}"
+            "{body}: {elements} {kind}, {formulation}, {law}{fibres}{viscous}{relaxing}{softening}{eroding}"
         )
     }
 }

@@ -272,12 +272,12 @@ fn mesh_problem(error: &MeshError, here: &Pointer) -> Problem {
     let problem = Problem::error("bad_mesh", here, error.to_string());
     match error {
         MeshError::UnsupportedElements { .. } => {
-            problem.limit("eight-node hexahedra").remedy("mesh with hexahedra of first order")
+            problem.limit(elements::kinds_with_element()).remedy("mesh with cells of these kinds")
         }
         MeshError::Malformed { .. } => {
             problem.limit("a valid .msh or .inp file").remedy("export the file again, or repair it")
         }
-        _ => problem.limit("a mesh of hexahedra").remedy("change the mesh"),
+        _ => problem.limit("a mesh of cells with a finite element").remedy("change the mesh"),
     }
 }
 

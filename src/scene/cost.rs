@@ -4,6 +4,7 @@
 //! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
 
 use crate::mechanics::followers::Followers;
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::Formulation;
 use crate::mechanics::material::Material;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -39,11 +40,21 @@ const RELAXING: [f64; 2] = [250.0, 300.0];
 /// Largest size of the element data that fits in the cache [bytes].
 const CACHE_BYTES: usize = 4_000_000;
 
+/// Cost of an element in units of that of a hexahedron [-].
+fn relative_cost(kind: ElementKind) -> f64 {
+    match kind {
+        ElementKind::Hex8 => 1.0,
+        ElementKind::Wedge6 => 1.0,
+        ElementKind::Tet10 => 1.0,
+        ElementKind::Tet4 => 0.2,
+    }
+}
+
 /// Time of one element for one step on one core [s], if the force evaluation reads `evaluated_bytes`; `viscous`: whether it has
 /// a shear viscosity, and a Prony series.
 pub fn element_s(
     material: &Material,
-    formulation: Formulation,
+    (kind, formulation): (ElementKind, Formulation),
     viscous: [bool; 2],
     evaluated_bytes: usize,
 ) -> f64 {
@@ -56,7 +67,8 @@ pub fn element_s(
     let place = usize::from(evaluated_bytes > CACHE_BYTES);
     let viscous: f64 =
         [VISCOUS, RELAXING].iter().zip(viscous).filter(|(_, is)| *is).map(|(time, _)| time[place]).sum();
-    1e-9 * (viscous + matrix[place] + material.family_count() as f64 * time.family[place])
+    let of_hexahedron = viscous + matrix[place] + material.family_count() as f64 * time.family[place];
+    1e-9 * relative_cost(kind) * of_hexahedron
 }
 
 /// Amount of work in a step.

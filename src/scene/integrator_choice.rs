@@ -7,8 +7,11 @@ use super::SceneBody;
 use super::budget::Budget;
 use super::cost::{FactorSize, StepLoad, element_s};
 use super::document::{IntegratorDocument, SceneDocument};
+use super::elements::element_of;
 use super::validate::estimate::{BYTES_PER_ELEMENT, shortest_crossing, system_bytes};
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::Cell;
 use crate::mesh::surface::{boundary, boundary_nodes};
 use serde::Serialize;
 
@@ -133,16 +136,17 @@ fn step_load(document: &SceneDocument, bodies: &[SceneBody]) -> StepLoad {
     let elements: usize = bodies.iter().map(|body| body.mesh.cells.len()).sum();
     let evaluated_bytes = elements * BYTES_PER_ELEMENT as usize;
     let evaluate = |(written, body): (&super::document::BodyDocument, &SceneBody)| -> f64 {
-        let of_entry = |entry: &u32| {
+        let of_element = |(entry, cell): (&u32, Cell)| {
             let (part, material) = (&written.parts[*entry as usize], &body.materials[*entry as usize]);
+            let kind = element_of(cell.kind).unwrap_or(ElementKind::Hex8);
             element_s(
                 material,
-                part.element(material),
+                (kind, part.element(material, kind)),
                 [part.shear_viscosity_pa_s > 0.0, part.has_memory()],
                 evaluated_bytes,
             )
         };
-        body.part_entry.iter().map(of_entry).sum()
+        body.part_entry.iter().zip(body.mesh.cells.iter()).map(of_element).sum()
     };
     let touches = document.bodies.len() + document.planes.len() > 1;
     let skins: usize = bodies

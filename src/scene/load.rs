@@ -3,6 +3,7 @@
 use super::budget::Budget;
 use super::build::{Builder, Refined, body_axes, rigid_body};
 use super::document::{BodyDocument, IntegratorDocument, PartDocument, SceneDocument};
+use super::elements;
 use super::integrator_choice::{self, IntegratorChoice};
 use super::problem::{Pointer, Problem, Problems};
 use super::source::{FolderSource, MeshSource};
@@ -319,7 +320,9 @@ fn make_body(
     let axes = body_axes(index, body, &mesh, &part_entry, out)?;
     let materials = body.parts.iter().map(PartDocument::law).collect::<Option<Vec<_>>>()?;
     let summary = BodySummary::new(body, &mesh, &part_entry, &quality?);
-    Some((SceneBody { rigid: None, mesh, refined, materials, part_entry, axes }, summary))
+    let made = SceneBody { rigid: None, mesh, refined, materials, part_entry, axes };
+    elements::check_formulations(index, body, &made, out);
+    Some((made, summary))
 }
 
 /// SHA-256 of the document (as written by its types, so that spelling does not matter) and of the mesh files.

@@ -3,6 +3,7 @@
 use super::materials::MaterialDocument;
 use super::named_materials::{WrittenMaterial, not_null};
 use super::prony_document::PronyDocument;
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::force;
 use crate::mechanics::material::{Material, Memories, Softening};
 use schemars::JsonSchema;
@@ -115,7 +116,7 @@ impl PartDocument {
         self.shear_viscosity_pa_s > 0.0 || self.has_memory()
     }
     /// The requested element formulation; by default mean dilatation for split laws and full integration for coupled ones.
-    pub fn element(&self, material: &Material) -> force::Formulation {
+    pub fn element(&self, material: &Material, _kind: ElementKind) -> force::Formulation {
         match self.formulation {
             Some(Formulation::MeanDilatation) => force::Formulation::MeanDilatation,
             Some(Formulation::Reduced) => force::Formulation::Reduced,
@@ -125,15 +126,16 @@ impl PartDocument {
     }
 }
 
-/// Element formulation of an eight-node hexahedron.
+/// Element formulation of a part. Each kind of element has quadrature points of its own: eight in a hexahedron, six in a wedge, four in a
+/// tetrahedron of ten nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
-    /// 2×2×2 points for the isochoric part, one mean dilatation and one pressure per element.
+    /// All points for the isochoric part, one mean dilatation and one pressure per element.
     MeanDilatation,
-    /// All terms at 2×2×2 points.
+    /// All terms at all points.
     Full,
-    /// One point, with a physical hourglass stabilisation whose energy the ledger reports.
+    /// One point, with a physical hourglass stabilisation whose energy the ledger reports. Hexahedra only.
     Reduced,
 }
 

@@ -2,11 +2,13 @@
 
 use super::interrupt::Interrupt;
 use super::state::State;
-use crate::mechanics::element::{HEX8_DIAGONALS, HEX8_EDGES};
+use crate::mechanics::element::ElementKind;
 use crate::mechanics::force::{BlockTotals, ElementBlock, stretch_rate};
 use crate::mechanics::material::FIBRE_EXPONENT_LIMIT;
 use crate::mechanics::tensor::Vec3;
+use crate::mesh::Cell;
 use crate::plan::Plan;
+use crate::scene::elements::element_of;
 use serde::{Deserialize, Serialize};
 
 /// Why a run or a job failed, as a machine-readable code.
@@ -241,18 +243,19 @@ pub(super) fn check_block(
     Ok(())
 }
 
-/// The element that is stretched or crushed fastest along an edge or a diagonal.
+/// The element that is stretched or crushed fastest along one of its lengths (edges, diagonals).
 pub(super) fn fastest_stretched(plan: &Plan, u: &[Vec3], v: &[Vec3]) -> Option<u32> {
-    let rate = |hex: &[u32]| {
-        let along = |(a, b): (usize, usize)| {
-            let (a, b) = (hex[a] as usize, hex[b] as usize);
+    let rate = |cell: Cell| {
+        let along = |&(a, b): &(usize, usize)| {
+            let (a, b) = (cell.nodes[a] as usize, cell.nodes[b] as usize);
             let dX = plan.X[b] - plan.X[a];
             stretch_rate(&dX, &(dX + (u[b] - u[a])), &(v[b] - v[a]))
         };
-        HEX8_EDGES.into_iter().chain(HEX8_DIAGONALS).map(along).fold(0.0, f64::max)
+        let lengths = element_of(cell.kind).map_or(&[][..], ElementKind::lengths);
+        lengths.iter().map(along).fold(0.0, f64::max)
     };
     let rates =
-        plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(|cell| rate(cell.nodes))));
+        plan.bodies.iter().flat_map(|b| b.elements.clone().zip(b.cells.iter().map(rate)));
     rates.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(element, _)| element)
 }
 

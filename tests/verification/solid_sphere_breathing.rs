@@ -2,8 +2,10 @@
 //!
 //! E = 1 MPa, ν = 0.3, ρ = 1000 kg/m³, a = 10 mm: 1559.242514 Hz, k a = 2.6703 with c = √((λ + 2μ)/ρ).
 
-use crate::rig::{assert_close, assert_order, plan, run};
+use crate::rig::{assert_close, assert_order, plan_with, run};
 use contuse::mechanics::tensor::Vec3;
+use contuse::mesh::Mesh;
+use contuse::mesh::generate::solid_ball::SolidBall;
 use serde_json::json;
 use std::f64::consts::TAU;
 
@@ -12,15 +14,24 @@ const RADIUS: f64 = 0.01;
 const E: f64 = 1e6;
 const NU: f64 = 0.3;
 
+/// The ball of hexahedra.
+fn ball(n: u32) -> Mesh {
+    let (center, part) = (Vec3::zeros(), "ball".into());
+    let (elements_around, elements_through) = (n, n / 2);
+    SolidBall { center, radius_m: RADIUS, elements_around, elements_through, grading: 1.0, is_quarter: false, part }
+        .generate()
+        .unwrap()
+}
+
 /// Frequency of the mode [Hz], found by projecting the displacement on its exact shape.
-fn look(n: u32) -> f64 {
+fn look(mesh: Mesh) -> f64 {
     let (mu, lambda) = (E / (2.0 * (1.0 + NU)), NU * E / ((1.0 + NU) * (1.0 - 2.0 * NU)));
     let scene = json!({
         "name": "breathing sphere",
         "end_time_s": 1.1 / FREQUENCY,
         "bodies": [{
             "name": "sphere",
-            "mesh": {"generator": {"kind": "solid_ball", "radius_m": RADIUS, "elements_around": n, "elements_through": n / 2}},
+            "mesh": {"file": {"name": "ball.msh"}},
             "parts": [{
                 "part": "ball", "density_kg_per_m3": 1000.0,
                 "material": {"law": "coupled_neo_hookean", "mu_pa": mu, "lambda_pa": lambda}
@@ -34,7 +45,7 @@ fn look(n: u32) -> f64 {
         "integrator": {"kind": "explicit", "safety_factor": 0.45, "linear_bulk_viscosity": 0, "quadratic_bulk_viscosity": 0},
         "record": {"fields": [], "field_times_s": []}
     });
-    let plan = plan(&scene);
+    let plan = plan_with(&scene, Some(mesh));
     let k = TAU * FREQUENCY / ((lambda + 2.0 * mu) / 1000.0).sqrt();
     let shape: Vec<Vec3> =
         plan.X.iter().map(|X| X * (spherical_bessel_1(k * X.norm()) / X.norm().max(1e-30))).collect();
@@ -58,7 +69,15 @@ fn spherical_bessel_1(x: f64) -> f64 {
 
 #[test]
 fn frequency_of_the_breathing_mode() {
-    let [coarse, fine] = [6, 12].map(look);
+    let [coarse, fine] = [6, 12].map(|n| look(ball(n)));
     assert_close(fine, FREQUENCY, 3e-4, "frequency [Hz], 12 elements a quarter");
     assert_order(&[coarse, fine].map(|f| f / FREQUENCY - 1.0), 1.6, "frequency, 6 to 12 elements a quarter");
+}
+
+#[test]
+fn frequency_with_tetrahedra_of_ten_nodes() {
+    let of = |n| look(ball(n).split_to_tetrahedra().to_quadratic_tetrahedra());
+    let [coarse, fine] = [4, 8].map(of);
+    assert_close(fine, FREQUENCY, 1e-2, "frequency [Hz], tetrahedra of ten nodes, 8 a quarter");
+    assert_order(&[coarse, fine].map(|f| f / FREQUENCY - 1.0), 1.6, "frequency, tetrahedra of ten nodes, 4 to 8 a quarter");
 }

@@ -1,4 +1,4 @@
-//! A penalty on the corners of eight-point hexahedra that are crushed or folded.
+//! A penalty on the corners of hexahedra and wedges that are crushed or folded.
 //!
 //! Quadrature does not look at the corners: hourglass modes that add up at one of them can fold it, its Jacobian negative, while
 //! the points nearby and the mean are fine. So a corner whose Jacobian det = e₁·(e₂×e₃), the triple product of its three edges,
@@ -6,21 +6,18 @@
 //!
 //! ```text
 //! W = Σ_c ½ k l² (1 + ⅓ η l⁴)      l = ⟨t_c − det_c⟩      t_c = θ₀ det_c at rest
-//! k = κ μ / (8 θ₀² V)      η = 3 M / (2 κ μ (θ₀ V)⁴)      M = K + 4/3 μ
+//! k = κ μ V / (n (θ₀ δ V)²)      η = 3 M / (2 κ μ (θ₀ δ V)⁴)      M = K + 4/3 μ
 //! ```
 //!
-//! In a parallelepiped that is `Σ_c V/8 (½ κ μ s² + ¼ M s⁶)` with `s = ⟨1 − J_c/θ₀⟩`: soft where a corner is crushed; and where it folds,
+//! with n corners, each of the determinant δ V where opposite sides are parallel. That is `Σ_c V/n (½ κ μ s² + ¼ M s⁶)` with `s = ⟨1 − J_c/θ₀⟩`: soft where a corner is crushed; and where it folds,
 //! s ≥ 1, what no impact has that is slower than sound, `½ ρ v² < ½ M`. Relative to the volume V rather than to the corner's own
 //! determinant, it is no stiffer at a corner that is flat at rest; a corner that is folded at rest is not to fold further. Forces
 //! are the gradient of W, and momentum and angular momentum are kept, because det turns with nothing.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
+use super::Element;
 use super::hex8_modes::V3;
 use crate::mechanics::real::Real;
-
-/// Neighbours of each corner along its three edges, right-handed.
-const NEIGHBOURS: [[usize; 3]; 8] =
-    [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
 
 /// Share of the Jacobian at rest below which a corner is penalised, θ₀ [-].
 pub const CORNER_THRESHOLD: f64 = 0.3;
@@ -40,28 +37,37 @@ pub struct CornerResponse<R, const N: usize> {
     pub stiffness: R,
 }
 
-/// k [Pa/m³] and η [1/m¹²] of an element of volume `volume` [m³], shear modulus μ [Pa] and bulk modulus K [Pa] at rest.
-pub fn corner_stiffness((mu, bulk): (f64, f64), volume: f64) -> [f64; 2] {
-    let lack = CORNER_THRESHOLD * volume;
+/// k [Pa/m³] and η [1/m¹²] of an element of volume `volume` [m³], shear modulus μ [Pa] and bulk modulus K [Pa] at rest; zero for one whose
+/// corners are not penalised.
+pub fn corner_stiffness<E: Element<N, Q>, const N: usize, const Q: usize>(
+    (mu, bulk): (f64, f64),
+    volume: f64,
+) -> [f64; 2] {
+    if E::CORNERS.is_empty() {
+        return [0.0; 2];
+    }
+    let share = CORNER_THRESHOLD * E::CORNER_DETERMINANT;
+    let lack = share * volume;
     let soft = STIFFNESS * mu;
-    let k = soft / (8.0 * CORNER_THRESHOLD * lack);
+    let k = soft / (E::CORNERS.len() as f64 * share * lack);
     [k, 1.5 * (bulk + 4.0 / 3.0 * mu) / (soft * lack.powi(4))]
 }
 
-/// The penalty of stiffness k [Pa/m³] and hardening η [1/m¹²] on an element with corners `X` [m] at rest and their displacements `u` [m]:
-/// `[component][corner]`.
+/// The penalty of stiffness k [Pa/m³] and hardening η [1/m¹²] on an element with [`Element::CORNERS`], `X` [m] at rest and their
+/// displacements `u` [m]: `[component][corner]`.
 ///
 /// With A_i = ∂det/∂x_i the products of two edges, the Hessian of a corner's term W(l) is `W'' ∇det ∇detᵀ − W' ∇²det`, of norm at most
 /// `W'' [Σ|A_i|² + |Σ A_i|²] + 4 W' Σ|e_i|`.
 #[inline(always)]
-pub fn eval_corner_penalty<R: Real>(
-    X: &[[R; 8]; 3],
-    u: &[[R; 8]; 3],
+pub fn eval_corner_penalty<R: Real, const N: usize>(
+    corners: &[[usize; 3]],
+    X: &[[R; N]; 3],
+    u: &[[R; N]; 3],
     [k, hardening]: [R; 2],
-) -> CornerResponse<R, 8> {
+) -> CornerResponse<R, N> {
     let zero = k.zero();
-    let mut out = CornerResponse { energy: zero, forces: [[zero; 8]; 3], stiffness: zero };
-    for (c, neighbours) in NEIGHBOURS.into_iter().enumerate() {
+    let mut out = CornerResponse { energy: zero, forces: [[zero; N]; 3], stiffness: zero };
+    for (c, neighbours) in corners.iter().copied().enumerate() {
         let (mut at_rest, mut e) = ([[zero; 3]; 3], [[zero; 3]; 3]);
         for (n, a) in neighbours.into_iter().enumerate() {
             for i in 0..3 {
@@ -114,7 +120,7 @@ fn cross<R: Real>(a: &V3<R>, b: &V3<R>) -> V3<R> {
 mod tests {
     use super::*;
     use crate::mechanics::dual::Dual;
-    use crate::mechanics::element::{ElementKind, HEX8_CORNERS, ReferenceGeometry};
+    use crate::mechanics::element::{ElementKind, HEX8_CORNERS, Hex8, ReferenceGeometry};
     use nalgebra::SMatrix;
 
     type Nodal = [[f64; 8]; 3];
@@ -143,10 +149,10 @@ mod tests {
     #[test]
     fn neighbours_are_joined_by_edges_and_right_handed() {
         let X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
-        let response = eval_corner_penalty(&X, &nodal(|i, a| -X[i][a]), [2.0, 0.0]);
+        let response = eval_corner_penalty(Hex8::CORNERS, &X, &nodal(|i, a| -X[i][a]), [2.0, 0.0]);
         // Shrunk to a point every corner lacks its threshold.
         assert!((response.energy - 8.0 * CORNER_THRESHOLD * CORNER_THRESHOLD).abs() < 1e-14);
-        let at_rest = eval_corner_penalty(&X, &[[0.0; 8]; 3], [2.0, 1e3]);
+        let at_rest = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [2.0, 1e3]);
         assert!(at_rest.energy == 0.0 && at_rest.stiffness == 0.0);
     }
 
@@ -156,7 +162,7 @@ mod tests {
         let X = nodal(|i, a| [0.5, 1.0, 0.25][i] * HEX8_CORNERS[a][i]);
         let (mu, bulk) = (3.0, 200.0);
         let u = nodal(|i, a| if i == 2 { -X[2][a] } else { 0.0 });
-        let energy = eval_corner_penalty(&X, &u, corner_stiffness((mu, bulk), 1.0)).energy;
+        let energy = eval_corner_penalty(Hex8::CORNERS, &X, &u, corner_stiffness::<Hex8, 8, 8>((mu, bulk), 1.0)).energy;
         let expected = 0.5 * STIFFNESS * mu + 0.25 * (bulk + 4.0 / 3.0 * mu);
         assert!((energy / expected - 1.0).abs() < 1e-13, "{energy} for {expected}");
     }
@@ -166,14 +172,14 @@ mod tests {
         let X = distorted();
         for seed in 0..20 {
             let u = crushed(&X, 0.8, 0.2, seed);
-            let response = eval_corner_penalty(&X, &u, STIFF);
+            let response = eval_corner_penalty(Hex8::CORNERS, &X, &u, STIFF);
             assert!(response.energy > 0.0, "nothing to see");
             let dual = |x: &Nodal| x.map(|row| row.map(|value| Dual { value, slope: 0.0 }));
             let k = STIFF.map(|value| Dual { value, slope: 0.0 });
             for (i, a) in (0..3).flat_map(|i| (0..8).map(move |a| (i, a))) {
                 let mut moved = dual(&u);
                 moved[i][a].slope = 1.0;
-                let slope = eval_corner_penalty(&dual(&X), &moved, k).energy.slope;
+                let slope = eval_corner_penalty(Hex8::CORNERS, &dual(&X), &moved, k).energy.slope;
                 assert!((slope - response.forces[i][a]).abs() < 1e-12 * response.stiffness);
             }
             let x = nodal(|i, a| X[i][a] + u[i][a]);
@@ -199,14 +205,14 @@ mod tests {
             for column in 0..24 {
                 let mut moved = dual(&u);
                 moved[column / 8][column % 8].slope = 1.0;
-                let forces = eval_corner_penalty(&dual(&X), &moved, k).forces;
+                let forces = eval_corner_penalty(Hex8::CORNERS, &dual(&X), &moved, k).forces;
                 for row in 0..24 {
                     hessian[(row, column)] = forces[row / 8][row % 8].slope;
                 }
             }
             assert!((hessian - hessian.transpose()).norm() < 1e-12 * hessian.norm());
             let largest = hessian.symmetric_eigenvalues().abs().max();
-            let bound = eval_corner_penalty(&X, &u, STIFF).stiffness;
+            let bound = eval_corner_penalty(Hex8::CORNERS, &X, &u, STIFF).stiffness;
             assert!(largest <= bound * (1.0 + 1e-12), "{seed}: {largest} above {bound}");
             closest = closest.max(largest / bound);
         }
@@ -219,7 +225,7 @@ mod tests {
         let mut X = nodal(|i, a| 0.5 * HEX8_CORNERS[a][i]);
         // Beyond the diagonal of its face.
         (X[0][6], X[1][6], X[2][6]) = (-0.2, -0.2, 0.5);
-        let response = eval_corner_penalty(&X, &[[0.0; 8]; 3], [1.0, 1e3]);
+        let response = eval_corner_penalty(Hex8::CORNERS, &X, &[[0.0; 8]; 3], [1.0, 1e3]);
         assert!(response.energy == 0.0);
     }
 
@@ -238,7 +244,7 @@ mod tests {
             if volume.iter().all(|v| 8.0 * v / mean > 0.9) {
                 let X = nodal(|i, a| corners[a][i]);
                 let u = nodal(|i, a| moved[a][i] / mean.cbrt() - X[i][a]);
-                least = least.min(1.0 - eval_corner_penalty(&X, &u, [1.0, 0.0]).energy);
+                least = least.min(1.0 - eval_corner_penalty(Hex8::CORNERS, &X, &u, [1.0, 0.0]).energy);
             }
         }
         assert!(least >= 1.0, "{least}");

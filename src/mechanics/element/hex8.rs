@@ -8,7 +8,7 @@
 //! [`DERIVATIVE`]: that takes 108 operations an element where stored gradients take 1 152; so few that the reference
 //! geometry is not stored either but made again from the corners.
 
-use super::{CornerResponse, Element, eval_corner_penalty};
+use super::Element;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::{Tensor, tensor};
 
@@ -100,7 +100,8 @@ impl Element<8, 8> for Hex8 {
     const WEIGHT: f64 = 1.0;
     const SCALE: f64 = 5.765_680_169_303_579;
     const LENGTHS: &'static [(usize, usize)] = &HEX8_LENGTHS;
-    const FOLDS: bool = true;
+    const CORNERS: &'static [[usize; 3]] =
+        &[[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
     type Local<R: Real> = LocalGradients<R>;
 
     #[inline(always)]
@@ -123,11 +124,6 @@ impl Element<8, 8> for Hex8 {
 
     fn shape_gradients() -> &'static [[[f64; 3]; 8]; POINTS] {
         &LOCAL_SHAPE_GRADIENTS
-    }
-
-    #[inline(always)]
-    fn corner_penalty<R: Real>(X: &[[R; 8]; 3], u: &[[R; 8]; 3], k: [R; 2]) -> CornerResponse<R, 8> {
-        eval_corner_penalty(X, u, k)
     }
 
     #[inline(always)]

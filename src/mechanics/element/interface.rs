@@ -1,7 +1,6 @@
 //! What an element is.
 // Kernels must be inlined whole into the loop over lanes: a call in between would spill every lane register.
 
-use super::CornerResponse;
 use crate::mechanics::real::Real;
 use crate::mechanics::tensor::Tensor;
 
@@ -21,8 +20,11 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// Pairs of nodes whose distances are watched so that no step stretches an element too much: edges, and more where they do not
     /// tell the whole of a uniform rate of strain.
     const LENGTHS: &'static [(usize, usize)];
-    /// Whether corners can fold while all points are well, so that [`Element::corner_penalty`] is asked for.
-    const FOLDS: bool = false;
+    /// Neighbours of each corner along its three edges, right-handed, where corners can fold while all points are well: they are penalised
+    /// ([`eval_corner_penalty`](super::eval_corner_penalty)).
+    const CORNERS: &'static [[usize; 3]] = &[];
+    /// Triple product of those edges over the volume of the element, where opposite sides are parallel [-].
+    const CORNER_DETERMINANT: f64 = 1.0;
     /// Whether each law has kernels of its own for it, where it has for any; else one kernel serves all laws, matched at every point: for
     /// an element whose speed matters less than the size of the program.
     const KERNELS_OF_LAWS: bool = true;
@@ -44,11 +46,9 @@ pub trait Element<const N: usize, const Q: usize>: Copy + std::fmt::Debug + Send
     /// ∂N_a/∂ξ_k at the points: `[point][node a][axis k]`.
     fn shape_gradients() -> &'static [[[f64; 3]; N]; Q];
 
-    /// Penalty on folding corners, of elements with the nodes `X` [m] at rest, displacements `u` [m] and the stiffness of
-    /// [`corner_stiffness`](super::corner_stiffness).
-    #[inline(always)]
-    fn corner_penalty<R: Real>(_X: &[[R; N]; 3], _u: &[[R; N]; 3], k: [R; 2]) -> CornerResponse<R, N> {
-        let zero = k[0].zero();
-        CornerResponse { energy: zero, forces: [[zero; N]; 3], stiffness: zero }
+    /// Shares of the volume at the nodes, by which mass is lumped, from that of the points [m³]: row sums of the consistent mass, unless
+    /// these are not positive.
+    fn volume_shares(volume: &[f64; Q]) -> [f64; N] {
+        std::array::from_fn(|a| (0..Q).map(|q| Self::shapes()[q][a] * volume[q]).sum())
     }
 }

@@ -10,13 +10,15 @@ macro_rules! for_each_element {
             $($first)*
             Hex8, 8, 8, ReducedBatch;
             Tet4, 4, 1, NoOnePoint;
+            Wedge6, 6, 6, NoOnePoint;
+            Tet10, 10, 4, NoOnePoint;
         }
     };
 }
 pub(in crate::mechanics) use for_each_element;
 
 /// The most nodes of any element.
-pub const MOST_NODES: usize = 8;
+pub const MOST_NODES: usize = 10;
 
 macro_rules! kinds {
     ($($Kind:ident, $N:literal, $Q:literal, $OnePoint:ident;)*) => {
@@ -27,6 +29,9 @@ macro_rules! kinds {
         }
 
         impl ElementKind {
+            /// All of them, in the order of their discriminants.
+            pub const ALL: [Self; [$($N),*].len()] = [$(Self::$Kind),*];
+
             /// Number of nodes.
             pub const fn node_count(self) -> usize {
                 match self { $(Self::$Kind => $N,)* }

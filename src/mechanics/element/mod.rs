@@ -8,7 +8,9 @@ mod hourglass;
 mod interface;
 mod kind;
 mod largest_eigenvalue;
+mod tet10;
 mod tet4;
+mod wedge6;
 
 pub use corner_penalty::{CornerResponse, corner_stiffness, eval_corner_penalty};
 pub use geometry::ReferenceGeometry;
@@ -20,3 +22,5 @@ pub(in crate::mechanics) use kind::for_each_element;
 pub use kind::{ElementKind, MOST_NODES};
 pub(in crate::mechanics) use largest_eigenvalue::largest_eigenvalue;
 pub use tet4::Tet4;
+pub use tet10::Tet10;
+pub use wedge6::Wedge6;

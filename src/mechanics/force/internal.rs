@@ -10,7 +10,7 @@ use super::pressure::{
 };
 use super::rows::{add, gather, keep_still, load_corners, load_fibres, store_corners};
 use super::totals::{BatchTotals, BlockTotals};
-use crate::mechanics::element::{CornerResponse, Element};
+use crate::mechanics::element::{CornerResponse, Element, eval_corner_penalty};
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{Invariants, Kinematics, Law};
 use crate::mechanics::real::{Real, inverse_cbrt_m1};
@@ -170,7 +170,7 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
         u: &[[Lane<S>; N]; 3],
     ) -> CornerResponse<Lane<S>, N> {
         let stiffness = self.corner_stiffness.each_ref().map(|row| Lane::load(simd, row, part));
-        E::corner_penalty(&self.corners_at_rest(simd, part), u, stiffness)
+        eval_corner_penalty(E::CORNERS, &self.corners_at_rest(simd, part), u, stiffness)
     }
 
     /// X [m] of the elements of a register.
@@ -267,7 +267,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         let mut forces = E::nodal_forces(&sums.0);
         stabilisation = stabilisation * E::SCALE;
         let mut corner_frequency = zero;
-        if E::FOLDS && corners_may_fold::<S>(&totals.smallest_j, part) {
+        if !E::CORNERS.is_empty() && corners_may_fold::<S>(&totals.smallest_j, part) {
             let corners = self.batch.corner_penalty(simd, part, &load_corners(simd, &lanes.nodal, part));
             for (f, on) in forces.as_flattened_mut().iter_mut().zip(corners.forces.as_flattened()) {
                 *f += *on;

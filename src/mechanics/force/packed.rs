@@ -157,7 +157,7 @@ fn pack<E: Element<N, Q>, const N: usize, const Q: usize>(
         batch.scaled_inverse_volume.0[lane] = E::SCALE / geometry.total_volume();
         batch.frequency_bound.0[lane] = geometry.gradient_bound / density;
         batch.length.0[lane] = 2.0 / geometry.gradient_bound.sqrt();
-        let of_corners = corner_stiffness(moduli, geometry.total_volume());
+        let of_corners = corner_stiffness::<E, N, Q>(moduli, geometry.total_volume());
         for (row, value) in batch.corner_stiffness.iter_mut().zip(of_corners) {
             row.0[lane] = value;
         }

@@ -19,7 +19,7 @@ use super::pressure::{Barrier, corners_may_fold, point_is_crushed};
 use super::reduced::{NoOnePoint, OnePointElement, ReducedBatch};
 use super::rows::{gather_global, load_corners, load_fibres};
 use crate::mechanics::dual::Dual;
-use crate::mechanics::element::{Element, Hex8, Hourglass, Modes};
+use crate::mechanics::element::{Element, Hex8, Hourglass, MOST_NODES, Modes, eval_corner_penalty};
 use crate::mechanics::lanes::{BATCH, Lane, Row};
 use crate::mechanics::material::{Kinematics, Law, MAX_FAMILIES, Volumetric, volume_change};
 use crate::mechanics::real::Real;
@@ -27,7 +27,7 @@ use crate::mechanics::tensor::{Tensor, Vec3};
 use pulp::{Simd, WithSimd};
 
 /// Pairs of nodes (a, b) with a ≥ b of the elements that have most.
-pub const CORNER_PAIRS: usize = 36;
+pub const CORNER_PAIRS: usize = MOST_NODES * (MOST_NODES + 1) / 2;
 
 /// Where the pair of corners (a, b), a ≥ b, is stored.
 #[inline(always)]
@@ -192,7 +192,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L,
                 }
             }
         }
-        if E::FOLDS && corners_may_fold::<S>(&smallest_j, part) {
+        if !E::CORNERS.is_empty() && corners_may_fold::<S>(&smallest_j, part) {
             self.add_corner_penalty(simd, part);
         }
     }
@@ -206,7 +206,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> Stiffness<'_, L,
         for column in 0..3 * N {
             let (b, j) = (column / 3, column % 3);
             u[j][b].slope = u[j][b].value.constant(1.0);
-            let forces = E::corner_penalty(&X, &u, k).forces;
+            let forces = eval_corner_penalty(E::CORNERS, &X, &u, k).forces;
             for a in b..N {
                 for i in 0..3 {
                     let to = &mut self.to.0[corner_pair(a, b)][3 * i + j];

@@ -304,7 +304,7 @@ impl From<JobsError> for Problem {
 impl From<MeshRefusal> for Problem {
     fn from(refusal: MeshRefusal) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-mesh", "Invalid mesh", refusal.message)
-            .remedy("Send a Gmsh .msh (2.2 or 4.1) or an Abaqus .inp file of eight-node hexahedra.")
+            .remedy("Send a Gmsh .msh (2.2 or 4.1) or an Abaqus .inp file of solid cells.")
     }
 }
 

@@ -1,0 +1,85 @@
+//! The elements of a body: reference geometry, and blocks of one law, one formulation and one kind each.
+
+use super::contact_mass::ContactMass;
+use super::parts::CompileError;
+use crate::mechanics::element::{ElementKind, ReferenceGeometry};
+use crate::mechanics::force::{BlockInput, BlockParameters, ElementBlock};
+use crate::mechanics::tensor::Mat3;
+use crate::mesh::{Cell, Mesh};
+use crate::scene::SceneBody;
+use crate::scene::document::{BodyDocument, ErosionDocument, SceneDocument};
+use crate::scene::elements::{element_of, without_element};
+
+/// Reference geometry of each element of a mesh.
+///
+/// # Errors
+/// Cells without a finite element, and inverted ones.
+pub(super) fn reference_geometry(
+    scene: &SceneDocument,
+    document: &BodyDocument,
+    mesh: &Mesh,
+) -> Result<Vec<ReferenceGeometry>, CompileError> {
+    let mass = ContactMass::new(scene.contact.mass_redistribution, mesh);
+    let of_element = |(element, cell): (usize, Cell)| {
+        let Some(kind) = element_of(cell.kind) else {
+            let reason = without_element(mesh).unwrap_or_default();
+            return Err(CompileError::NoElement { body: document.name.clone(), reason });
+        };
+        let geometry = ReferenceGeometry::with_mass_at(kind, &cell.points(&mesh.nodes), |volume| {
+            mass.moved(cell.nodes, volume)
+        });
+        if geometry.smallest_jacobian > 0.0 {
+            return Ok(geometry);
+        }
+        let ratio = geometry.smallest_jacobian;
+        Err(CompileError::InvertedElement { body: document.name.clone(), element, ratio })
+    };
+    mesh.cells.iter().enumerate().map(of_element).collect()
+}
+
+/// What the blocks of a body need of the model.
+pub(super) struct Globals {
+    pub first_node: u32,
+    pub first_element: u32,
+    pub body: usize,
+    pub viscosity: [f64; 2],
+    pub keeps_idle_fibres: bool,
+}
+
+/// Adds one block for every entry of `parts` and kind of element that occurs in it; `geometry` is that of the elements in mesh order.
+pub(super) fn add_blocks(
+    blocks: &mut Vec<ElementBlock>,
+    globals: &Globals,
+    document: &BodyDocument,
+    body: &SceneBody,
+    geometry: Vec<ReferenceGeometry>,
+) -> Result<(), CompileError> {
+    let mut inputs: Vec<Vec<BlockInput>> = vec![Vec::new(); document.parts.len() * ElementKind::ALL.len()];
+    for (e, (cell, geometry)) in body.mesh.cells.iter().zip(geometry).enumerate() {
+        let block = body.part_entry[e] as usize * ElementKind::ALL.len() + geometry.kind as usize;
+        inputs[block].push(BlockInput {
+            element: globals.first_element + e as u32,
+            nodes: cell.nodes.iter().map(|node| node + globals.first_node).collect(),
+            corners: cell.points(&body.mesh.nodes).to_vec(),
+            axes: body.axes.get(e).copied().unwrap_or_else(Mat3::identity),
+            geometry,
+        });
+    }
+    for (place, inputs) in inputs.iter().enumerate().filter(|(_, inputs)| !inputs.is_empty()) {
+        let (entry, kind) = (place / ElementKind::ALL.len(), ElementKind::ALL[place % ElementKind::ALL.len()]);
+        let (part, material) = (&document.parts[entry], &body.materials[entry]);
+        let parameters = BlockParameters {
+            material: if globals.keeps_idle_fibres { *material } else { material.without_idle_fibres() },
+            formulation: part.element(material, kind),
+            density: part.density_kg_per_m3,
+            linear_viscosity: globals.viscosity[0],
+            quadratic_viscosity: globals.viscosity[1],
+            shear_viscosity: part.shear_viscosity_pa_s,
+            memory: part.memories(),
+            erosion: part.erosion.as_ref().map(ErosionDocument::limits),
+        };
+        let first_slot = blocks.last().map_or(0, ElementBlock::end_slot);
+        blocks.push(ElementBlock::new(globals.body, parameters, first_slot, inputs)?);
+    }
+    Ok(())
+}
