@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Instantaneous shear modulus [Pa]; relative moduli [-] and relaxation times [s].
 const G0: f64 = 1e4;
 const BRANCHES: [[f64; 2]; 2] = [[0.3, 1e-3], [0.2, 1e-2]];
-const GAMMA: f64 = 1e-4;
+const GAMMA: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Steps {
@@ -100,12 +100,8 @@ fn a_ramp_is_exact_however_long_the_steps() {
         let n: u32 = if steps == Steps::QuasiStatic { 10 } else { 100 };
         let factors: Vec<f64> = (0..=n).map(|i| f64::from(i) / f64::from(n)).collect();
         let found = *stress(steps, 5e-3 / f64::from(n), &factors).last().unwrap() * 0.5;
-        let tolerance = if steps == Steps::Implicit { 1e-5 } else { 1e-8 };
-        assert_at_most(
-            (found - 0.358_491_729_6).abs(),
-            tolerance,
-            &format!("σ/G0 after the ramp, {steps:?}"),
-        );
+        // Free sides bulge by the square of the strain.
+        assert_at_most((found - 0.358_491_729_6).abs(), 1e-7, &format!("σ/G0 after the ramp, {steps:?}"));
     }
 }
 
@@ -216,11 +212,13 @@ fn a_relaxing_shear_wave_dies_down_in_implicit_steps() {
 /// A column in large shear, with viscosity and a series, which relaxes from a deformed start.
 fn large_shear(step: f64) -> Value {
     let extra = json!({
-        "shear_viscosity_pa_s": 5.0,
+        "shear_viscosity_pa_s": 50.0,
         "prony_series": {"branches": BRANCHES.map(|[g, tau]| json!({"relative_modulus": g, "relaxation_time_s": tau}))}
     });
     let mut scene = column(step, 0.05, 0.6, &part("block", &extra));
     scene["bodies"][0]["fixed"] = json!([{"set": "z_min"}]);
+    // Met exactly, so that the steps are those of a run to there.
+    scene["record"]["field_times_s"] = json!([0.025]);
     scene
 }
 

@@ -131,10 +131,16 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
             let (H, cof_X) = (&first.H.0[q], &first.cof_X.0[q]);
             let change = self.gradient_at(simd, part, &local_after, (q, cof_X)).plus_scaled(zero - 1.0, H);
             let F = H.plus(&identity).plus_scaled(zero + 0.5, &change);
-            // ½ (F⁺ᵀ F⁺ − Fᵀ F) = sym(F_mᵀ ΔF)
-            let product =
-                |a: usize, b: usize| (0..3).fold(zero, |sum, c| F.0[c][a].mul_add(change.0[c][b], sum));
-            let dE = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| (product(a, b) + product(b, a)) * 0.5));
+            // ½ (F⁺ᵀ F⁺ − Fᵀ F) = sym(F_mᵀ ΔF); no closures, which would be compiled without the instruction set of the lanes.
+            let mut dE = Sym([zero; 6]);
+            for (sum, (a, b)) in dE.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
+                let (mut ab, mut ba) = (zero, zero);
+                for c in 0..3 {
+                    ab = F.0[c][a].mul_add(change.0[c][b], ab);
+                    ba = F.0[c][b].mul_add(change.0[c][a], ba);
+                }
+                *sum = (ab + ba) * 0.5;
+            }
             square = (first.w.0[q] * E::SCALE).mul_add(dE.norm_squared(), square);
             E::add_local_stress(&mut sums, q, &F.dot_sym(&dE), cof_X);
         }

@@ -186,10 +186,15 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
             sum = sum.plus_scaled(*w, H);
         }
         let H = sum.scaled(Lane::load(simd, &self.scaled_inverse_volume, part));
-        let C_minus_I = Sym(Sym::<Lane<S>>::INDICES.map(|(a, b)| {
-            let product = (0..3).fold(zero, |sum, c| H.0[c][a].mul_add(H.0[c][b], sum));
-            H.0[a][b] + H.0[b][a] + product
-        }));
+        // No closure: that would be compiled without the instruction set of the lanes.
+        let mut C_minus_I = Sym([zero; 6]);
+        for (sum, (a, b)) in C_minus_I.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
+            let mut product = zero;
+            for c in 0..3 {
+                product = H.0[c][a].mul_add(H.0[c][b], product);
+            }
+            *sum = H.0[a][b] + H.0[b][a] + product;
+        }
         [C_minus_I.largest_principal(), first.mean]
     }
 }

@@ -18,8 +18,9 @@ use crate::mechanics::dual::Dual;
 use crate::mechanics::lanes::{Aligned, BATCH, Lane, Row};
 use crate::mechanics::material::{
     ElasticPoint, History, Inelastic, Invariants, Kinematics, Law, MemorySteps, isochoric_stress,
+    volume_change,
 };
-use crate::mechanics::real::Real;
+use crate::mechanics::real::{Real, inverse_cbrt_m1};
 use crate::mechanics::tensor::Tensor;
 use pulp::{Simd, WithSimd};
 use softening::{Lost, LostAtPoints};
@@ -41,11 +42,12 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { law, elements, block, input, chunk } = self;
         let h = if input.inverse_step > 0.0 { 1.0 / input.inverse_step } else { 0.0 };
-        let steps = block.parameters.memory.step(h);
+        let (steps, softens) = (block.parameters.memory.step(h), block.parameters.memory.softens());
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let rows = block.history_rows();
         let before = input.history.get(block.chunk_number(chunk.chunk as usize));
         let none = [[Row::default(); N]; 3];
+        let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         let (mut x, mut forces) = (none, MemoryForces { relaxing: none, lost: none });
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
             let nodes = &elements.batches[first + i].nodes;
@@ -58,15 +60,16 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Mem
                 block,
                 batch: first + i,
                 steps: &steps,
-                size: sizes(&elements.batches[first + i].volume),
+                // Of no interest to relaxation.
+                size: if softens { sizes(&elements.batches[first + i].volume) } else { Row([1.0; BATCH]) },
                 before: before.map(|before| &before[range.clone()]),
                 after: &mut chunk.history[range],
             };
             for part in 0..BATCH / S::F64_LANES {
-                batch.eval::<S>(simd, part, &x, &mut forces, &mut chunk.batches[i]);
+                batch.eval::<S>(simd, part, (&x, &mut first_pass), &mut forces, &mut chunk.batches[i]);
             }
             add(&forces.relaxing, nodes, &mut chunk.viscous);
-            if block.parameters.memory.softens() {
+            if softens {
                 add(&forces.lost, nodes, &mut chunk.force);
             }
         }
@@ -152,27 +155,33 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
         &mut self,
         simd: S,
         part: usize,
-        u: &[[Row; N]; 3],
+        (u, first_pass): (&[[Row; N]; 3], &mut FirstPass<Lane<S>, Q>),
         forces: &mut MemoryForces<N>,
         totals: &mut BatchTotals,
     ) {
         let zero = Lane::splat(simd, 0.0);
         let batch = &self.elements.batches[self.batch];
-        let mut first_pass = batch.first_pass(simd, part, u);
+        batch.first_pass_to(simd, part, u, first_pass);
         let tension = Tension::new(self.law, self.block, first_pass.mean);
         let reduced = self.elements.one_point.get(self.batch);
         if let Some(reduced) = reduced {
             // Of one-point elements the mean gradient.
             first_pass.H.0[0] = reduced.mean_gradient(simd, part, u);
+            first_pass.j.0[0] = volume_change(&first_pass.H.0[0]);
         }
-        let FirstPass { cof_X, w, H, .. } = &first_pass;
+        let FirstPass { cof_X, w, H, j, .. } = &*first_pass;
+        // The iteration of a root is one long chain of operations: alone in a loop, those of several points overlap.
+        let mut a = Aligned([zero; Q]);
+        for q in 0..self.block.memory_points() {
+            a.0[q] = inverse_cbrt_m1(j.0[q]);
+        }
 
         // The law where it is remembered, in a loop whose length the compiler does not know, so that it stands in the program once.
         let mut P = Aligned([Tensor::diagonal(zero); Q]);
         let mut lost = Aligned([Lost::none(zero); Q]);
         let (mut density, mut stiffness) = (Aligned([zero; Q]), zero);
         for q in 0..self.block.memory_points() {
-            let k = Kinematics::new(&H.0[q]);
+            let k = Kinematics::with_volume_change(&H.0[q], j.0[q], a.0[q]);
             let (elastic, point) = self.eval_point::<S>(simd, part, q, &k, tension.energy(&k));
             (P.0[q], density.0[q]) = (k.F.dot_sym(&point.S), point.stored);
             stiffness = stiffness.max(point.stiffness);
@@ -184,7 +193,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> BatchMemory<'_, 
                 is_one_point: reduced.is_some(),
                 has_mean_dilatation: self.block.parameters.formulation == Formulation::MeanDilatation,
             };
-            batch.soften((simd, part), &first_pass, &lost, &mut forces.lost, totals);
+            batch.soften((simd, part), first_pass, &lost, &mut forces.lost, totals);
         }
 
         let mut sums = Aligned(E::no_stress(zero));

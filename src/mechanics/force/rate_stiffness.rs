@@ -5,8 +5,9 @@
 //! A = ∂P/∂F + 1/(θh) ∂P/∂Ḟ        K = Σ_q w ∇Nᵀ ½ (A + Aᵀ) ∇N
 //! ```
 //!
-//! exact by dual numbers, with the history at the beginning of the step held. A itself is not quite symmetric: by the stress of memory or
-//! viscosity itself, which turns and is stretched with the material. Linear systems are symmetric, and leave that to Newton's iteration.
+//! exact by dual numbers, with the history at the beginning of the step held. A itself is not symmetric: by terms of the size of the stress of
+//! memory or viscosity, and by what relaxation takes of the volume change from fibres that resist it (`"i4": "full"`), of which only the
+//! deviator relaxes. Linear systems are symmetric, and leave the rest to Newton's iteration.
 
 use super::block::ElementBlock;
 use super::chunk::Chunk;

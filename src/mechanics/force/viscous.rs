@@ -10,6 +10,7 @@
 
 use super::block::ElementBlock;
 use super::chunk::ChunkForces;
+use super::first_pass::FirstPass;
 use super::memory::Memory;
 use super::packed::{Batch, InBlocks, Packed, with_elements};
 use super::rows::{add, gather, keep_still, load_corners, store_corners};
@@ -29,7 +30,12 @@ const LEAST_J: f64 = 0.2;
 #[inline(always)]
 pub(super) fn stress_over_viscosity<R: Real>(rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Sym<R> {
     let s = rate.dot_transposed(cof_F);
-    Sym(Sym::<R>::INDICES.map(|(a, b)| s.0[a][b] + s.0[b][a])).deviator().scaled(inverse_J(j))
+    // Loops, not closures: those would be compiled without the instruction set of the lanes.
+    let mut twice = Sym([j; 6]);
+    for (sum, (a, b)) in twice.0.iter_mut().zip(Sym::<R>::INDICES) {
+        *sum = s.0[a][b] + s.0[b][a];
+    }
+    twice.deviator().scaled(inverse_J(j))
 }
 
 /// First Piola–Kirchhoff stress P_v [Pa] of a viscosity η [Pa s] at the rate Ḟ [1/s] and `j = J − 1`.
@@ -37,7 +43,15 @@ pub(super) fn stress_over_viscosity<R: Real>(rate: &Tensor<R>, cof_F: &Tensor<R>
 pub(super) fn viscous_stress<R: Real>(eta: f64, rate: &Tensor<R>, cof_F: &Tensor<R>, j: R) -> Tensor<R> {
     let zero = j.zero();
     let sigma = stress_over_viscosity(rate, cof_F, j).scaled(zero.constant(eta));
-    Tensor::from_fn(|a, b| (0..3).fold(zero, |sum, c| sigma.at(a, c).mul_add(cof_F.0[c][b], sum)))
+    let mut P = Tensor([[zero; 3]; 3]);
+    for a in 0..3 {
+        for b in 0..3 {
+            for c in 0..3 {
+                P.0[a][b] = sigma.at(a, c).mul_add(cof_F.0[c][b], P.0[a][b]);
+            }
+        }
+    }
+    P
 }
 
 /// 1/J, capped.
@@ -102,6 +116,7 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
         let Self { elements, block, chunk } = self;
         let first = block.chunks[chunk.chunk as usize].batches.start as usize;
         let (mut x, mut rates) = ([[Row::default(); N]; 3], [[Row::default(); N]; 3]);
+        let mut first_pass = FirstPass::new(Lane::splat(simd, 0.0));
         for i in (0..chunk.batches.len()).filter(|i| chunk.awake & (1 << i) != 0) {
             let batch = &elements.batches[first + i];
             gather(&batch.nodes, &chunk.u, &mut x);
@@ -111,7 +126,8 @@ impl<E: InBlocks<N, Q>, const N: usize, const Q: usize> WithSimd for Viscous<'_,
             keep_still(eroded, &mut rates);
             for part in 0..BATCH / S::F64_LANES {
                 let eta = block.parameters.shear_viscosity;
-                batch.viscous_forces::<S>(simd, part, eta, &x, &mut rates, &mut chunk.batches[i]);
+                batch.first_pass_to(simd, part, &x, &mut first_pass);
+                batch.viscous_forces::<S>(simd, part, eta, &first_pass, &mut rates, &mut chunk.batches[i]);
             }
             add(&rates, &batch.nodes, &mut chunk.viscous);
         }
@@ -126,13 +142,12 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
         simd: S,
         part: usize,
         eta: f64,
-        u: &[[Row; N]; 3],
+        first: &FirstPass<Lane<S>, Q>,
         rates: &mut [[Row; N]; 3],
         totals: &mut BatchTotals,
     ) {
         let zero = Lane::splat(simd, 0.0);
         let identity = Tensor::diagonal(zero.constant(1.0));
-        let first = self.first_pass(simd, part, u);
         let local_v = Aligned(E::local_gradients(&load_corners(simd, rates, part)));
         let mut sums = Aligned(E::no_stress(zero));
         let mut largest = zero;
@@ -145,8 +160,12 @@ impl<E: Element<N, Q>, const N: usize, const Q: usize> Batch<E, N, Q> {
             E::add_local_stress(&mut sums.0, q, &P, cof_X);
 
             // |P_v| ≤ 2 η/J |cof F|² |Ḟ|, by the largest eigenvalue of cof Fᵀ cof F.
-            let square = Sym(Sym::<Lane<S>>::INDICES
-                .map(|(a, b)| (0..3).fold(zero, |sum, c| cof_F.0[c][a].mul_add(cof_F.0[c][b], sum))));
+            let mut square = Sym([zero; 6]);
+            for (sum, (a, b)) in square.0.iter_mut().zip(Sym::<Lane<S>>::INDICES) {
+                for c in 0..3 {
+                    *sum = cof_F.0[c][a].mul_add(cof_F.0[c][b], *sum);
+                }
+            }
             let norm = bound_largest(square.trace() * (1.0 / 3.0), square.deviator().norm_squared());
             largest = largest.max(norm * inverse_J(j) * (2.0 * eta));
         }

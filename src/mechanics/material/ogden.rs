@@ -110,6 +110,12 @@ impl Ogden {
     }
 }
 
+/// A value with the derivative of another number.
+#[inline(always)]
+fn with_slope_of<R: Real>(value: R, smooth: R) -> R {
+    value.detached() + (smooth - smooth.detached())
+}
+
 /// Bound [Pa] of the Hessian, from the mean m of `Σ μ λ̄^α`; 2 G at rest.
 ///
 /// With τ = Σ μ λ̄^α − m the principal Kirchhoff stresses and n = Σ μ α λ̄^α, the 3×3 block in principal
@@ -149,11 +155,13 @@ impl Law for Ogden {
     ) -> BoundedResponse<R> {
         let strain = PrincipalStrain::new(k);
         let sums = Sums::new(self.terms(), &strain);
-        let (psi, (first, second)) = if R::HAS_SLOPE {
-            self.differentiable(k, &strain)
-        } else {
-            (sums.psi, strain.in_strain(k, sums.differences))
-        };
+        let (mut psi, (mut first, mut second)) = (sums.psi, strain.in_strain(k, sums.differences));
+        if R::HAS_SLOPE {
+            let (smooth_psi, (smooth_first, smooth_second)) = self.differentiable(k, &strain);
+            psi = with_slope_of(psi, smooth_psi);
+            first = with_slope_of(first, smooth_first);
+            second = with_slope_of(second, smooth_second);
+        }
         let matrix = k.dev_C.scaled(first * k.J_inverse).plus_scaled(second * k.J_inverse, &k.dev_cof_C);
         BoundedResponse {
             response: Response { psi, matrix, fibres: None },

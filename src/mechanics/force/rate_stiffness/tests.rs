@@ -138,8 +138,6 @@ fn tangents_are_the_symmetric_part_of_the_differences_of_the_forces() {
                 let error = (exact - expected).amax() / expected.amax();
                 let name = material.name();
                 assert!(error < 1e-8, "{name}, {formulation:?}, η = {eta}: {error:e}");
-                let skew = (found - found.transpose()).amax() / expected.amax();
-                assert!(skew < 0.3, "{name}, {formulation:?}, η = {eta}: unsymmetric by {skew:e}");
             }
         }
     }

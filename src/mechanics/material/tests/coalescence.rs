@@ -82,7 +82,7 @@ fn near_rest_energy_and_stress_keep_their_relative_accuracy() {
 }
 
 #[test]
-fn values_computed_with_and_without_derivatives_agree() {
+fn values_with_and_without_derivatives_have_the_same_bits() {
     let law = ogden(U);
     let mut uniform = Uniform(23);
     let random = (0..100).map(|_| uniform.deformation(0.6)).collect::<Vec<_>>();
@@ -90,14 +90,7 @@ fn values_computed_with_and_without_derivatives_agree() {
         let H = gradient(F);
         let lifted = Tensor(H.0.map(|row| row.map(|value| Dual { value, slope: 0.0 })));
         let (plain, dual) = (law.eval_total(&H, &[]), law.eval_total(&lifted, &[]));
-        assert!(
-            (plain.psi - dual.psi.value).abs() <= 2e-13 * plain.psi,
-            "{F}: {} {}",
-            plain.psi,
-            dual.psi.value
-        );
-        let P = Tensor(dual.P.0.map(|row| row.map(|x| x.value)));
-        let error = P.plus_scaled(-1.0, &plain.P);
-        assert!(error.double_dot(&error) <= 1e-25 * plain.P.double_dot(&plain.P), "{F}");
+        assert!(plain.psi == dual.psi.value, "{F}: {} {}", plain.psi, dual.psi.value);
+        assert!(plain.P.0 == dual.P.0.map(|row| row.map(|x| x.value)), "{F}");
     }
 }
