@@ -3,8 +3,8 @@
 //! Measured on one core of a virtual Intel Xeon (Sapphire Rapids family, AVX-512) with `cargo bench`: `element_kernels` for
 //! the elements, `scenes` for the rest of an explicit step, `implicit` for implicit ones.
 
-use crate::mechanics::followers::Followers;
 use crate::mechanics::element::ElementKind;
+use crate::mechanics::followers::Followers;
 use crate::mechanics::force::Formulation;
 use crate::mechanics::material::Material;
 use crate::mechanics::sparse::{Cholesky, SparseError, SymmetricMatrix, Unknowns};
@@ -60,7 +60,7 @@ pub fn element_s(
 ) -> f64 {
     let time = material.element_time();
     let matrix = match formulation {
-        Formulation::MeanDilatation => time.mean_dilatation,
+        Formulation::MeanDilatation | Formulation::NodalPressure => time.mean_dilatation,
         Formulation::Full => time.full,
         Formulation::Reduced => time.reduced,
     };

@@ -4,6 +4,7 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
+use super::nodal_pressure::NodalResponse;
 use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};
@@ -79,6 +80,9 @@ pub struct ChunkForces {
     pub(super) u: Vec<Vec3>,
     /// Velocities of the nodes of the chunk, gathered [m/s].
     pub(super) v: Vec<Vec3>,
+    /// ¼ V_e (J_e − 1) summed at the nodes of the chunk [m³], and the responses there; empty where pressure is not averaged over nodes.
+    pub(super) dilatation: Vec<f64>,
+    pub(super) nodal: Vec<NodalResponse>,
     /// Largest stretch rate [1/s]; 0 when it is certain not to matter.
     pub(super) stretch_rate: f64,
     /// No edge or diagonal is shorter than this [m]; 0 when nothing is known.

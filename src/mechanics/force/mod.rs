@@ -17,6 +17,7 @@ mod first_pass;
 mod forces;
 mod internal;
 mod memory;
+mod nodal_pressure;
 mod one_point;
 mod packed;
 mod parameters;
