@@ -228,14 +228,20 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
             load!(&lanes.before[0]),
         );
 
+        // Padding stays without stress beside nodes that are not.
+        macro_rules! of_nodes {
+            ($i:expr) => {
+                volume.select_positive(load!(&lanes.of_nodes[$i]), zero)
+            };
+        }
         // Second pass: stresses.
         let U = self.law.volumetric();
         let element_pressure = match U {
             Some(U) if NODAL => {
                 let own = pressure_at(U, mean, zero);
                 Some(Pressure {
-                    p: shared(self.share, own.p, load!(&lanes.of_nodes[1])) - viscous.0,
-                    stiffness: shared(self.share, own.stiffness, load!(&lanes.of_nodes[2])),
+                    p: shared(self.share, own.p, of_nodes!(1)) - viscous.0,
+                    stiffness: shared(self.share, own.stiffness, of_nodes!(2)),
                 })
             }
             Some(U) if MEAN => Some(pressure_at(U, mean, viscous.0)),
@@ -279,7 +285,7 @@ impl<L: Law, E: InBlocks<N, Q>, const N: usize, const Q: usize> ElementForcePass
         strain = strain * E::SCALE;
         if let (true, Some(U)) = (MEAN, U) {
             let own = U.energy(mean);
-            let energy = if NODAL { shared(self.share, own, load!(&lanes.of_nodes[0])) } else { own };
+            let energy = if NODAL { shared(self.share, own, of_nodes!(0)) } else { own };
             strain = volume.mul_add(energy, strain);
         }
 

@@ -116,7 +116,7 @@ fn a_linear_field_is_in_balance_and_has_one_stress() {
         let u: Vec<Vec3> = X.iter().map(|X| F * X - X).collect();
         let force = patch.force(&u);
         for a in patch.cells.inner.clone() {
-            assert!(force.rows(3 * a, 3).norm() < 1e-12 * force.norm(), "{patch:?}");
+            assert!(force.rows(3 * a, 3).norm() < 1e-12 * force.norm(), "{}", patch.name());
         }
         let point = patch.material().eval_total(&Tensor::from(&(F - Mat3::identity())), &[]);
         let cauchy = Mat3::from(&point.P) * F.transpose() / F.determinant();
@@ -144,9 +144,14 @@ fn force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force() {
                 u
             };
             let slope = (patch.energy(&side(h)) - patch.energy(&side(-h))) / (2.0 * h);
-            assert!((slope - f[column]).abs() < 1e-6 * f.norm(), "{slope} for {}, {patch:?}", f[column]);
+            assert!(
+                (slope - f[column]).abs() < 1e-6 * f.norm(),
+                "{slope} for {}, {}",
+                f[column],
+                patch.name()
+            );
             let slope = (patch.force(&side(h)) - patch.force(&side(-h))) / (2.0 * h);
-            assert!((slope - K.column(column)).norm() < 1e-6 * K.norm(), "{patch:?}");
+            assert!((slope - K.column(column)).norm() < 1e-6 * K.norm(), "{}", patch.name());
         }
     }
 }
@@ -181,7 +186,7 @@ fn the_stable_step_is_below_that_of_the_highest_frequency() {
             let scaled = DMatrix::from_fn(K.nrows(), K.nrows(), |r, c| K[(r, c)] / (of(r) * of(c)).sqrt());
             let highest = scaled.symmetric_eigenvalues().max().sqrt();
             let share = 0.5 * patch.evaluated(&u).totals(0).stable_step.0 * highest;
-            assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}, {patch:?}");
+            assert!((0.2..1.0).contains(&share), "{strain}: h ω/2 = {share}, {}", patch.name());
         }
     }
 }

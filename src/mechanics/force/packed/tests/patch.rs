@@ -125,6 +125,12 @@ impl Patch {
         Self { cells, blocks, assembly, mass }
     }
 
+    /// Of its elements, for messages.
+    pub fn name(&self) -> String {
+        let parameters = &self.blocks[0].parameters;
+        format!("{:?} {:?} {}", self.cells.kind, parameters.formulation, parameters.material.name())
+    }
+
     pub fn material(&self) -> Material {
         self.blocks[0].parameters.material
     }
