@@ -1,7 +1,7 @@
 //! A block of elements: one body, one law, one formulation.
 
 use super::chunk::Chunk;
-use super::nodal_pressure::NodalVolumes;
+use super::nodal_volumes::NodalVolumes;
 use super::packed::{Elements, with_elements};
 use super::parameters::{BlockError, BlockInput, BlockParameters, Formulation};
 use crate::mechanics::element::{ElementKind, MOST_NODES};

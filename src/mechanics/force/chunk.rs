@@ -4,12 +4,14 @@
 //! few chunks in a fixed order. So the forces between elements and nodes stay in the first-level cache, no two threads
 //! write to one place, and the bits do not depend on how many threads there are.
 
-use super::nodal_pressure::NodalResponse;
 use super::parameters::BlockInput;
 use super::totals::{BatchTotals, BlockTotals};
 use crate::mechanics::lanes::{BATCH, Row};
 use crate::mechanics::tensor::Vec3;
 use std::ops::Range;
+
+/// U [J/m³], U′ [Pa] and U″ [Pa], the latter not negative, at a node; or means of them.
+pub(super) type NodalResponse = [f64; 3];
 
 /// A run of consecutive batches of a block.
 #[derive(Clone, Debug)]

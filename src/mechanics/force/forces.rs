@@ -3,7 +3,7 @@
 use super::block::ElementBlock;
 use super::chunk::{Chunk, ChunkForces};
 use super::internal::{Evaluation, ForceInput, GaussPoints};
-use super::nodal_pressure::NodalState;
+use super::nodal_volumes::NodalState;
 use super::one_point::{OnePoint, OnePointEvaluation};
 use super::packed::{InBlocks, Packed, with_elements};
 use super::parameters::Formulation;
@@ -30,7 +30,7 @@ impl ElementForces {
         };
         Self {
             chunks: blocks.iter().enumerate().flat_map(of_block).collect(),
-            nodal: blocks.iter().map(NodalState::of).collect(),
+            nodal: blocks.iter().map(|block| NodalState::of(block.nodal_volumes.as_ref())).collect(),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::block::{BULK_ROWS, ElementBlock};
 use super::chunk::ChunkForces;
 use super::first_pass::FirstPass;
-use super::nodal_pressure::shared;
+use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, Packed};
 use super::parameters::BlockParameters;
 use super::pressure::{

@@ -18,6 +18,7 @@ mod forces;
 mod internal;
 mod memory;
 mod nodal_pressure;
+mod nodal_volumes;
 mod one_point;
 mod packed;
 mod parameters;

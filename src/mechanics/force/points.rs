@@ -1,11 +1,11 @@
 //! Stress and deformation at the quadrature points, for measures and recordings: in lanes, like the evaluation.
 
 use super::block::ElementBlock;
-use super::chunk::Chunk;
+use super::chunk::{Chunk, NodalResponse};
 use super::erosion::Erosion;
 use super::first_pass::FirstPass;
 use super::memory::{Past, Tension, elastic_point, sizes};
-use super::nodal_pressure::{NodalResponse, shared};
+use super::nodal_volumes::shared;
 use super::packed::{Batch, InBlocks, with_elements};
 use super::parameters::Formulation;
 use super::reduced::OnePointBatch;
